@@ -1,0 +1,5 @@
+"""Gamut boundaries at any triangle count: colour and geometry, no web, no storage.
+
+Data flows one way, and the folders are named after its stations: `characterisation` → `colours` →
+`boundary` → `decimation` → `history` → level → `export`, `metric`.
+"""

@@ -1,0 +1,8 @@
+"""The version of the distribution and of the algorithm, the two that a gamut's identity rests on."""
+
+__all__ = ["ALGORITHM_VERSION", "__version__"]
+
+__version__ = "0.1.0"
+
+ALGORITHM_VERSION = 1
+"""Raised whenever the same input and options would give another history; part of every gamut id."""
