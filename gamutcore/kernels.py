@@ -1,0 +1,113 @@
+"""The decorator of all compiled kernels, and the cache that their machine code is kept in.
+
+Numba's own file cache has two habits that do not suit a packaged service: it notices a change only
+in the file of the kernel itself and not in the kernels that it calls from other files, and it
+refuses a cache directory that cannot be written to, such as the read-only root of a container whose
+kernels were compiled when the image was built. The locator here stamps every cache entry with the
+content of the whole package and reads from wherever the code lies.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+from numba.core import config
+from numba.core.caching import (
+    CompileResultCacheImpl,
+    FunctionCache,
+    UserProvidedCacheLocator,
+    _CacheLocator,
+)
+
+__all__ = ["kernel"]
+
+PACKAGE = Path(__file__).parent
+
+Kernel = TypeVar("Kernel", bound=Callable[..., Any])
+
+
+@functools.cache
+def package_digest() -> bytes:
+    """SHA-256 of all source files of the package, in the order of their paths.
+
+    Returns
+    -------
+    bytes, 32 long
+    """
+    digest = hashlib.sha256()
+    for path in sorted(PACKAGE.rglob("*.py")):
+        digest.update(str(path.relative_to(PACKAGE)).encode())
+        digest.update(path.read_bytes())
+    return digest.digest()
+
+
+class KernelCacheLocator(_CacheLocator):  # type: ignore[misc]  # numba has no type stubs
+    """Where a kernel's machine code is kept: ``NUMBA_CACHE_DIR``, else ``__pycache__`` beside it."""
+
+    def __init__(self, function: Callable[..., Any], source: str) -> None:
+        self._line = function.__code__.co_firstlineno
+        self._path = (
+            str(Path(config.CACHE_DIR) / UserProvidedCacheLocator.get_suitable_cache_subpath(source))
+            if config.CACHE_DIR
+            else str(Path(source).parent / "__pycache__")
+        )
+
+    def get_cache_path(self) -> str:
+        """Return the directory."""
+        return self._path
+
+    def get_source_stamp(self) -> bytes:
+        """Return what must be unchanged for an entry to be used."""
+        return package_digest()
+
+    def get_disambiguator(self) -> str:
+        """Return what tells functions of one name in one file apart."""
+        return str(self._line)
+
+    @classmethod
+    def from_function(cls, function: Callable[..., Any], source: str) -> KernelCacheLocator:
+        """Return the locator of a function; unlike numba's, whether or not it can be written to."""
+        return cls(function, source)
+
+
+class _KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
+    _locator_classes = (KernelCacheLocator,)
+
+
+class _KernelCache(FunctionCache):  # type: ignore[misc]
+    _impl_class = _KernelCacheImpl
+
+    def save_overload(self, signature: object, data: object) -> None:
+        """Keep compiled code; where the directory cannot be written to, do without."""
+        path = Path(self.cache_path)
+        existing = next(folder for folder in (path, *path.parents) if folder.exists())
+        if os.access(existing, os.W_OK):
+            super().save_overload(signature, data)
+
+
+def kernel(function: Kernel) -> Kernel:
+    """Compile a function over plain arrays with numba: without the GIL, cached, no fast-math.
+
+    Fast-math stays off because reruns must be bit-identical and the star test relies on the sign of
+    a determinant as IEEE arithmetic gives it. Division by zero follows IEEE as well and gives
+    infinities, which the kernels test for, instead of an exception.
+
+    Parameters
+    ----------
+    function : callable
+        Takes and returns NumPy arrays, scalars and tuples of these.
+
+    Returns
+    -------
+    callable
+        The same function, compiled on its first call for each signature.
+    """
+    compiled = numba.njit(nogil=True, error_model="numpy")(function)
+    compiled._cache = _KernelCache(function)  # noqa: SLF001  # what numba's own enable_caching does
+    return compiled  # type: ignore[no-any-return]
