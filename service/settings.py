@@ -1,0 +1,113 @@
+"""Every option of the service, read from the environment with the prefix ``GAMUT_``.
+
+One field is one variable: ``max_body_bytes`` is ``GAMUT_MAX_BODY_BYTES``. The table in
+``docs/settings.md`` is `settings_table` of this model, and a test holds the two together.
+"""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+__all__ = ["ENVIRONMENT_PREFIX", "Settings", "settings_table"]
+
+ENVIRONMENT_PREFIX = "GAMUT_"
+
+_MEBIBYTE = 1024 * 1024
+
+
+class Settings(BaseSettings):
+    """The service's options, with their defaults and ranges."""
+
+    model_config = SettingsConfigDict(env_prefix=ENVIRONMENT_PREFIX, extra="forbid", frozen=True)
+
+    data: Annotated[
+        Path,
+        Field(description="Directory of the store. It belongs to one running service at a time."),
+    ] = Path("var/gamuts")
+    host: Annotated[str, Field(description="Address that `gamut serve` listens on.")] = "127.0.0.1"
+    port: Annotated[
+        int,
+        Field(ge=0, le=65535, description="Port that `gamut serve` listens on; 0 takes a free one."),
+    ] = 8000
+    log_level: Annotated[
+        Literal["critical", "error", "warning", "info", "debug"],
+        Field(description="Least severity that is logged."),
+    ] = "info"
+    access_log: Annotated[
+        bool, Field(description="Log a line for every request (costs about a tenth of the speed).")
+    ] = False
+    max_body_bytes: Annotated[
+        int,
+        Field(ge=1024, description="Largest request body; a larger one is answered with 413."),
+    ] = 32 * _MEBIBYTE
+    max_surface_samples: Annotated[
+        int,
+        Field(
+            ge=1000,
+            description="Largest `surface_samples` that a client may ask for; bounds a build's memory.",
+        ),
+    ] = 1_000_000
+    build_workers: Annotated[
+        int,
+        Field(ge=1, le=64, description="Worker processes, each building one gamut at a time."),
+    ] = 1
+    build_queue: Annotated[
+        int,
+        Field(ge=1, description="Builds that may wait for a worker; beyond that POST answers 429."),
+    ] = 16
+    build_timeout: Annotated[
+        float,
+        Field(gt=0, description="Seconds after which a build is ended and reported as failed."),
+    ] = 120.0
+    build_attempts: Annotated[
+        int,
+        Field(ge=1, le=10, description="How often a build is started whose worker process dies."),
+    ] = 3
+    client_wait: Annotated[
+        float,
+        Field(
+            ge=0,
+            description="Seconds that POST waits for the build before it answers 202, "
+            "unless the client says otherwise with `Prefer: wait=N` or `respond-async`.",
+        ),
+    ] = 30.0
+    max_client_wait: Annotated[
+        float, Field(ge=0, description="Longest `Prefer: wait=N` that is honoured, in seconds.")
+    ] = 300.0
+    drain_seconds: Annotated[
+        float,
+        Field(ge=0, description="How long a stopping service lets accepted builds finish."),
+    ] = 20.0
+    finished_jobs: Annotated[
+        int, Field(ge=1, description="Finished jobs that are remembered, the newest first.")
+    ] = 1000
+    history_cache_bytes: Annotated[
+        int,
+        Field(ge=0, description="Memory for opened histories, the least recently used leave first."),
+    ] = 512 * _MEBIBYTE
+    mesh_cache_bytes: Annotated[
+        int,
+        Field(ge=0, description="Memory for encoded meshes, the least recently used leave first."),
+    ] = 128 * _MEBIBYTE
+    max_page_size: Annotated[
+        int, Field(ge=1, le=1000, description="Most gamuts that one page of the list holds.")
+    ] = 100
+
+
+def settings_table() -> str:
+    """Return the Markdown table of all settings.
+
+    Returns
+    -------
+    str
+        One row per field of `Settings`: variable, default, meaning.
+    """
+    rows = ["| variable | default | meaning |", "|---|---|---|"]
+    for name, field in Settings.model_fields.items():
+        default = str(field.default).lower() if isinstance(field.default, bool) else field.default
+        rows.append(
+            f"| `{ENVIRONMENT_PREFIX}{name.upper()}` | `{default}` | {field.description} |"
+        )
+    return "\n".join(rows) + "\n"
