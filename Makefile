@@ -1,0 +1,140 @@
+# What a developer and CI do with this checkout; `make help` lists it. Needs git, make and Python
+# 3.11 or newer; Node.js, where it is there, adds the glTF validator to the tests. Everything is
+# installed into .venv, at the versions of constraints.txt.
+
+SHELL := /bin/sh
+.DELETE_ON_ERROR:
+.DEFAULT_GOAL := help
+
+PYTHON ?= python3.11 python3
+
+python := .venv/bin/python
+pins := pyproject.toml constraints.txt
+
+# The build backend runs in an environment of its own, which pip pins by these two only: the first
+# up to pip 25.2, the second from then on. A relative path, because pip splits the value at spaces.
+export PIP_CONSTRAINT := constraints.txt
+export PIP_BUILD_CONSTRAINT := constraints.txt
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+.PHONY: help
+help: ## list the targets
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/\1|\2/p' $(MAKEFILE_LIST) | awk -F'|' '{printf "make %-18s %s\n", $$1, $$2}'
+
+# --- installation: each stamp is renewed where pyproject.toml or the pins change ------------------
+
+.venv/bin/pip:
+	@for python in $(PYTHON); do \
+	  if "$$python" -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then \
+	    echo "Creating .venv with $$("$$python" --version)"; exec "$$python" -m venv .venv; \
+	  fi; \
+	done; \
+	echo "No Python 3.11 or newer with its venv module among: $(PYTHON)." >&2; \
+	echo "Install one (Debian and Ubuntu: apt-get install python3 python3-venv), or name it: make PYTHON=/path/to/python3.11 ..." >&2; \
+	exit 1
+
+.venv/.installed: .venv/bin/pip $(pins)
+	$(python) -m pip install -q -c constraints.txt -e .
+	@touch $@
+
+.venv/.installed-test: .venv/.installed
+	$(python) -m pip install -q -c constraints.txt -e '.[test]'
+	@touch $@
+
+.venv/.installed-lint: .venv/.installed-test
+	$(python) -m pip install -q -c constraints.txt -e '.[test,lint]'
+	@touch $@
+
+.venv/.compiled: .venv/.installed $(shell find gamutcore -name '*.py')
+	$(python) -m gamutcore.warm
+	@touch $@
+
+tests/gltf/node_modules/.package-lock.json: tests/gltf/package.json tests/gltf/package-lock.json
+	@if command -v npm >/dev/null; then \
+	  npm ci --prefix tests/gltf --no-audit --no-fund --loglevel=error && touch $@; \
+	else \
+	  echo "npm is not there: tests that need the glTF validator will be skipped."; \
+	fi
+
+.PHONY: install
+install: .venv/.compiled ## install into .venv and compile the kernels
+
+# --- use ------------------------------------------------------------------------------------------
+
+.PHONY: serve
+serve: install ## serve on http://127.0.0.1:8000, data under var/ (docs/operations.md)
+	exec .venv/bin/gamut serve
+
+.PHONY: test
+test: install .venv/.installed-test tests/gltf/node_modules/.package-lock.json ## run all tests
+	$(python) -m pytest
+
+.PHONY: bench
+bench: install ## measure what is claimed about speed and accuracy
+	$(python) -m benchmarks.bench
+
+# --- checks ---------------------------------------------------------------------------------------
+
+.PHONY: lint
+lint: .venv/.installed-lint ## ruff: rules and formatting
+	$(python) -m ruff check .
+	$(python) -m ruff format --check .
+
+.PHONY: format
+format: .venv/.installed-lint ## let ruff format and mend what it can
+	$(python) -m ruff check --fix .
+	$(python) -m ruff format .
+
+.PHONY: types
+types: .venv/.installed-lint ## mypy, strict, on both packages
+	$(python) -m mypy
+
+.PHONY: contracts
+contracts: .venv/.installed-lint ## import-linter: gamutcore knows nothing of the web
+	.venv/bin/lint-imports
+
+.PHONY: openapi
+openapi: .venv/.installed ## write openapi/openapi.json anew
+	.venv/bin/gamut openapi > openapi/openapi.json.new
+	mv openapi/openapi.json.new openapi/openapi.json
+
+.PHONY: openapi-check
+openapi-check: .venv/.installed ## compare openapi/openapi.json with what the app generates
+	.venv/bin/gamut openapi | diff -u openapi/openapi.json -
+
+.PHONY: image-lint
+image-lint: .venv/.installed-lint ## hadolint on the Dockerfile
+	.venv/bin/hadolint --failure-threshold style Dockerfile
+
+.PHONY: check
+check: lint types contracts openapi-check image-lint test ## all of the above
+
+# --- distribution ---------------------------------------------------------------------------------
+
+.PHONY: wheel
+wheel: .venv/bin/pip ## build the wheel into dist/
+	rm -rf dist
+	$(python) -m pip wheel -q --no-deps --wheel-dir dist .
+
+.PHONY: wheel-check
+wheel-check: wheel ## install the built wheel into a clean venv and use it
+	.ci/wheel-check dist/*.whl
+
+.PHONY: image-check
+image-check: ## run the Dockerfile's own steps without a container engine (Linux, as root)
+	/usr/bin/python3 docker/rehearse.py
+
+.PHONY: constraints
+constraints: ## pin the newest versions that pyproject.toml admits, from a clean venv, with Python 3.11
+	rm -rf build/constraints
+	python3.11 -m venv build/constraints
+	env -u PIP_CONSTRAINT -u PIP_BUILD_CONSTRAINT build/constraints/bin/python -m pip install -q -e '.[test,lint]' hatchling editables
+	{ sed -n '/^#/p' constraints.txt; \
+	  build/constraints/bin/python -m pip freeze --exclude-editable --exclude pip --exclude setuptools; } > build/constraints.txt
+	mv build/constraints.txt constraints.txt
+	rm -rf build/constraints
+
+.PHONY: clean
+clean: ## remove what was installed, built or cached; the data under var/ stays
+	rm -rf .venv build dist tests/gltf/node_modules .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
+	find gamutcore service tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
