@@ -1,1 +1,6 @@
-"""decimation."""
+"""Decimation: edge collapses, cheapest first, from the full boundary down to four triangles."""
+
+from gamutcore.decimation.costs import COSTS
+from gamutcore.decimation.decimate import decimated
+
+__all__ = ["COSTS", "decimated"]

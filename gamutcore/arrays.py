@@ -1,0 +1,19 @@
+"""The array types that the package's signatures are written in."""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["FloatArray", "IndexArray", "PositionArray"]
+
+FloatArray: TypeAlias = NDArray[np.float64]
+"""Colours and geometry in double precision."""
+
+PositionArray: TypeAlias = NDArray[np.floating[Any]]
+"""Positions at working (float64) or delivered (float32) precision."""
+
+IndexArray: TypeAlias = NDArray[np.int32]
+"""Indices of vertices, faces and corners."""

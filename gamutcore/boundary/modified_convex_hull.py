@@ -1,0 +1,271 @@
+"""The modified convex hull: an accurate, star-shaped surface around the colours of a device.
+
+Balasubramanian & Dalal, "A method for quantifying the color gamut of an output device" (1997), as
+Bakke & Farup use it: the radii of all colours about a centre are raised to the power γ, a convex hull
+is taken of the result, and its triangles are kept on the original colours. γ = 1 gives the convex
+hull, γ → 0 would put every colour on the surface; in between the surface follows concavities.
+
+Radial scaling keeps the direction of every point and with it the sign of every face's determinant
+about the centre, so the surface is star-shaped because the hull is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from gamutcore.decimation.corner_table import opposite_corners
+from gamutcore.decimation.star import MINIMUM_DETERMINANT
+from gamutcore.errors import (
+    BoundaryError,
+    CentreError,
+    FlatPointsError,
+    InvalidPointsError,
+    OptionError,
+    TooFewPointsError,
+)
+from gamutcore.mesh import TriangleMesh
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from gamutcore.arrays import FloatArray, IndexArray
+
+__all__ = ["Boundary", "modified_convex_hull"]
+
+LARGEST_COORDINATE = 1e12
+"""Coordinates beyond this are refused: products of three and more must stay far from overflow."""
+
+FLATNESS = 1e-6
+"""Points are flat if their hull fills less than this part of the cube of their largest extent."""
+
+REPAIRS = 20
+"""How often slivers that rounding has turned over are taken out before giving up."""
+
+
+@dataclass(frozen=True, eq=False)
+class Boundary:
+    """A full boundary: the surface that decimation starts from.
+
+    Attributes
+    ----------
+    mesh : TriangleMesh
+        Closed, oriented outwards, star-shaped about `centre`; vertices are float32.
+    centre : (3,) float64
+        Representable in float32.
+    sources : (m,) int64
+        For each vertex of the mesh, which of the given points it is.
+    gamma : float
+    """
+
+    mesh: TriangleMesh
+    centre: FloatArray
+    sources: IndexArray
+    gamma: float
+
+
+def modified_convex_hull(
+    points: ArrayLike,
+    gamma: float = 0.2,
+    centre: ArrayLike | Literal["auto"] = "auto",
+) -> Boundary:
+    """Wrap points in a closed surface that is star-shaped about a centre.
+
+    Parameters
+    ----------
+    points : (n, 3) array_like
+        Colours, in the order of the colour space. They are rounded to float32 first, the precision
+        in which a gamut is delivered; duplicates and points at the centre do no harm.
+    gamma : float, optional
+        Power that radii are raised to, in (0, 1]; 0.2 unless told, 1 for the convex hull.
+    centre : (3,) array_like or "auto", optional
+        The point radii are taken from; it must lie strictly inside the convex hull of the points.
+        "auto" takes the centroid of the convex hull's volume. It is rounded to float32.
+
+    Returns
+    -------
+    Boundary
+
+    Raises
+    ------
+    OptionError
+        If γ is not in (0, 1] or the centre is not three numbers.
+    InvalidPointsError
+        If the points are not an (n, 3) array of finite numbers below 10¹².
+    TooFewPointsError, FlatPointsError, CentreError
+        If the points enclose no volume, or the centre is not inside it.
+    BoundaryError
+        If no valid surface was found in spite of taking out slivers.
+
+    Notes
+    -----
+    Rounding can turn over a sliver whose three directions lie (nearly) on one great circle. The
+    middle one of the three is then taken out of the set and the hull built again: it lies on the
+    line between the other two within rounding, so nothing is lost.
+    """
+    if not 0 < gamma <= 1:
+        raise OptionError(
+            f"gamma is {gamma}", where={"field": "gamma"}, remedy="a number above 0, at most 1"
+        )
+    rounded = _checked_points(points)
+    if isinstance(centre, str):
+        if centre != "auto":
+            raise OptionError(
+                f"the centre is {centre!r}",
+                where={"field": "centre"},
+                remedy="'auto' or three numbers",
+            )
+        middle = _hull_centroid(rounded).astype(np.float32).astype(np.float64)
+    else:
+        middle = _checked_centre(centre, rounded)
+
+    relative = rounded - middle
+    radii = np.linalg.norm(relative, axis=1)
+    usable = np.flatnonzero(radii > radii.max() * 1e-12)
+    for _ in range(REPAIRS):
+        if len(usable) < 4:
+            break
+        # radii relative to the largest: the power must not leave the range of floats
+        scaled = relative[usable] / radii.max()
+        transformed = scaled * np.linalg.norm(scaled, axis=1)[:, np.newaxis] ** (gamma - 1.0)
+        hull = _qhull(transformed)
+        if hull.equations[:, 3].max() > -1e-9:
+            raise CentreError(
+                f"the centre {tuple(float(value) for value in middle)} is not strictly inside the convex hull"
+                " of the points",
+                where={"field": "centre"},
+                remedy="a point inside the gamut, or 'auto'",
+            )
+        faces = _outward_faces(hull, transformed)
+        spoilt = _spoilt_vertices(faces, relative[usable])
+        if spoilt.size == 0:
+            corners, packed = np.unique(faces, return_inverse=True)
+            sources = usable[corners]
+            mesh = TriangleMesh(
+                rounded[sources].astype(np.float32), packed.reshape(-1, 3).astype(np.int32)
+            )
+            return Boundary(mesh, middle, sources, float(gamma))
+        usable = np.delete(usable, spoilt)
+    raise BoundaryError(
+        "no closed surface that is star-shaped about the centre could be wrapped around the points",
+        remedy="points that are not nearly in one plane, seen from a centre well inside them",
+    )
+
+
+def _checked_points(points: ArrayLike) -> FloatArray:
+    """Return the points as float64 numbers that float32 can hold."""
+    try:
+        given = np.asarray(points, np.float64)
+    except (TypeError, ValueError) as cause:
+        raise InvalidPointsError(
+            f"the points are not numbers: {cause}", remedy="an (n, 3) array of numbers"
+        ) from cause
+    if given.ndim != 2 or given.shape[1] != 3:
+        raise InvalidPointsError(
+            f"the points have the shape {given.shape}", remedy="an (n, 3) array of numbers"
+        )
+    faulty = np.flatnonzero(~(np.abs(given) < LARGEST_COORDINATE).all(axis=1))
+    if faulty.size:
+        raise InvalidPointsError(
+            f"{faulty.size} of {len(given)} points are not finite or too large, the first of them"
+            f" number {faulty[0]}: {given[faulty[0]].tolist()}",
+            where={"row": int(faulty[0])},
+            remedy=f"finite numbers below {LARGEST_COORDINATE:g}",
+        )
+    rounded = given.astype(np.float32).astype(np.float64)
+    if len(rounded) < 4 or (len(rounded) < 1000 and len(np.unique(rounded, axis=0)) < 4):
+        raise TooFewPointsError(
+            f"{len(np.unique(rounded, axis=0))} distinct points enclose no volume",
+            remedy="at least four points that are not in one plane",
+        )
+    return rounded
+
+
+def _checked_centre(centre: ArrayLike, points: FloatArray) -> FloatArray:
+    try:
+        given = np.asarray(centre, np.float64)
+    except (TypeError, ValueError):
+        given = np.empty(0)
+    if given.shape != (3,) or not (np.abs(given) < LARGEST_COORDINATE).all():
+        raise OptionError(
+            f"the centre is {centre!r}",
+            where={"field": "centre"},
+            remedy="'auto' or three finite numbers",
+        )
+    rounded: FloatArray = given.astype(np.float32).astype(np.float64)
+    lowest, highest = points.min(axis=0), points.max(axis=0)
+    if not ((lowest < rounded) & (rounded < highest)).all():
+        _hull_centroid(points)  # flat points are the better explanation where they are flat
+        raise CentreError(
+            f"the centre {tuple(rounded.tolist())} is not inside the points, which reach from"
+            f" {lowest.tolist()} to {highest.tolist()}",
+            where={"field": "centre"},
+            remedy="a point inside the gamut, or 'auto'",
+        )
+    return rounded
+
+
+def _qhull(points: FloatArray) -> ConvexHull:
+    try:
+        return ConvexHull(points)
+    except QhullError as cause:
+        raise FlatPointsError(
+            "the points lie in one plane, on one line or in one point (within rounding)",
+            remedy="points that enclose a volume",
+        ) from cause
+
+
+def _hull_centroid(points: FloatArray) -> FloatArray:
+    """Centroid of the volume of the convex hull."""
+    extent = float(np.ptp(points, axis=0).max())
+    origin = points.mean(axis=0)
+    if not extent > 0:
+        raise FlatPointsError(
+            "all points are the same", remedy="points that enclose a volume"
+        )
+    scaled = (points - origin) / extent
+    hull = _qhull(scaled)
+    if hull.volume < FLATNESS:
+        raise FlatPointsError(
+            f"the points are flat: their hull fills {hull.volume:.1e} of the cube of their extent",
+            remedy="points that enclose a volume",
+        )
+    inside = scaled[hull.vertices].mean(axis=0)
+    first, second, third = (scaled[hull.simplices[:, corner]] - inside for corner in range(3))
+    volumes = np.abs(np.einsum("ij,ij->i", first, np.cross(second, third)))
+    centroid = ((first + second + third) * volumes[:, np.newaxis]).sum(axis=0) / (4 * volumes.sum())
+    return np.asarray(origin + (inside + centroid) * extent)
+
+
+def _outward_faces(hull: ConvexHull, points: FloatArray) -> IndexArray:
+    """Triangles of a hull around the origin, counter-clockwise seen from outside."""
+    faces: IndexArray = hull.simplices.astype(np.int32)
+    first = points[faces[:, 0]]
+    normals = np.cross(points[faces[:, 1]] - first, points[faces[:, 2]] - first)
+    inwards = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0
+    faces[inwards] = faces[inwards][:, ::-1]
+    return faces
+
+
+def _spoilt_vertices(faces: IndexArray, relative: FloatArray) -> IndexArray:
+    """Points to take out so that a valid surface remains; none if the faces make one already."""
+    directions = relative / np.linalg.norm(relative, axis=1)[:, np.newaxis]
+    corners = directions[faces]
+    determinants = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
+    bad = ~(determinants > 4 * MINIMUM_DETERMINANT)
+    if not bad.any():
+        used = len(np.unique(faces))
+        opposite = opposite_corners(faces, len(relative))
+        unpaired = np.flatnonzero(opposite < 0) // 3
+        if len(faces) == 2 * used - 4 and unpaired.size == 0:
+            return np.empty(0, np.int32)
+        bad[unpaired] = True
+        if not bad.any():  # closed, yet not a sphere: Qhull merged facets; nothing to single out
+            return faces[:, 0]
+    # the middle one of three directions on a great circle faces the longest side
+    sides = np.linalg.norm(np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1), axis=2)
+    chosen: IndexArray = np.unique(faces[bad, sides[bad].argmax(axis=1)])
+    return chosen

@@ -1,0 +1,80 @@
+"""The corner table: a triangle mesh's connectivity as two flat integer arrays.
+
+Corner ``c = 3 f + i`` is the i-th corner of face f. ``vertex[c]`` is the vertex at it; ``opposite[c]``
+is the corner facing it across the edge that joins the face's other two corners (Rossignac,
+Safonova & Szymczak, "3D Compression Made Simple: Edgebreaker on a Corner-Table", 2001). All
+traversal is index arithmetic: ``following`` and ``preceding`` within a face, ``swung`` around a vertex.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gamutcore.arrays import IndexArray
+from gamutcore.kernels import kernel
+
+__all__ = ["following", "opposite_corners", "preceding", "swung"]
+
+
+@kernel
+def following(corner: int) -> int:
+    """Next corner of the same face, counter-clockwise."""
+    return corner - 2 if corner % 3 == 2 else corner + 1
+
+
+@kernel
+def preceding(corner: int) -> int:
+    """Previous corner of the same face."""
+    return corner + 2 if corner % 3 == 0 else corner - 1
+
+
+@kernel
+def swung(opposite: IndexArray, corner: int) -> int:
+    """Corner at the same vertex in the face across the edge to the preceding corner."""
+    return following(opposite[following(corner)])
+
+
+@kernel
+def opposite_corners(faces: IndexArray, vertex_count: int) -> IndexArray:
+    """Opposite corner of every corner of a closed, oriented mesh.
+
+    Parameters
+    ----------
+    faces : (n, 3) int32
+        Vertex indices within 0 to `vertex_count` − 1.
+    vertex_count : int
+
+    Returns
+    -------
+    (3 n,) int32
+        −1 where the edge has no counterpart running the other way, or more than one: not a closed
+        oriented manifold.
+    """
+    vertex = faces.ravel()
+    count = vertex.size
+    # corners whose edge (following → preceding) starts at a vertex, vertex by vertex
+    offset = np.zeros(vertex_count + 1, np.int32)
+    for corner in range(count):
+        offset[vertex[following(corner)] + 1] += 1
+    for index in range(vertex_count):
+        offset[index + 1] += offset[index]
+    bucket = np.empty(count, np.int32)
+    filled = offset[:-1].copy()
+    for corner in range(count):
+        start = vertex[following(corner)]
+        bucket[filled[start]] = corner
+        filled[start] += 1
+    opposite = np.full(count, -1, np.int32)
+    for corner in range(count):
+        start, end = vertex[following(corner)], vertex[preceding(corner)]
+        found, matches = -1, 0
+        for place in range(offset[end], offset[end + 1]):
+            if vertex[preceding(bucket[place])] == start:
+                found = bucket[place]
+                matches += 1
+        if matches == 1:
+            opposite[corner] = found
+    for corner in range(count):  # an edge used twice in one direction leaves an asymmetric pair
+        if opposite[corner] >= 0 and opposite[opposite[corner]] != corner:
+            opposite[corner] = -1
+    return opposite

@@ -1,0 +1,109 @@
+"""From a full boundary to its history: checks the mesh, runs the kernel, puts the result in order."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gamutcore.decimation.collapse import Record, collapse_all, surface_of
+from gamutcore.decimation.corner_table import opposite_corners
+from gamutcore.decimation.costs import cost_module
+from gamutcore.decimation.star import MINIMUM_DETERMINANT
+from gamutcore.errors import DecimationError, MeshError
+from gamutcore.history.prefix_order import splits_in_prefix_order
+from gamutcore.history.history import History
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from gamutcore.mesh import TriangleMesh
+
+__all__ = ["decimated"]
+
+
+def decimated(mesh: TriangleMesh, centre: ArrayLike, cost: str = "quadric") -> History:
+    """Decimate a boundary to four triangles and return the history of it.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        A closed, oriented mesh of genus 0, star-shaped about the centre in float32.
+    centre : (3,) array_like
+    cost : str, optional
+        What makes a collapse cheap; one of `gamutcore.decimation.costs.COSTS`.
+
+    Returns
+    -------
+    History
+        Every level of it is a closed, oriented mesh of genus 0, star-shaped about the centre.
+
+    Raises
+    ------
+    OptionError
+        If there is no such cost.
+    MeshError
+        If the mesh is not closed, oriented, of genus 0 and star-shaped; says which.
+    DecimationError
+        If no edge can be collapsed validly although more than four triangles are left.
+    """
+    module = cost_module(cost)
+    middle = np.asarray(centre, np.float64)
+    delivered = np.array(mesh.vertices, np.float32, order="C")
+    positions = delivered.astype(np.float64) - middle
+    faces = np.ascontiguousarray(mesh.faces, np.int32)
+    opposite = opposite_corners(faces, len(positions))
+    _check(mesh, faces, opposite, positions)
+    count = len(positions)
+    steps = count - 4
+    record = Record(
+        kept=np.empty(steps, np.int32),
+        dead=np.empty(steps, np.int32),
+        position=np.empty((steps, 3, 3), np.float32),
+        face=np.empty((steps, 2), np.int32),
+        face_corners=np.empty((steps, 2, 3), np.int32),
+        moved_end=np.empty(steps, np.int64),
+        moved=np.empty(4 * count, np.int32),
+    )
+    surface = surface_of(positions, faces, opposite)
+    state = module.state(positions, faces)
+    collapses, moved = collapse_all(state, surface, delivered, middle, record)
+    if collapses < steps:
+        raise DecimationError(
+            f"no edge could be collapsed validly with {2 * (count - collapses) - 4} triangles left",
+            remedy="a boundary whose faces are less degenerate, or another centre",
+        )
+    splits = splits_in_prefix_order(record._replace(moved=moved), surface.vertex, delivered)
+    return History(splits)
+
+
+def _check(mesh: TriangleMesh, faces: object, opposite: object, positions: object) -> None:
+    """Refuse what is not a valid boundary, and say why."""
+    vertices, triangles = len(mesh.vertices), mesh.triangles
+    relative = np.asarray(positions)
+    corners = relative[np.asarray(faces)]
+    determinants = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
+    lengths = np.linalg.norm(corners, axis=2).prod(axis=1)
+    if not np.isfinite(relative).all():
+        raise MeshError("the mesh has coordinates that are not finite numbers")
+    if (np.asarray(opposite) < 0).any():
+        edge = int(np.flatnonzero(np.asarray(opposite) < 0)[0])
+        raise MeshError(
+            f"the mesh is not closed and consistently oriented: face {edge // 3} has an edge without"
+            " exactly one neighbour",
+            where={"face": edge // 3},
+            remedy="a closed mesh whose faces are all oriented outwards",
+        )
+    if triangles != 2 * vertices - 4:
+        raise MeshError(
+            f"{triangles} faces over {vertices} vertices are not a surface of genus 0",
+            remedy=f"{2 * vertices - 4} faces: one closed piece without handles or unused vertices",
+        )
+    spoilt = np.flatnonzero(~(determinants > MINIMUM_DETERMINANT * lengths))
+    if spoilt.size:
+        raise MeshError(
+            f"the mesh is not star-shaped about the centre: {spoilt.size} faces do not see it from"
+            f" inside, the first of them face {spoilt[0]}",
+            where={"face": int(spoilt[0])},
+            remedy="a centre that all faces see from inside",
+        )

@@ -1,0 +1,258 @@
+"""The geometry of one collapse: which positions of the new vertex keep the mesh star-shaped.
+
+Positions here are relative to the centre, so a face (p0, p1, p2) sees the centre from inside when
+det(p0, p1, p2) > 0. Replacing an edge by one vertex changes only the faces around its two ends: the
+next level is valid if the link condition holds (Dey, Edelsbrunner, Guha & Nekhayev, "Topology
+Preserving Edge Contraction", 1999) and every face that remains around the new vertex has a
+positive determinant. Only the direction of the new vertex matters for that, not its radius.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.decimation.corner_table import following, preceding, swung
+from gamutcore.kernels import kernel
+
+__all__ = [
+    "MINIMUM_DETERMINANT",
+    "Surface",
+    "kernel_direction",
+    "keeps_star_shape",
+    "link_condition_holds",
+    "ring_faces",
+    "volume_preserving_radius",
+]
+
+MINIMUM_DETERMINANT = 2.0**-44
+"""Smallest det(p0, p1, p2) ÷ (|p0| |p1| |p2|) that counts as positive.
+
+A determinant of float64 numbers is computed with a relative error of a few times 2⁻⁵³ of the product
+of the lengths; with this margin its sign is the same in whatever order a reader evaluates it.
+"""
+
+
+class Surface(NamedTuple):
+    """A mesh while it is being decimated.
+
+    Attributes
+    ----------
+    position : (V, 3) float64
+        Positions relative to the centre.
+    vertex, opposite : (3 F,) int32
+        The corner table.
+    corner_at : (V,) int32
+        Some corner at each vertex.
+    edge_of : (3 F,) int32
+        The edge that a corner faces.
+    corner_facing : (E,) int32
+        One of the two corners that face an edge; −1: the edge is gone.
+    mark : (V,) int64
+        Scratch: the last query that touched a vertex.
+    """
+
+    position: FloatArray
+    vertex: IndexArray
+    opposite: IndexArray
+    corner_at: IndexArray
+    edge_of: IndexArray
+    corner_facing: IndexArray
+    mark: IndexArray
+
+
+@kernel
+def link_condition_holds(surface: Surface, kept: int, dead: int, query: int) -> bool:
+    """Whether the ends of an edge have exactly the two neighbours in common that its faces name.
+
+    `query` is a number not used before, for marking.
+    """
+    mark, vertex = surface.mark, surface.vertex
+    first = surface.corner_at[kept]
+    corner = first
+    while True:
+        mark[vertex[following(corner)]] = query
+        corner = swung(surface.opposite, corner)
+        if corner == first:
+            break
+    common = 0
+    first = surface.corner_at[dead]
+    corner = first
+    while True:
+        if mark[vertex[following(corner)]] == query:
+            common += 1
+        corner = swung(surface.opposite, corner)
+        if corner == first:
+            break
+    return common == 2
+
+
+@kernel
+def ring_faces(surface: Surface, kept: int, dead: int, ring: IndexArray) -> int:
+    """Write the directed link of an edge: vertex pairs that the new vertex will form faces with.
+
+    Parameters
+    ----------
+    surface : Surface
+    kept, dead : int
+        The ends of the edge.
+    ring : (m, 2) int32
+        Receives the pairs, in no particular order. Pairs beyond m are not written.
+
+    Returns
+    -------
+    int
+        Number of pairs; more than m if the ring was too short for them.
+    """
+    vertex = surface.vertex
+    count = 0
+    for end in range(2):
+        centre, other = (kept, dead) if end == 0 else (dead, kept)
+        first = surface.corner_at[centre]
+        corner = first
+        while True:
+            one, two = vertex[following(corner)], vertex[preceding(corner)]
+            if one != other and two != other:
+                if count < len(ring):
+                    ring[count, 0] = one
+                    ring[count, 1] = two
+                count += 1
+            corner = swung(surface.opposite, corner)
+            if corner == first:
+                break
+    return count
+
+
+@kernel
+def keeps_star_shape(
+    position: FloatArray, ring: IndexArray, count: int, x: float, y: float, z: float
+) -> bool:
+    """Whether all faces between a new vertex at (x, y, z) and the ring's pairs see the centre."""
+    squared = x * x + y * y + z * z
+    for pair in range(count):
+        one, two = ring[pair, 0], ring[pair, 1]
+        ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
+        bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
+        determinant = (
+            x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
+        )
+        lengths = squared * (ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz)
+        # written so that NaN fails
+        if not (
+            determinant > 0.0
+            and determinant * determinant
+            > MINIMUM_DETERMINANT * MINIMUM_DETERMINANT * lengths
+        ):
+            return False
+    return True
+
+
+@kernel
+def _cone_volume(
+    position: FloatArray, ring: IndexArray, count: int, x: float, y: float, z: float
+) -> float:
+    """Six times the volume between the centre and the faces of (x, y, z) with the ring's pairs."""
+    total = 0.0
+    for pair in range(count):
+        one, two = ring[pair, 0], ring[pair, 1]
+        ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
+        bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
+        total += x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
+    return total
+
+
+@kernel
+def volume_preserving_radius(
+    surface: Surface, ring: IndexArray, count: int, kept: int, dead: int, direction: FloatArray
+) -> float:
+    """Radius at which a new vertex in a direction leaves the enclosed volume as it was.
+
+    The star's volume is linear in the radius of its vertex, so there is exactly one; it is positive
+    for every direction that keeps the star shape.
+
+    Parameters
+    ----------
+    surface : Surface
+    ring : (m, 2) int32
+        The edge's directed link, `count` pairs of it.
+    count, kept, dead : int
+    direction : (3,) float64
+        Unit vector.
+
+    Returns
+    -------
+    float
+    """
+    position, vertex = surface.position, surface.vertex
+    volume = 0.0
+    for end in range(2):
+        centre, other = (kept, dead) if end == 0 else (dead, kept)
+        first = surface.corner_at[centre]
+        corner = first
+        while True:
+            one, two = vertex[following(corner)], vertex[preceding(corner)]
+            # the two faces at the edge itself belong to both stars: counted once, with `kept`
+            if end == 0 or (one != other and two != other):
+                volume += np.dot(
+                    position[centre],
+                    np.cross(position[one], position[two]),
+                )
+            corner = swung(surface.opposite, corner)
+            if corner == first:
+                break
+    slope = _cone_volume(position, ring, count, direction[0], direction[1], direction[2])
+    return volume / slope
+
+
+@kernel
+def kernel_direction(
+    position: FloatArray, ring: IndexArray, count: int, direction: FloatArray
+) -> bool:
+    """Find a direction well inside the cone of those that keep the star shape.
+
+    The cone is the intersection of the half-spaces n·x > 0 with n = a × b for each directed pair
+    (a, b) of the ring. Its deepest direction maximises the smallest n·x / |n|; it is approached by
+    the perceptron's rule with diminishing steps, each towards the most violated half-space, which
+    converges whenever the cone has an inside (Rosenblatt 1962; Novikoff 1962 for the bound).
+
+    Parameters
+    ----------
+    position : (V, 3) float64
+    ring : (m, 2) int32
+    count : int
+    direction : (3,) float64
+        Starting direction; receives the unit vector found.
+
+    Returns
+    -------
+    bool
+        Whether one was found.
+    """
+    x, y, z = direction[0], direction[1], direction[2]
+    best = 0.0
+    for step in range(200):
+        length = np.sqrt(x * x + y * y + z * z)
+        if not length > 0.0:
+            return best > 0.0
+        x, y, z = x / length, y / length, z / length
+        least, nx, ny, nz = np.inf, 0.0, 0.0, 0.0
+        for pair in range(count):
+            one, two = ring[pair, 0], ring[pair, 1]
+            ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
+            bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
+            cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+            norm = np.sqrt(cx * cx + cy * cy + cz * cz)
+            if not norm > 0.0:
+                return False
+            depth = (x * cx + y * cy + z * cz) / norm
+            if depth < least:
+                least, nx, ny, nz = depth, cx / norm, cy / norm, cz / norm
+        if least > best:
+            best = least
+            direction[0], direction[1], direction[2] = x, y, z
+        # overshooting the most violated plane a little leads inside instead of onto it
+        stride = max(-2.0 * least, 0.5 / (step + 2.0))
+        x, y, z = x + stride * nx, y + stride * ny, z + stride * nz
+    return best > 0.0

@@ -1,0 +1,161 @@
+"""Stepping through a history in place: one split finer, one collapse coarser, or many of them.
+
+A split writes the parent's new position, the new slot's position, the new slot into the corners that
+pass to it, and two faces. A collapse writes the parent's old position and the parent back into the
+same corners; what lies behind the level's end is simply not part of it any more.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.errors import TriangleCountError
+from gamutcore.kernels import kernel
+from gamutcore.mesh import TriangleMesh
+
+if TYPE_CHECKING:
+    from gamutcore.history.prefix_order import Splits
+
+__all__ = ["LevelCursor", "coarsen", "refine"]
+
+
+def refine(splits: Splits, positions: FloatArray, corners: IndexArray, start: int, end: int) -> None:
+    """Split a level with `start` vertices until it has `end`, in place.
+
+    Parameters
+    ----------
+    splits : Splits
+    positions : (≥ end, 3) float32
+    corners : (≥ 6 end − 12,) int32
+        Slots of all faces' corners, face by face.
+    start, end : int
+    """
+    _refine(
+        positions,
+        corners,
+        splits.parent,
+        splits.fine,
+        splits.added,
+        splits.faces,
+        splits.moved_end,
+        splits.moved,
+        start,
+        end,
+    )
+
+
+def coarsen(splits: Splits, positions: FloatArray, corners: IndexArray, start: int, end: int) -> None:
+    """Collapse a level with `start` vertices until it has `end`, in place; parameters as `refine`."""
+    _coarsen(
+        positions, corners, splits.parent, splits.coarse, splits.moved_end, splits.moved, start, end
+    )
+
+
+class LevelCursor:
+    """A level that moves through its history without being read anew.
+
+    Parameters
+    ----------
+    splits : Splits
+    level : TriangleMesh
+        Any level of the same history.
+    """
+
+    def __init__(self, splits: Splits, level: TriangleMesh) -> None:
+        self._splits = splits
+        self._vertices = len(level.vertices)
+        self._positions = np.empty((splits.vertices, 3), np.float32)
+        self._faces = np.empty((2 * splits.vertices - 4, 3), np.int32)
+        self._positions[: self._vertices] = level.vertices
+        self._faces[: level.triangles] = level.faces
+
+    @property
+    def triangles(self) -> int:
+        """Number of triangles of the present level."""
+        return 2 * self._vertices - 4
+
+    @property
+    def mesh(self) -> TriangleMesh:
+        """The present level, as views that the next step writes to."""
+        return TriangleMesh(self._positions[: self._vertices], self._faces[: self.triangles])
+
+    def finer(self, steps: int = 1) -> None:
+        """Apply the next splits.
+
+        Raises
+        ------
+        TriangleCountError
+            If the full boundary is reached before; nothing is changed then.
+        """
+        self._move(self._vertices + steps)
+
+    def coarser(self, steps: int = 1) -> None:
+        """Take the last splits back.
+
+        Raises
+        ------
+        TriangleCountError
+            If four triangles are reached before; nothing is changed then.
+        """
+        self._move(self._vertices - steps)
+
+    def _move(self, vertices: int) -> None:
+        if not 4 <= vertices <= self._splits.vertices:
+            raise TriangleCountError(
+                f"a level of {2 * vertices - 4} triangles was asked for",
+                where={"field": "steps"},
+                remedy=f"levels of 4 to {2 * self._splits.vertices - 4} triangles",
+            )
+        walk = refine if vertices > self._vertices else coarsen
+        walk(self._splits, self._positions, self._faces.reshape(-1), self._vertices, vertices)
+        self._vertices = vertices
+
+
+@kernel
+def _refine(
+    positions: FloatArray,
+    corners: IndexArray,
+    parent: IndexArray,
+    fine: FloatArray,
+    added: FloatArray,
+    faces: IndexArray,
+    moved_end: IndexArray,
+    moved: IndexArray,
+    start: int,
+    end: int,
+) -> None:
+    for slot in range(start, end):
+        split = slot - 4
+        above = parent[split]
+        for axis in range(3):
+            positions[above, axis] = fine[split, axis]
+            positions[slot, axis] = added[split, axis]
+        for index in range(moved_end[split - 1] if split > 0 else 0, moved_end[split]):
+            corners[moved[index]] = slot
+        first = 3 * (2 * slot - 4)
+        for side in range(2):
+            for place in range(3):
+                corners[first + 3 * side + place] = faces[split, side, place]
+
+
+@kernel
+def _coarsen(
+    positions: FloatArray,
+    corners: IndexArray,
+    parent: IndexArray,
+    coarse: FloatArray,
+    moved_end: IndexArray,
+    moved: IndexArray,
+    start: int,
+    end: int,
+) -> None:
+    for slot in range(start - 1, end - 1, -1):
+        split = slot - 4
+        above = parent[split]
+        for axis in range(3):
+            positions[above, axis] = coarse[split, axis]
+        for index in range(moved_end[split - 1] if split > 0 else 0, moved_end[split]):
+            corners[moved[index]] = above

@@ -1,0 +1,260 @@
+"""The triangle mesh that every station from the boundary on passes to the next, and its validity.
+
+A gamut's surface is a closed, oriented mesh of genus 0 whose faces all see the centre from inside.
+`TriangleMesh.validity` checks each of these properties by itself and from the arrays alone, so that
+it can serve as the judge of what the other modules construct.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from gamutcore.errors import MeshError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from gamutcore.arrays import FloatArray, IndexArray, PositionArray
+
+__all__ = ["TriangleMesh", "Validity"]
+
+
+@dataclass(frozen=True)
+class Validity:
+    """What holds of a mesh, property by property.
+
+    Attributes
+    ----------
+    finite : bool
+        All coordinates are finite numbers.
+    closed : bool
+        Every directed edge has its opposite exactly once: closed and consistently oriented.
+    manifold : bool
+        The faces around every vertex form a single cycle, and every vertex is used.
+    connected : bool
+        The mesh is one piece.
+    euler_characteristic : int
+        Vertices − edges + faces; 2 for genus 0.
+    degenerate_faces : int
+        Faces that name a vertex twice or have no area.
+    duplicate_faces : int
+        Faces whose three vertices another face has too.
+    minimum_determinant : float or None
+        Smallest det(p0 − c, p1 − c, p2 − c) over all faces; None if no centre was given.
+    """
+
+    finite: bool
+    closed: bool
+    manifold: bool
+    connected: bool
+    euler_characteristic: int
+    degenerate_faces: int
+    duplicate_faces: int
+    minimum_determinant: float | None
+
+    @property
+    def star_shaped(self) -> bool:
+        """Whether every face sees the centre from inside (False if no centre was given)."""
+        return self.minimum_determinant is not None and self.minimum_determinant > 0
+
+    @property
+    def is_sphere(self) -> bool:
+        """Whether the mesh is a closed oriented 2-manifold of genus 0 with no faulty face."""
+        return (
+            self.finite
+            and self.closed
+            and self.manifold
+            and self.connected
+            and self.euler_characteristic == 2
+            and self.degenerate_faces == 0
+            and self.duplicate_faces == 0
+        )
+
+    @property
+    def is_gamut(self) -> bool:
+        """Whether the mesh is a sphere and star-shaped: all invariants of a level."""
+        return self.is_sphere and self.star_shaped
+
+
+@dataclass(frozen=True, eq=False)
+class TriangleMesh:
+    """Vertices and the triangles between them, counter-clockwise seen from outside.
+
+    Parameters
+    ----------
+    vertices : (m, 3) float
+        Coordinates in the order of the colour space, (L*, a*, b*) for CIELAB.
+    faces : (n, 3) int
+        Indices of vertices.
+
+    Raises
+    ------
+    MeshError
+        If the arrays are not of these shapes or an index is out of range.
+    """
+
+    vertices: PositionArray
+    faces: IndexArray
+
+    def __post_init__(self) -> None:
+        vertices, faces = np.asarray(self.vertices), np.asarray(self.faces)
+        if vertices.ndim != 2 or vertices.shape[1] != 3 or vertices.dtype.kind not in "fiu":
+            raise MeshError(
+                f"vertices have the shape {vertices.shape} and type {vertices.dtype}",
+                where={"field": "vertices"},
+                remedy="an (m, 3) array of numbers",
+            )
+        if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu":
+            raise MeshError(
+                f"faces have the shape {faces.shape} and type {faces.dtype}",
+                where={"field": "faces"},
+                remedy="an (n, 3) array of vertex indices",
+            )
+        if faces.size and (faces.min() < 0 or faces.max() >= len(vertices)):
+            raise MeshError(
+                f"a face names a vertex outside 0 to {len(vertices) - 1}",
+                where={"field": "faces"},
+                remedy="indices of the given vertices",
+            )
+        if vertices.dtype.kind != "f":
+            object.__setattr__(self, "vertices", vertices.astype(np.float64))
+
+    def __eq__(self, other: object) -> bool:
+        return (
+            isinstance(other, TriangleMesh)
+            and np.array_equal(self.vertices, other.vertices)
+            and np.array_equal(self.faces, other.faces)
+        )
+
+    __hash__ = None  # type: ignore[assignment]  # arrays can be written to
+
+    @property
+    def triangles(self) -> int:
+        """Number of faces."""
+        return len(self.faces)
+
+    def corners(self, origin: ArrayLike = (0.0, 0.0, 0.0)) -> tuple[FloatArray, ...]:
+        """Positions of the three corners of every face relative to an origin.
+
+        Parameters
+        ----------
+        origin : (3,) array_like
+            What is subtracted, in double precision.
+
+        Returns
+        -------
+        tuple of three (n, 3) float64 arrays
+        """
+        relative = self.vertices.astype(np.float64) - np.asarray(origin, np.float64)
+        return relative[self.faces[:, 0]], relative[self.faces[:, 1]], relative[self.faces[:, 2]]
+
+    def determinants(self, centre: ArrayLike) -> FloatArray:
+        """det(p0 − c, p1 − c, p2 − c) of every face: six times its signed volume with the centre.
+
+        Parameters
+        ----------
+        centre : (3,) array_like
+
+        Returns
+        -------
+        (n,) float64
+        """
+        first, second, third = self.corners(centre)
+        return np.asarray(np.einsum("ij,ij->i", first, np.cross(second, third)))
+
+    @property
+    def volume(self) -> float:
+        """Enclosed volume, positive if the faces are oriented outwards (cubic units)."""
+        origin = self.vertices.astype(np.float64).mean(axis=0) if len(self.vertices) else np.zeros(3)
+        return float(self.determinants(origin).sum() / 6.0)
+
+    @property
+    def area(self) -> float:
+        """Surface area (square units)."""
+        first, second, third = self.corners()
+        normals = np.cross(second - first, third - first)
+        return float(np.linalg.norm(normals, axis=1).sum() / 2.0)
+
+    @property
+    def bounds(self) -> FloatArray:
+        """Smallest and largest coordinates, (2, 3)."""
+        vertices = self.vertices.astype(np.float64)
+        return np.stack([vertices.min(axis=0), vertices.max(axis=0)])
+
+    def validity(self, centre: ArrayLike | None = None) -> Validity:
+        """Check every invariant of a level from the arrays alone.
+
+        Parameters
+        ----------
+        centre : (3,) array_like, optional
+            What the mesh should be star-shaped about.
+
+        Returns
+        -------
+        Validity
+        """
+        faces = self.faces.astype(np.int64)
+        count = len(self.vertices)
+        starts, ends = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+        edges = np.sort(starts * count + ends)
+        closed = bool(
+            len(edges) > 0
+            and (np.diff(edges) > 0).all()
+            and np.array_equal(edges, np.sort(ends * count + starts))
+        )
+        manifold, connected = _vertex_cycles(faces, count) if closed else (False, False)
+        first, second, third = self.corners()
+        areas = np.linalg.norm(np.cross(second - first, third - first), axis=1)
+        named_twice = (faces == np.roll(faces, -1, axis=1)).any(axis=1)
+        distinct = np.unique(np.sort(faces, axis=1), axis=0)
+        return Validity(
+            finite=bool(np.isfinite(self.vertices).all()),
+            closed=closed,
+            manifold=manifold,
+            connected=connected,
+            euler_characteristic=count - len(edges) // 2 + len(faces),
+            degenerate_faces=int((named_twice | ~(areas > 0)).sum()),
+            duplicate_faces=len(faces) - len(distinct),
+            minimum_determinant=(
+                None if centre is None else float(self.determinants(centre).min(initial=np.inf))
+            ),
+        )
+
+    def to_trimesh(self) -> Any:  # noqa: ANN401  # trimesh has no type stubs
+        """Return a `trimesh.Trimesh` of the same vertices and faces, nothing merged or reordered."""
+        import trimesh  # noqa: PLC0415  # a heavy import that only exchange needs
+
+        return trimesh.Trimesh(self.vertices, self.faces, process=False, validate=False)
+
+
+def _vertex_cycles(faces: NDArray[np.int64], count: int) -> tuple[bool, bool]:
+    """Whether the corners at each vertex form one cycle, and whether the faces form one piece.
+
+    Corner i is followed, going round its vertex, by the corner at the same vertex in the face across
+    the edge to the corner before it; a closed mesh has such a face for every corner.
+    """
+    corners = np.arange(faces.size).reshape(faces.shape)
+    starts, ends = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    order = np.argsort(starts * count + ends)
+    keys = (starts * count + ends)[order]
+    before = np.roll(faces, 1, axis=1).ravel()
+    # the edge from the corner's vertex to the one before it starts a face at the wanted corner
+    following = order[np.searchsorted(keys, faces.ravel() * count + before)]
+    turns = coo_array(
+        (np.ones(faces.size, np.int8), (corners.ravel(), following)), shape=(faces.size,) * 2
+    )
+    cycles, _ = connected_components(turns, directed=False)
+    pieces, _ = connected_components(
+        coo_array(
+            (np.ones(faces.size, np.int8), (corners.ravel() // 3, following // 3)),
+            shape=(len(faces),) * 2,
+        ),
+        directed=False,
+    )
+    used = len(np.unique(faces))
+    return cycles == used == count, pieces == 1
