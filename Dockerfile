@@ -4,8 +4,8 @@
 FROM python:3.11.15-slim-bookworm AS build
 
 # The CPU's name and features are part of the key that compiled kernels are kept under. Fixed ones
-# make kernels of the build machine serve on every CPU of the architecture (README, Performance).
-ENV GAMUT_HOME=/opt/gamut \
+# make kernels of the build machine serve on every CPU of the architecture.
+ENV INSTALL_ROOT=/opt/gamut \
     NUMBA_CPU_NAME=generic \
     NUMBA_CPU_FEATURES="" \
     PIP_DISABLE_PIP_VERSION_CHECK=1 \
@@ -20,8 +20,6 @@ COPY LICENSE README.md ./
 COPY gamutcore gamutcore
 COPY service service
 RUN docker/image package
-RUN docker/image kernels
-RUN install -d -o 10001 -g 10001 -m 0750 /data
 
 
 FROM python:3.11.15-slim-bookworm
@@ -49,7 +47,6 @@ USER 10001:10001
 WORKDIR /data
 VOLUME ["/data"]
 EXPOSE 8000
-STOPSIGNAL SIGTERM
 
 HEALTHCHECK --interval=30s --timeout=3s --start-period=10s --retries=3 \
     CMD ["python", "-c", "import http.client, os; c = http.client.HTTPConnection('127.0.0.1', int(os.environ['GAMUT_PORT']), timeout=2); c.request('GET', '/livez'); raise SystemExit(c.getresponse().status != 200)"]

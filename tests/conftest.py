@@ -1,0 +1,63 @@
+"""Fixtures that several folders of tests use."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+VALIDATOR = Path(__file__).parent / "gltf"
+
+
+def missing(what: str) -> None:
+    """Skip for want of something, or fail in CI, where everything has to be there."""
+    if os.environ.get("CI") == "true":
+        pytest.fail(what)
+    pytest.skip(what)
+
+
+@pytest.fixture(scope="session")
+def gltf_report(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Callable[[bytes | Path], dict[str, Any]]:
+    """Return a function from GLB or glTF bytes, or a path, to the Khronos validator's report.
+
+    ``report["issues"]`` has ``numErrors``, ``numWarnings``, ``numInfos``, ``numHints`` and
+    ``messages``; ``report["info"]`` what the validator counted.
+    """
+    node = shutil.which("node")
+    if node is None:
+        missing("Node.js is not there, which Khronos' glTF validator needs")
+    if not (VALIDATOR / "node_modules" / "gltf-validator").is_dir():
+        missing(
+            "Khronos' glTF validator is not installed: run `make test`, or npm ci in tests/gltf"
+        )
+
+    def report(asset: bytes | Path) -> dict[str, Any]:
+        if isinstance(asset, bytes):
+            suffix = "glb" if asset.startswith(b"glTF") else "gltf"
+            path = tmp_path_factory.mktemp("gltf") / f"asset.{suffix}"
+            path.write_bytes(asset)
+        else:
+            path = asset
+        ended = subprocess.run(
+            [str(node), str(VALIDATOR / "validate.mjs"), str(path)],
+            check=False,
+            capture_output=True,
+            text=True,
+        )
+        assert ended.returncode in {0, 1}, ended.stderr
+        assert ended.stdout, ended.stderr
+        (only,) = json.loads(ended.stdout)
+        assert (ended.returncode == 1) == (only["issues"]["numErrors"] > 0)
+        return dict(only)
+
+    return report

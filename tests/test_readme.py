@@ -1,0 +1,137 @@
+"""The README's commands, run exactly as it prints them."""
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+import pytest
+import trimesh
+
+ROOT = Path(__file__).parent.parent
+README = (ROOT / "README.md").read_text()
+ADDRESS = "http://127.0.0.1:8000"
+START_SECONDS = 300
+"""Enough for `make serve` to install everything first; how long it takes is not tested."""
+
+
+def blocks(language):
+    return re.findall(rf"^```{language}\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
+
+
+def commands(block):
+    """Return a shell block's commands, without comments and blank lines."""
+    lines = [re.sub(r"\s+#.*", "", line) for line in block.replace("\\\n", " ").splitlines()]
+    return [line.strip() for line in lines if line.strip() and not line.startswith("#")]
+
+
+FIRST, CURL, *_ = blocks("sh")
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder that has the examples, as the README's reader is in, and nothing to overwrite."""
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    return tmp_path
+
+
+@pytest.fixture
+def served(tmp_path_factory):
+    """The service as `make serve` starts it, on the README's port, with a new data directory."""
+    with socket.socket() as probe:
+        if probe.connect_ex(("127.0.0.1", 8000)) == 0:
+            pytest.fail(
+                "port 8000 is taken: stop what listens there, the README's commands need it"
+            )
+    environment = {
+        name: value for name, value in os.environ.items() if not name.startswith(("MAKE", "MFLAGS"))
+    }
+    environment["GAMUT_DATA"] = str(tmp_path_factory.mktemp("data"))
+    output = (tmp_path_factory.mktemp("log") / "serve.txt").open("w+b")
+    command = commands(FIRST)[0]
+    server = subprocess.Popen(
+        ["bash", "-c", command],
+        cwd=ROOT,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=output,
+        stderr=subprocess.STDOUT,
+        start_new_session=True,
+    )
+    try:
+        deadline = time.monotonic() + START_SECONDS
+        while True:
+            try:
+                urllib.request.urlopen(f"{ADDRESS}/readyz", timeout=5).close()
+                break
+            except (urllib.error.URLError, ConnectionError, TimeoutError):
+                if server.poll() is not None or time.monotonic() > deadline:
+                    output.seek(0)
+                    pytest.fail(f"{command} does not serve:\n{output.read().decode()}")
+                time.sleep(0.2)
+        yield
+    finally:
+        if server.poll() is None:
+            os.killpg(server.pid, signal.SIGINT)  # what Ctrl-C does
+            server.wait(timeout=60)
+        output.close()
+
+
+def test_it_starts_with_the_two_commands():
+    assert commands(FIRST) == ["make serve", "make test"]
+    assert README.index("```") < README.index("\n## ")
+
+
+def test_ci_runs_the_test_command_that_it_prints():
+    """Run the function of .ci/run that reads the command, without running the command."""
+    script = (ROOT / ".ci/run").read_text()
+    function = re.search(r"^test_command\(\) \{\n.*?^\}\n", script, re.MULTILINE | re.DOTALL)
+    read = subprocess.run(
+        ["bash", "-c", f"{function[0]}test_command"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert read.stdout.splitlines() == [commands(FIRST)[1]]
+
+
+@pytest.mark.usefixtures("served")
+def test_the_curl_commands_post_a_press_and_download_its_gamut_in_1000_triangles(folder):
+    post, download = commands(CURL)
+    assert re.search(r"/v1/gamuts/[0-9a-f]{64}/mesh", download)
+    posted = subprocess.run(
+        ["bash", "-c", post], cwd=folder, capture_output=True, text=True, check=True
+    )
+    (gamut,) = re.findall(r"/v1/gamuts/([0-9a-f]{64})/mesh", download)
+    assert f'"{gamut}"' in posted.stdout
+    subprocess.run(["bash", "-c", download], cwd=folder, check=True)
+
+    (file,) = folder.glob("*.glb")
+    mesh = trimesh.load(file, force="mesh", process=False)
+    assert len(mesh.faces) == 1000
+    assert mesh.is_watertight
+    assert mesh.is_winding_consistent
+    assert mesh.volume > 0
+
+
+def test_the_python_example_runs(folder):
+    (example,) = blocks("python")
+    ended = subprocess.run(
+        [sys.executable, "-W", "error", "-c", example],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ended.returncode == 0, ended.stderr
+    (file,) = folder.glob("*.ply")
+    mesh = trimesh.load(file, process=False)
+    assert len(mesh.faces) == 1000
+    assert mesh.is_watertight

@@ -1,0 +1,197 @@
+"""What the repository's own files promise: pins, layout, the image, no address of a package host."""
+
+import importlib.metadata
+import json
+import re
+import subprocess
+import tomllib
+from itertools import chain
+from pathlib import Path
+
+import pytest
+from packaging.markers import default_environment
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+ROOT = Path(__file__).parent.parent
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+DOCKERFILE = (ROOT / "Dockerfile").read_text()
+
+REGISTRY = re.compile(
+    r"pypi\.(org|python)|pythonhosted|registry\.npmjs|registry\.yarnpkg|index-url|deb\.debian\.org"
+    r"|\"resolved\"|^\s*registry\s*=",
+    re.MULTILINE,
+)
+
+
+def pins():
+    lines = (ROOT / "constraints.txt").read_text().splitlines()
+    return dict(line.split("==") for line in lines if not line.startswith("#"))
+
+
+def tracked():
+    """Return the text files that git tracks, or skip where this is not a checkout."""
+    listed = subprocess.run(
+        ["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    if listed.returncode != 0:
+        pytest.skip("not a git checkout")
+    paths = [ROOT / name for name in listed.stdout.split("\0") if name]
+    return [path for path in paths if path.is_file() and b"\0" not in path.read_bytes()[:8192]]
+
+
+def modules(package):
+    return sorted((ROOT / package).rglob("*.py"))
+
+
+class TestPins:
+    def test_every_line_is_a_name_and_an_exact_version(self):
+        lines = (ROOT / "constraints.txt").read_text().splitlines()
+        wrong = [
+            line
+            for line in lines
+            if not line.startswith("#")
+            and not re.fullmatch(r"[A-Za-z0-9._-]+==[0-9][A-Za-z0-9.!+_-]*", line)
+        ]
+        assert wrong == []
+
+    def test_what_the_project_asks_for_is_pinned_with_all_that_it_needs(self):
+        """Walk the requirements of the installed packages from pyproject.toml's."""
+        pinned = {canonicalize_name(name) for name in pins()}
+        extras = PROJECT["project"]["optional-dependencies"]
+        waiting = [
+            Requirement(text)
+            for text in [*PROJECT["project"]["dependencies"], *extras["test"], *extras["lint"]]
+        ]
+        seen = set()
+        while waiting:
+            requirement = waiting.pop()
+            key = (canonicalize_name(requirement.name), frozenset(requirement.extras))
+            if key in seen:
+                continue
+            seen.add(key)
+            assert key[0] in pinned, f"{requirement} is not in constraints.txt"
+            try:
+                needed = importlib.metadata.requires(requirement.name) or []
+            except importlib.metadata.PackageNotFoundError:
+                continue  # the lint packages, where only the tests' are installed
+            for text in needed:
+                further = Requirement(text)
+                environments = [
+                    {**default_environment(), "extra": extra} for extra in ("", *requirement.extras)
+                ]
+                if further.marker is None or any(map(further.marker.evaluate, environments)):
+                    waiting.append(further)
+        assert len(seen) > len(extras["test"])
+
+    def test_the_ranges_admit_the_pins(self):
+        pinned = {canonicalize_name(name): version for name, version in pins().items()}
+        requirements = [
+            *PROJECT["project"]["dependencies"],
+            *PROJECT["build-system"]["requires"],
+            *chain(*PROJECT["project"]["optional-dependencies"].values()),
+        ]
+        for requirement in map(Requirement, requirements):
+            version = pinned[canonicalize_name(requirement.name)]
+            assert requirement.specifier.contains(version), requirement
+
+    def test_the_installed_versions_are_the_pinned_ones(self):
+        installed = {
+            name: importlib.metadata.version(name)
+            for name in pins()
+            if any(importlib.metadata.distributions(name=name))
+        }
+        assert installed
+        assert installed == {name: pins()[name] for name in installed}
+
+    def test_the_npm_lock_has_digests_and_no_addresses(self):
+        lock = json.loads((ROOT / "tests/gltf/package-lock.json").read_text())
+        packages = {name: entry for name, entry in lock["packages"].items() if name}
+        assert packages
+        for name, entry in packages.items():
+            assert entry["integrity"].startswith("sha512-"), name
+            assert "resolved" not in entry, name
+
+
+def test_no_file_names_a_package_host():
+    this = Path(__file__)
+    named = [
+        path
+        for path in tracked()
+        if path != this and REGISTRY.search(path.read_text("utf-8", "replace"))
+    ]
+    assert named == []
+
+
+class TestLayout:
+    @pytest.mark.parametrize("package", ["gamutcore", "service"])
+    def test_modules_are_short(self, package):
+        long = {
+            str(path): lines
+            for path in modules(package)
+            if (lines := len(path.read_text().splitlines())) > 500
+        }
+        assert long == {}
+
+    @pytest.mark.parametrize("package", ["gamutcore", "service"])
+    def test_every_module_has_a_test_module_of_its_name(self, package):
+        untested = [
+            str(path.relative_to(ROOT))
+            for path in modules(package)
+            if path.name not in {"__init__.py", "__main__.py"}
+            and not (ROOT / "tests" / path.relative_to(ROOT).parent / f"test_{path.name}").is_file()
+        ]
+        assert untested == []
+
+    @pytest.mark.parametrize("package", ["gamutcore", "service"])
+    def test_every_test_module_tests_a_module(self, package):
+        stray = [
+            str(path.relative_to(ROOT))
+            for path in (ROOT / "tests" / package).rglob("test_*.py")
+            if not (
+                ROOT / path.relative_to(ROOT / "tests").parent / path.name.removeprefix("test_")
+            ).is_file()
+            and not (
+                ROOT / path.relative_to(ROOT / "tests").parent / path.stem.removeprefix("test_")
+            ).is_dir()
+        ]
+        assert stray == []
+
+
+class TestImage:
+    def test_the_stages_have_one_base_pinned_to_a_patch_version(self):
+        bases = re.findall(r"^FROM (\S+)", DOCKERFILE, re.MULTILINE)
+        assert len(bases) > 1
+        assert len(set(bases)) == 1
+        assert re.fullmatch(r"python:3\.11\.\d+-slim-bookworm", bases[0])
+
+    def test_its_run_lines_are_the_steps_that_ci_rehearses(self):
+        ran = re.findall(r"^RUN (.*)", DOCKERFILE, re.MULTILINE)
+        steps = re.findall(r"^([a-z]+)\)", (ROOT / "docker/image").read_text(), re.MULTILINE)
+        assert ran == [f"docker/image {step}" for step in steps]
+        assert "step make image-check" in (ROOT / ".ci/run").read_text()
+
+    def test_both_stages_compile_and_load_for_the_same_cpu(self):
+        stages = DOCKERFILE.split("\nFROM ")[1:]
+        for stage in stages:
+            assert "NUMBA_CPU_NAME=generic" in stage
+            assert 'NUMBA_CPU_FEATURES=""' in stage
+
+    def test_it_runs_as_a_fixed_user_without_a_shell(self):
+        user = re.findall(r"^USER (.*)", DOCKERFILE, re.MULTILINE)[-1]
+        assert re.fullmatch(r"[1-9]\d*:[1-9]\d*", user)
+        assert json.loads(re.findall(r"^CMD (.*)", DOCKERFILE, re.MULTILINE)[-1])
+        assert json.loads(
+            re.findall(
+                r"^HEALTHCHECK .*?CMD (\[.*\])", DOCKERFILE.replace("\\\n", ""), re.MULTILINE
+            )[0]
+        )
+
+    def test_what_it_copies_is_not_ignored(self):
+        ignored = (ROOT / ".dockerignore").read_text().splitlines()
+        assert ignored[ignored.index("*") :][0] == "*"
+        for line in re.findall(r"^COPY (?!--from)(.*)", DOCKERFILE, re.MULTILINE):
+            *sources, _ = line.split()
+            for source in sources:
+                assert (ROOT / source).exists()
+                assert f"!{Path(source).parts[0]}" in ignored
