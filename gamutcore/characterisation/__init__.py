@@ -1,1 +1,11 @@
-"""characterisation."""
+"""Characterisation data: what is known of a device, read from the files people hold.
+
+`characterisation` tells the format by content and returns `Samples` (measured colours, with or without
+device values) or an `IccProfile`. Reading checks everything that a file claims; colour is computed
+in `gamutcore.colours`.
+"""
+
+from gamutcore.characterisation.recognition import Characterisation, characterisation
+from gamutcore.characterisation.samples import Samples
+
+__all__ = ["Characterisation", "Samples", "characterisation"]

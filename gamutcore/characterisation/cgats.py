@@ -1,0 +1,306 @@
+"""The CGATS family of text files: CGATS.17, IT8.7/x, Argyll's .ti1 and .ti3, ECI2002, ISO 28178.
+
+The family has one grammar (CGATS.17-2009) and as many dialects as writers, so this reader is tolerant:
+it believes the data, not the counts that announce them, and says in its warnings what it
+tolerated. It reads in one pass over the lines, so its time is linear in the length of the file.
+The first table with device values and colours, or with colours alone, is taken.
+"""
+
+from __future__ import annotations
+
+import re
+from enum import Enum, auto
+from typing import TYPE_CHECKING, NamedTuple
+
+from gamutcore.characterisation.columns import MAX_COLUMNS, ColumnRoles, column_roles
+from gamutcore.characterisation.samples import samples_from_values
+from gamutcore.characterisation.table import NumberTable, text_lines
+from gamutcore.errors import MalformedFileError, MissingColumnError, SampleLimitError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from gamutcore.characterisation.samples import Samples
+
+__all__ = ["cgats_samples", "looks_like_cgats"]
+
+_DATA_MARK = re.compile(r"\bBEGIN_DATA(?:_FORMAT)?\b", re.IGNORECASE)
+_HEADER_TOKEN = re.compile(r'""([^"]+)""|"([^"]*)(?:"|$)|([^\s"]+)')
+_DATA_TOKEN = re.compile(r'"([^"]*)(?:"|$)|([^\s"]+)')
+_SPECIAL = re.compile(r"[\"#]|END_DATA", re.IGNORECASE)
+_COUNTS = ("NUMBER_OF_FIELDS", "NUMBER_OF_SETS")
+_STRUCTURE = frozenset({*_COUNTS, "BEGIN_DATA_FORMAT", "END_DATA_FORMAT", "BEGIN_DATA", "END_DATA"})
+_MAX_KEYWORDS = 10_000
+
+
+class _State(Enum):
+    HEADER = auto()
+    FORMAT = auto()
+    DATA = auto()
+    SKIPPED_DATA = auto()
+
+
+class _Token(NamedTuple):
+    text: str
+    quoted: bool
+
+    @property
+    def structure(self) -> str:
+        """The structural word that this is, or nothing."""
+        upper = self.text.upper()
+        return upper if not self.quoted and upper in _STRUCTURE else ""
+
+
+def looks_like_cgats(text: str) -> bool:
+    """Whether a text has a CGATS data or data format section.
+
+    Parameters
+    ----------
+    text : str
+        The decoded file.
+
+    Returns
+    -------
+    bool
+    """
+    return _DATA_MARK.search(text) is not None
+
+
+def cgats_samples(text: str) -> Samples:
+    """The samples in a text of the CGATS family.
+
+    Parameters
+    ----------
+    text : str
+        The decoded file, with any mixture of line ends.
+
+    Returns
+    -------
+    Samples
+        Of the first table that has colours; `conditions` are that table's keywords together with
+        those before it. Where a keyword is repeated the last one counts, of the file's notes the
+        first.
+
+    Raises
+    ------
+    MalformedFileError
+        A row with the wrong number of values, or a value that is no number: with line and column.
+    MissingColumnError
+        No table holds CIELAB or XYZ colours.
+    SampleLimitError
+        More rows, columns or keywords than are accepted.
+    """
+    reader = _Reader()
+    for line, content in text_lines(text):
+        reader.read(content, line)
+    return reader.samples()
+
+
+class _Reader:
+    """State machine over lines. Each `_read_*` consumes tokens until its section ends."""
+
+    def __init__(self) -> None:
+        self.state = _State.HEADER
+        self.keywords: dict[str, str] = {}
+        self.warnings: list[str] = []
+        self.counts: dict[str, str] = {}
+        self.fields: list[str] = []
+        self.fields_line = 0
+        self.table: NumberTable | None = None
+        self.row: list[str] = []
+        self.row_line = 0
+        self.refusal: MissingColumnError | None = None
+        self.finished = False
+        self.other_tables = 0
+
+    def read(self, content: str, line: int) -> None:
+        if self.state is _State.DATA and not _SPECIAL.search(content):
+            # The common case: a plain row, without the cost of the token expression.
+            words = content.split()
+            if words:
+                self._data_row(words, line)
+            return
+        data = self.state in (_State.DATA, _State.SKIPPED_DATA)
+        tokens = _tokens(content, data=data)
+        while tokens:
+            if self.state is _State.HEADER:
+                tokens = self._header(tokens, line)
+            elif self.state is _State.FORMAT:
+                tokens = self._format(tokens, line)
+            else:
+                tokens = self._data(tokens, line)
+
+    def samples(self) -> Samples:
+        if self.state is _State.DATA and self.table is not None:
+            self.warnings.append("END_DATA is missing; the data ends with the file.")
+            self._end_of_table()
+        if self.table is None or not self.finished:
+            if self.refusal is not None:
+                raise self.refusal
+            raise MalformedFileError(
+                "The file has no table of data.",
+                where={"line": self.fields_line or 1},
+                remedy="A table is BEGIN_DATA_FORMAT, column names, END_DATA_FORMAT, BEGIN_DATA, "
+                "rows, END_DATA.",
+            )
+        if self.other_tables:
+            self.warnings.append(f"{self.other_tables} further table(s) in the file are not used.")
+        values, lines = self.table.arrays()
+        return samples_from_values(
+            "cgats",
+            self.table.roles,
+            values,
+            lines=lines,
+            conditions=self.keywords,
+            warnings=self.warnings,
+        )
+
+    def _header(self, tokens: Sequence[_Token], line: int) -> Sequence[_Token]:
+        head, rest = tokens[0], tokens[1:]
+        word = head.structure
+        if word in _COUNTS:
+            self.counts[word] = rest[0].text if rest and not rest[0].structure else ""
+            return rest[1:] if self.counts[word] else rest
+        if word == "BEGIN_DATA_FORMAT":
+            self.state, self.fields, self.fields_line = _State.FORMAT, [], line
+            return rest
+        if word == "BEGIN_DATA":
+            self._begin_data(line)
+            # What follows on this line is data, where quotes pair differently from keywords'.
+            return rest
+        if word or head.quoted:
+            return rest
+        length = 0
+        if rest and rest[0].quoted:
+            length = 1
+        else:
+            while length < len(rest) and not rest[length].structure:
+                length += 1
+        if length and not self.finished and head.text.upper() != "KEYWORD":
+            self._keyword(head.text.upper(), " ".join(t.text for t in rest[:length]).strip(), line)
+        return rest[length:]
+
+    def _keyword(self, name: str, value: str, line: int) -> None:
+        if len(self.keywords) >= _MAX_KEYWORDS and name not in self.keywords:
+            raise SampleLimitError(
+                f"The file has more than {_MAX_KEYWORDS} keywords.", where={"line": line}
+            )
+        self.keywords[name] = value
+
+    def _format(self, tokens: Sequence[_Token], line: int) -> Sequence[_Token]:
+        for index, token in enumerate(tokens):
+            if token.structure == "END_DATA_FORMAT":
+                self.state = _State.HEADER
+                return tokens[index + 1 :]
+            if token.structure == "BEGIN_DATA":
+                self.warnings.append(f"END_DATA_FORMAT is missing before line {line}.")
+                self.state = _State.HEADER
+                return tokens[index:]
+            self.fields.append(token.text)
+            if len(self.fields) > MAX_COLUMNS:
+                raise SampleLimitError(
+                    f"The table has more than {MAX_COLUMNS} columns.", where={"line": line}
+                )
+        return ()
+
+    def _begin_data(self, line: int) -> None:
+        self.state = _State.SKIPPED_DATA
+        if self.finished:
+            self.other_tables += 1
+            return
+        if not self.fields:
+            raise MalformedFileError(
+                "The data starts before its columns are named.",
+                where={"line": line},
+                remedy="Put BEGIN_DATA_FORMAT, the column names and END_DATA_FORMAT before it.",
+            )
+        try:
+            roles = column_roles(self.fields, where={"line": self.fields_line})
+        except MissingColumnError as error:
+            self.refusal = self.refusal or error
+            return
+        self.state, self.table = _State.DATA, NumberTable(roles)
+        self.row, self.row_line = [], 0
+        self._compare("NUMBER_OF_FIELDS", len(self.fields), "columns")
+
+    def _data(self, tokens: Sequence[_Token], line: int) -> Sequence[_Token]:
+        end = next((i for i, token in enumerate(tokens) if token.structure == "END_DATA"), None)
+        row = tokens[:end]
+        if row and self.state is _State.DATA:
+            self._data_row([token.text for token in row], line)
+        if end is None:
+            return ()
+        if self.state is _State.DATA:
+            self._end_of_table()
+        self.state = _State.HEADER
+        return tokens[end + 1 :]
+
+    def _data_row(self, words: list[str], line: int) -> None:
+        assert self.table is not None  # noqa: S101 (the state DATA is entered with a table)
+        width = len(self.fields)
+        if not self.row and len(words) == width:
+            self.table.append(words, line)
+            return
+        # A row may go on over several lines; it must end where a line ends.
+        if not self.row:
+            self.row_line = line
+        self.row.extend(words)
+        if len(self.row) > width:
+            self.row = _with_names_joined(self.row, self.table.roles)
+        if len(self.row) == width:
+            self.table.append(self.row, self.row_line)
+            self.row = []
+        elif len(self.row) > width:
+            raise self._wrong_row()
+
+    def _wrong_row(self) -> MalformedFileError:
+        return MalformedFileError(
+            f"The row that starts here has {len(self.row)} values for {len(self.fields)} columns.",
+            where={"line": self.row_line, "column": min(len(self.row), len(self.fields)) + 1},
+            remedy="Every row needs one value for each name between BEGIN_DATA_FORMAT and "
+            "END_DATA_FORMAT; names with spaces are quoted.",
+        )
+
+    def _end_of_table(self) -> None:
+        if self.row:
+            raise self._wrong_row()
+        assert self.table is not None  # noqa: S101 (only the state DATA ends a table)
+        self._compare("NUMBER_OF_SETS", self.table.count, "rows")
+        ignored = self.table.roles.ignored
+        if ignored:
+            self.warnings.append(f"The device columns {', '.join(ignored)} are not used.")
+        self.finished = True
+
+    def _compare(self, keyword: str, found: int, what: str) -> None:
+        announced = self.counts.pop(keyword, None)
+        if announced is None:
+            self.warnings.append(f"{keyword} is missing; {found} {what} were found.")
+        elif announced != str(found):
+            self.warnings.append(f"{keyword} says {announced[:20]}; {found} {what} were found.")
+
+
+def _tokens(content: str, *, data: bool) -> list[_Token]:
+    tokens: list[_Token] = []
+    for match in (_DATA_TOKEN if data else _HEADER_TOKEN).finditer(content):
+        plain = match[match.re.groups]
+        if plain is None:
+            tokens.append(
+                _Token(next((g for g in match.groups() if g is not None), ""), quoted=True)
+            )
+        elif plain.startswith("#"):
+            break
+        else:
+            tokens.append(_Token(plain, quoted=False))
+    return tokens
+
+
+def _with_names_joined(row: list[str], roles: ColumnRoles) -> list[str]:
+    """A row in which an unquoted name of several words, before all numbers, is one value again."""
+    first = min(roles.selected)
+    surplus = len(row) - len(roles.names)
+    if first == 0 or not row[first - 1 : first + surplus]:
+        return row
+    joined = " ".join(row[first - 1 : first + surplus])
+    if any(character.isalpha() for character in joined):
+        return [*row[: first - 1], joined, *row[first + surplus :]]
+    return row

@@ -1,0 +1,123 @@
+"""Comma, semicolon, tab or space separated samples, with the column names in the first line.
+
+What spreadsheets and scripts write. Lines that start with `#` and empty lines are passed over.
+Three columns without names are taken for L*, a*, b*.
+"""
+
+from __future__ import annotations
+
+import csv
+from typing import TYPE_CHECKING
+
+from gamutcore.characterisation.columns import column_roles
+from gamutcore.characterisation.samples import samples_from_values
+from gamutcore.characterisation.table import NumberTable, number, text_lines
+from gamutcore.errors import MalformedFileError, MissingColumnError, UnrecognisedFormatError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from gamutcore.characterisation.samples import Samples
+
+__all__ = ["delimited_samples"]
+
+_DELIMITERS = ("\t", ";", ",")
+
+
+def delimited_samples(text: str) -> Samples:
+    """The samples in delimited text.
+
+    Parameters
+    ----------
+    text : str
+        The decoded file. The delimiter is the tab, else the semicolon, else the comma, whichever
+        the first line has, else white space. With semicolons, tabs or white space, decimal commas
+        are understood.
+
+    Returns
+    -------
+    Samples
+
+    Raises
+    ------
+    UnrecognisedFormatError
+        The first line is neither column names nor numbers.
+    MissingColumnError
+        The columns hold no CIELAB or XYZ colour.
+    MalformedFileError
+        A row with another number of values than there are columns, or a value that is no number.
+    """
+    rows = _rows(text)
+    line, first = next(rows, (1, []))
+    if not first:
+        raise UnrecognisedFormatError(
+            "The file is empty.", remedy="Send an ICC profile, or measurements as CGATS or CSV."
+        )
+    warnings = []
+    names = [cell.strip() for cell in first]
+    headless = all(_is_number(cell) for cell in names)
+    if headless:
+        if len(names) != 3:
+            raise MissingColumnError(
+                f"The {len(names)} columns have no names.",
+                where={"line": line},
+                remedy="Name the columns in the first line, such as RGB_R,RGB_G,RGB_B,XYZ_X,XYZ_Y,"
+                "XYZ_Z. Only three columns, L*, a*, b*, may go without names.",
+            )
+        warnings.append("The columns have no names; they are taken for L*, a*, b*.")
+        roles = column_roles(("LAB_L", "LAB_A", "LAB_B"))
+    elif len(names) < 3:
+        raise UnrecognisedFormatError(
+            "The text is no table of samples.",
+            where={"line": line},
+            remedy="The first line names the columns, such as LAB_L,LAB_A,LAB_B.",
+        )
+    else:
+        roles = column_roles(names, where={"line": line})
+    table = NumberTable(roles)
+    if headless:
+        table.append(names, line)
+    for line, row in rows:
+        cells = [cell.strip() for cell in row]
+        while len(cells) > len(names) and not cells[-1]:
+            cells.pop()
+        if len(cells) != len(names):
+            raise MalformedFileError(
+                f"The row has {len(cells)} values for {len(names)} columns.",
+                where={"line": line, "column": min(len(cells), len(names)) + 1},
+                remedy="Every row needs one value for each column.",
+            )
+        table.append(cells, line)
+    values, lines = table.arrays()
+    return samples_from_values("csv", roles, values, lines=lines, warnings=warnings)
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        number(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
+    delimiter: str | None = None
+    first = True
+    for line, content in text_lines(text):
+        if not content.strip() or content.lstrip().startswith("#"):
+            continue
+        if first:
+            delimiter = next((mark for mark in _DELIMITERS if mark in content), None)
+            first = False
+        if delimiter is None:
+            yield line, content.split()
+            continue
+        try:
+            # Each line by itself: a quotation mark that is never closed must not swallow the file.
+            yield line, next(csv.reader((content,), delimiter=delimiter))
+        except csv.Error as error:
+            raise MalformedFileError(
+                f"The line cannot be split into cells: {error}.",
+                where={"line": line},
+                remedy="Close every quotation mark on its own line.",
+            ) from None

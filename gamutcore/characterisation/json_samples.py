@@ -1,0 +1,200 @@
+"""Samples as JSON, the form in which programs send them inline.
+
+The document is an object with `samples` (rows of numbers, or objects by column name), `columns` (their
+names; L*, a*, b* when left out), and if wanted `white`, `illuminant`, `observer` and other conditions;
+or just the array of rows. Size and structure are bounded before anything is decoded.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any, NoReturn
+
+import numpy as np
+
+from gamutcore.characterisation.columns import MAX_COLUMNS, column_roles
+from gamutcore.characterisation.samples import FloatArray, Samples, samples_from_values
+from gamutcore.errors import MalformedFileError, SampleLimitError
+
+__all__ = ["MAX_JSON_SAMPLES", "json_samples"]
+
+MAX_JSON_SAMPLES = 1_000_000
+"""Samples in a JSON document at most: decoded, each takes about 200 bytes."""
+
+MAX_JSON_CHARACTERS = 64_000_000
+MAX_JSON_VALUES = 16_000_000
+
+_DEFAULT_COLUMNS = ("LAB_L", "LAB_A", "LAB_B")
+_EXAMPLE = '{"columns": ["LAB_L", "LAB_A", "LAB_B"], "samples": [[50, 0, 0], ...]}'
+
+
+def json_samples(text: str) -> Samples:
+    """The samples in a JSON document.
+
+    Parameters
+    ----------
+    text : str
+        The document. ``{"columns": [names], "samples": [[numbers], ...], "white": [X, Y, Z],
+        "conditions": {keyword: text}}``, of which only ``samples`` is required; every further
+        member with a text or a number for value is a condition too. A sample may be an object from
+        column name to number. An array is taken for the samples.
+
+    Returns
+    -------
+    Samples
+
+    Raises
+    ------
+    MalformedFileError
+        No JSON, or not of this shape; the error names the row and column, or the member.
+    MissingColumnError
+        The columns hold no CIELAB or XYZ colour.
+    SampleLimitError
+        More samples than `MAX_JSON_SAMPLES`, or more text than they can take.
+    """
+    document = _decoded(text)
+    if isinstance(document, list):
+        document = {"samples": document}
+    if not isinstance(document, dict) or not isinstance(document.get("samples"), list):
+        raise MalformedFileError(
+            "The JSON document has no array of samples.",
+            where={"field": "samples"},
+            remedy=f"Send it as {_EXAMPLE}.",
+        )
+    rows = document["samples"]
+    columns = _columns(document, rows)
+    roles = column_roles(columns, where={"field": "columns"})
+    values = _values(rows, columns)[:, list(roles.selected)]
+    white = document.get("white")
+    return samples_from_values(
+        "json",
+        roles,
+        values,
+        conditions=_conditions(document),
+        white=None if white is None else _white(white),
+    )
+
+
+def _decoded(text: str) -> Any:  # noqa: ANN401 (JSON before its shape is known)
+    if (
+        len(text) > MAX_JSON_CHARACTERS
+        or text.count("[") + text.count("{") > MAX_JSON_SAMPLES + 100
+        or text.count(",") > MAX_JSON_VALUES
+    ):
+        raise SampleLimitError(
+            f"The JSON document is larger than {MAX_JSON_SAMPLES} samples need.",
+            where={"field": "samples"},
+            remedy="Thin the samples out, or send them as a NumPy .npy file.",
+        )
+    try:
+        return json.loads(text, parse_constant=_refuse_constant)
+    except json.JSONDecodeError as error:
+        raise MalformedFileError(
+            f"The JSON document is broken: {error.msg}.",
+            where={"line": error.lineno, "column": error.colno},
+            remedy=f"Send it as {_EXAMPLE}.",
+        ) from None
+    except (ValueError, RecursionError) as error:
+        problem = "is nested too deeply" if isinstance(error, RecursionError) else "has a number "
+        problem += "" if isinstance(error, RecursionError) else "with too many digits"
+        raise MalformedFileError(
+            f"The JSON document {problem}.", remedy=f"Send it as {_EXAMPLE}."
+        ) from None
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise MalformedFileError(
+        f"{name} is not a number in JSON.",
+        where={"field": "samples"},
+        remedy="Every colour and device value must be a plain, finite number.",
+    )
+
+
+def _columns(document: dict[str, Any], rows: list[Any]) -> tuple[str, ...]:
+    columns = document.get("columns")
+    if columns is None:
+        if rows and isinstance(rows[0], dict):
+            return tuple(rows[0])
+        return _DEFAULT_COLUMNS
+    if not isinstance(columns, list) or not all(isinstance(name, str) for name in columns):
+        raise MalformedFileError(
+            "The columns are not an array of names.",
+            where={"field": "columns"},
+            remedy=f"Send them as in {_EXAMPLE}.",
+        )
+    return tuple(columns)
+
+
+def _values(rows: list[Any], columns: tuple[str, ...]) -> FloatArray:
+    if len(columns) > MAX_COLUMNS:
+        raise SampleLimitError(
+            f"{len(columns)} columns are more than the {MAX_COLUMNS} that are accepted.",
+            where={"field": "columns"},
+        )
+    flat: list[float] = []
+    for index, row in enumerate(rows):
+        cells = [row.get(name) for name in columns] if isinstance(row, dict) else row
+        if not isinstance(cells, list) or len(cells) != len(columns):
+            raise MalformedFileError(
+                f"Sample {index + 1} is not an array of {len(columns)} numbers.",
+                where={"row": index + 1, "field": f"samples[{index}]"},
+                remedy=f"Every sample has one number for each of {', '.join(columns)[:300]}.",
+            )
+        # bool is a kind of int in Python, but not a number in JSON; hence the exact types.
+        if not {*map(type, cells)} <= {int, float}:
+            raise _not_a_number(cells, index, columns)
+        try:
+            flat.extend(map(float, cells))
+        except OverflowError:
+            raise _not_a_number(cells, index, columns) from None
+    return np.array(flat, dtype=np.float64).reshape(-1, len(columns))
+
+
+def _not_a_number(cells: list[Any], row: int, columns: tuple[str, ...]) -> MalformedFileError:
+    place = next(
+        (i for i, c in enumerate(cells) if type(c) not in {int, float} or abs(c) > 1e300), 0
+    )
+    shown = json.dumps(cells[place])[:40]
+    return MalformedFileError(
+        f"{shown} in the column {columns[place]} of sample {row + 1} is not a number.",
+        where={"row": row + 1, "column": columns[place], "field": f"samples[{row}][{place}]"},
+        remedy="Every colour and device value must be a plain, finite number.",
+    )
+
+
+def _white(white: object) -> FloatArray:
+    fine = (
+        isinstance(white, list)
+        and len(white) == 3
+        and all(type(value) in {int, float} and 0 < value < 1e6 for value in white)
+    )
+    if not fine:
+        raise MalformedFileError(
+            "The white is not three positive numbers.",
+            where={"field": "white"},
+            remedy="Give X, Y and Z of the white in the scale of the samples' XYZ.",
+        )
+    return np.array(white, dtype=np.float64)
+
+
+def _conditions(document: dict[str, Any]) -> dict[str, str]:
+    stated = document.get("conditions", {})
+    if not isinstance(stated, dict):
+        raise MalformedFileError(
+            "The conditions are not an object.",
+            where={"field": "conditions"},
+            remedy='Give them as {"ILLUMINANT": "D50", "OBSERVER": "2 degree"}.',
+        )
+    found: dict[str, str] = {}
+    members = {**document, **stated}
+    for name, value in members.items():
+        if name in {"samples", "columns", "white", "conditions"}:
+            continue
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            raise MalformedFileError(
+                f"The member {name[:40]!r} is not known and is no text or number.",
+                where={"field": name[:80]},
+                remedy="Members are samples, columns, white, conditions, and conditions by name.",
+            )
+        found[name.upper()] = value if isinstance(value, str) else f"{value:.6g}"
+    return found

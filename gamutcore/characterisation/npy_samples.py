@@ -1,0 +1,162 @@
+"""Samples in NumPy's .npy format, for large sets of colours.
+
+A plain (m, 3) array is L*, a*, b*; a structured array has its columns named by its fields. The
+header is read here and checked against the length of the file before any array exists, and nothing
+that could hold Python objects is accepted, so that a file can neither run code nor claim memory.
+The format is that of NumPy Enhancement Proposal 1, versions 1.0 to 3.0.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gamutcore.characterisation.columns import MAX_COLUMNS, column_roles
+from gamutcore.characterisation.samples import (
+    MAX_SAMPLES,
+    FloatArray,
+    Samples,
+    samples_from_values,
+)
+from gamutcore.errors import MalformedFileError, MissingColumnError, SampleLimitError
+
+__all__ = ["NPY_MAGIC", "npy_samples"]
+
+NPY_MAGIC = b"\x93NUMPY"
+_MAX_HEADER = 100_000
+_REMEDY = "Save an (m, 3) array of L*, a*, b*, or a structured array, with numpy.save."
+
+
+def npy_samples(data: bytes) -> Samples:
+    """The samples in a .npy file.
+
+    Parameters
+    ----------
+    data : bytes
+        The file.
+
+    Returns
+    -------
+    Samples
+
+    Raises
+    ------
+    MalformedFileError
+        The header is broken, or says more data than there is, or something else than numbers.
+    MissingColumnError
+        A plain array that is not (m, 3), or fields without a colour.
+    SampleLimitError
+        More than `MAX_SAMPLES` samples.
+    """
+    array = _array(data)
+    if array.dtype.names is None:
+        if array.ndim != 2 or array.shape[1] != 3:
+            raise MissingColumnError(
+                f"An array of shape {array.shape} has no names for its columns.",
+                where={"field": "shape"},
+                remedy=_REMEDY,
+            )
+        return samples_from_values("npy", column_roles(("LAB_L", "LAB_A", "LAB_B")), _float(array))
+    if array.ndim != 1:
+        raise MissingColumnError(
+            f"A structured array of shape {array.shape} is not a list of samples.",
+            where={"field": "shape"},
+            remedy=_REMEDY,
+        )
+    names = array.dtype.names
+    roles = column_roles(names, where={"field": "descr"})
+    values = np.empty((len(array), len(roles.selected)))
+    for place, column in enumerate(roles.selected):
+        values[:, place] = _float(array[names[column]])
+    return samples_from_values("npy", roles, values)
+
+
+def _float(array: npt.NDArray[Any]) -> FloatArray:
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def _malformed(problem: str) -> MalformedFileError:
+    return MalformedFileError(
+        f"The .npy file {problem}.", where={"field": "header"}, remedy=_REMEDY
+    )
+
+
+def _array(data: bytes) -> npt.NDArray[Any]:
+    header, start = _header(data)
+    try:
+        tree = ast.literal_eval(header)
+    except (ValueError, SyntaxError, TypeError, MemoryError, RecursionError):
+        raise _malformed("has a broken header") from None
+    if not isinstance(tree, dict) or set(tree) != {"descr", "fortran_order", "shape"}:
+        raise _malformed("has a header without descr, fortran_order and shape")
+    shape, dtype = _shape(tree["shape"]), _dtype(tree["descr"])
+    if math.prod(shape) * dtype.itemsize != len(data) - start:
+        raise _malformed(
+            f"holds {len(data) - start} bytes of data where its header says shape {shape} of "
+            f"{dtype.itemsize} bytes each"
+        )
+    if shape and shape[0] > MAX_SAMPLES:
+        raise SampleLimitError(
+            f"{shape[0]} samples are more than the {MAX_SAMPLES} that are accepted.",
+            where={"field": "shape"},
+            remedy="Thin the samples out.",
+        )
+    flat = np.frombuffer(data, dtype=dtype, offset=start)
+    return flat.reshape(shape, order="F" if tree["fortran_order"] else "C")
+
+
+def _header(data: bytes) -> tuple[str, int]:
+    if len(data) < 12:
+        raise _malformed("ends within its header")
+    major = data[6]
+    if major not in {1, 2, 3}:
+        raise _malformed(f"is of version {major}, which is not known")
+    start = 10 if major == 1 else 12
+    length = int.from_bytes(data[8:start], "little")
+    if length > min(_MAX_HEADER, len(data) - start):
+        raise _malformed(f"has a header of {length} bytes, which is too long")
+    try:
+        return data[start : start + length].decode(
+            "utf-8" if major == 3 else "latin-1"
+        ), start + length
+    except UnicodeDecodeError:
+        raise _malformed("has a header that is no text") from None
+
+
+def _shape(shape: object) -> tuple[int, ...]:
+    if (
+        not isinstance(shape, tuple)
+        or len(shape) > 4
+        or not all(type(size) is int and 0 <= size < 2**40 for size in shape)
+    ):
+        raise _malformed("has a broken shape")
+    return shape
+
+
+def _dtype(description: Any) -> np.dtype[Any]:  # noqa: ANN401 (a literal of unknown shape)
+    if isinstance(description, list) and len(description) > MAX_COLUMNS:
+        raise SampleLimitError(
+            f"{len(description)} columns are more than the {MAX_COLUMNS} that are accepted.",
+            where={"field": "descr"},
+        )
+    try:
+        dtype: np.dtype[Any] = np.lib.format.descr_to_dtype(description)
+    except (
+        ValueError,
+        TypeError,
+        KeyError,
+        SyntaxError,
+        IndexError,
+        RecursionError,
+        OverflowError,
+    ):
+        raise _malformed("has data of an unknown type") from None
+    parts = [dtype] if dtype.fields is None else [entry[0] for entry in dtype.fields.values()]
+    if not all(part.kind in "fiu" and part.shape == () for part in parts):
+        raise _malformed("holds something else than real numbers")
+    return dtype

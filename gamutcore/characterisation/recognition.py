@@ -1,0 +1,86 @@
+"""What kind of characterisation data some bytes are, told by their content and never by a name.
+
+Binary formats are known by their signatures. Text is decoded once, and told apart by what only
+that format has: JSON by its first bracket, the CGATS family by its data section, and what is left
+by whether its first line reads as columns.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeAlias
+
+from gamutcore.characterisation.cgats import cgats_samples, looks_like_cgats
+from gamutcore.characterisation.delimited import delimited_samples
+from gamutcore.characterisation.json_samples import json_samples
+from gamutcore.characterisation.npy_samples import NPY_MAGIC, npy_samples
+from gamutcore.characterisation.samples import Samples
+from gamutcore.errors import UnrecognisedFormatError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+__all__ = ["Characterisation", "characterisation"]
+
+Characterisation: TypeAlias = Samples
+
+
+def characterisation(data: bytes) -> Characterisation:
+    """Characterisation data from the bytes of a file or message.
+
+    Parameters
+    ----------
+    data : bytes
+        An ICC profile, a text of the CGATS family, JSON, delimited text, or a NumPy .npy file.
+
+    Returns
+    -------
+    Samples or IccProfile
+
+    Raises
+    ------
+    UnrecognisedFormatError
+        The content is none of these.
+    CharacterisationError, InvalidPointsError
+        It is one of these and broken; the error says where.
+    """
+    if data.startswith(NPY_MAGIC):
+        return npy_samples(data)
+    text = _decoded(data)
+    start = text[:1000].lstrip()
+    if start.startswith(("{", "[")):
+        return json_samples(text)
+    if looks_like_cgats(text):
+        return cgats_samples(text)
+    if start.startswith("<"):
+        raise _unrecognised("The content is XML or HTML.")
+    return delimited_samples(text)
+
+
+def _unrecognised(message: str) -> UnrecognisedFormatError:
+    return UnrecognisedFormatError(
+        message,
+        remedy="Send an ICC profile (version 2 or 4), measurements as CGATS text, CSV or JSON, or "
+        "a NumPy .npy file.",
+    )
+
+
+def _encodings(data: bytes) -> Iterator[str]:
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        yield "utf-16"
+    yield "utf-8-sig"
+    yield "cp1252"
+    yield "latin-1"
+
+
+def _decoded(data: bytes) -> str:
+    if not data.strip(b"\0 \t\r\n"):
+        raise _unrecognised("The content is empty.")
+    for encoding in _encodings(data):
+        try:
+            text = data.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" in text[:100_000]:
+            break
+        return text
+    raise _unrecognised("The content is binary, and of no known format.")

@@ -1,0 +1,237 @@
+"""Samples: measured colours, with or without the device values that made them.
+
+All readers of measured data (CGATS, CSV, JSON, NumPy) end here. Columns are told apart by their
+names (`columns`), numbers arrive as one array, and `samples_from_values` checks them and puts the
+device values on the scale 0 to 1. Colours are kept exactly as the file gives them: what white and
+scale they are meant for is decided where the medium is known, in `gamutcore.colours.media`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from gamutcore.errors import InvalidPointsError, MalformedFileError, SampleLimitError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from gamutcore.characterisation.columns import ColumnRoles
+    from gamutcore.errors import Where
+
+__all__ = [
+    "JSON",
+    "MAX_SAMPLES",
+    "FloatArray",
+    "IntArray",
+    "Samples",
+    "samples_from_values",
+]
+
+JSON: TypeAlias = "None | bool | int | float | str | list[JSON] | dict[str, JSON]"
+FloatArray: TypeAlias = npt.NDArray[np.float64]
+IntArray: TypeAlias = npt.NDArray[np.int64]
+
+MAX_SAMPLES = 5_000_000
+"""Samples that are accepted at most: a 24-bit picture's worth of distinct colours takes 120 MB."""
+
+DEVICE_SCALES = (1.0, 100.0, 255.0, 1023.0, 4095.0, 65535.0)
+"""Full scale of device values as files have them: 0-1, per cent, and 8, 10, 12 and 16 bits."""
+
+ADDITIVE_CHANNELS = frozenset("RGBW")
+"""Channels of light: all at full scale is white. Of inks, none at all is white."""
+
+MAX_CONDITIONS = 200
+MAX_CONDITION_LENGTH = 500
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Measured colours of one device, or bare colours.
+
+    Parameters
+    ----------
+    format : str
+        ``"cgats"``, ``"csv"``, ``"json"`` or ``"npy"``.
+    device : (n, k) float or None
+        Device values, 0 to 1; None for bare colours.
+    channels : tuple of str
+        The k channel names, such as ``("C", "M", "Y", "K")``; empty for bare colours.
+    lab : (n, 3) float or None
+        CIELAB L*, a*, b* as given.
+    xyz : (n, 3) float or None
+        Tristimulus values as given, in the file's own scale (0-1, 0-100 or cd/m²). `lab` and
+        `xyz` are not both None.
+    white : (3,) float or None
+        White stated with the samples, in the scale of `xyz`.
+    conditions : dict
+        What the file says of itself: keywords (upper case) to text.
+    provenance : dict
+        Format, patches read, device scale, and so on; JSON-able.
+    warnings : tuple of str
+        What was tolerated in reading.
+    """
+
+    format: str
+    device: FloatArray | None
+    channels: tuple[str, ...]
+    lab: FloatArray | None
+    xyz: FloatArray | None
+    white: FloatArray | None = None
+    conditions: dict[str, str] = field(default_factory=dict)
+    provenance: dict[str, JSON] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        colours = self.lab if self.lab is not None else self.xyz
+        return 0 if colours is None else len(colours)
+
+    @property
+    def additive(self) -> bool:
+        """Whether all channels at full scale are the device's white (lights, not inks)."""
+        return bool(self.channels) and set(self.channels) <= ADDITIVE_CHANNELS
+
+
+def samples_from_values(
+    file_format: str,
+    roles: ColumnRoles,
+    values: FloatArray,
+    *,
+    lines: IntArray | None = None,
+    conditions: Mapping[str, str] | None = None,
+    white: FloatArray | None = None,
+    warnings: Sequence[str] = (),
+) -> Samples:
+    """Checked samples from an array of numbers.
+
+    Parameters
+    ----------
+    file_format : str
+        Name of the format the numbers were read from.
+    roles : ColumnRoles
+        What the columns are.
+    values : (n, c) float
+        The columns ``roles.selected``, in that order.
+    lines : (n,) int, optional
+        The line each row was read from; without it, errors name rows, counted from 1.
+    conditions : mapping, optional
+        The file's keywords.
+    white : (3,) float, optional
+        White XYZ stated with the samples, in their scale.
+    warnings : sequence of str
+        What was tolerated so far.
+
+    Returns
+    -------
+    Samples
+
+    Raises
+    ------
+    InvalidPointsError
+        No samples at all, or a colour that is not finite or beyond any colour.
+    MalformedFileError
+        Device values that are negative or beyond every known scale.
+    SampleLimitError
+        More than `MAX_SAMPLES` rows.
+    """
+    if len(values) == 0:
+        raise InvalidPointsError(
+            "The data holds no samples.", remedy="Give at least four different colours."
+        )
+    if len(values) > MAX_SAMPLES:
+        raise SampleLimitError(
+            f"{len(values)} samples are more than the {MAX_SAMPLES} that are accepted.",
+            where={"field": "samples"},
+            remedy="Thin the samples out.",
+        )
+    _refuse_numbers_beyond(values, roles, lines)
+    kept = list(warnings)
+    places = {column: index for index, column in enumerate(roles.selected)}
+    device, scale = None, None
+    if roles.device:
+        device, scale = _device_fractions(values[:, : len(roles.device)], roles, lines)
+    provenance: dict[str, JSON] = {
+        "format": file_format,
+        "channels": list(roles.channels),
+        "patches": {"read": len(values)},
+        "colour_columns": [
+            *(["LAB"] if roles.lab is not None else []),
+            *(["XYZ"] if roles.xyz is not None else []),
+        ],
+    }
+    if scale is not None:
+        provenance["device_scale"] = scale
+    kept_conditions = _bounded_conditions(conditions or {})
+    if kept_conditions:
+        provenance["conditions"] = dict(kept_conditions)
+    return Samples(
+        format=file_format,
+        device=device,
+        channels=roles.channels,
+        lab=_columns(values, roles.lab, places),
+        xyz=_columns(values, roles.xyz, places),
+        white=white,
+        conditions=kept_conditions,
+        provenance=provenance,
+        warnings=tuple(kept),
+    )
+
+
+def _bounded_conditions(conditions: Mapping[str, str]) -> dict[str, str]:
+    # Conditions travel with every answer about the gamut, so a hostile file must not bloat them.
+    return {
+        name[:80]: text[:MAX_CONDITION_LENGTH]
+        for name, text in list(conditions.items())[:MAX_CONDITIONS]
+    }
+
+
+def _columns(
+    values: FloatArray, columns: tuple[int, ...] | None, places: Mapping[int, int]
+) -> FloatArray | None:
+    if columns is None:
+        return None
+    return np.ascontiguousarray(values[:, [places[column] for column in columns]])
+
+
+def place_of_row(row: int, lines: IntArray | None) -> Where:
+    """Where a row is, for an error: its line when it came from text, else its number from 1."""
+    return {"row": row + 1} if lines is None else {"line": int(lines[row])}
+
+
+def _refuse_numbers_beyond(values: FloatArray, roles: ColumnRoles, lines: IntArray | None) -> None:
+    # Beyond these no colour was ever measured, and their cubes would overflow later on.
+    limit = np.array([1e6 if kind == "xyz" else 1e3 for kind in roles.kinds])
+    limit[: len(roles.device)] = 1e5
+    with np.errstate(invalid="ignore"):
+        bad = ~(np.abs(values) <= limit)
+    if not bad.any():
+        return
+    row, place = (int(index) for index in np.argwhere(bad)[0])
+    name, value = roles.selected_names[place], float(values[row, place])
+    problem = "is not a finite number" if not np.isfinite(value) else "is beyond any colour"
+    raise InvalidPointsError(
+        f"The value {value} of {name} {problem}.",
+        where={**place_of_row(row, lines), "column": name},
+        remedy="Every colour and device value must be a plain, finite number.",
+    )
+
+
+def _device_fractions(
+    device: FloatArray, roles: ColumnRoles, lines: IntArray | None
+) -> tuple[FloatArray, float]:
+    lowest, highest = float(device.min()), float(device.max())
+    # Some tables carry a rounding error beyond full scale (100.0001) or below nothing.
+    scale = next((s for s in DEVICE_SCALES if highest <= s * 1.00001), None)
+    if scale is None or lowest < -1e-5 * scale:
+        fault = device > DEVICE_SCALES[-1] if scale is None else device < 0
+        row, place = (int(index) for index in np.argwhere(fault)[0])
+        raise MalformedFileError(
+            f"The device value {float(device[row, place])} of {roles.selected_names[place]} is on "
+            "no known scale.",
+            where={**place_of_row(row, lines), "column": roles.selected_names[place]},
+            remedy="Device values run from 0 to 1, 100, 255, 1023, 4095 or 65535.",
+        )
+    return np.clip(device / scale, 0.0, 1.0), scale

@@ -1,0 +1,188 @@
+"""Rows of text tokens turned into numbers, a block at a time.
+
+CGATS and CSV files share this: only the columns that are needed are converted, each row's line is
+kept for later errors, and memory stays at the size of the numbers however long the text is.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from itertools import chain
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gamutcore.characterisation.samples import FloatArray, IntArray
+from gamutcore.errors import MalformedFileError, SampleLimitError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from gamutcore.characterisation.columns import ColumnRoles
+
+__all__ = ["MAX_TEXT_ROWS", "NumberTable", "number", "text_lines"]
+
+MAX_TEXT_ROWS = 2_000_000
+"""Rows of a text file at most. The largest characterisation targets have a few ten thousand."""
+
+MAX_LINE_CHARACTERS = 1_000_000
+"""Characters of one line at most: its tokens are held all at once, and take far more than the text."""
+
+_BLOCK = 8192
+_NUMBER = re.compile(r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d{1,3})?")
+
+
+def number(token: str) -> float:
+    """The number that a token spells, with a decimal point or comma.
+
+    Parameters
+    ----------
+    token : str
+        Text without white space.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    ValueError
+        The token is no plain decimal number (``nan``, ``inf``, ``1_000`` and hex are none).
+    """
+    if not _NUMBER.fullmatch(token):
+        raise ValueError(token)
+    return float(token.replace(",", "."))
+
+
+def text_lines(text: str) -> Iterator[tuple[int, str]]:
+    """The lines of a text, with their numbers from 1, for any mixture of CR, LF and CRLF.
+
+    Parameters
+    ----------
+    text : str
+        The decoded file.
+
+    Yields
+    ------
+    line : int
+        Number of the line.
+    content : str
+        The line, with a line feed at its end where it has one.
+
+    Raises
+    ------
+    MalformedFileError
+        A line is longer than `MAX_LINE_CHARACTERS`.
+    """
+    for line, content in enumerate(io.StringIO(text, newline=None), start=1):
+        if len(content) > MAX_LINE_CHARACTERS:
+            raise MalformedFileError(
+                f"The line has {len(content)} characters.",
+                where={"line": line},
+                remedy=f"Write one sample per line, of at most {MAX_LINE_CHARACTERS} characters.",
+            )
+        yield line, content
+
+
+class NumberTable:
+    """Collects the needed columns of a text table as numbers.
+
+    Parameters
+    ----------
+    roles : ColumnRoles
+        Which columns are needed.
+    """
+
+    def __init__(self, roles: ColumnRoles) -> None:
+        self.roles = roles
+        self._rows: list[list[str]] = []
+        self._row_lines: list[int] = []
+        self._blocks: list[FloatArray] = []
+        self._lines: list[IntArray] = []
+        self.count = 0
+
+    def append(self, tokens: Sequence[str], line: int) -> None:
+        """Add a row with as many tokens as there are columns.
+
+        Parameters
+        ----------
+        tokens : sequence of str
+            The row's cells.
+        line : int
+            Its line in the file, from 1.
+
+        Raises
+        ------
+        MalformedFileError
+            A needed cell is no number; the error has line, column and the column's name. Raised
+            for this row or, as rows are converted in blocks, one shortly before it.
+        SampleLimitError
+            There are more than `MAX_TEXT_ROWS` rows.
+        """
+        self._rows.append([tokens[column] for column in self.roles.selected])
+        self._row_lines.append(line)
+        self.count += 1
+        if self.count > MAX_TEXT_ROWS:
+            raise SampleLimitError(
+                f"The table has more than {MAX_TEXT_ROWS} rows.",
+                where={"line": line},
+                remedy="Thin the samples out, or send them as a NumPy .npy file.",
+            )
+        if len(self._rows) >= _BLOCK:
+            self._convert()
+
+    def arrays(self) -> tuple[FloatArray, IntArray]:
+        """The numbers (n, c) and the lines (n,) of all rows.
+
+        Returns
+        -------
+        values : (n, c) float
+            The columns ``roles.selected``.
+        lines : (n,) int
+            The line of each row.
+
+        Raises
+        ------
+        MalformedFileError
+            As `append`.
+        """
+        self._convert()
+        if not self._blocks:
+            return np.empty((0, len(self.roles.selected))), np.empty(0, dtype=np.int64)
+        return np.concatenate(self._blocks), np.concatenate(self._lines)
+
+    def _convert(self) -> None:
+        if not self._rows:
+            return
+        width = len(self.roles.selected)
+        try:
+            # float() is fast and knows more than plain numbers; underscores are the one addition
+            # that would not show as nan or infinity later.
+            flat = [float(token) for token in chain.from_iterable(self._rows)]
+            if any("_" in token for token in chain.from_iterable(self._rows)):
+                raise ValueError
+        except ValueError:
+            flat = self._numbers_one_by_one()
+        self._blocks.append(np.array(flat, dtype=np.float64).reshape(-1, width))
+        self._lines.append(np.array(self._row_lines, dtype=np.int64))
+        self._rows, self._row_lines = [], []
+
+    def _numbers_one_by_one(self) -> list[float]:
+        flat = []
+        names, columns = self.roles.selected_names, self.roles.selected
+        for row, line in zip(self._rows, self._row_lines, strict=True):
+            for index, token in enumerate(row):
+                try:
+                    flat.append(number(token))
+                except ValueError:
+                    raise MalformedFileError(
+                        f"{token[:40]!r} in the column {names[index]} is not a number.",
+                        where={
+                            "line": line,
+                            "column": columns[index] + 1,
+                            "field": names[index],
+                        },
+                        remedy="Write plain decimal numbers, such as 12.5.",
+                    ) from None
+        return flat

@@ -1,0 +1,295 @@
+"""Measured samples as CIELAB colours, relative to their medium's white or as measured.
+
+Whether two gamuts can be compared hangs on this step, so it decides little by itself and says all of
+it: the white, the adaptation, the illuminant and the observer go into the provenance, and what a file
+does not state is named as an assumption. The rules, with their sources, are in
+docs/decisions/media-relative.md.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gamutcore.colours.cielab import ICC_D50, colour_science, lab_to_xyz, white_of, xyz_to_lab
+from gamutcore.errors import InvalidPointsError, OptionError
+
+if TYPE_CHECKING:
+    from gamutcore.characterisation.samples import JSON, FloatArray, Samples
+
+__all__ = ["MediumColours", "bradford_to_d50", "medium_colours"]
+
+_NAMED_ILLUMINANT = re.compile(r"\b(?:ILLUMINANT[,:=\s]+)?(D50|D55|D65|D75|FL?\d{1,2}|[ACE])\b")
+_DAYLIGHT = re.compile(r"\b(D50|D55|D65|D75)\b")
+_OBSERVER = re.compile(r"\b(2|10)\s*(?:°|\xba|DEG|\ufffd)|OBSERVER[\w\s,:=]*?\b(2|10)\b")
+_ILLUMINANT_KEYWORDS = ("ILLUMINANT", "ILLUMINATION_NAME")
+_OBSERVER_KEYWORDS = ("OBSERVER", "OBSERVER_ANGLE")
+_TELLING_KEYWORDS = ("WEIGHTING_FUNCTION", "MEASUREMENT_SOURCE", "INSTRUMENTATION")
+_CONSISTENT = 2.0
+"""Mean ΔE*ab up to which Lab and XYZ columns say the same; two rounded decimals of XYZ make 0.1."""
+
+
+@dataclass(frozen=True, eq=False)
+class MediumColours:
+    """CIELAB colours of samples and what they are relative to.
+
+    Parameters
+    ----------
+    lab : (n, 3) float
+        L*, a*, b*, relative to ICC's D50.
+    provenance : dict
+        ``white``, ``illuminant``, ``observer``, ``adaptation``, ``intent``.
+    warnings : tuple of str
+        What had to be assumed.
+    """
+
+    lab: FloatArray
+    provenance: dict[str, JSON]
+    warnings: tuple[str, ...]
+
+
+def medium_colours(samples: Samples, intent: str) -> MediumColours:
+    """CIELAB colours of measured samples.
+
+    Parameters
+    ----------
+    samples : Samples
+        As read from a file.
+    intent : str
+        ``"relative"``: the medium's white becomes D50 white (L* 100). ``"absolute"``: as measured;
+        a display's luminance is still relative to that of its own white.
+
+    Returns
+    -------
+    MediumColours
+
+    Raises
+    ------
+    OptionError
+        `intent` is ``"perceptual"`` or ``"saturation"``, which only profiles have.
+    InvalidPointsError
+        The medium's white has no luminance.
+    """
+    if intent not in {"relative", "absolute"}:
+        raise OptionError(
+            f"The intent {intent} is one of ICC profiles; these are measured samples.",
+            where={"field": "intent"},
+            remedy="Ask for relative or absolute.",
+        )
+    return _Medium(samples, intent).colours()
+
+
+def bradford_to_d50(xyz: FloatArray, white: FloatArray) -> FloatArray:
+    """Colours adapted from a white to ICC's D50 by the linear Bradford transform.
+
+    Parameters
+    ----------
+    xyz : (n, 3) float
+        Tristimulus values.
+    white : (3,) float
+        The white they were seen under, in the same scale.
+
+    Returns
+    -------
+    (n, 3) float
+        With Y = 1 for that white.
+
+    Notes
+    -----
+    ICC.1:2022, annex E.
+    """
+    matrix = colour_science().adaptation.matrix_chromatic_adaptation_VonKries(
+        white / white[1], ICC_D50, transform="Bradford"
+    )
+    adapted: FloatArray = xyz / white[1] @ np.asarray(matrix).T
+    return adapted
+
+
+class _Medium:
+    """The samples' medium: its kind, its white and what was assumed of it."""
+
+    def __init__(self, samples: Samples, intent: str) -> None:
+        self.samples = samples
+        self.intent = intent
+        self.warnings: list[str] = []
+        self.display = _is_display(samples)
+        self.illuminant, self.illuminant_said = self._illuminant()
+        self.observer, self.observer_said = self._observer()
+        self.reference = self._reference_white()
+
+    def colours(self) -> MediumColours:
+        samples = self.samples
+        if samples.device is None and samples.white is None:
+            return self._bare_colours()
+        xyz = self._tristimulus_values()
+        white = self._white(xyz)
+        if not (np.isfinite(white).all() and (white > 0).all()):
+            raise InvalidPointsError(
+                f"The medium's white has the tristimulus values {_rounded(white)}.",
+                where={"field": "white"},
+                remedy="The white must be brighter than nothing in X, Y and Z.",
+            )
+        if self.display:
+            lab, adaptation = self._display_lab(xyz, white)
+        else:
+            lab, adaptation = self._print_lab(xyz, white)
+        return MediumColours(
+            lab, self._provenance(_rounded(white), adaptation), tuple(self.warnings)
+        )
+
+    def _provenance(self, white: JSON, adaptation: str) -> dict[str, JSON]:
+        return {
+            "intent": self.intent,
+            "medium": self._kind(),
+            "white": white,
+            "illuminant": self.illuminant_said,
+            "observer": self.observer_said,
+            "adaptation": adaptation,
+        }
+
+    def _kind(self) -> str:
+        if self.samples.device is None and self.samples.white is None:
+            return "unknown"
+        return "display" if self.display else "reflective"
+
+    def _bare_colours(self) -> MediumColours:
+        """Colours without device values have no known medium: they are taken as they are."""
+        samples = self.samples
+        adaptation = "none: colours without device values are taken as they are"
+        if samples.lab is not None:
+            return MediumColours(
+                samples.lab, self._provenance(None, adaptation), tuple(self.warnings)
+            )
+        xyz = self._tristimulus_values()
+        if not np.array_equal(self.reference, ICC_D50):
+            xyz = bradford_to_d50(xyz, self.reference)
+            adaptation = f"Bradford from {self.illuminant} to D50"
+        return MediumColours(
+            xyz_to_lab(xyz), self._provenance(None, adaptation), tuple(self.warnings)
+        )
+
+    def _tristimulus_values(self) -> FloatArray:
+        samples = self.samples
+        if samples.lab is not None:
+            xyz = lab_to_xyz(samples.lab, self.reference)
+            if samples.xyz is not None and not self.display:
+                self._compare(samples.lab, samples.xyz)
+            return xyz
+        assert samples.xyz is not None  # noqa: S101 (samples have one of the two)
+        return samples.xyz if self.display else samples.xyz / self._scale(samples.xyz)
+
+    def _scale(self, xyz: FloatArray) -> float:
+        # Reflecting samples: a paper has Y near 0.8 or 80. Up to 2, or 200, fluorescence may go.
+        white = self.samples.white
+        highest = float(xyz[:, 1].max()) if white is None else float(white[1])
+        if highest <= 2.0:
+            return 1.0
+        if highest <= 200.0:
+            return 100.0
+        self.warnings.append(
+            f"The largest Y is {highest:.6g}, on no reflecting scale; it is taken for the white's."
+        )
+        return highest
+
+    def _compare(self, lab: FloatArray, xyz: FloatArray) -> None:
+        other = xyz_to_lab(xyz / self._scale(xyz), self.reference)
+        difference = float(np.linalg.norm(other - lab, axis=1).mean())
+        if difference > _CONSISTENT:
+            self.warnings.append(
+                f"The Lab and XYZ columns differ by {difference:.1f} ΔE*ab on average; Lab is used."
+            )
+
+    def _white(self, xyz: FloatArray) -> FloatArray:
+        """The white in the scale of `xyz`: stated, else measured, else the lightest sample."""
+        samples = self.samples
+        if samples.white is not None:
+            if samples.lab is not None or not self.display:
+                return samples.white / self._scale(samples.white[np.newaxis])
+            return samples.white
+        assert samples.device is not None  # noqa: S101 (bare colours need a stated white to be here)
+        target = 1.0 if samples.additive else 0.0
+        patches = np.all(np.abs(samples.device - target) < 1e-6, axis=1)
+        if patches.any():
+            mean: FloatArray = xyz[patches].mean(axis=0)
+            return mean
+        self.warnings.append(
+            "The white was not measured; the lightest sample is taken for it: "
+            f"{_rounded(xyz[np.argmax(xyz[:, 1])])}."
+        )
+        lightest: FloatArray = xyz[np.argmax(xyz[:, 1])]
+        return lightest
+
+    def _display_lab(self, xyz: FloatArray, white: FloatArray) -> tuple[FloatArray, str]:
+        if self.intent == "relative":
+            return (
+                xyz_to_lab(bradford_to_d50(xyz, white)),
+                "Bradford from the white to D50, luminance relative to the white",
+            )
+        if self.samples.lab is not None and np.array_equal(self.reference, ICC_D50):
+            return self.samples.lab, "none"
+        return xyz_to_lab(xyz / white[1]), "none; luminance relative to the white"
+
+    def _print_lab(self, xyz: FloatArray, white: FloatArray) -> tuple[FloatArray, str]:
+        adaptation = "none"
+        if not np.array_equal(self.reference, ICC_D50):
+            adaptation = f"Bradford from {self.illuminant} to D50"
+            xyz = bradford_to_d50(xyz, self.reference)
+            white = bradford_to_d50(white[np.newaxis], self.reference)[0]
+        if self.intent == "relative":
+            scaled = "ICC media-relative: XYZ scaled by D50/white"
+            return xyz_to_lab(xyz * (ICC_D50 / white)), (
+                scaled if adaptation == "none" else f"{adaptation}; {scaled}"
+            )
+        if self.samples.lab is not None and adaptation == "none":
+            return self.samples.lab, adaptation
+        return xyz_to_lab(xyz), adaptation
+
+    def _illuminant(self) -> tuple[str, str]:
+        conditions = self.samples.conditions
+        for keywords, pattern in (
+            (_ILLUMINANT_KEYWORDS, _NAMED_ILLUMINANT),
+            (_TELLING_KEYWORDS, _DAYLIGHT),
+        ):
+            for keyword in keywords:
+                match = pattern.search(conditions.get(keyword, "").upper())
+                if match:
+                    return match[1], match[1]
+        if any(keyword in conditions for keyword in _ILLUMINANT_KEYWORDS):
+            self.warnings.append("The illuminant that is stated is not known; D50 is assumed.")
+        elif self.display and self.samples.lab is None:
+            return "D50", "none: self-luminous"
+        return "D50", "D50 (assumed, not stated)"
+
+    def _observer(self) -> tuple[str, str]:
+        conditions = self.samples.conditions
+        for keyword in (*_OBSERVER_KEYWORDS, *_TELLING_KEYWORDS):
+            text = conditions.get(keyword, "").upper()
+            match = _OBSERVER.search(text)
+            if match:
+                return (degrees := match[1] or match[2]), f"{degrees}°"
+            if keyword in _OBSERVER_KEYWORDS and text.strip() in {"2", "10"}:
+                return text.strip(), f"{text.strip()}°"
+        return "2", "2° (assumed, not stated)"
+
+    def _reference_white(self) -> FloatArray:
+        white = white_of(self.illuminant, self.observer)
+        if white is None:
+            self.warnings.append(f"The illuminant {self.illuminant} is not known; D50 is assumed.")
+            self.illuminant, self.illuminant_said = "D50", "D50 (assumed)"
+            return ICC_D50
+        return white
+
+
+def _is_display(samples: Samples) -> bool:
+    stated = samples.conditions.get("DEVICE_CLASS", "").strip().upper()
+    if stated:
+        return stated in {"DISPLAY", "EMISSION", "MNTR", "MONITOR", "PROJECTOR"}
+    # Argyll names the device values of RGB printers iRGB.
+    return samples.additive and not samples.conditions.get("COLOR_REP", "").startswith("iRGB")
+
+
+def _rounded(values: FloatArray) -> list[JSON]:
+    return [round(float(value), 6) for value in values]

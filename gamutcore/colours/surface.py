@@ -1,0 +1,196 @@
+"""The colours at the surface of a device's gamut, from its characterisation.
+
+The one entrance from characterisation data to points in the colour space: measured samples get a
+device model, from which the surface of the cube of device values is sampled densely; profiles are
+such a model already; bare colours are passed on. Everything that was chosen or assumed on the way
+is in the provenance of the result.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gamutcore.characterisation.samples import JSON
+from gamutcore.colours.cube_surface import cube_surface, surface_steps
+from gamutcore.colours.media import medium_colours
+from gamutcore.colours.scattered_model import (
+    MAX_MODEL_SAMPLES,
+    SMOOTHING,
+    DegenerateSamplesError,
+    scattered_model,
+)
+from gamutcore.errors import OptionError
+
+if TYPE_CHECKING:
+    from gamutcore.characterisation import Characterisation, Samples
+    from gamutcore.characterisation.samples import FloatArray
+
+__all__ = ["INTENTS", "SurfaceColours", "surface_colours"]
+
+INTENTS = ("relative", "absolute", "perceptual", "saturation")
+
+_POOR_FIT = 5.0
+"""Mean leave-out ΔE*ab beyond which a model is called unreliable; real devices reach 0.1 to 1.5."""
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceColours:
+    """Points that the gamut's boundary is to be wrapped around.
+
+    Parameters
+    ----------
+    points : (m, 3) float
+        CIELAB L*, a*, b*, relative to ICC's D50.
+    device : (m, k) float or None
+        The device values that make them, 0 to 1; None for bare colours.
+    provenance : dict
+        All that went in, JSON-able.
+    """
+
+    points: FloatArray
+    device: FloatArray | None
+    provenance: dict[str, JSON]
+
+
+def surface_colours(
+    characterisation: Characterisation,
+    *,
+    intent: str = "relative",
+    surface_samples: int = 100_000,
+) -> SurfaceColours:
+    """Colours at the surface of a device's gamut.
+
+    Parameters
+    ----------
+    characterisation : Samples or IccProfile
+        As read by `gamutcore.characterisation.characterisation`.
+    intent : str
+        ``"relative"`` or ``"absolute"``; for profiles also ``"perceptual"`` or ``"saturation"``.
+    surface_samples : int
+        Points to sample a device model at, at most. Bare colours are all passed on.
+
+    Returns
+    -------
+    SurfaceColours
+
+    Raises
+    ------
+    OptionError
+        An unknown intent, or one that the data does not have; a number of samples out of range.
+    CharacterisationError, InvalidPointsError
+        The data turns out to be broken when it is evaluated.
+    """
+    if intent not in INTENTS:
+        raise OptionError(
+            f"{str(intent)[:40]!r} is no intent.",
+            where={"field": "intent"},
+            remedy=f"Ask for one of {', '.join(INTENTS)}.",
+        )
+    surface_steps(3, surface_samples)  # refuses a number out of range, whatever the data is
+    return _sample_surface(characterisation, intent, surface_samples)
+
+
+def _sample_surface(samples: Samples, intent: str, surface_samples: int) -> SurfaceColours:
+    medium = medium_colours(samples, intent)
+    provenance: dict[str, JSON] = {**samples.provenance, **medium.provenance}
+    warnings = [*samples.warnings, *medium.warnings]
+    if samples.device is None:
+        provenance["model"] = {"name": "none: the colours themselves"}
+        provenance["warnings"] = list[JSON](warnings)
+        return SurfaceColours(medium.lab, None, provenance)
+
+    device, lab = _distinct(samples.device, medium.lab)
+    averaged, distinct = len(samples.device) - len(device), len(device)
+    device, lab = _thinned(device, lab)
+    if len(device) < distinct:
+        warnings.append(
+            f"Of {distinct} distinct samples, {len(device)} were used for the device model."
+        )
+    provenance["patches"] = {
+        "read": len(samples.device),
+        "averaged": averaged,
+        "dropped": distinct - len(device),
+        "used": len(device),
+    }
+    lowest, highest = device.min(axis=0), device.max(axis=0)
+    varied = highest - lowest > 1e-6
+    try:
+        model = scattered_model(device[:, varied], lab)
+    except DegenerateSamplesError as error:
+        warnings.append(f"No device model can be fitted ({error}); the samples' colours are used.")
+        provenance["model"] = {"name": "none: the samples' own colours"}
+        provenance["warnings"] = list[JSON](warnings)
+        return SurfaceColours(lab, device, provenance)
+
+    warnings += _range_warnings(samples, lowest, highest, device)
+    mean, high = _error_figures(model.leave_out_errors)
+    if mean > _POOR_FIT:
+        warnings.append(f"The device model misses left-out samples by {mean:.1f} ΔE*ab on average.")
+    steps = surface_steps(int(varied.sum()), surface_samples)
+    unit = cube_surface(int(varied.sum()), steps)
+    values = np.tile(lowest, (len(unit), 1))
+    values[:, varied] += unit * (highest - lowest)[varied]
+    points = model.colours(values[:, varied])
+    dark = points[:, 0] < 0
+    if dark.any():
+        warnings.append(f"{int(dark.sum())} colours below L* 0 were raised to it.")
+        points[dark, 0] = 0.0
+    provenance["model"] = {
+        "name": "radial basis functions",
+        "kernel": "cubic",
+        "smoothing": SMOOTHING,
+        "samples": len(device),
+        "leave_out_error": {"unit": "ΔE*ab", "mean": mean, "percentile_95": high},
+    }
+    provenance["surface"] = {"points": len(points), "steps": steps}
+    provenance["warnings"] = list[JSON](warnings)
+    return SurfaceColours(points, values, provenance)
+
+
+def _error_figures(errors: FloatArray) -> tuple[float, float]:
+    return round(float(errors.mean()), 4), round(float(np.percentile(errors, 95)), 4)
+
+
+def _distinct(device: FloatArray, lab: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Distinct device values with the mean of their colours."""
+    order = np.lexsort(device.T[::-1])
+    ranked = device[order]
+    first = np.ones(len(ranked), dtype=bool)
+    first[1:] = (ranked[1:] != ranked[:-1]).any(axis=1)
+    starts = np.flatnonzero(first)
+    counts = np.diff(np.append(starts, len(ranked)))
+    sums = np.add.reduceat(lab[order], starts, axis=0)
+    return ranked[starts], sums / counts[:, np.newaxis]
+
+
+def _thinned(device: FloatArray, lab: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """At most `MAX_MODEL_SAMPLES` samples: the cube's corners and a fixed random choice."""
+    if len(device) <= MAX_MODEL_SAMPLES:
+        return device, lab
+    corners = ((device == 0) | (device == 1)).all(axis=1)
+    # A fixed seed: the same file must give the same gamut.
+    rank = np.random.default_rng(0).permutation(len(device)) + len(device) * ~corners
+    kept = np.sort(np.argsort(rank, kind="stable")[:MAX_MODEL_SAMPLES])
+    return device[kept], lab[kept]
+
+
+def _range_warnings(
+    samples: Samples, lowest: FloatArray, highest: FloatArray, device: FloatArray
+) -> list[str]:
+    warnings = [
+        f"{channel} was measured from {100 * low:.3g} to {100 * high:.3g} % only; the gamut is of "
+        "that range."
+        for channel, low, high in zip(samples.channels, lowest, highest, strict=True)
+        if low > 0.005 or high < 0.995
+    ]
+    full = float(highest.sum())
+    most = float(device.sum(axis=1).max())
+    if not samples.additive and most < 0.99 * full:
+        warnings.append(
+            f"The most ink that was measured is {100 * most:.0f} %; colours of up to "
+            f"{100 * full:.0f} % are extrapolated."
+        )
+    return warnings
