@@ -1,4 +1,4 @@
-"""What the repository's own files promise: pins, layout, the image, no address of a package host."""
+"""What the repository's own files promise: pins, layout, the image, no package host."""
 
 import importlib.metadata
 import json
