@@ -29,7 +29,7 @@ class Settings(BaseSettings):
     host: Annotated[str, Field(description="Address that `gamut serve` listens on.")] = "127.0.0.1"
     port: Annotated[
         int,
-        Field(ge=0, le=65535, description="Port that `gamut serve` listens on; 0 takes a free one."),
+        Field(ge=0, le=65535, description="Port that `gamut serve` listens on; 0 is any free one."),
     ] = 8000
     log_level: Annotated[
         Literal["critical", "error", "warning", "info", "debug"],
@@ -46,7 +46,7 @@ class Settings(BaseSettings):
         int,
         Field(
             ge=1000,
-            description="Largest `surface_samples` that a client may ask for; bounds a build's memory.",
+            description="Largest `surface_samples` that is accepted; bounds a build's memory.",
         ),
     ] = 1_000_000
     build_workers: Annotated[
@@ -85,11 +85,11 @@ class Settings(BaseSettings):
     ] = 1000
     history_cache_bytes: Annotated[
         int,
-        Field(ge=0, description="Memory for opened histories, the least recently used leave first."),
+        Field(ge=0, description="Memory for opened histories; the least recently used go first."),
     ] = 512 * _MEBIBYTE
     mesh_cache_bytes: Annotated[
         int,
-        Field(ge=0, description="Memory for encoded meshes, the least recently used leave first."),
+        Field(ge=0, description="Memory for encoded meshes; the least recently used go first."),
     ] = 128 * _MEBIBYTE
     max_page_size: Annotated[
         int, Field(ge=1, le=1000, description="Most gamuts that one page of the list holds.")
@@ -107,7 +107,5 @@ def settings_table() -> str:
     rows = ["| variable | default | meaning |", "|---|---|---|"]
     for name, field in Settings.model_fields.items():
         default = str(field.default).lower() if isinstance(field.default, bool) else field.default
-        rows.append(
-            f"| `{ENVIRONMENT_PREFIX}{name.upper()}` | `{default}` | {field.description} |"
-        )
+        rows.append(f"| `{ENVIRONMENT_PREFIX}{name.upper()}` | `{default}` | {field.description} |")
     return "\n".join(rows) + "\n"

@@ -19,11 +19,11 @@ import logging
 import os
 import secrets
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
 __all__ = ["GamutNotStoredError", "GamutStore", "Record", "StoreInUseError"]
 
@@ -66,7 +66,7 @@ class Record:
 
     def to_bytes(self) -> bytes:
         """Return the record's file: a line with the digest of the next, and a line of JSON."""
-        line = json.dumps(asdict(self), sort_keys=True, separators=(",", ":")).encode()
+        line = json.dumps(asdict(self), separators=(",", ":")).encode()
         return hashlib.sha256(line).hexdigest().encode() + b"\n" + line + b"\n"
 
     @classmethod
@@ -132,6 +132,16 @@ class GamutStore:
         """Return a new name in the temporary folder, on the file system of the published files."""
         return self.temporary / f"{secrets.token_hex(16)}{suffix}"
 
+    def write_temporary(self, suffix: str, data: bytes) -> Path:
+        """Return a new file in the temporary folder that holds `data`."""
+        path = self.temporary_path(suffix)
+        try:
+            path.write_bytes(data)
+        except OSError:
+            path.unlink(missing_ok=True)
+            raise
+        return path
+
     def publish(self, record: Record, content: Path) -> None:
         """Make a gamut visible: content first, then, as the commit, its record.
 
@@ -178,7 +188,7 @@ class GamutStore:
             raise GamutNotStoredError(gamut_id) from None
         try:
             record = Record.from_bytes(data)
-        except (ValueError, TypeError, RecursionError) as error:
+        except (ValueError, TypeError) as error:
             self.set_aside(gamut_id, f"damaged record: {error}")
             raise GamutNotStoredError(gamut_id) from error
         if record.id != gamut_id:
@@ -214,14 +224,13 @@ class GamutStore:
         except FileNotFoundError:
             self.set_aside(gamut_id, "a record without its history file")
             raise GamutNotStoredError(gamut_id) from None
-        try:
+        with contextlib.ExitStack() as closing:
+            closing.enter_context(file)
             if hashlib.file_digest(file, "sha256").hexdigest() != record.sha256:
                 self.set_aside(gamut_id, "the history file does not match its digest")
                 raise GamutNotStoredError(gamut_id)
             file.seek(0)
-        except BaseException:
-            file.close()
-            raise
+            closing.pop_all()
         return record, file
 
     def delete(self, gamut_id: str) -> bool:

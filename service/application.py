@@ -1,0 +1,101 @@
+"""Puts the service together: settings in, a FastAPI app out.
+
+Everything that lives as long as the app (store, workers, caches) is in `service.state.Service`,
+opened and closed by the app's lifespan. The ASGI layers are, from the outside: HEAD answered as
+GET, immutable meshes from memory, the limit for bodies.
+"""
+
+import contextlib
+from collections.abc import AsyncIterator
+from typing import Any
+
+from fastapi import FastAPI
+from fastapi.openapi.utils import get_openapi
+
+from gamutcore.version import __version__
+from service import models
+from service.handlers import add_exception_handlers
+from service.meshes import MeshFront
+from service.middleware import BodyLimit, HeadAsGet
+from service.routes import gamuts, jobs, meshes, pages, state
+from service.settings import Settings
+from service.state import Service
+
+__all__ = ["create_app"]
+
+_DESCRIPTION = """\
+Send the measurements or the ICC profile of a device, and get the surface of its gamut with as many
+triangles as you ask for.
+
+Post the data to `/v1/gamuts`, then download any level from `/v1/gamuts/{id}/mesh`. A gamut's id is
+a digest of what it was made from, so everything below it is immutable. Every error is a problem
+document (RFC 9457); its codes are explained under [/problems](/problems).
+"""
+
+_TAGS = [
+    {"name": "gamuts", "description": "Built once, kept under the digest of what made them."},
+    {"name": "meshes", "description": "Any level of a gamut, in glTF, PLY, STL or OBJ."},
+    {"name": "jobs", "description": "Builds that take longer than the client waits."},
+    {"name": "state", "description": "Whether the service lives and is ready."},
+]
+
+_BODY_MODELS = (models.MultipartSubmission, models.InlineSamples, models.ProblemDocument)
+"""Models that the document refers to without a parameter or response of FastAPI's own."""
+
+
+def create_app(settings: Settings) -> FastAPI:
+    """Return the app for these settings; nothing is opened before its lifespan begins."""
+    service = Service(settings)
+
+    @contextlib.asynccontextmanager
+    async def lifespan(_app: FastAPI) -> AsyncIterator[None]:
+        async with service.running():
+            yield
+
+    app = _Application(
+        title="Gamut boundary service",
+        summary="Gamut boundaries at any triangle count.",
+        description=_DESCRIPTION,
+        version=__version__,
+        license_info={"name": "Apache-2.0", "identifier": "Apache-2.0"},
+        openapi_tags=_TAGS,
+        redoc_url=None,
+        redirect_slashes=False,
+        lifespan=lifespan,
+    )
+    app.state.service = service
+    routers = (gamuts.router, meshes.router, jobs.router, state.router, pages.router)
+    for router in routers:
+        app.include_router(router)
+    app.state.routes = [route for router in routers for route in router.routes]
+    add_exception_handlers(app)
+    # The layer that is added last is the outermost.
+    app.add_middleware(BodyLimit, limit=settings.max_body_bytes)
+    app.add_middleware(MeshFront, meshes=service.meshes)
+    app.add_middleware(HeadAsGet)
+    return app
+
+
+class _Application(FastAPI):
+    """FastAPI whose document holds the models that only examples and bodies refer to."""
+
+    def openapi(self) -> dict[str, Any]:
+        """Return the OpenAPI document."""
+        if self.openapi_schema is None:
+            document = get_openapi(
+                title=self.title,
+                summary=self.summary,
+                description=self.description,
+                version=self.version,
+                license_info=self.license_info,
+                tags=self.openapi_tags,
+                routes=self.routes,
+            )
+            schemas = document["components"]["schemas"]
+            for model in _BODY_MODELS:
+                schema = model.model_json_schema(ref_template="#/components/schemas/{model}")
+                schemas |= schema.pop("$defs", {})
+                schemas[model.__name__] = schema
+            document["components"]["schemas"] = dict(sorted(schemas.items()))
+            self.openapi_schema = document
+        return self.openapi_schema

@@ -1,0 +1,88 @@
+"""The console script ``gamut``: serve, print the OpenAPI document, compile the kernels."""
+
+import argparse
+import json
+import logging
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+from pydantic import ValidationError
+
+from gamutcore.version import __version__
+from gamutcore.warm import compile_kernels
+from service.application import create_app
+from service.settings import ENVIRONMENT_PREFIX, Settings
+from service.store import GamutStore, StoreInUseError
+
+__all__ = ["main", "openapi_document"]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return the exit status.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        The command line without the program's name; that of the process by default.
+    """
+    parser = argparse.ArgumentParser(prog="gamut", description="Gamut boundary service.")
+    parser.add_argument("--version", action="version", version=__version__)
+    commands = parser.add_subparsers(dest="command", required=True)
+    serve = commands.add_parser(
+        "serve", help="serve over HTTP; further settings come from the environment (GAMUT_...)"
+    )
+    serve.add_argument("--host", help="address to listen on")
+    serve.add_argument("--port", type=int, help="port to listen on; 0 takes a free one")
+    serve.add_argument("--data", type=Path, help="directory of the store")
+    commands.add_parser("openapi", help="print the OpenAPI document")
+    commands.add_parser("warm", help="compile the kernels, so that nobody has to wait for them")
+    parsed = parser.parse_args(arguments)
+    if parsed.command == "serve":
+        return _serve({name: getattr(parsed, name) for name in ("host", "port", "data")})
+    if parsed.command == "openapi":
+        sys.stdout.write(openapi_document())
+    else:
+        compile_kernels()
+    return 0
+
+
+def openapi_document() -> str:
+    """Return the text of ``openapi/openapi.json``, the same whatever the environment says."""
+    document = create_app(Settings.model_construct()).openapi()
+    return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+
+
+def _serve(overrides: dict[str, Any]) -> int:
+    given = {name: value for name, value in overrides.items() if value is not None}
+    try:
+        settings = Settings(**given)
+    except ValidationError as error:
+        for fault in error.errors():
+            variable = ENVIRONMENT_PREFIX + "_".join(map(str, fault["loc"])).upper()
+            sys.stderr.write(f"gamut: {variable}: {fault['msg']}\n")
+        return 2
+    logging.basicConfig(
+        level=settings.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s"
+    )
+    app = create_app(settings)
+    store: GamutStore = app.state.service.store
+    try:
+        # uvicorn reports what fails in the lifespan with a traceback; people get a sentence.
+        store.open()
+        store.close()
+    except (StoreInUseError, OSError) as error:
+        sys.stderr.write(f"gamut: {error}\n")
+        return 1
+    uvicorn.run(
+        app,
+        host=settings.host,
+        port=settings.port,
+        log_level=settings.log_level,
+        access_log=settings.access_log,
+        server_header=False,
+        timeout_graceful_shutdown=int(settings.drain_seconds) + 1,
+    )
+    return 0

@@ -1,0 +1,183 @@
+"""What the OpenAPI document says besides parameters and models: examples, headers, problems.
+
+Routes name the problems that they can answer with; their responses are made from the table in
+`service.problems`. All examples belong to one gamut, so that a reader can follow it.
+"""
+
+from typing import Any
+
+from service.models import ProblemDocument
+from service.problems import KINDS, MEDIA_TYPE, Problem
+
+__all__ = [
+    "EXAMPLE_GAMUT",
+    "EXAMPLE_ID",
+    "EXAMPLE_JOB",
+    "EXAMPLE_LEVELS",
+    "EXAMPLE_LIST",
+    "EXAMPLE_READINESS",
+    "MESH_HEADERS",
+    "SUBMISSION_BODY",
+    "header",
+    "json_response",
+    "problems",
+]
+
+EXAMPLE_ID = "4f1d9c07b2a85e63" * 4
+
+_LINKS = {
+    "self": f"/v1/gamuts/{EXAMPLE_ID}",
+    "mesh": f"/v1/gamuts/{EXAMPLE_ID}/mesh",
+    "levels": f"/v1/gamuts/{EXAMPLE_ID}/levels",
+    "history": f"/v1/gamuts/{EXAMPLE_ID}/history",
+}
+
+_OPTIONS = {
+    "space": "CIELAB",
+    "boundary": "modified-convex-hull",
+    "gamma": 0.2,
+    "centre": "auto",
+    "cost": "quadric",
+    "surface_samples": 100000,
+    "intent": "relative",
+}
+
+_CURVE = [
+    {"triangles": 4, "volume": 169300.0, "mismatch": 0.61, "maximum_distance": 43.2},
+    {"triangles": 1000, "volume": 401900.0, "mismatch": 0.0051, "maximum_distance": 0.93},
+]
+
+_SUMMARY = {
+    "id": EXAMPLE_ID,
+    "created": "2026-01-31T12:00:00.000Z",
+    "options": _OPTIONS,
+    "counts": {"triangles": 141000, "vertices": 70502, "minimum": 4},
+    "volume": 402000.0,
+    "links": _LINKS,
+}
+
+EXAMPLE_GAMUT: dict[str, Any] = {
+    **_SUMMARY,
+    "state": "ready",
+    "history_bytes": 2097152,
+    "provenance": {"format": "cgats", "channels": ["C", "M", "Y", "K"], "warnings": []},
+    "area": 30100.0,
+    "centre": [52.1, 1.3, 4.2],
+    "bounds": [[9.8, -74.0, -54.0], [95.0, 76.0, 94.0]],
+    "levels": _CURVE,
+}
+
+EXAMPLE_LIST: dict[str, Any] = {"gamuts": [_SUMMARY], "next": f"/v1/gamuts?after={EXAMPLE_ID}"}
+
+EXAMPLE_LEVELS: dict[str, Any] = {"id": EXAMPLE_ID, "levels": _CURVE}
+
+EXAMPLE_JOB: dict[str, Any] = {
+    "id": EXAMPLE_ID,
+    "state": "running",
+    "stage": "decimation",
+    "fraction": 0.4,
+    "attempts": 1,
+    "created": "2026-01-31T11:59:58.000Z",
+    "started": "2026-01-31T11:59:58.100Z",
+    "finished": None,
+    "problem": None,
+    "links": {"self": f"/v1/jobs/{EXAMPLE_ID}", "gamut": None},
+}
+
+EXAMPLE_READINESS: dict[str, Any] = {
+    "ready": True,
+    "workers": 1,
+    "workers_warm": 1,
+    "builds": {"queued": 0, "running": 1, "completed": 12},
+}
+
+_INLINE_EXAMPLE = {
+    "columns": ["LAB_L", "LAB_A", "LAB_B"],
+    "samples": [[0, 0, 0], [100, 0, 0], [50, 60, 0], [50, -30, 52], [50, -30, -52]],
+    "options": {"gamma": 1},
+}
+
+SUBMISSION_BODY: dict[str, Any] = {
+    "required": True,
+    "content": {
+        "multipart/form-data": {
+            "schema": {"$ref": "#/components/schemas/MultipartSubmission"},
+            "encoding": {"options": {"contentType": "application/json"}},
+            "examples": {
+                "file": {
+                    "summary": "A file with options",
+                    "value": {
+                        "file": "LAB_L,LAB_A,LAB_B\n0,0,0\n100,0,0\n50,60,0\n50,-30,52\n50,-30,-52",
+                        "options": {"gamma": 1},
+                    },
+                }
+            },
+        },
+        "application/json": {
+            "schema": {"$ref": "#/components/schemas/InlineSamples"},
+            "examples": {"colours": {"summary": "Bare colours", "value": _INLINE_EXAMPLE}},
+        },
+    },
+}
+
+
+def header(description: str, example: str | int) -> dict[str, Any]:
+    """Return the description of a response header field."""
+    kind = "integer" if isinstance(example, int) else "string"
+    return {"description": description, "schema": {"type": kind}, "example": example}
+
+
+MESH_HEADERS: dict[str, Any] = {
+    "Gamut-Triangles": header("Triangles of the mesh.", 1000),
+    "Gamut-Vertices": header("Vertices of the mesh.", 502),
+    "ETag": header("Strong entity tag: the SHA-256 of the content.", f'"{EXAMPLE_ID}"'),
+    "Cache-Control": header("The content never changes.", "public, max-age=31536000, immutable"),
+    "Vary": header("What the content depends on besides the address.", "Accept"),
+}
+
+
+def json_response(
+    description: str, model: type, example: object, headers: dict[str, Any] | None = None
+) -> dict[str, Any]:
+    """Return the description of a JSON response."""
+    content = {"application/json": {"examples": {"example": {"value": example}}}}
+    return {
+        "description": description,
+        "model": model,
+        "content": content,
+        "headers": headers or {},
+    }
+
+
+def problems(*codes: str) -> dict[int | str, dict[str, Any]]:
+    """Return the descriptions of the responses with these problems, by status.
+
+    Parameters
+    ----------
+    codes : str
+        Keys of `KINDS`. Every operation can besides answer 500 with ``internal-error``.
+    """
+    responses: dict[int | str, dict[str, Any]] = {}
+    for code in (*codes, "internal-error"):
+        kind = KINDS[code]
+        response = responses.setdefault(
+            kind.status,
+            {
+                "description": "",
+                "headers": {"Cache-Control": header("Problems are not cached.", "no-store")},
+                "content": {
+                    MEDIA_TYPE: {
+                        "schema": {"$ref": f"#/components/schemas/{ProblemDocument.__name__}"},
+                        "examples": {},
+                    }
+                },
+            },
+        )
+        response["description"] += f"{' · ' if response['description'] else ''}{kind.title}"
+        response["content"][MEDIA_TYPE]["examples"][code] = {
+            "summary": kind.title,
+            "value": Problem(code, kind.detail, kind.where).document(),
+        }
+        if kind.status in {429, 503}:
+            response["headers"]["Retry-After"] = header("Seconds to wait.", 5)
+    return responses

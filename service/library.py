@@ -1,0 +1,135 @@
+"""The gamuts that are open: read, verified and parsed once, then kept in memory.
+
+Opening takes tens of milliseconds and blocks on the disk, so it happens in a few threads, and
+requests that want the same gamut at the same time wait for the same opening. What is kept is
+bounded in bytes. Everything here belongs to the event loop's thread, except what says otherwise.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+
+from gamutcore.errors import HistoryFileError
+from gamutcore.gamut import Gamut
+from service.cache import ByteBoundedCache
+from service.store import GamutNotStoredError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from service.store import GamutStore, Record
+
+__all__ = ["Library", "OpenGamut"]
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+_THREADS = 2
+"""Histories opened, or large meshes encoded, at the same time; it bounds their memory as well."""
+
+
+@dataclass(frozen=True)
+class OpenGamut:
+    """A gamut in memory.
+
+    Attributes
+    ----------
+    gamut : Gamut
+        With its history.
+    provenance : dict of str
+        What every mesh of it carries.
+    """
+
+    gamut: Gamut
+    provenance: dict[str, str]
+
+
+class Library:
+    """Opens gamuts of a store and keeps those used last.
+
+    Parameters
+    ----------
+    store : GamutStore
+        Where the gamuts are.
+    capacity : int
+        Bytes of memory for opened gamuts.
+    """
+
+    def __init__(self, store: GamutStore, capacity: int) -> None:
+        self._store = store
+        self._open: ByteBoundedCache[str, OpenGamut] = ByteBoundedCache(capacity)
+        self._opening: dict[str, asyncio.Task[OpenGamut]] = {}
+        self._threads = ThreadPoolExecutor(_THREADS, thread_name_prefix="library")
+
+    def opened(self, gamut_id: str) -> OpenGamut | None:
+        """Return a gamut that is open already; None if it is not."""
+        return self._open.get(gamut_id)
+
+    async def gamut(self, gamut_id: str) -> OpenGamut:
+        """Return a gamut, opened if need be.
+
+        Raises
+        ------
+        GamutNotStoredError
+            There is none of this id.
+        """
+        found = self._open.get(gamut_id)
+        if found is not None:
+            return found
+        opening = self._opening.get(gamut_id)
+        if opening is None:
+            opening = asyncio.create_task(self._open_and_keep(gamut_id))
+            self._opening[gamut_id] = opening
+        # The opening goes on for the others when one of its clients leaves.
+        return await asyncio.shield(opening)
+
+    async def record(self, gamut_id: str) -> Record:
+        """Return a gamut's record; `GamutNotStoredError` if there is none."""
+        return await asyncio.to_thread(self._store.record, gamut_id)
+
+    async def in_thread(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
+        """Return what a function returns that is too slow for the event loop."""
+        loop = asyncio.get_running_loop()
+        return await loop.run_in_executor(self._threads, lambda: function(*args, **kwargs))
+
+    def discard(self, gamut_id: str) -> None:
+        """Forget a gamut that was deleted."""
+        self._open.discard(gamut_id)
+        self._opening.pop(gamut_id, None)
+
+    def close(self) -> None:
+        """Let the threads end."""
+        self._threads.shutdown(wait=False, cancel_futures=True)
+
+    async def _open_and_keep(self, gamut_id: str) -> OpenGamut:
+        try:
+            opened = await self.in_thread(self._opened_from_store, gamut_id)
+            # What was deleted while it was being opened is answered with, but not kept.
+            if self._opening.get(gamut_id) is asyncio.current_task():
+                self._open.put(gamut_id, opened, opened.gamut.nbytes)
+        finally:
+            if self._opening.get(gamut_id) is asyncio.current_task():
+                del self._opening[gamut_id]
+        return opened
+
+    def _opened_from_store(self, gamut_id: str) -> OpenGamut:
+        _, content = self._store.content(gamut_id)
+        try:
+            gamut = Gamut.from_bytes(content)
+        except HistoryFileError as error:
+            self._store.set_aside(gamut_id, str(error))
+            raise GamutNotStoredError(gamut_id) from error
+        return OpenGamut(gamut, _mesh_provenance(gamut.id, gamut.description))
+
+
+def _mesh_provenance(gamut_id: str, description: dict[str, Any]) -> dict[str, str]:
+    """Return the plain facts of a description: what a mesh file says about its origin."""
+    facts = {"gamut": gamut_id}
+    for part in ("options", "provenance"):
+        for name, value in description.get(part, {}).items():
+            if isinstance(value, str | int | float):
+                facts.setdefault(name, str(value))
+    return facts

@@ -1,0 +1,79 @@
+"""Two small ASGI layers around the whole app: a limit for bodies, and HEAD for every GET.
+
+FastAPI's own ``max_body_size`` answers a declared length over the limit with plain text that no
+exception handler sees (0.165), so the limit is enforced here, where it becomes a problem document
+for declared, chunked and multipart bodies alike.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from service.problems import Problem, ProblemError, problem_response
+
+if TYPE_CHECKING:
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+__all__ = ["BodyLimit", "HeadAsGet"]
+
+
+class BodyLimit:
+    """Refuses bodies of more than `limit` bytes, before they are read where their length is known.
+
+    Parameters
+    ----------
+    app : ASGI app
+        Its exception handlers must know `ProblemError`.
+    limit : int
+        Bytes.
+    """
+
+    def __init__(self, app: ASGIApp, limit: int) -> None:
+        self.app = app
+        self.limit = limit
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on with a `receive` that counts."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        for name, value in scope["headers"]:
+            # int() takes more than digits; the server refuses such lengths, so they need no answer.
+            if name == b"content-length" and value.isdigit() and int(value) > self.limit:
+                await problem_response(self._problem())(scope, receive, send)
+                return
+        read = 0
+
+        async def counting_receive() -> Message:
+            nonlocal read
+            message = await receive()
+            read += len(message.get("body", b""))
+            if read > self.limit:
+                raise ProblemError(self._problem())
+            return message
+
+        await self.app(scope, counting_receive, send)
+
+    def _problem(self) -> Problem:
+        detail = f"The body is larger than {self.limit} bytes."
+        return Problem("body-too-large", detail, {"limit": self.limit})
+
+
+class HeadAsGet:
+    """Answers HEAD as GET without the body, RFC 9110 clause 9.3.2."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass HEAD on as GET and leave the content out of the answer."""
+        if scope["type"] != "http" or scope["method"] != "HEAD":
+            await self.app(scope, receive, send)
+            return
+
+        async def send_without_content(message: Message) -> None:
+            if message["type"] == "http.response.body":
+                message = {**message, "body": b""}
+            await send(message)
+
+        await self.app({**scope, "method": "GET"}, receive, send_without_content)

@@ -1,0 +1,233 @@
+"""The shapes of the service's JSON, for the OpenAPI document and its examples.
+
+Requests are checked by `gamutcore`, which knows what an option may be; answers are passed on as
+`gamutcore` described them. The models here say the same for readers and client generators, and the
+tests hold both together.
+"""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+__all__ = [
+    "Counts",
+    "GamutDescription",
+    "GamutLinks",
+    "GamutList",
+    "GamutOptions",
+    "GamutSummary",
+    "InlineSamples",
+    "JobDescription",
+    "JobLinks",
+    "Level",
+    "Levels",
+    "MultipartSubmission",
+    "ProblemDocument",
+    "Readiness",
+]
+
+Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
+
+
+class GamutOptions(BaseModel):
+    """How a gamut is built. Every option has a default, and answers state all of them."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    space: Annotated[str, Field(description="Colour space that the boundary lives in.")] = "CIELAB"
+    boundary: Annotated[
+        Literal["modified-convex-hull", "convex-hull"],
+        Field(description="How the colours are wrapped."),
+    ] = "modified-convex-hull"
+    gamma: Annotated[
+        float,
+        Field(
+            gt=0,
+            le=1,
+            description="Power that radii are raised to before the hull is taken; 1 is the convex "
+            "hull, small values follow the colours into concave places.",
+        ),
+    ] = 0.2
+    centre: Annotated[
+        Literal["auto"] | Triple,
+        Field(description="Point that radii are taken from, in the space; inside the gamut."),
+    ] = "auto"
+    cost: Annotated[
+        Literal["quadric"], Field(description="What decides which edge is collapsed next.")
+    ] = "quadric"
+    surface_samples: Annotated[
+        int, Field(ge=1, description="How many colours a device model is asked for.")
+    ] = 100_000
+    intent: Annotated[
+        Literal["relative", "absolute", "perceptual", "saturation"],
+        Field(description="Rendering intent that an ICC profile is evaluated with."),
+    ] = "relative"
+
+
+class InlineSamples(BaseModel):
+    """Characterisation data as JSON. Further members with a text or a number are conditions."""
+
+    model_config = ConfigDict(extra="allow")
+
+    samples: Annotated[
+        list[list[float] | dict[str, float]],
+        Field(description="One array of numbers, or one object by column name, per sample."),
+    ]
+    columns: Annotated[
+        list[str] | None,
+        Field(
+            description="Names of the columns; L*, a*, b* when left out. Device values beside the "
+            "colour (RGB_R, CMYK_C, ...) give a device model."
+        ),
+    ] = None
+    white: Annotated[
+        Triple | None, Field(description="XYZ of the white, in the scale of the samples' XYZ.")
+    ] = None
+    conditions: Annotated[
+        dict[str, str | float] | None,
+        Field(description="Measurement conditions by keyword, kept in the provenance."),
+    ] = None
+    options: Annotated[GamutOptions, Field(description="How the gamut is built.")] = GamutOptions()
+
+
+class MultipartSubmission(BaseModel):
+    """Characterisation data as a file."""
+
+    file: Annotated[
+        bytes,
+        Field(
+            description="CGATS or IT8 text, CSV, JSON, a NumPy array (.npy) or an ICC profile; "
+            "recognised by its content.",
+            json_schema_extra={"format": "binary"},
+        ),
+    ]
+    options: Annotated[GamutOptions, Field(description="How the gamut is built.")] = GamutOptions()
+
+
+class Counts(BaseModel):
+    """Sizes of a gamut."""
+
+    model_config = ConfigDict(extra="allow")
+
+    triangles: Annotated[int, Field(description="The most triangles that can be asked for.")]
+    vertices: Annotated[int, Field(description="Vertices of the full boundary.")]
+    minimum: Annotated[int, Field(description="The fewest triangles that can be asked for.")] = 4
+
+
+class Level(BaseModel):
+    """What is lost at one triangle count, against the full boundary."""
+
+    model_config = ConfigDict(extra="allow")
+
+    triangles: int
+    volume: float
+    mismatch: Annotated[
+        float,
+        Field(description="Volume of the symmetric difference, as a part of the full volume."),
+    ]
+    maximum_distance: Annotated[float, Field(description="Largest distance, in the space's unit.")]
+
+
+class GamutLinks(BaseModel):
+    """Where the rest of a gamut is."""
+
+    self: str
+    mesh: str
+    levels: str
+    history: str
+
+
+class GamutSummary(BaseModel):
+    """A gamut in the list."""
+
+    id: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+    created: Annotated[str, Field(description="When it was published, RFC 3339.")]
+    options: GamutOptions
+    counts: Counts
+    volume: float
+    links: GamutLinks
+
+
+class GamutDescription(GamutSummary):
+    """A built gamut."""
+
+    model_config = ConfigDict(extra="allow")
+
+    state: Annotated[Literal["ready"], Field(description="A gamut is only visible complete.")]
+    history_bytes: Annotated[int, Field(description="Size of the history file.")]
+    provenance: Annotated[
+        dict[str, Any],
+        Field(description="Format, channels, white, conditions, device model and its error, ..."),
+    ]
+    area: float
+    centre: Triple
+    bounds: Annotated[list[Triple], Field(description="Least and largest coordinates.")]
+    levels: Annotated[list[Level], Field(description="Error curve of the levels.")]
+
+
+class GamutList(BaseModel):
+    """A page of the list of gamuts, in the order of their ids."""
+
+    gamuts: list[GamutSummary]
+    next: Annotated[str | None, Field(description="The next page; null on the last one.")]
+
+
+class Levels(BaseModel):
+    """The error curve of a gamut."""
+
+    id: str
+    levels: list[Level]
+
+
+class JobLinks(BaseModel):
+    """Where a job and its gamut are."""
+
+    self: str
+    gamut: Annotated[str | None, Field(description="The gamut; null until it is built.")]
+
+
+class ProblemDocument(BaseModel):
+    """A problem, RFC 9457."""
+
+    type: Annotated[str, Field(description="Page about this kind of problem.")]
+    title: str
+    status: int
+    detail: Annotated[str, Field(description="What was wrong this time.")]
+    code: Annotated[str, Field(description="Stable name of the kind of problem.")]
+    where: Annotated[
+        dict[str, Any],
+        Field(description="Field, line, column, tag, row, header, ... at fault."),
+    ]
+    remedy: Annotated[str, Field(description="What would be right.")]
+
+
+class JobDescription(BaseModel):
+    """A build."""
+
+    id: Annotated[str, Field(description="The id of the gamut that is built.")]
+    state: Literal["queued", "running", "succeeded", "failed"]
+    stage: Annotated[str, Field(description="What a running build is doing.")]
+    fraction: Annotated[float, Field(ge=0, le=1, description="How much of the stage is done.")]
+    attempts: Annotated[int, Field(description="How often the build was started.")]
+    created: str | None
+    started: str | None
+    finished: str | None
+    problem: Annotated[ProblemDocument | None, Field(description="Why the build failed.")]
+    links: JobLinks
+
+
+class BuildCounts(BaseModel):
+    """What the workers are doing."""
+
+    queued: int
+    running: int
+    completed: Annotated[int, Field(description="Since the service was started.")]
+
+
+class Readiness(BaseModel):
+    """What the service is able to do right now."""
+
+    ready: bool
+    workers: int
+    workers_warm: int
+    builds: BuildCounts

@@ -1,0 +1,106 @@
+"""What a client asks for in header fields: media types with q-values, and preferences.
+
+Content negotiation follows RFC 9110 clause 12.5.1, ``Prefer`` follows RFC 7240. Elements that
+break their grammar are ignored, as both documents ask a server to be lenient.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["Preference", "preference", "preferred_media_type"]
+
+_QUALITY = re.compile(r"(?:0(?:\.\d{0,3})?|1(?:\.0{0,3})?)\Z", re.ASCII)
+"""The qvalue of RFC 9110 clause 12.4.2."""
+
+_SECONDS = re.compile(r"\d{1,9}\Z", re.ASCII)
+
+
+def preferred_media_type(accept: str | None, offered: Sequence[str]) -> str | None:
+    """Return the media type of `offered` that a client likes best.
+
+    Parameters
+    ----------
+    accept : str or None
+        The value of the header field ``Accept``.
+    offered : sequence of str
+        What is available, the service's own preference first; it decides between equals.
+
+    Returns
+    -------
+    str or None
+        None if the client accepts nothing that is offered. Without an ``Accept`` it is the first.
+    """
+    if accept is None or not accept.strip():
+        return offered[0]
+    ranges = _media_ranges(accept)
+    best, best_quality = None, 0.0
+    for media_type in offered:
+        kind = media_type.partition("/")[0]
+        # The most specific range that matches decides, clause 12.5.1.
+        for pattern in (media_type, f"{kind}/*", "*/*"):
+            if pattern in ranges:
+                if ranges[pattern] > best_quality:
+                    best, best_quality = media_type, ranges[pattern]
+                break
+    return best
+
+
+def _media_ranges(accept: str) -> dict[str, float]:
+    ranges: dict[str, float] = {}
+    for element in accept.split(","):
+        name, *parameters = (part.strip().lower() for part in element.split(";"))
+        quality = 1.0
+        for parameter in parameters:
+            key, _, value = parameter.partition("=")
+            if key.strip() == "q" and _QUALITY.match(value.strip()):
+                quality = float(value)
+        if "/" in name:
+            ranges[name] = max(quality, ranges.get(name, 0.0))
+    return ranges
+
+
+@dataclass(frozen=True)
+class Preference:
+    """How long a client wants to wait for a build.
+
+    Attributes
+    ----------
+    respond_async : bool
+        It would rather have a job than wait.
+    wait : int or None
+        Seconds that it is willing to wait.
+    """
+
+    respond_async: bool = False
+    wait: int | None = None
+
+    def seconds(self, default: float, longest: float) -> float:
+        """Return the seconds to wait: as asked for up to `longest`, else `default`."""
+        if self.wait is not None:
+            return min(float(self.wait), longest)
+        return 0.0 if self.respond_async else default
+
+    def applied(self, *, answered_async: bool, longest: float) -> str:
+        """Return the value of ``Preference-Applied``; empty if no preference was honoured."""
+        applied = []
+        if self.respond_async and answered_async:
+            applied.append("respond-async")
+        if self.wait is not None and self.wait <= longest:
+            applied.append(f"wait={self.wait}")
+        return ", ".join(applied)
+
+
+def preference(prefer: Sequence[str]) -> Preference:
+    """Return the preferences in the ``Prefer`` fields of a request; the first of a name counts."""
+    found: dict[str, str] = {}
+    for element in ",".join(prefer).split(","):
+        name, _, value = element.partition(";")[0].partition("=")
+        found.setdefault(name.strip().lower(), value.strip().strip('"'))
+    wait = found.get("wait", "")
+    return Preference("respond-async" in found, int(wait) if _SECONDS.match(wait) else None)

@@ -1,0 +1,418 @@
+"""Every error of the service: one table from stable codes to HTTP status, title and remedy.
+
+The errors of `gamutcore` and those of HTTP itself are rows of the same table; problem documents
+(RFC 9457), the OpenAPI document's examples and the pages under ``/problems/`` are all made from it.
+A code, once released, never changes its meaning.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from fastapi.responses import JSONResponse
+
+from gamutcore import errors
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+__all__ = [
+    "BUILD_PROBLEMS",
+    "KINDS",
+    "MEDIA_TYPE",
+    "Kind",
+    "Problem",
+    "ProblemError",
+    "problem_response",
+]
+
+MEDIA_TYPE = "application/problem+json"
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A row of the table: what all problems of one code have in common.
+
+    Attributes
+    ----------
+    code : str
+        Stable, part of the public interface.
+    status : int
+        HTTP status code.
+    title : str
+        What is wrong, the same for all problems of the kind.
+    remedy : str
+        What would be right, where the single problem does not know it better.
+    detail, where
+        An example of a single problem, for the documentation.
+    """
+
+    code: str
+    status: int
+    title: str
+    remedy: str
+    detail: str
+    where: Mapping[str, Any] = field(default_factory=dict)
+
+
+def _core(
+    error: type[errors.GamutError], title: str, remedy: str, detail: str, **where: str | int
+) -> Kind:
+    """Return the row of an error of `gamutcore`: the client's content cannot be processed."""
+    return Kind(error.code, 422, title, remedy, detail, where)
+
+
+_READ = "CGATS and IT8 text, CSV, JSON, NumPy arrays (.npy) and ICC profiles are read."
+_DEFECT = "This is a defect of the service; please report it with the gamut's id."
+
+_ROWS = (
+    # What gamutcore finds wrong with options and characterisation data.
+    _core(
+        errors.OptionError,
+        "An option is not accepted",
+        "Use an option and a value from the documentation of POST /v1/gamuts.",
+        "gamma is 1.5, which is not above 0 and at most 1.",
+        field="gamma",
+    ),
+    _core(
+        errors.UnrecognisedFormatError,
+        "The file's format is not recognised",
+        _READ,
+        "The content is of none of the formats that are read.",
+    ),
+    _core(
+        errors.MalformedFileError,
+        "The file breaks its format",
+        "Correct the place that is named.",
+        "BEGIN_DATA is not followed by END_DATA.",
+        line=18,
+    ),
+    _core(
+        errors.MissingColumnError,
+        "The columns do not hold a colour",
+        "Name columns LAB_L, LAB_A, LAB_B or XYZ_X, XYZ_Y, XYZ_Z.",
+        "There is no column LAB_B.",
+        column="LAB_B",
+    ),
+    _core(
+        errors.SampleLimitError,
+        "Too many samples, columns or channels",
+        "Send fewer, for instance only those on the surface of the gamut.",
+        "The file has more samples than are accepted.",
+    ),
+    _core(
+        errors.MalformedProfileError,
+        "The ICC profile is malformed",
+        "Send a profile that keeps to ICC.1 (ISO 15076-1).",
+        "The tag A2B1 ends outside the profile.",
+        tag="A2B1",
+    ),
+    _core(
+        errors.UnsupportedProfileError,
+        "The ICC profile is of an unsupported kind",
+        "Send an input, display, output or colour space profile with a device to PCS side.",
+        "Profiles of the class named colour have no gamut.",
+    ),
+    _core(
+        errors.CharacterisationError,
+        "The characterisation data cannot be used",
+        _READ,
+        "The characterisation data cannot be used.",
+    ),
+    _core(
+        errors.TooFewPointsError,
+        "Too few distinct colours",
+        "Send at least four colours that are not in one plane.",
+        "There are 3 distinct colours.",
+    ),
+    _core(
+        errors.FlatPointsError,
+        "The colours lie in one plane",
+        "Send colours that span a volume.",
+        "All colours lie in one plane.",
+    ),
+    _core(
+        errors.CentreError,
+        "The centre is not inside the gamut",
+        "Give a centre that is surrounded by the colours, or leave it out.",
+        "The centre (50, 200, 0) is outside the convex hull of the colours.",
+        field="centre",
+    ),
+    _core(
+        errors.InvalidPointsError,
+        "The colours are not finite numbers",
+        "Send three finite numbers for every colour.",
+        "Row 7 holds a value that is not a finite number.",
+        row=7,
+    ),
+    _core(
+        errors.TriangleCountError,
+        "The gamut has no level of this triangle count",
+        "Ask for a count from 4 up to the gamut's largest, which its description tells.",
+        "3 triangles were asked for; a closed surface has at least 4.",
+        field="triangles",
+    ),
+    _core(
+        errors.BoundaryError,
+        "No closed surface could be wrapped around the colours",
+        "Try a larger gamma, or another centre.",
+        "No surface that is star-shaped about the centre was found.",
+    ),
+    _core(
+        errors.MeshError,
+        "The surface is not closed, oriented and star-shaped",
+        "Try a larger gamma, or another centre.",
+        "An edge belongs to three triangles.",
+    ),
+    _core(
+        errors.DecimationError,
+        "The surface could not be decimated to four triangles",
+        "Try a larger gamma, or another centre.",
+        "No edge can be collapsed although 12 triangles are left.",
+    ),
+    _core(
+        errors.HistoryFileError,
+        "A history file is damaged",
+        "Post the characterisation data again.",
+        "The history file is damaged.",
+    ),
+    _core(
+        errors.GamutError,
+        "The gamut cannot be built",
+        "Compare the request with the documentation.",
+        "The gamut cannot be built.",
+    ),
+    # What can become of a build.
+    Kind(
+        "build-timeout",
+        422,
+        "The build took too long",
+        "Ask for fewer surface_samples, or send fewer samples.",
+        "The build was ended after 120 s.",
+        {"field": "surface_samples"},
+    ),
+    Kind(
+        "build-crashed",
+        422,
+        "The build process died",
+        "Ask for fewer surface_samples; if that does not help, report the input as a defect.",
+        "The process that built this gamut died, 3 times in a row.",
+    ),
+    Kind(
+        "build-failed",
+        422,
+        "The build ended unexpectedly",
+        _DEFECT,
+        "The build ended with an unexpected error.",
+    ),
+    Kind(
+        "queue-full",
+        429,
+        "Too many builds are waiting",
+        "Try again after the time in Retry-After.",
+        "16 builds are waiting already.",
+    ),
+    # What can be wrong with a request.
+    Kind(
+        "malformed-body",
+        400,
+        "The body cannot be parsed",
+        "Send JSON as RFC 8259 defines it, or multipart/form-data as RFC 7578 defines it.",
+        "The JSON ends early.",
+        {"line": 1, "column": 20},
+    ),
+    Kind(
+        "invalid-body",
+        422,
+        "The body has the wrong parts",
+        "Send the parts `file` and, if you like, `options`; or JSON with `samples` and `options`.",
+        "There is no part named file.",
+        {"field": "file"},
+    ),
+    Kind(
+        "invalid-parameter",
+        422,
+        "A parameter is not accepted",
+        "Use a value from the documentation of the operation.",
+        "String should match pattern '^[0-9a-f]{64}$'.",
+        {"in": "path", "field": "gamut_id"},
+    ),
+    Kind(
+        "not-found",
+        404,
+        "There is nothing at this address",
+        "The addresses of the service are listed under /docs.",
+        "There is nothing at /v2/gamuts.",
+    ),
+    Kind(
+        "gamut-not-found",
+        404,
+        "There is no gamut of this id",
+        "Post its characterisation data to /v1/gamuts; the same data and options give the same id.",
+        "There is no gamut 4f1d9c07….",
+        {"field": "gamut_id"},
+    ),
+    Kind(
+        "job-not-found",
+        404,
+        "There is no job of this id",
+        "Post the characterisation data to /v1/gamuts again.",
+        "There is no job 4f1d9c07….",
+        {"field": "job_id"},
+    ),
+    Kind(
+        "method-not-allowed",
+        405,
+        "The method is not allowed here",
+        "Use one of the methods in the header Allow.",
+        "PUT is not allowed for /v1/gamuts.",
+        {"allowed": ["GET", "HEAD", "POST"]},
+    ),
+    Kind(
+        "not-acceptable",
+        406,
+        "No accepted media type is available",
+        "Accept one of the media types that are listed, or name a format with format=.",
+        "A mesh is not available as text/csv.",
+        {"header": "Accept"},
+    ),
+    Kind(
+        "body-too-large",
+        413,
+        "The body is too large",
+        "Send a body within the limit.",
+        "The body is larger than 33554432 bytes.",
+        {"limit": 33554432},
+    ),
+    Kind(
+        "unsupported-media-type",
+        415,
+        "The body's media type is not accepted",
+        "Send multipart/form-data with a part `file`, or application/json with `samples`.",
+        "The body is text/plain.",
+        {"header": "Content-Type"},
+    ),
+    Kind(
+        "range-not-satisfiable",
+        416,
+        "The range is outside the file",
+        "Ask for a range that begins inside the file; Content-Range tells its size.",
+        "The file has 2097152 bytes.",
+        {"header": "Range"},
+    ),
+    Kind(
+        "bad-request",
+        400,
+        "The request is malformed",
+        "Send a request as RFC 9110 defines it.",
+        "The request is malformed.",
+    ),
+    # What is the service's own matter.
+    Kind(
+        "internal-error",
+        500,
+        "The service has a defect",
+        "Report it with the time of the request; the log has the rest.",
+        "The request could not be answered.",
+    ),
+    Kind(
+        "not-ready",
+        503,
+        "The service is not ready",
+        "Try again after the time in Retry-After.",
+        "The build workers are warming up.",
+        {"workers_warm": 0, "workers": 1},
+    ),
+    Kind(
+        "shutting-down",
+        503,
+        "The service is stopping",
+        "Send the request again; another instance, or the restarted one, will take it.",
+        "The service is stopping and accepts no new builds.",
+    ),
+    Kind(
+        "storage-full",
+        507,
+        "The store is full",
+        "The operator has to free or add space; existing gamuts are still served.",
+        "There is no space left in the data directory.",
+    ),
+)
+
+BUILD_PROBLEMS = tuple(
+    kind.code
+    for kind in _ROWS
+    if kind.status == 422
+    and kind.code not in {"invalid-body", "invalid-parameter", "triangle-count"}
+)
+"""Codes of what can be wrong with the content that a build is asked for."""
+
+KINDS: dict[str, Kind] = {kind.code: kind for kind in _ROWS}
+"""All kinds of problems by their code."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that went wrong.
+
+    Attributes
+    ----------
+    code : str
+        A key of `KINDS`; an unknown one is reported as ``gamut-error``.
+    detail : str
+        What was wrong this time, with the values at fault.
+    where : mapping
+        Where: keys such as ``field``, ``line``, ``column``, ``tag``, ``row``, ``header``.
+    remedy : str
+        What would be right; the kind's, if empty.
+    headers : mapping
+        Header fields that the response needs besides.
+    """
+
+    code: str
+    detail: str
+    where: Mapping[str, Any] = field(default_factory=dict)
+    remedy: str = ""
+    headers: Mapping[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def from_error(cls, error: errors.GamutError) -> Problem:
+        """Return the problem that an error of `gamutcore` is for a client."""
+        return cls(error.code, error.message, error.where, error.remedy)
+
+    @property
+    def kind(self) -> Kind:
+        """The row of the table."""
+        return KINDS.get(self.code, KINDS[errors.GamutError.code])
+
+    def document(self) -> dict[str, Any]:
+        """Return the problem document: RFC 9457 clause 3, and the members code, where, remedy."""
+        kind = self.kind
+        return {
+            "type": f"/problems/{kind.code}",
+            "title": kind.title,
+            "status": kind.status,
+            "detail": self.detail,
+            "code": kind.code,
+            "where": dict(self.where),
+            "remedy": self.remedy or kind.remedy,
+        }
+
+
+class ProblemError(Exception):
+    """Ends the handling of a request with a problem document."""
+
+    def __init__(self, problem: Problem) -> None:
+        super().__init__(problem.detail)
+        self.problem = problem
+
+
+def problem_response(problem: Problem) -> JSONResponse:
+    """Return the HTTP response of a problem; no cache keeps it."""
+    return JSONResponse(
+        problem.document(),
+        status_code=problem.kind.status,
+        media_type=MEDIA_TYPE,
+        headers={"Cache-Control": "no-store", **problem.headers},
+    )

@@ -1,0 +1,360 @@
+"""Gamuts: create, list, describe, delete, and their levels and histories."""
+
+import asyncio
+import contextlib
+import hashlib
+import json
+from collections.abc import AsyncIterator
+from typing import IO, Annotated, Any
+
+from fastapi import APIRouter, Path, Query, Request
+from fastapi.responses import JSONResponse, Response, StreamingResponse
+
+from gamutcore.gamut import gamut_id as identity
+from service.conditional import IMMUTABLE, byte_range, entity_tag, matches
+from service.documentation import (
+    EXAMPLE_GAMUT,
+    EXAMPLE_ID,
+    EXAMPLE_JOB,
+    EXAMPLE_LEVELS,
+    EXAMPLE_LIST,
+    SUBMISSION_BODY,
+    header,
+    json_response,
+    problems,
+)
+from service.models import GamutDescription, GamutList, JobDescription, Levels
+from service.negotiation import preference
+from service.problems import BUILD_PROBLEMS, ProblemError
+from service.routes.jobs import job_document
+from service.state import service_of
+from service.store import GamutNotStoredError, Record
+from service.submission import submission
+
+__all__ = ["HISTORY_MEDIA_TYPE", "GamutId", "router"]
+
+HISTORY_MEDIA_TYPE = "application/octet-stream"
+
+_CHUNK = 256 * 1024
+"""Bytes of a history that are read and sent at a time."""
+
+_ENTITY_HEADERS = {
+    "ETag": header("Strong entity tag: the SHA-256 of the content.", f'"{EXAMPLE_ID}"'),
+    "Cache-Control": header("The content never changes.", IMMUTABLE),
+}
+
+_NOT_MODIFIED = {304: {"description": "The client has this content already (If-None-Match)."}}
+
+GamutId = Annotated[
+    str,
+    Path(
+        pattern="^[0-9a-f]{64}$",
+        description="The gamut's id: SHA-256 of options, input and algorithm, in hexadecimal.",
+        examples=[EXAMPLE_ID],
+    ),
+]
+
+router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"])
+
+
+@router.post(
+    "",
+    operation_id="createGamut",
+    summary="Build a gamut, or find it built",
+    description="Takes characterisation data as a file or inline and answers with the gamut: 200 "
+    "if it exists, 201 if it was built while the client waited, 202 with a job otherwise. The "
+    "same data and options always have the same id, so posting again is harmless. "
+    "`Prefer: wait=N` sets how many seconds the client waits, `Prefer: respond-async` "
+    "asks for the job at once (RFC 7240).",
+    responses={
+        200: json_response(
+            "The gamut existed.",
+            GamutDescription,
+            EXAMPLE_GAMUT,
+            {"Content-Location": header("The gamut.", f"/v1/gamuts/{EXAMPLE_ID}")},
+        ),
+        201: json_response(
+            "The gamut was built.",
+            GamutDescription,
+            EXAMPLE_GAMUT,
+            {
+                "Location": header("The gamut.", f"/v1/gamuts/{EXAMPLE_ID}"),
+                "Preference-Applied": header("Preferences that were honoured.", "wait=10"),
+            },
+        ),
+        202: json_response(
+            "The gamut is being built.",
+            JobDescription,
+            EXAMPLE_JOB,
+            {
+                "Location": header("The job.", f"/v1/jobs/{EXAMPLE_ID}"),
+                "Retry-After": header("Seconds after which to look again.", 1),
+                "Preference-Applied": header("Preferences that were honoured.", "respond-async"),
+            },
+        ),
+        **problems(
+            "malformed-body",
+            "body-too-large",
+            "unsupported-media-type",
+            "invalid-parameter",
+            *BUILD_PROBLEMS,
+            "queue-full",
+            "shutting-down",
+            "storage-full",
+        ),
+    },
+    openapi_extra={
+        "requestBody": SUBMISSION_BODY,
+        "parameters": [
+            {
+                "name": "Prefer",
+                "in": "header",
+                "required": False,
+                "description": "How long to wait for the build (RFC 7240).",
+                "schema": {"type": "string"},
+                "examples": {
+                    "wait": {"value": "wait=10"},
+                    "asynchronous": {"value": "respond-async"},
+                },
+            }
+        ],
+    },
+)
+async def create_gamut(request: Request) -> Response:
+    """Build a gamut, or find it built."""
+    service = service_of(request)
+    settings = service.settings
+    prefer = preference(request.headers.getlist("prefer"))
+    posted = await submission(request, settings)
+    digest = await asyncio.to_thread(hashlib.sha256, posted.data)
+    gamut_id = identity(posted.options, digest.hexdigest())
+
+    job = service.builds.active(gamut_id)
+    if job is None:
+        with contextlib.suppress(GamutNotStoredError):
+            record = await service.library.record(gamut_id)
+            return _described(record, 200, {"Content-Location": f"/v1/gamuts/{gamut_id}"})
+        service.builds.check_admission()
+        source = await asyncio.to_thread(service.store.write_temporary, ".input", posted.data)
+        job = service.builds.submit(gamut_id, posted.options.to_mapping(), source)
+    del posted
+
+    done = await job.wait(prefer.seconds(settings.client_wait, settings.max_client_wait))
+    headers = {}
+    applied = prefer.applied(answered_async=not done, longest=settings.max_client_wait)
+    if applied:
+        headers["Preference-Applied"] = applied
+    if not done:
+        headers |= {"Location": f"/v1/jobs/{job.id}", "Retry-After": "1"}
+        headers["Cache-Control"] = "no-store"
+        return JSONResponse(job_document(job), 202, headers)
+    if job.problem is not None:
+        raise ProblemError(job.problem)
+    record = await service.library.record(gamut_id)
+    return _described(record, 201, {**headers, "Location": f"/v1/gamuts/{gamut_id}"})
+
+
+@router.get(
+    "",
+    operation_id="listGamuts",
+    summary="List the gamuts",
+    description="Pages through all gamuts in the order of their ids; `next` is the next page.",
+    responses={
+        200: json_response("A page of gamuts.", GamutList, EXAMPLE_LIST),
+        **problems("invalid-parameter"),
+    },
+)
+async def list_gamuts(
+    request: Request,
+    limit: Annotated[
+        int, Query(ge=1, description="Gamuts on a page at most; the service has a limit as well.")
+    ] = 50,
+    after: Annotated[
+        str,
+        Query(
+            pattern="^([0-9a-f]{64})?$",
+            description="Id of the last gamut of the page before.",
+            examples=[EXAMPLE_ID],
+        ),
+    ] = "",
+) -> Response:
+    """List the gamuts."""
+    service = service_of(request)
+    limit = min(limit, service.settings.max_page_size)
+    # One more than is shown tells whether there is a next page.
+    records = await asyncio.to_thread(service.store.page, after, limit + 1)
+    shown = records[:limit]
+    following = f"/v1/gamuts?limit={limit}&after={shown[-1].id}" if len(records) > limit else None
+    headers = {"Cache-Control": "no-cache"}
+    if following:
+        headers["Link"] = f'<{following}>; rel="next"'
+    return JSONResponse(
+        {"gamuts": [_summary(record) for record in shown], "next": following}, headers=headers
+    )
+
+
+@router.get(
+    "/{gamut_id}",
+    operation_id="describeGamut",
+    summary="Describe a gamut",
+    description="Options in full, provenance, counts, volume, area, centre, bounds, error curve "
+    "and links.",
+    responses={
+        200: json_response(
+            "The gamut.", GamutDescription, EXAMPLE_GAMUT, {"ETag": _ENTITY_HEADERS["ETag"]}
+        ),
+        **_NOT_MODIFIED,
+        **problems("gamut-not-found", "invalid-parameter"),
+    },
+)
+async def describe_gamut(request: Request, gamut_id: GamutId) -> Response:
+    """Describe a gamut."""
+    record = await service_of(request).library.record(gamut_id)
+    # Links and members may be added by a later version of the service, hence no immutability.
+    return _conditional(request, _description(record), "no-cache")
+
+
+@router.delete(
+    "/{gamut_id}",
+    operation_id="deleteGamut",
+    summary="Delete a gamut",
+    description="Removes the gamut with its history. Posting its data again builds it anew, under "
+    "the same id. Caches outside of the service may keep what they have.",
+    status_code=204,
+    responses={
+        204: {"description": "The gamut is gone."},
+        **problems("gamut-not-found", "invalid-parameter"),
+    },
+)
+async def delete_gamut(request: Request, gamut_id: GamutId) -> Response:
+    """Delete a gamut."""
+    service = service_of(request)
+    deleted = await asyncio.to_thread(service.store.delete, gamut_id)
+    service.forget(gamut_id)
+    if not deleted:
+        raise GamutNotStoredError(gamut_id)
+    return Response(status_code=204)
+
+
+@router.get(
+    "/{gamut_id}/levels",
+    operation_id="describeLevels",
+    summary="Read the error curve",
+    description="Mismatch, maximum distance and volume by triangle count, for choosing a level.",
+    responses={
+        200: json_response("The error curve.", Levels, EXAMPLE_LEVELS, _ENTITY_HEADERS),
+        **_NOT_MODIFIED,
+        **problems("gamut-not-found", "invalid-parameter"),
+    },
+)
+async def describe_levels(request: Request, gamut_id: GamutId) -> Response:
+    """Read the error curve."""
+    record = await service_of(request).library.record(gamut_id)
+    levels = {"id": record.id, "levels": record.description["levels"]}
+    return _conditional(request, levels, IMMUTABLE)
+
+
+@router.get(
+    "/{gamut_id}/history",
+    operation_id="downloadHistory",
+    summary="Download the history",
+    description="The gamut's file with every level in it; its format is documented, and can be "
+    "read without Python. A single `Range` is honoured.",
+    response_class=StreamingResponse,
+    responses={
+        200: {
+            "description": "The history file.",
+            "content": {
+                HISTORY_MEDIA_TYPE: {
+                    "schema": {"type": "string", "format": "binary"},
+                    "examples": {"history": {"summary": "The bytes of a history file"}},
+                }
+            },
+            "headers": {**_ENTITY_HEADERS, "Accept-Ranges": header("Parts can be had.", "bytes")},
+        },
+        206: {
+            "description": "The part of the history file that was asked for.",
+            "content": {
+                HISTORY_MEDIA_TYPE: {
+                    "schema": {"type": "string", "format": "binary"},
+                    "examples": {"part": {"summary": "Some bytes of a history file"}},
+                }
+            },
+            "headers": {
+                **_ENTITY_HEADERS,
+                "Content-Range": header("Which part it is.", "bytes 0-1023/2097152"),
+            },
+        },
+        **_NOT_MODIFIED,
+        **problems("gamut-not-found", "range-not-satisfiable", "invalid-parameter"),
+    },
+)
+async def download_history(request: Request, gamut_id: GamutId) -> Response:
+    """Download the history."""
+    service = service_of(request)
+    record, file = await asyncio.to_thread(service.store.verified_file, gamut_id)
+    with contextlib.ExitStack() as closing:
+        closing.enter_context(file)
+        etag = f'"{record.sha256}"'
+        headers = {"ETag": etag, "Cache-Control": IMMUTABLE, "Accept-Ranges": "bytes"}
+        known = request.headers.get("if-none-match")
+        if known is not None and matches(known, etag):
+            return Response(status_code=304, headers=headers)
+        part = byte_range(
+            request.headers.get("range"), request.headers.get("if-range"), etag, record.nbytes
+        )
+        start, end = part or (0, record.nbytes)
+        headers["Content-Length"] = str(end - start)
+        headers["Content-Disposition"] = f'attachment; filename="{gamut_id[:16]}.gamut"'
+        if part:
+            headers["Content-Range"] = f"bytes {start}-{end - 1}/{record.nbytes}"
+        closing.pop_all()
+    return StreamingResponse(
+        _chunks(file, start, end), 206 if part else 200, headers, HISTORY_MEDIA_TYPE
+    )
+
+
+async def _chunks(file: IO[bytes], start: int, end: int) -> AsyncIterator[bytes]:
+    with file:
+        file.seek(start)
+        while start < end:
+            chunk = await asyncio.to_thread(file.read, min(_CHUNK, end - start))
+            start += len(chunk)
+            yield chunk
+
+
+def _conditional(request: Request, document: dict[str, Any], cache_control: str) -> Response:
+    content = json.dumps(document, allow_nan=False, separators=(",", ":")).encode()
+    headers = {"ETag": entity_tag(content), "Cache-Control": cache_control}
+    known = request.headers.get("if-none-match")
+    if known is not None and matches(known, headers["ETag"]):
+        return Response(status_code=304, headers=headers)
+    return Response(content, headers=headers, media_type="application/json")
+
+
+def _described(record: Record, status: int, headers: dict[str, str]) -> Response:
+    return JSONResponse(_description(record), status, {"Cache-Control": "no-cache", **headers})
+
+
+def _summary(record: Record) -> dict[str, Any]:
+    address = f"/v1/gamuts/{record.id}"
+    return {
+        "id": record.id,
+        "created": record.created,
+        **{name: record.description[name] for name in ("options", "counts", "volume")},
+        "links": {
+            "self": address,
+            "mesh": f"{address}/mesh",
+            "levels": f"{address}/levels",
+            "history": f"{address}/history",
+        },
+    }
+
+
+def _description(record: Record) -> dict[str, Any]:
+    return {
+        **record.description,
+        **_summary(record),
+        "state": "ready",
+        "history_bytes": record.nbytes,
+    }

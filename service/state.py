@@ -1,0 +1,82 @@
+"""What the routes of one app share: settings, store, opened gamuts, encoded meshes, builds."""
+
+import asyncio
+import contextlib
+import logging
+from collections.abc import AsyncIterator
+from dataclasses import dataclass, field
+
+from fastapi import Request
+
+from gamutcore.warm import compile_kernels
+from service.builds import Builds
+from service.library import Library
+from service.meshes import MeshCache
+from service.settings import Settings
+from service.store import GamutStore
+
+__all__ = ["Service", "service_of"]
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass
+class Service:
+    """The parts of a running service.
+
+    Attributes
+    ----------
+    warm : bool
+        Whether this process has loaded the kernels that levels are read with.
+    """
+
+    settings: Settings
+    store: GamutStore = field(init=False)
+    library: Library = field(init=False)
+    meshes: MeshCache = field(init=False)
+    builds: Builds = field(init=False)
+    warm: bool = False
+
+    def __post_init__(self) -> None:
+        self.store = GamutStore(self.settings.data)
+        self.library = Library(self.store, self.settings.history_cache_bytes)
+        self.meshes = MeshCache(self.settings.mesh_cache_bytes)
+        self.builds = Builds(self.settings, self.store)
+
+    @property
+    def ready(self) -> bool:
+        """Whether a request would be answered without waiting for a compiler."""
+        return self.warm and self.builds.warm
+
+    @contextlib.asynccontextmanager
+    async def running(self) -> AsyncIterator[None]:
+        """Open the store and start the workers; drain and close on leaving."""
+        await asyncio.to_thread(self.store.open)
+        self.builds.start()
+        warming = asyncio.create_task(self._warm())
+        try:
+            yield
+        finally:
+            warming.cancel()
+            await self.builds.stop()
+            self.library.close()
+            self.store.close()
+
+    def forget(self, gamut_id: str) -> None:
+        """Drop from memory what belongs to a deleted gamut."""
+        self.library.discard(gamut_id)
+        self.meshes.discard_gamut(gamut_id)
+
+    async def _warm(self) -> None:
+        # The worker goes first: it leaves the compiled kernels on disk, where they are loaded
+        # from in a fraction of the time, and the interpreter of this process stays free.
+        await self.builds.first_warm.wait()
+        await self.library.in_thread(compile_kernels)
+        self.warm = True
+        logger.info("ready")
+
+
+def service_of(request: Request) -> Service:
+    """Return the service that a request was sent to."""
+    service: Service = request.app.state.service
+    return service

@@ -1,0 +1,176 @@
+"""Reads the body of ``POST /v1/gamuts``: characterisation data and options, in one of two forms.
+
+``multipart/form-data`` has the part ``file`` and, if wanted, ``options`` (JSON).
+``application/json`` is an object whose member ``options`` is taken out; the rest is the
+characterisation itself, written down canonically (sorted members, no white space), so that the same
+samples give the same gamut id.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from starlette.datastructures import UploadFile
+from starlette.formparsers import MultiPartException, MultiPartParser
+
+from gamutcore.gamut import Options
+from service.problems import Problem, ProblemError
+
+if TYPE_CHECKING:
+    from fastapi import Request
+
+    from service.settings import Settings
+
+__all__ = ["Submission", "submission"]
+
+_OPTIONS_BYTES = 64 * 1024
+"""Size of the part ``options``: a hundred times what all options take."""
+
+
+@dataclass(frozen=True)
+class Submission:
+    """What a client wants to have built.
+
+    Attributes
+    ----------
+    data : bytes
+        The characterisation, in any format that `gamutcore` reads.
+    options : Options
+        Checked, defaults made explicit.
+    """
+
+    data: bytes
+    options: Options
+
+
+class _Parser(MultiPartParser):
+    """Starlette's parser, keeping files in memory: they are bounded, and /tmp may be read-only."""
+
+    spool_max_size = 0
+    """No rollover to disk, in the words of `tempfile.SpooledTemporaryFile`."""
+
+
+async def submission(request: Request, settings: Settings) -> Submission:
+    """Return the characterisation and options in a request.
+
+    Raises
+    ------
+    ProblemError
+        The media type, the syntax or the parts of the body are not accepted.
+    OptionError
+        An option is unknown or has a value that is not accepted.
+    """
+    media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    if media_type == "multipart/form-data":
+        data, mapping = await _multipart(request)
+    elif media_type == "application/json":
+        body = await request.body()
+        data, mapping = await asyncio.to_thread(_inline, body)
+    else:
+        detail = f"The body is {media_type[:100] or 'of no stated media type'}."
+        raise ProblemError(Problem("unsupported-media-type", detail, {"header": "Content-Type"}))
+    options = Options.from_mapping(mapping)
+    if options.surface_samples > settings.max_surface_samples:
+        raise ProblemError(
+            Problem(
+                "invalid-option",
+                f"surface_samples is {options.surface_samples}, more than this service accepts.",
+                {"field": "surface_samples"},
+                f"Ask for at most {settings.max_surface_samples}.",
+            )
+        )
+    return Submission(data, options)
+
+
+async def _multipart(request: Request) -> tuple[bytes, dict[str, Any]]:
+    try:
+        parser = _Parser(
+            request.headers,
+            request.stream(),
+            max_files=2,
+            max_fields=2,
+            max_part_size=_OPTIONS_BYTES,
+        )
+        form = await parser.parse()
+    except MultiPartException as error:
+        raise ProblemError(
+            Problem("malformed-body", f"The multipart body cannot be parsed: {error.message}")
+        ) from error
+    try:
+        parts = form.multi_items()
+        for name, _ in parts:
+            if name not in {"file", "options"}:
+                _refuse(f"There is a part named {name[:80]!r}.", name[:80])
+        for name in ("file", "options"):
+            if sum(part == name for part, _ in parts) > 1:
+                _refuse(f"There is more than one part named {name}.", name)
+        file = form.get("file")
+        if file is None:
+            _refuse("There is no part named file.", "file")
+        options = form.get("options", "{}")
+        data = await _content(file)
+        return data, _options(_decoded(await _content(options), "options"))
+    finally:
+        await form.close()
+
+
+async def _content(part: UploadFile | str) -> bytes:
+    return await part.read() if isinstance(part, UploadFile) else part.encode()
+
+
+def _inline(body: bytes) -> tuple[bytes, dict[str, Any]]:
+    document = _decoded(body)
+    if not isinstance(document, dict):
+        _refuse("The JSON is not an object.", "samples")
+    if "samples" not in document:
+        _refuse("The JSON object has no member samples.", "samples")
+    mapping = _options(document.pop("options", {}))
+    try:
+        canonical = json.dumps(
+            document, sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=False
+        )
+    except ValueError as error:
+        # 1e999 is a number in JSON, and infinite once it is read.
+        problem = Problem("malformed-body", "The JSON holds a number that is out of range.")
+        raise ProblemError(problem) from error
+    return canonical.encode(), mapping
+
+
+def _options(mapping: object) -> dict[str, Any]:
+    if isinstance(mapping, dict):
+        return mapping
+    raise ProblemError(
+        Problem(
+            "invalid-option",
+            "The options are not a JSON object.",
+            {"field": "options"},
+            'Send them as in {"gamma": 0.2}.',
+        )
+    )
+
+
+def _decoded(text: bytes, part: str | None = None) -> Any:  # noqa: ANN401 - JSON before its shape is known
+    place: dict[str, Any] = {} if part is None else {"field": part}
+    try:
+        return json.loads(text.decode(), parse_constant=_refuse_constant)
+    except json.JSONDecodeError as error:
+        where = {**place, "line": error.lineno, "column": error.colno}
+        problem = Problem("malformed-body", f"The JSON is broken: {error.msg}.", where)
+    except UnicodeDecodeError as error:
+        where = {**place, "byte": error.start}
+        problem = Problem("malformed-body", "The JSON is not UTF-8.", where)
+    except (ValueError, RecursionError):
+        detail = "The JSON is nested too deeply, or has a number that is out of range."
+        problem = Problem("malformed-body", detail, place)
+    raise ProblemError(problem)
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise ProblemError(Problem("malformed-body", f"{name} is not a number in JSON."))
+
+
+def _refuse(detail: str, name: str) -> NoReturn:
+    raise ProblemError(Problem("invalid-body", detail, {"field": name}))
