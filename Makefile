@@ -76,9 +76,10 @@ bench: install ## measure what is claimed about speed and accuracy
 # --- checks ---------------------------------------------------------------------------------------
 
 .PHONY: lint
-lint: .venv/.installed-lint ## ruff: rules and formatting
+lint: .venv/.installed-lint ## ruff (rules and formatting) and shellcheck
 	$(python) -m ruff check .
 	$(python) -m ruff format --check .
+	.venv/bin/shellcheck docker/image .ci/run .ci/wheel-check
 
 .PHONY: format
 format: .venv/.installed-lint ## let ruff format and mend what it can

@@ -1,5 +1,6 @@
 """What the repository's own files promise: pins, layout, the image, no package host."""
 
+import hashlib
 import importlib.metadata
 import json
 import re
@@ -156,6 +157,12 @@ class TestLayout:
             ).is_dir()
         ]
         assert stray == []
+
+
+def test_the_example_is_the_file_that_its_notice_speaks_of():
+    notice = (ROOT / "examples/README.md").read_text()
+    (stated,) = re.findall(r"`([0-9a-f]{64})`", notice)
+    assert hashlib.sha256((ROOT / "examples/FOGRA39L.ti3").read_bytes()).hexdigest() == stated
 
 
 class TestImage:
