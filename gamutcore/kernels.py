@@ -4,7 +4,7 @@ Numba's own file cache has two habits that do not suit a packaged service: it no
 in the file of the kernel itself and not in the kernels that it calls from other files, and it
 refuses a cache directory that cannot be written to, such as the read-only root of a container whose
 kernels were compiled when the image was built. The locator here stamps every cache entry with the
-content of the whole package and reads from wherever the code lies.
+content of all of them and reads from wherever the code lies.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
 @functools.cache
 def package_digest() -> bytes:
-    """SHA-256 of all source files of the package, in the order of their paths.
+    """SHA-256 of the package's source files that have to do with kernels, in the order of paths.
 
     Returns
     -------
@@ -42,8 +42,10 @@ def package_digest() -> bytes:
     """
     digest = hashlib.sha256()
     for path in sorted(PACKAGE.rglob("*.py")):
-        digest.update(str(path.relative_to(PACKAGE)).encode())
-        digest.update(path.read_bytes())
+        source = path.read_bytes()
+        if b"import kernel" in source or b"numba" in source:
+            digest.update(str(path.relative_to(PACKAGE)).encode())
+            digest.update(source)
     return digest.digest()
 
 

@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
+from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.decimation.corner_table import opposite_corners
-from gamutcore.decimation.star import MINIMUM_DETERMINANT
+from gamutcore.decimation.star import faces_not_seeing_centre
 from gamutcore.errors import (
     BoundaryError,
     CentreError,
@@ -27,12 +28,11 @@ from gamutcore.errors import (
     OptionError,
     TooFewPointsError,
 )
+from gamutcore.kernels import kernel
 from gamutcore.mesh import TriangleMesh
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
-
-    from gamutcore.arrays import FloatArray, IndexArray
 
 __all__ = ["Boundary", "modified_convex_hull"]
 
@@ -139,14 +139,14 @@ def modified_convex_hull(
                 where={"field": "centre"},
                 remedy="a point inside the gamut, or 'auto'",
             )
-        faces = _outward_faces(hull, transformed)
+        faces = _outward_faces(hull.simplices, hull.equations, transformed)
         spoilt = _spoilt_vertices(faces, relative[usable])
         if spoilt.size == 0:
-            corners, packed = np.unique(faces, return_inverse=True)
+            corners = np.flatnonzero(np.bincount(faces.ravel(), minlength=len(usable)))
+            packed = np.empty(len(usable), np.int32)
+            packed[corners] = np.arange(len(corners), dtype=np.int32)
             sources = usable[corners]
-            mesh = TriangleMesh(
-                rounded[sources].astype(np.float32), packed.reshape(-1, 3).astype(np.int32)
-            )
+            mesh = TriangleMesh(rounded[sources].astype(np.float32), packed[faces])
             return Boundary(mesh, middle, sources, float(gamma))
         usable = np.delete(usable, spoilt)
     raise BoundaryError(
@@ -240,32 +240,41 @@ def _hull_centroid(points: FloatArray) -> FloatArray:
     return np.asarray(origin + (inside + centroid) * extent)
 
 
-def _outward_faces(hull: ConvexHull, points: FloatArray) -> IndexArray:
-    """Triangles of a hull around the origin, counter-clockwise seen from outside."""
-    faces: IndexArray = hull.simplices.astype(np.int32)
-    first = points[faces[:, 0]]
-    normals = np.cross(points[faces[:, 1]] - first, points[faces[:, 2]] - first)
-    inwards = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0
-    faces[inwards] = faces[inwards][:, ::-1]
+@kernel
+def _outward_faces(simplices: IndexArray, equations: FloatArray, points: FloatArray) -> IndexArray:
+    """Triangles of a hull, counter-clockwise seen from outside, by the hull's own outward normals."""
+    faces = np.empty((len(simplices), 3), np.int32)
+    for face in range(len(simplices)):
+        one, two, three = simplices[face, 0], simplices[face, 1], simplices[face, 2]
+        ux = points[two, 0] - points[one, 0]
+        uy = points[two, 1] - points[one, 1]
+        uz = points[two, 2] - points[one, 2]
+        vx = points[three, 0] - points[one, 0]
+        vy = points[three, 1] - points[one, 1]
+        vz = points[three, 2] - points[one, 2]
+        outwards = (
+            (uy * vz - uz * vy) * equations[face, 0]
+            + (uz * vx - ux * vz) * equations[face, 1]
+            + (ux * vy - uy * vx) * equations[face, 2]
+        )
+        faces[face, 0] = one
+        faces[face, 1], faces[face, 2] = (two, three) if outwards >= 0.0 else (three, two)
     return faces
 
 
 def _spoilt_vertices(faces: IndexArray, relative: FloatArray) -> IndexArray:
     """Points to take out so that a valid surface remains; none if the faces make one already."""
-    directions = relative / np.linalg.norm(relative, axis=1)[:, np.newaxis]
-    corners = directions[faces]
-    determinants = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
-    bad = ~(determinants > 4 * MINIMUM_DETERMINANT)
-    if not bad.any():
-        used = len(np.unique(faces))
+    bad = faces_not_seeing_centre(relative, faces)
+    if bad.size == 0:
         opposite = opposite_corners(faces, len(relative))
-        unpaired = np.flatnonzero(opposite < 0) // 3
-        if len(faces) == 2 * used - 4 and unpaired.size == 0:
+        bad = np.unique(np.flatnonzero(opposite < 0) // 3).astype(np.int32)
+        used = np.count_nonzero(np.bincount(faces.ravel()))
+        if bad.size == 0 and len(faces) == 2 * used - 4:
             return np.empty(0, np.int32)
-        bad[unpaired] = True
-        if not bad.any():  # closed, yet not a sphere: Qhull merged facets; nothing to single out
-            return faces[:, 0]
+        if bad.size == 0:  # closed, yet not a sphere: Qhull merged facets; nothing to single out
+            return np.unique(faces[:, 0])
     # the middle one of three directions on a great circle faces the longest side
+    corners = relative[faces[bad]]
+    corners = corners / np.linalg.norm(corners, axis=2)[:, :, np.newaxis]
     sides = np.linalg.norm(np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1), axis=2)
-    chosen: IndexArray = np.unique(faces[bad, sides[bad].argmax(axis=1)])
-    return chosen
+    return np.unique(faces[bad, sides.argmax(axis=1)])

@@ -110,19 +110,6 @@ def _degree(surface: Surface, vertex: int) -> int:
 
 
 @kernel
-def _star_radius(position: FloatArray, ring: IndexArray, count: int, middle: FloatArray) -> float:
-    """Largest distance of the ring from the edge's midpoint."""
-    largest = 0.0
-    for pair in range(count):
-        one = ring[pair, 0]
-        x = position[one, 0] - middle[0]
-        y = position[one, 1] - middle[1]
-        z = position[one, 2] - middle[2]
-        largest = max(largest, x * x + y * y + z * z)
-    return np.sqrt(largest)
-
-
-@kernel
 def _candidate(
     cost: Any,  # noqa: ANN401
     surface: Surface,
@@ -160,12 +147,19 @@ def _clamp_to_star(
     position: FloatArray, ring: IndexArray, count: int, kept: int, dead: int, place: FloatArray
 ) -> None:
     """Pull a position back to where it is at most `REACH` star radii from the edge's midpoint."""
-    middle = 0.5 * (position[kept] + position[dead])
-    away = place - middle
-    distance = np.sqrt((away * away).sum())
-    limit = REACH * _star_radius(position, ring, count, middle)
-    if distance > limit:
-        place[:] = middle + away * (limit / distance)
+    mx = 0.5 * (position[kept, 0] + position[dead, 0])
+    my = 0.5 * (position[kept, 1] + position[dead, 1])
+    mz = 0.5 * (position[kept, 2] + position[dead, 2])
+    squared_radius = 0.0
+    for pair in range(count):
+        one = ring[pair, 0]
+        x, y, z = position[one, 0] - mx, position[one, 1] - my, position[one, 2] - mz
+        squared_radius = max(squared_radius, x * x + y * y + z * z)
+    x, y, z = place[0] - mx, place[1] - my, place[2] - mz
+    squared = x * x + y * y + z * z
+    if squared > REACH * REACH * squared_radius:
+        scale = REACH * np.sqrt(squared_radius / squared)
+        place[0], place[1], place[2] = mx + scale * x, my + scale * y, mz + scale * z
 
 
 @kernel
@@ -221,6 +215,27 @@ def _glue(surface: Surface, corner: int) -> int:
 
 
 @kernel
+def _requeue(
+    cost: Any,  # noqa: ANN401
+    surface: Surface,
+    heap: IndexArray,
+    place_of: IndexArray,
+    size: IndexArray,
+    priority: FloatArray,
+    choice: IndexArray,
+    edge: int,
+    place: FloatArray,
+) -> None:
+    """Queue an edge, or move it, with the error of its optimum."""
+    facing = surface.corner_facing[edge]
+    one, two = surface.vertex[following(facing)], surface.vertex[preceding(facing)]
+    choice[edge] = 0
+    enqueue(
+        heap, place_of, size, priority, edge, optimum(cost, surface, one, two, place)
+    )
+
+
+@kernel
 def collapse_all(
     cost: Any,  # noqa: ANN401
     surface: Surface,
@@ -260,11 +275,10 @@ def collapse_all(
     for edge in range(edges):
         corner = surface.corner_facing[edge]
         kept, dead = vertex[following(corner)], vertex[preceding(corner)]
-        optimum(cost, surface, kept, dead, place)
-        priority[edge] = error(cost, surface, kept, dead, place)
+        priority[edge] = optimum(cost, surface, kept, dead, place)
     fill_queue(heap, place_of, size, priority)
 
-    collapses, wanted, query = 0, len(position) - 4, 0
+    collapses, wanted, query, parked = 0, len(position) - 4, 0, 0
     while collapses < wanted and size[0] > 0:
         edge = heap[0]
         corner = surface.corner_facing[edge]
@@ -272,6 +286,7 @@ def collapse_all(
         query += 1
         if not link_condition_holds(surface, kept, dead, query):
             dequeue(heap, place_of, size, priority, edge)
+            parked += 1
             continue
         count = ring_faces(surface, kept, dead, ring)
         if count > len(ring):
@@ -296,13 +311,15 @@ def collapse_all(
                 )
             else:
                 dequeue(heap, place_of, size, priority, edge)
+                parked += 1
             continue
 
         # the edge is collapsed: first everything that refers to the state before
         record.kept[collapses], record.dead[collapses] = kept, dead
-        record.position[collapses, 0] = delivered[kept]
-        record.position[collapses, 1] = delivered[dead]
-        record.position[collapses, 2] = rounded
+        for axis in range(3):
+            record.position[collapses, 0, axis] = delivered[kept, axis]
+            record.position[collapses, 1, axis] = delivered[dead, axis]
+            record.position[collapses, 2, axis] = rounded[axis]
         twin = opposite[corner]
         for side in range(2):
             face = (corner if side == 0 else twin) // 3
@@ -314,14 +331,16 @@ def collapse_all(
         record.moved_end[collapses] = filled
         merge(cost, surface, kept, dead, place)
 
-        position[kept] = place
-        delivered[kept] = rounded
+        for axis in range(3):
+            position[kept, axis] = place[axis]
+            delivered[kept, axis] = rounded[axis]
         for index in range(start, filled):
             vertex[moved[index]] = kept
         dequeue(heap, place_of, size, priority, edge)
         surface.corner_facing[edge] = -1
         for side in (corner, twin):
             gone = _glue(surface, side)
+            parked -= place_of[gone] < 0
             dequeue(heap, place_of, size, priority, gone)
         collapses += 1
 
@@ -329,28 +348,16 @@ def collapse_all(
         first = surface.corner_at[kept]
         spoke = first
         while True:
-            near = vertex[following(spoke)]
             edge = surface.edge_of[preceding(spoke)]
-            choice[edge] = 0
-            # the ends in the order of the edge's own corner, so that the result never depends on the walk
-            facing = surface.corner_facing[edge]
-            one, two = vertex[following(facing)], vertex[preceding(facing)]
-            optimum(cost, surface, one, two, place)
-            enqueue(
-                heap, place_of, size, priority, edge, error(cost, surface, one, two, place)
-            )
-            begin = surface.corner_at[near]
+            parked -= place_of[edge] < 0
+            _requeue(cost, surface, heap, place_of, size, priority, choice, edge, place)
+            begin = surface.corner_at[vertex[following(spoke)]]
             around = begin
-            while True:
+            while parked > 0:
                 edge = surface.edge_of[preceding(around)]
                 if place_of[edge] < 0:
-                    choice[edge] = 0
-                    facing = surface.corner_facing[edge]
-                    one, two = vertex[following(facing)], vertex[preceding(facing)]
-                    optimum(cost, surface, one, two, place)
-                    enqueue(
-                        heap, place_of, size, priority, edge, error(cost, surface, one, two, place)
-                    )
+                    parked -= 1
+                    _requeue(cost, surface, heap, place_of, size, priority, choice, edge, place)
                 around = swung(opposite, around)
                 if around == begin:
                     break

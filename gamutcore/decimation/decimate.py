@@ -9,14 +9,15 @@ import numpy as np
 from gamutcore.decimation.collapse import Record, collapse_all, surface_of
 from gamutcore.decimation.corner_table import opposite_corners
 from gamutcore.decimation.costs import cost_module
-from gamutcore.decimation.star import MINIMUM_DETERMINANT
+from gamutcore.decimation.star import faces_not_seeing_centre
 from gamutcore.errors import DecimationError, MeshError
-from gamutcore.history.prefix_order import splits_in_prefix_order
 from gamutcore.history.history import History
+from gamutcore.history.prefix_order import splits_in_prefix_order
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from gamutcore.arrays import FloatArray, IndexArray
     from gamutcore.mesh import TriangleMesh
 
 __all__ = ["decimated"]
@@ -74,32 +75,30 @@ def decimated(mesh: TriangleMesh, centre: ArrayLike, cost: str = "quadric") -> H
             remedy="a boundary whose faces are less degenerate, or another centre",
         )
     splits = splits_in_prefix_order(record._replace(moved=moved), surface.vertex, delivered)
-    return History(splits)
+    return History(splits, middle)
 
 
-def _check(mesh: TriangleMesh, faces: object, opposite: object, positions: object) -> None:
+def _check(
+    mesh: TriangleMesh, faces: IndexArray, opposite: IndexArray, positions: FloatArray
+) -> None:
     """Refuse what is not a valid boundary, and say why."""
     vertices, triangles = len(mesh.vertices), mesh.triangles
-    relative = np.asarray(positions)
-    corners = relative[np.asarray(faces)]
-    determinants = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
-    lengths = np.linalg.norm(corners, axis=2).prod(axis=1)
-    if not np.isfinite(relative).all():
+    if not np.isfinite(positions).all():
         raise MeshError("the mesh has coordinates that are not finite numbers")
-    if (np.asarray(opposite) < 0).any():
-        edge = int(np.flatnonzero(np.asarray(opposite) < 0)[0])
+    if (opposite < 0).any():
+        face = int(np.flatnonzero(opposite < 0)[0]) // 3
         raise MeshError(
-            f"the mesh is not closed and consistently oriented: face {edge // 3} has an edge without"
+            f"the mesh is not closed and consistently oriented: face {face} has an edge without"
             " exactly one neighbour",
-            where={"face": edge // 3},
+            where={"face": face},
             remedy="a closed mesh whose faces are all oriented outwards",
         )
-    if triangles != 2 * vertices - 4:
+    if triangles != 2 * vertices - 4 or triangles < 4:
         raise MeshError(
             f"{triangles} faces over {vertices} vertices are not a surface of genus 0",
             remedy=f"{2 * vertices - 4} faces: one closed piece without handles or unused vertices",
         )
-    spoilt = np.flatnonzero(~(determinants > MINIMUM_DETERMINANT * lengths))
+    spoilt = faces_not_seeing_centre(positions, faces)
     if spoilt.size:
         raise MeshError(
             f"the mesh is not star-shaped about the centre: {spoilt.size} faces do not see it from"

@@ -20,6 +20,7 @@ from gamutcore.kernels import kernel
 __all__ = [
     "MINIMUM_DETERMINANT",
     "Surface",
+    "faces_not_seeing_centre",
     "kernel_direction",
     "keeps_star_shape",
     "link_condition_holds",
@@ -61,6 +62,48 @@ class Surface(NamedTuple):
     edge_of: IndexArray
     corner_facing: IndexArray
     mark: IndexArray
+
+
+@kernel
+def faces_not_seeing_centre(position: FloatArray, faces: IndexArray) -> IndexArray:
+    """Faces whose determinant about the centre is not positive beyond rounding.
+
+    Parameters
+    ----------
+    position : (V, 3) float64
+        Relative to the centre.
+    faces : (F, 3) int32
+
+    Returns
+    -------
+    (m,) int32
+    """
+    found = np.empty(len(faces), np.int32)
+    count = 0
+    for face in range(len(faces)):
+        one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
+        ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
+        bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
+        x, y, z = position[three, 0], position[three, 1], position[three, 2]
+        if not _sees_centre(ax, ay, az, bx, by, bz, x, y, z):
+            found[count] = face
+            count += 1
+    return found[:count].copy()
+
+
+@kernel
+def _sees_centre(
+    ax: float, ay: float, az: float, bx: float, by: float, bz: float, x: float, y: float, z: float
+) -> bool:
+    """Whether det(a, b, x) is positive beyond rounding; written so that NaN fails."""
+    determinant = x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
+    lengths = (
+        (x * x + y * y + z * z) * (ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz)
+    )
+    return (
+        determinant > 0.0
+        and determinant * determinant > MINIMUM_DETERMINANT * MINIMUM_DETERMINANT * lengths
+    )
 
 
 @kernel
@@ -130,21 +173,11 @@ def keeps_star_shape(
     position: FloatArray, ring: IndexArray, count: int, x: float, y: float, z: float
 ) -> bool:
     """Whether all faces between a new vertex at (x, y, z) and the ring's pairs see the centre."""
-    squared = x * x + y * y + z * z
     for pair in range(count):
         one, two = ring[pair, 0], ring[pair, 1]
         ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
         bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
-        determinant = (
-            x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
-        )
-        lengths = squared * (ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz)
-        # written so that NaN fails
-        if not (
-            determinant > 0.0
-            and determinant * determinant
-            > MINIMUM_DETERMINANT * MINIMUM_DETERMINANT * lengths
-        ):
+        if not _sees_centre(ax, ay, az, bx, by, bz, x, y, z):
             return False
     return True
 

@@ -37,11 +37,14 @@ class History:
     Parameters
     ----------
     splits : Splits
-        In prefix order, and consistent: what `decimated` returns or a checked file holds.
+        In prefix order, and consistent: what decimation records or a checked file holds.
+    centre : (3,) float64
+        What every level is star-shaped about.
     """
 
-    def __init__(self, splits: Splits) -> None:
+    def __init__(self, splits: Splits, centre: FloatArray) -> None:
         self.splits = splits
+        self.centre = centre
         self._levels, self._positions, self._corners = _snapshots(splits)
 
     @property

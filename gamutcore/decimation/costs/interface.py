@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 __all__ = ["error", "implement", "merge", "optimum"]
 
 
-def optimum(cost: Any, surface: Surface, kept: int, dead: int, place: FloatArray) -> None:  # noqa: ANN401
-    """Write the best position of the vertex that replaces an edge.
+def optimum(cost: Any, surface: Surface, kept: int, dead: int, place: FloatArray) -> float:  # noqa: ANN401
+    """Write the best position of the vertex that replaces an edge, and return its error.
 
     Parameters
     ----------
@@ -31,6 +31,11 @@ def optimum(cost: Any, surface: Surface, kept: int, dead: int, place: FloatArray
         The edge's ends.
     place : (3,) float64
         Receives the position, relative to the centre.
+
+    Returns
+    -------
+    float
+        As `error` gives it for that position.
     """
     raise TypeError(f"no implementation for {type(cost)}; compiled code calls its overloads")
 
@@ -48,7 +53,7 @@ def merge(cost: Any, surface: Surface, kept: int, dead: int, place: FloatArray) 
 def implement(
     state: type,
     *,
-    optimum: Callable[..., None],
+    optimum: Callable[..., float],
     error: Callable[..., float],
     merge: Callable[..., None],
 ) -> None:

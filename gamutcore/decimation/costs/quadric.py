@@ -48,22 +48,25 @@ class QuadricState(NamedTuple):
 @kernel
 def _vertex_quadrics(positions: FloatArray, faces: IndexArray) -> FloatArray:
     quadrics = np.zeros((len(positions), 10))
-    for face in faces:
-        p, q, r = positions[face[0]], positions[face[1]], positions[face[2]]
-        ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
-        vx, vy, vz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
+    for face in range(len(faces)):
+        one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
+        ux = positions[two, 0] - positions[one, 0]
+        uy = positions[two, 1] - positions[one, 1]
+        uz = positions[two, 2] - positions[one, 2]
+        vx = positions[three, 0] - positions[one, 0]
+        vy = positions[three, 1] - positions[one, 1]
+        vz = positions[three, 2] - positions[one, 2]
         nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
         length = np.sqrt(nx * nx + ny * ny + nz * nz)
         if length > 0.0:
             nx, ny, nz = nx / length, ny / length, nz / length
-        for corner in face:  # all three lie in the plane: seen from each of them d = 0
-            total = quadrics[corner]
-            total[0] += nx * nx
-            total[1] += nx * ny
-            total[2] += nx * nz
-            total[3] += ny * ny
-            total[4] += ny * nz
-            total[5] += nz * nz
+        for corner in (one, two, three):  # all three lie in the plane: seen from each of them d = 0
+            quadrics[corner, 0] += nx * nx
+            quadrics[corner, 1] += nx * ny
+            quadrics[corner, 2] += nx * nz
+            quadrics[corner, 3] += ny * ny
+            quadrics[corner, 4] += ny * nz
+            quadrics[corner, 5] += nz * nz
     return quadrics
 
 
@@ -83,50 +86,34 @@ def state(positions: FloatArray, faces: IndexArray) -> QuadricState:
 
 
 @kernel
-def _add_moved(
-    total: FloatArray, quadric: FloatArray, position: FloatArray, origin: FloatArray
-) -> None:
-    """Add a quadric that is relative to `position` to one that is relative to `origin`."""
-    x, y, z = origin[0] - position[0], origin[1] - position[1], origin[2] - position[2]
-    a00, a01, a02 = quadric[0], quadric[1], quadric[2]
-    a11, a12, a22 = quadric[3], quadric[4], quadric[5]
-    ax = a00 * x + a01 * y + a02 * z
-    ay = a01 * x + a11 * y + a12 * z
-    az = a02 * x + a12 * y + a22 * z
-    for index in range(6):
-        total[index] += quadric[index]
-    total[6] += quadric[6] + ax
-    total[7] += quadric[7] + ay
-    total[8] += quadric[8] + az
-    total[9] += (
-        quadric[9]
-        + 2.0 * (quadric[6] * x + quadric[7] * y + quadric[8] * z)
-        + (ax * x + ay * y + az * z)
-    )
+def _sum_about(cost: QuadricState, surface: Surface, one: int, two: int, origin: FloatArray) -> None:
+    """Write the sum of two vertices' quadrics to `cost.pair`, relative to an origin."""
+    quadric, position, pair = cost.quadric, surface.position, cost.pair
+    for index in range(10):
+        pair[index] = quadric[one, index] + quadric[two, index]
+    for end in (one, two):
+        x = origin[0] - position[end, 0]
+        y = origin[1] - position[end, 1]
+        z = origin[2] - position[end, 2]
+        a00, a01, a02 = quadric[end, 0], quadric[end, 1], quadric[end, 2]
+        a11, a12, a22 = quadric[end, 3], quadric[end, 4], quadric[end, 5]
+        ax = a00 * x + a01 * y + a02 * z
+        ay = a01 * x + a11 * y + a12 * z
+        az = a02 * x + a12 * y + a22 * z
+        pair[6] += ax
+        pair[7] += ay
+        pair[8] += az
+        pair[9] += 2.0 * (quadric[end, 6] * x + quadric[end, 7] * y + quadric[end, 8] * z) + (
+            ax * x + ay * y + az * z
+        )
 
 
 @kernel
-def _pair_quadric(
-    quadric: FloatArray, position: FloatArray, kept: int, dead: int, origin: FloatArray, pair: FloatArray
-) -> None:
-    pair[:] = 0.0
-    _add_moved(pair, quadric[kept], position[kept], origin)
-    _add_moved(pair, quadric[dead], position[dead], origin)
-
-
-@kernel
-def _midpoint(position: FloatArray, kept: int, dead: int, place: FloatArray) -> None:
+def _optimum(cost: QuadricState, surface: Surface, kept: int, dead: int, place: FloatArray) -> float:
+    pair, position = cost.pair, surface.position
     for axis in range(3):
         place[axis] = 0.5 * (position[kept, axis] + position[dead, axis])
-
-
-@kernel
-def _quadric_optimum(
-    cost: QuadricState, surface: Surface, kept: int, dead: int, place: FloatArray
-) -> None:
-    pair = cost.pair
-    _midpoint(surface.position, kept, dead, place)
-    _pair_quadric(cost.quadric, surface.position, kept, dead, place, pair)
+    _sum_about(cost, surface, kept, dead, place)
     pull = REGULARISATION * (pair[0] + pair[3] + pair[5])
     a, b, c = pair[0] + pull, pair[1], pair[2]
     d, e, f = pair[3] + pull, pair[4], pair[5] + pull
@@ -134,29 +121,35 @@ def _quadric_optimum(
     i00, i01, i02 = d * f - e * e, c * e - b * f, b * e - c * d
     i11, i12, i22 = a * f - c * c, b * c - a * e, a * d - b * b
     determinant = a * i00 + b * i01 + c * i02
-    if determinant > 0.0:
-        x, y, z = pair[6], pair[7], pair[8]
-        place[0] -= (i00 * x + i01 * y + i02 * z) / determinant
-        place[1] -= (i01 * x + i11 * y + i12 * z) / determinant
-        place[2] -= (i02 * x + i12 * y + i22 * z) / determinant
+    if not determinant > 0.0:
+        return max(pair[9], 0.0)
+    bx, by, bz = pair[6], pair[7], pair[8]
+    x = -(i00 * bx + i01 * by + i02 * bz) / determinant
+    y = -(i01 * bx + i11 * by + i12 * bz) / determinant
+    z = -(i02 * bx + i12 * by + i22 * bz) / determinant
+    place[0] += x
+    place[1] += y
+    place[2] += z
+    quadratic = (
+        pair[0] * x * x
+        + pair[3] * y * y
+        + pair[5] * z * z
+        + 2.0 * (pair[1] * x * y + pair[2] * x * z + pair[4] * y * z)
+    )
+    return max(quadratic + 2.0 * (bx * x + by * y + bz * z) + pair[9], 0.0)
 
 
 @kernel
-def _quadric_error(
-    cost: QuadricState, surface: Surface, kept: int, dead: int, place: FloatArray
-) -> float:
-    _pair_quadric(cost.quadric, surface.position, kept, dead, place, cost.pair)
+def _error(cost: QuadricState, surface: Surface, kept: int, dead: int, place: FloatArray) -> float:
+    _sum_about(cost, surface, kept, dead, place)
     return max(cost.pair[9], 0.0)
 
 
 @kernel
-def _quadric_merge(
-    cost: QuadricState, surface: Surface, kept: int, dead: int, place: FloatArray
-) -> None:
-    _pair_quadric(cost.quadric, surface.position, kept, dead, place, cost.pair)
-    cost.quadric[kept] = cost.pair
+def _merge(cost: QuadricState, surface: Surface, kept: int, dead: int, place: FloatArray) -> None:
+    _sum_about(cost, surface, kept, dead, place)
+    for index in range(10):
+        cost.quadric[kept, index] = cost.pair[index]
 
 
-interface.implement(
-    QuadricState, optimum=_quadric_optimum, error=_quadric_error, merge=_quadric_merge
-)
+interface.implement(QuadricState, optimum=_optimum, error=_error, merge=_merge)
