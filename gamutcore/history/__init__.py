@@ -1,7 +1,15 @@
 """Histories: every level of a gamut, read, stepped through, saved and loaded."""
 
+from gamutcore.history.file import history_bytes, history_from_bytes, history_metadata
 from gamutcore.history.history import History
 from gamutcore.history.prefix_order import Splits
 from gamutcore.history.stepping import LevelCursor
 
-__all__ = ["History", "LevelCursor", "Splits"]
+__all__ = [
+    "History",
+    "LevelCursor",
+    "Splits",
+    "history_bytes",
+    "history_from_bytes",
+    "history_metadata",
+]
