@@ -1,11 +1,12 @@
 """Characterisation data: what is known of a device, read from the files people hold.
 
-`characterisation` tells the format by content and returns `Samples` (measured colours, with or without
-device values) or an `IccProfile`. Reading checks everything that a file claims; colour is computed
-in `gamutcore.colours`.
+`characterisation` tells the format by content and returns `Samples` (measured colours, with or
+without device values) or an `IccProfile`. Reading checks everything that a file claims; colour is
+computed in `gamutcore.colours`.
 """
 
+from gamutcore.characterisation.icc import IccProfile
 from gamutcore.characterisation.recognition import Characterisation, characterisation
 from gamutcore.characterisation.samples import Samples
 
-__all__ = ["Characterisation", "Samples", "characterisation"]
+__all__ = ["Characterisation", "IccProfile", "Samples", "characterisation"]

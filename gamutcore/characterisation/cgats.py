@@ -1,9 +1,9 @@
 """The CGATS family of text files: CGATS.17, IT8.7/x, Argyll's .ti1 and .ti3, ECI2002, ISO 28178.
 
-The family has one grammar (CGATS.17-2009) and as many dialects as writers, so this reader is tolerant:
-it believes the data, not the counts that announce them, and says in its warnings what it
+The family has one grammar (CGATS.17-2009) and as many dialects as writers, so this reader is
+tolerant: it believes the data, not the counts that announce them, and says in its warnings what it
 tolerated. It reads in one pass over the lines, so its time is linear in the length of the file.
-The first table with device values and colours, or with colours alone, is taken.
+The first table that has colours is taken.
 """
 
 from __future__ import annotations
@@ -18,8 +18,6 @@ from gamutcore.characterisation.table import NumberTable, text_lines
 from gamutcore.errors import MalformedFileError, MissingColumnError, SampleLimitError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from gamutcore.characterisation.samples import Samples
 
 __all__ = ["cgats_samples", "looks_like_cgats"]
@@ -52,7 +50,7 @@ class _Token(NamedTuple):
 
 
 def looks_like_cgats(text: str) -> bool:
-    """Whether a text has a CGATS data or data format section.
+    """Return whether a text has a CGATS data or data format section.
 
     Parameters
     ----------
@@ -67,7 +65,7 @@ def looks_like_cgats(text: str) -> bool:
 
 
 def cgats_samples(text: str) -> Samples:
-    """The samples in a text of the CGATS family.
+    """Return the samples in a text of the CGATS family.
 
     Parameters
     ----------
@@ -77,9 +75,8 @@ def cgats_samples(text: str) -> Samples:
     Returns
     -------
     Samples
-        Of the first table that has colours; `conditions` are that table's keywords together with
-        those before it. Where a keyword is repeated the last one counts, of the file's notes the
-        first.
+        Of the first table that has colours; its conditions are the keywords before the table's
+        end. Where a keyword is repeated, the last one counts.
 
     Raises
     ------
@@ -155,7 +152,7 @@ class _Reader:
             warnings=self.warnings,
         )
 
-    def _header(self, tokens: Sequence[_Token], line: int) -> Sequence[_Token]:
+    def _header(self, tokens: list[_Token], line: int) -> list[_Token]:
         head, rest = tokens[0], tokens[1:]
         word = head.structure
         if word in _COUNTS:
@@ -187,7 +184,7 @@ class _Reader:
             )
         self.keywords[name] = value
 
-    def _format(self, tokens: Sequence[_Token], line: int) -> Sequence[_Token]:
+    def _format(self, tokens: list[_Token], line: int) -> list[_Token]:
         for index, token in enumerate(tokens):
             if token.structure == "END_DATA_FORMAT":
                 self.state = _State.HEADER
@@ -201,7 +198,7 @@ class _Reader:
                 raise SampleLimitError(
                     f"The table has more than {MAX_COLUMNS} columns.", where={"line": line}
                 )
-        return ()
+        return []
 
     def _begin_data(self, line: int) -> None:
         self.state = _State.SKIPPED_DATA
@@ -223,13 +220,13 @@ class _Reader:
         self.row, self.row_line = [], 0
         self._compare("NUMBER_OF_FIELDS", len(self.fields), "columns")
 
-    def _data(self, tokens: Sequence[_Token], line: int) -> Sequence[_Token]:
+    def _data(self, tokens: list[_Token], line: int) -> list[_Token]:
         end = next((i for i, token in enumerate(tokens) if token.structure == "END_DATA"), None)
         row = tokens[:end]
         if row and self.state is _State.DATA:
             self._data_row([token.text for token in row], line)
         if end is None:
-            return ()
+            return []
         if self.state is _State.DATA:
             self._end_of_table()
         self.state = _State.HEADER
@@ -295,7 +292,7 @@ def _tokens(content: str, *, data: bool) -> list[_Token]:
 
 
 def _with_names_joined(row: list[str], roles: ColumnRoles) -> list[str]:
-    """A row in which an unquoted name of several words, before all numbers, is one value again."""
+    """Return a row in which an unquoted name of several words, before all numbers, is one value."""
     first = min(roles.selected)
     surplus = len(row) - len(roles.names)
     if first == 0 or not row[first - 1 : first + surplus]:

@@ -1,9 +1,9 @@
 """What the columns of a table of samples are, told from their names.
 
-Device values are named as CGATS.17 has it, by the set of inks or lights and the one meant (`CMYK_C`,
-`RGB_R`, `7CLR_3`, `CMYKOGV_O`); colours as `LAB_L LAB_A LAB_B` and `XYZ_X XYZ_Y XYZ_Z`. Plain letters in
-their usual order (`R G B`, `L a b`, `L* a* b*`) are understood too, because that is what spreadsheets
-and scripts write.
+Device values are named as CGATS.17 has it, by the set of inks or lights and the one that is meant
+(`CMYK_C`, `RGB_R`, `7CLR_3`, `CMYKOGV_O`); colours as `LAB_L LAB_A LAB_B` and `XYZ_X XYZ_Y XYZ_Z`.
+Plain letters in their usual order (`R G B`, `L a b`, `L* a* b*`) are understood too, because that
+is what spreadsheets and scripts write.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class ColumnRoles:
 
 
 def column_roles(names: Sequence[str], *, where: Where | None = None) -> ColumnRoles:
-    """Which columns hold device values and colours.
+    """Return which columns hold device values and colours.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ _DELIMITERS = ("\t", ";", ",")
 
 
 def delimited_samples(text: str) -> Samples:
-    """The samples in delimited text.
+    """Return the samples in delimited text.
 
     Parameters
     ----------

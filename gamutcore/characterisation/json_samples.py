@@ -1,8 +1,8 @@
 """Samples as JSON, the form in which programs send them inline.
 
-The document is an object with `samples` (rows of numbers, or objects by column name), `columns` (their
-names; L*, a*, b* when left out), and if wanted `white`, `illuminant`, `observer` and other conditions;
-or just the array of rows. Size and structure are bounded before anything is decoded.
+The document is an object with `samples` (rows of numbers, or objects by column name), `columns`
+(their names; L*, a*, b* when left out), and if wanted `white`, `illuminant`, `observer` and other
+conditions; or just the array of rows. Size and structure are bounded before anything is decoded.
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from gamutcore.arrays import FloatArray
 from gamutcore.characterisation.columns import MAX_COLUMNS, column_roles
-from gamutcore.characterisation.samples import FloatArray, Samples, samples_from_values
+from gamutcore.characterisation.samples import Samples, samples_from_values
 from gamutcore.errors import MalformedFileError, SampleLimitError
 
 __all__ = ["MAX_JSON_SAMPLES", "json_samples"]
@@ -29,7 +30,7 @@ _EXAMPLE = '{"columns": ["LAB_L", "LAB_A", "LAB_B"], "samples": [[50, 0, 0], ...
 
 
 def json_samples(text: str) -> Samples:
-    """The samples in a JSON document.
+    """Return the samples in a JSON document.
 
     Parameters
     ----------

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from gamutcore.arrays import FloatArray
 from gamutcore.characterisation.columns import MAX_COLUMNS, column_roles
 from gamutcore.characterisation.samples import (
     MAX_SAMPLES,
-    FloatArray,
     Samples,
     samples_from_values,
 )
@@ -32,7 +32,7 @@ _REMEDY = "Save an (m, 3) array of L*, a*, b*, or a structured array, with numpy
 
 
 def npy_samples(data: bytes) -> Samples:
-    """The samples in a .npy file.
+    """Return the samples in a .npy file.
 
     Parameters
     ----------

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from gamutcore.characterisation.cgats import cgats_samples, looks_like_cgats
 from gamutcore.characterisation.delimited import delimited_samples
+from gamutcore.characterisation.icc import IccProfile, icc_profile, looks_like_icc
 from gamutcore.characterisation.json_samples import json_samples
 from gamutcore.characterisation.npy_samples import NPY_MAGIC, npy_samples
 from gamutcore.characterisation.samples import Samples
@@ -21,11 +22,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Characterisation", "characterisation"]
 
-Characterisation: TypeAlias = Samples
+Characterisation: TypeAlias = Samples | IccProfile
 
 
 def characterisation(data: bytes) -> Characterisation:
-    """Characterisation data from the bytes of a file or message.
+    """Return the characterisation data in the bytes of a file or message.
 
     Parameters
     ----------
@@ -43,6 +44,8 @@ def characterisation(data: bytes) -> Characterisation:
     CharacterisationError, InvalidPointsError
         It is one of these and broken; the error says where.
     """
+    if looks_like_icc(data):
+        return icc_profile(data)
     if data.startswith(NPY_MAGIC):
         return npy_samples(data)
     text = _decoded(data)

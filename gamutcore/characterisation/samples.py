@@ -19,20 +19,19 @@ from gamutcore.errors import InvalidPointsError, MalformedFileError, SampleLimit
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.columns import ColumnRoles
     from gamutcore.errors import Where
 
 __all__ = [
     "JSON",
     "MAX_SAMPLES",
-    "FloatArray",
     "IntArray",
     "Samples",
     "samples_from_values",
 ]
 
-JSON: TypeAlias = "None | bool | int | float | str | list[JSON] | dict[str, JSON]"
-FloatArray: TypeAlias = npt.NDArray[np.float64]
+JSON: TypeAlias = "bool | int | float | str | list[JSON] | dict[str, JSON] | None"
 IntArray: TypeAlias = npt.NDArray[np.int64]
 
 MAX_SAMPLES = 5_000_000
@@ -105,7 +104,7 @@ def samples_from_values(
     white: FloatArray | None = None,
     warnings: Sequence[str] = (),
 ) -> Samples:
-    """Checked samples from an array of numbers.
+    """Return checked samples from an array of numbers.
 
     Parameters
     ----------
@@ -197,7 +196,7 @@ def _columns(
 
 
 def place_of_row(row: int, lines: IntArray | None) -> Where:
-    """Where a row is, for an error: its line when it came from text, else its number from 1."""
+    """Return where a row is, for an error: its line if it came from text, else its number."""
     return {"row": row + 1} if lines is None else {"line": int(lines[row])}
 
 

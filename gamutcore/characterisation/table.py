@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.characterisation.samples import FloatArray, IntArray
+from gamutcore.characterisation.samples import IntArray
 from gamutcore.errors import MalformedFileError, SampleLimitError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.columns import ColumnRoles
 
 __all__ = ["MAX_TEXT_ROWS", "NumberTable", "number", "text_lines"]
@@ -27,14 +28,14 @@ MAX_TEXT_ROWS = 2_000_000
 """Rows of a text file at most. The largest characterisation targets have a few ten thousand."""
 
 MAX_LINE_CHARACTERS = 1_000_000
-"""Characters of one line at most: its tokens are held all at once, and take far more than the text."""
+"""Characters of one line at most: its tokens are held all at once, and take more than the text."""
 
 _BLOCK = 8192
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d{1,3})?")
 
 
 def number(token: str) -> float:
-    """The number that a token spells, with a decimal point or comma.
+    """Return the number that a token spells, with a decimal point or comma.
 
     Parameters
     ----------
@@ -56,7 +57,7 @@ def number(token: str) -> float:
 
 
 def text_lines(text: str) -> Iterator[tuple[int, str]]:
-    """The lines of a text, with their numbers from 1, for any mixture of CR, LF and CRLF.
+    """Yield the lines of a text, with their numbers from 1, for any mixture of CR, LF and CRLF.
 
     Parameters
     ----------
@@ -133,7 +134,7 @@ class NumberTable:
             self._convert()
 
     def arrays(self) -> tuple[FloatArray, IntArray]:
-        """The numbers (n, c) and the lines (n,) of all rows.
+        """Return the numbers (n, c) and the lines (n,) of all rows.
 
         Returns
         -------
@@ -160,9 +161,10 @@ class NumberTable:
             # float() is fast and knows more than plain numbers; underscores are the one addition
             # that would not show as nan or infinity later.
             flat = [float(token) for token in chain.from_iterable(self._rows)]
-            if any("_" in token for token in chain.from_iterable(self._rows)):
-                raise ValueError
+            plain = not any("_" in token for token in chain.from_iterable(self._rows))
         except ValueError:
+            plain = False
+        if not plain:
             flat = self._numbers_one_by_one()
         self._blocks.append(np.array(flat, dtype=np.float64).reshape(-1, width))
         self._lines.append(np.array(self._row_lines, dtype=np.int64))

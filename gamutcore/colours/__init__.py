@@ -1,6 +1,7 @@
 """Characterisation data turned into points of the colour space, at the surface of the gamut.
 
-`surface_colours` is the way in; `xyz_to_lab` and `lab_to_xyz` are CIELAB with the D50 of ICC profiles.
+`surface_colours` is the way in; `xyz_to_lab` and `lab_to_xyz` are CIELAB with the D50 of ICC
+profiles.
 """
 
 from gamutcore.colours.cielab import ICC_D50, lab_to_xyz, xyz_to_lab

@@ -18,7 +18,7 @@ from unittest.mock import MagicMock
 import numpy as np
 
 if TYPE_CHECKING:
-    from gamutcore.characterisation.samples import FloatArray
+    from gamutcore.arrays import FloatArray
 
 __all__ = ["ICC_D50", "colour_science", "lab_to_xyz", "white_of", "xyz_to_lab"]
 
@@ -31,7 +31,7 @@ _IMPORT = Lock()
 
 @cache
 def colour_science() -> ModuleType:
-    """The module `colour` of colour-science, imported on first use.
+    """Return the module `colour` of colour-science, imported on first use.
 
     Returns
     -------
@@ -51,11 +51,11 @@ def colour_science() -> ModuleType:
         for name in set(sys.modules) - before:
             if isinstance(sys.modules[name], MagicMock):
                 del sys.modules[name]
-    return colour  # type: ignore[no-any-return]
+    return colour
 
 
 def xyz_to_lab(xyz: FloatArray, white: FloatArray = ICC_D50) -> FloatArray:
-    """CIELAB of tristimulus values.
+    """Return CIELAB of tristimulus values.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def xyz_to_lab(xyz: FloatArray, white: FloatArray = ICC_D50) -> FloatArray:
 
 
 def lab_to_xyz(lab: FloatArray, white: FloatArray = ICC_D50) -> FloatArray:
-    """Tristimulus values of CIELAB colours.
+    """Return the tristimulus values of CIELAB colours.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def lab_to_xyz(lab: FloatArray, white: FloatArray = ICC_D50) -> FloatArray:
 
 
 def white_of(illuminant: str, observer: str) -> FloatArray | None:
-    """XYZ of a CIE illuminant for a standard observer.
+    """Return XYZ of a CIE illuminant for a standard observer.
 
     Parameters
     ----------
@@ -121,11 +121,12 @@ def white_of(illuminant: str, observer: str) -> FloatArray | None:
         return ICC_D50
     standard = "CIE 1931 2 Degree" if observer == "2" else "CIE 1964 10 Degree"
     table = colour_science().CCS_ILLUMINANTS[f"{standard} Standard Observer"]
-    xy = table.get(name, table.get(name.replace("F", "FL", 1)))
-    if xy is None:
+    chromaticity = table.get(name, table.get(name.replace("F", "FL", 1)))
+    if chromaticity is None:
         return None
-    return np.array([xy[0] / xy[1], 1.0, (1 - xy[0] - xy[1]) / xy[1]])
+    x, y = (float(value) for value in chromaticity)
+    return np.array([x / y, 1.0, (1 - x - y) / y])
 
 
 def _xy(white: FloatArray) -> FloatArray:
-    return np.array([white[0], white[1]]) / white.sum()
+    return np.array([white[0], white[1]]) / float(white.sum())

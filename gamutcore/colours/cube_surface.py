@@ -2,8 +2,8 @@
 
 The colours at a gamut's boundary come from device values of which all but two channels are at one
 end of their range: the two-dimensional faces of the n-cube, 6 for RGB, 24 for CMYK,
-C(n,2)·2^(n−2) for n channels. Each face is sampled by one uniform grid; edges and corners, which faces
-share, are taken once.
+C(n,2)·2^(n-2) for n channels. Each face is sampled by one uniform grid; edges and corners, which
+faces share, are taken once.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from gamutcore.characterisation.columns import MAX_CHANNELS
 from gamutcore.errors import OptionError, SampleLimitError
 
 if TYPE_CHECKING:
-    from gamutcore.characterisation.samples import FloatArray
+    from gamutcore.arrays import FloatArray
 
 __all__ = ["MAX_SURFACE_SAMPLES", "cube_surface", "cube_surface_count", "surface_steps"]
 
@@ -27,7 +27,7 @@ MAX_SURFACE_SAMPLES = 5_000_000
 
 
 def cube_surface_count(channels: int, steps: int) -> int:
-    """Number of points on all two-dimensional faces, shared ones counted once.
+    """Return the number of points on all two-dimensional faces, shared ones counted once.
 
     Parameters
     ----------
@@ -39,17 +39,20 @@ def cube_surface_count(channels: int, steps: int) -> int:
     Returns
     -------
     int
-        2^n corners, n·2^(n−1) edges with m − 2 points each, C(n,2)·2^(n−2) faces with (m − 2)² each:
-        for RGB, 6m² − 12m + 8.
+        2^n corners, n·2^(n-1) edges with m - 2 points each, C(n,2)·2^(n-2) faces with (m - 2)²
+        each: for RGB, 6m² - 12m + 8.
     """
     inner = steps - 2
-    edges = channels * 2 ** (channels - 1)
-    faces = comb(channels, 2) * 2 ** (channels - 2) if channels > 1 else 0
-    return 2**channels + edges * inner + faces * inner**2
+    edges = channels << (channels - 1)
+    return (1 << channels) + edges * inner + _faces(channels) * inner**2
+
+
+def _faces(channels: int) -> int:
+    return comb(channels, 2) << (channels - 2) if channels > 1 else 0
 
 
 def surface_steps(channels: int, surface_samples: int) -> int:
-    """Points along each edge, as many as keep the total within what is asked for.
+    """Return the points along each edge, as many as keep the total within what is asked for.
 
     Parameters
     ----------
@@ -84,15 +87,14 @@ def surface_steps(channels: int, surface_samples: int) -> int:
         )
     if channels == 1:
         return surface_samples
-    faces = comb(channels, 2) * 2 ** (channels - 2)
-    steps = isqrt(surface_samples // faces) + 3
+    steps = isqrt(surface_samples // _faces(channels)) + 3
     while steps > 2 and cube_surface_count(channels, steps) > surface_samples:
         steps -= 1
     return steps
 
 
 def cube_surface(channels: int, steps: int) -> FloatArray:
-    """Points on all two-dimensional faces of the unit n-cube.
+    """Return points on all two-dimensional faces of the unit n-cube.
 
     Parameters
     ----------
@@ -110,10 +112,10 @@ def cube_surface(channels: int, steps: int) -> FloatArray:
     inner = np.linspace(0.0, 1.0, steps)[1:-1]
     points = np.empty((cube_surface_count(channels, steps), channels))
     start = _fill(points, 0, (), np.empty((1, 0)))
-    if len(inner) == 0:
-        return points
     for axis in range(channels):
         start = _fill(points, start, (axis,), inner[:, np.newaxis])
+    if channels == 1:
+        return points
     face = np.stack(np.meshgrid(inner, inner, indexing="ij"), axis=-1).reshape(-1, 2)
     for axes in combinations(range(channels), 2):
         start = _fill(points, start, axes, face)

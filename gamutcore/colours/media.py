@@ -1,8 +1,8 @@
 """Measured samples as CIELAB colours, relative to their medium's white or as measured.
 
-Whether two gamuts can be compared hangs on this step, so it decides little by itself and says all of
-it: the white, the adaptation, the illuminant and the observer go into the provenance, and what a file
-does not state is named as an assumption. The rules, with their sources, are in
+Whether two gamuts can be compared hangs on this step, so it decides little by itself and says all
+of it: the white, the adaptation, the illuminant and the observer go into the provenance, and what a
+file does not state is named as an assumption. The rules, with their sources, are in
 docs/decisions/media-relative.md.
 """
 
@@ -18,7 +18,8 @@ from gamutcore.colours.cielab import ICC_D50, colour_science, lab_to_xyz, white_
 from gamutcore.errors import InvalidPointsError, OptionError
 
 if TYPE_CHECKING:
-    from gamutcore.characterisation.samples import JSON, FloatArray, Samples
+    from gamutcore.arrays import FloatArray
+    from gamutcore.characterisation.samples import JSON, Samples
 
 __all__ = ["MediumColours", "bradford_to_d50", "medium_colours"]
 
@@ -52,7 +53,7 @@ class MediumColours:
 
 
 def medium_colours(samples: Samples, intent: str) -> MediumColours:
-    """CIELAB colours of measured samples.
+    """Return CIELAB colours of measured samples.
 
     Parameters
     ----------
@@ -83,7 +84,7 @@ def medium_colours(samples: Samples, intent: str) -> MediumColours:
 
 
 def bradford_to_d50(xyz: FloatArray, white: FloatArray) -> FloatArray:
-    """Colours adapted from a white to ICC's D50 by the linear Bradford transform.
+    """Return colours adapted from a white to ICC's D50 by the linear Bradford transform.
 
     Parameters
     ----------
@@ -156,7 +157,7 @@ class _Medium:
         return "display" if self.display else "reflective"
 
     def _bare_colours(self) -> MediumColours:
-        """Colours without device values have no known medium: they are taken as they are."""
+        """Return bare colours as they are: without device values their medium is not known."""
         samples = self.samples
         adaptation = "none: colours without device values are taken as they are"
         if samples.lab is not None:
@@ -203,7 +204,7 @@ class _Medium:
             )
 
     def _white(self, xyz: FloatArray) -> FloatArray:
-        """The white in the scale of `xyz`: stated, else measured, else the lightest sample."""
+        """Return the white in the scale of `xyz`: stated, or measured, or the lightest sample."""
         samples = self.samples
         if samples.white is not None:
             if samples.lab is not None or not self.display:

@@ -1,9 +1,9 @@
 """A device model from scattered samples: cubic radial basis functions with a linear part.
 
-The interpolant is scipy's ``RBFInterpolator(kernel="cubic", smoothing=1e-3)`` on device values from 0 to 1.
-It is solved here, because its system, once the linear part is projected out, is positive definite: one
-Cholesky factorisation gives the coefficients and, in closed form, the error that every sample
-would have if it were left out. Evaluation is a kernel over plain arrays.
+The interpolant is scipy's ``RBFInterpolator(kernel="cubic", smoothing=1e-3)`` on device values
+from 0 to 1. It is solved here, because its system, once the linear part is projected out, is
+positive definite: one Cholesky factorisation gives the coefficients and, in closed form, the error
+that every sample would have if it were left out. Evaluation is a kernel over plain arrays.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from scipy.spatial.distance import cdist
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from gamutcore.characterisation.samples import FloatArray
+    from gamutcore.arrays import FloatArray
 
 __all__ = [
     "MAX_MODEL_SAMPLES",
@@ -60,7 +60,7 @@ def cubic_sums(points: Any, centres: Any, weights: Any, out: Any) -> None:  # no
     weights : (3, n) float
         Weights of the basis functions.
     out : (m, 3) float
-        The sums Σ weights·|point − centre|³ are added here.
+        The sums Σ weights·|point - centre|³ are added here.
     """
     dimensions, count = centres.shape
     squares = np.empty(count)
@@ -108,7 +108,7 @@ class ScatteredModel:
     leave_out_errors: FloatArray
 
     def colours(self, device: FloatArray) -> FloatArray:
-        """Colours of device values.
+        """Return the colours of device values.
 
         Parameters
         ----------
@@ -121,13 +121,13 @@ class ScatteredModel:
             In the space of the samples that the model was fitted to.
         """
         points = np.ascontiguousarray(device, dtype=np.float64)
-        out = self.linear[0] + points @ self.linear[1:]
+        out: FloatArray = self.linear[0] + points @ self.linear[1:]
         cubic_sums(points, self.centres, self.weights, out)
         return out
 
 
 def scattered_model(device: FloatArray, colours: FloatArray) -> ScatteredModel:
-    """The model that fits scattered samples, with its leave-one-out errors.
+    """Return the model that fits scattered samples, with its leave-one-out errors.
 
     Parameters
     ----------
@@ -158,14 +158,16 @@ def scattered_model(device: FloatArray, colours: FloatArray) -> ScatteredModel:
     if count <= order:
         raise DegenerateSamplesError(f"{count} samples for {channels} channels")
     basis = np.column_stack([np.ones(count), device])
-    (reflectors, scales), triangle = linalg.qr(basis, mode="raw")
+    (packed, factors), triangle = linalg.qr(basis, mode="raw")
+    reflectors: FloatArray = np.array(packed, dtype=np.float64, order="F")
+    scales: FloatArray = np.array(factors, dtype=np.float64)
     diagonal = np.abs(np.diag(triangle))
     if diagonal.min() < 1e-6 * diagonal.max():
         raise DegenerateSamplesError("the device values lie in a plane")
 
-    # Everything of size n × n is done in place, with two such matrices at most at any time.
+    # Everything of size n by n is done in place, with two such matrices at most at any time.
     # Householder reflections from both sides take two passes over the matrix, where products with
-    # an explicit Q would take two multiplications of n × n matrices.
+    # an explicit Q would take two multiplications of n by n matrices.
     matrix = cdist(device, device, "sqeuclidean")
     matrix *= np.sqrt(matrix)
     matrix.flat[:: count + 1] += SMOOTHING
@@ -204,6 +206,7 @@ def _reflected(
     matrix: FloatArray, reflectors: FloatArray, scales: FloatArray, side: str, *, transposed: bool
 ) -> FloatArray:
     matrix = np.asfortranarray(matrix)
+    product: FloatArray
     trans = "T" if transposed else "N"
     _, work, _ = linalg.lapack.dormqr(side, trans, reflectors, scales, matrix, lwork=-1)
     product, _, _ = linalg.lapack.dormqr(

@@ -13,9 +13,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gamutcore.characterisation import IccProfile
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.cube_surface import cube_surface, surface_steps
 from gamutcore.colours.media import medium_colours
+from gamutcore.colours.profile_colours import profile_colours
 from gamutcore.colours.scattered_model import (
     MAX_MODEL_SAMPLES,
     SMOOTHING,
@@ -25,8 +27,8 @@ from gamutcore.colours.scattered_model import (
 from gamutcore.errors import OptionError
 
 if TYPE_CHECKING:
+    from gamutcore.arrays import FloatArray
     from gamutcore.characterisation import Characterisation, Samples
-    from gamutcore.characterisation.samples import FloatArray
 
 __all__ = ["INTENTS", "SurfaceColours", "surface_colours"]
 
@@ -61,7 +63,7 @@ def surface_colours(
     intent: str = "relative",
     surface_samples: int = 100_000,
 ) -> SurfaceColours:
-    """Colours at the surface of a device's gamut.
+    """Return colours at the surface of a device's gamut.
 
     Parameters
     ----------
@@ -90,7 +92,34 @@ def surface_colours(
             remedy=f"Ask for one of {', '.join(INTENTS)}.",
         )
     surface_steps(3, surface_samples)  # refuses a number out of range, whatever the data is
+    if isinstance(characterisation, IccProfile):
+        return _profile_surface(characterisation, intent, surface_samples)
     return _sample_surface(characterisation, intent, surface_samples)
+
+
+def _profile_surface(profile: IccProfile, intent: str, surface_samples: int) -> SurfaceColours:
+    channels = len(profile.channels)
+    steps = surface_steps(channels, surface_samples)
+    device = cube_surface(channels, steps)
+    points, warnings = profile_colours(profile, device, intent)
+    white, white_warnings = profile.media_white()
+    adaptation = {
+        "absolute": "none: media-relative colours scaled by the media white",
+        "perceptual": "as in the profile, with the perceptual reference medium's black point",
+    }.get(intent, "as in the profile: media-relative to D50")
+    provenance: dict[str, JSON] = {
+        **profile.provenance,
+        "intent": intent,
+        "white": [round(float(value), 6) for value in white],
+        "illuminant": "D50",
+        "observer": "2°",
+        "adaptation": adaptation,
+        "model": {"name": "ICC profile", "tag": profile.transform(intent)[0].tag},
+        "surface": {"points": len(points), "steps": steps},
+        # A tag that is missed twice is warned of once.
+        "warnings": list[JSON](dict.fromkeys([*profile.warnings, *warnings, *white_warnings])),
+    }
+    return SurfaceColours(points, device, provenance)
 
 
 def _sample_surface(samples: Samples, intent: str, surface_samples: int) -> SurfaceColours:
@@ -155,7 +184,7 @@ def _error_figures(errors: FloatArray) -> tuple[float, float]:
 
 
 def _distinct(device: FloatArray, lab: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Distinct device values with the mean of their colours."""
+    """Return distinct device values with the mean of their colours."""
     order = np.lexsort(device.T[::-1])
     ranked = device[order]
     first = np.ones(len(ranked), dtype=bool)
@@ -167,7 +196,7 @@ def _distinct(device: FloatArray, lab: FloatArray) -> tuple[FloatArray, FloatArr
 
 
 def _thinned(device: FloatArray, lab: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """At most `MAX_MODEL_SAMPLES` samples: the cube's corners and a fixed random choice."""
+    """Return at most `MAX_MODEL_SAMPLES` samples: the cube's corners and a fixed random choice."""
     if len(device) <= MAX_MODEL_SAMPLES:
         return device, lab
     corners = ((device == 0) | (device == 1)).all(axis=1)

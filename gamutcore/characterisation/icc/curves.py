@@ -1,0 +1,149 @@
+"""One-dimensional curves of ICC profiles, sampled and parametric.
+
+Sampled curves are the type `curv` and the tables of lut8 and lut16, parametric ones the type
+`para`. Sampled curves interpolate linearly and keep their ends beyond their domain. Parametric
+curves are evaluated in floating point as their formulas say, as the reference implementation does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from gamutcore.arrays import FloatArray
+    from gamutcore.characterisation.icc.element import Element
+
+__all__ = ["Curve", "ParametricCurve", "SampledCurve", "curve_at"]
+
+PARAMETER_COUNTS = (1, 3, 4, 5, 7)
+"""Parameters of the function types 0 to 4 (ICC.1:2022, table 68)."""
+
+
+@dataclass(frozen=True, eq=False)
+class SampledCurve:
+    """A curve through equally spaced samples.
+
+    Parameters
+    ----------
+    samples : (n,) float
+        Outputs, 0 to 1, for n ≥ 2 inputs from 0 to 1.
+    """
+
+    samples: FloatArray
+
+    def values(self, x: FloatArray) -> FloatArray:
+        """Return the curve at `x`.
+
+        Parameters
+        ----------
+        x : (m,) float
+            Inputs; beyond 0 to 1 the ends are kept.
+
+        Returns
+        -------
+        (m,) float
+        """
+        last = len(self.samples) - 1
+        return np.interp(x * last, np.arange(last + 1), self.samples)
+
+
+@dataclass(frozen=True, eq=False)
+class ParametricCurve:
+    """A curve by formula.
+
+    Parameters
+    ----------
+    function : int
+        Function type 0 to 4.
+    parameters : (n,) float
+        g, a, b, c, d, e, f as far as the function has them.
+
+    Notes
+    -----
+    ICC.1:2022, 10.18, table 68.
+    """
+
+    function: int
+    parameters: FloatArray
+
+    def values(self, x: FloatArray) -> FloatArray:
+        """Return the curve at `x`.
+
+        Parameters
+        ----------
+        x : (m,) float
+            Inputs.
+
+        Returns
+        -------
+        (m,) float
+            May be infinite for hostile parameters; transforms check their results.
+        """
+        g, a, b, c, d, e, f = np.append(
+            self.parameters, np.zeros(7 - len(self.parameters))
+        ).tolist()
+        if self.function == 0:
+            return _power(x, g)
+        base = a * x + b
+        power = _power(base, g)
+        # Types 1 and 2 start at x = -b/a, which is where the base becomes positive. Type 1 is type
+        # 2 with c = 0, and type 3 is type 4 with e = f = 0.
+        if self.function in {1, 2}:
+            return np.asarray(np.where(base >= 0, power, 0.0) + c, dtype=np.float64)
+        return np.asarray(np.where(x >= d, power + e, c * x + f), dtype=np.float64)
+
+
+Curve: TypeAlias = SampledCurve | ParametricCurve
+
+
+def _power(base: FloatArray, exponent: float) -> FloatArray:
+    with np.errstate(all="ignore"):
+        power: FloatArray = np.maximum(base, 0.0) ** exponent
+        return power
+
+
+def curve_at(element: Element, offset: int = 0) -> tuple[Curve, int]:
+    """Return the `curv` or `para` curve at an offset of a tag, and its length.
+
+    Parameters
+    ----------
+    element : Element
+        The tag.
+    offset : int
+        Where in the tag the curve's type signature is.
+
+    Returns
+    -------
+    curve : SampledCurve or ParametricCurve
+    length : int
+        Bytes that it takes, without padding.
+
+    Raises
+    ------
+    MalformedProfileError
+        It is no curve, or longer than the tag.
+    """
+    kind = element.raw(offset, 4)
+    if kind == b"curv":
+        count = element.unsigned(offset + 8, 4)
+        if count == 0:
+            return ParametricCurve(0, np.ones(1)), 12
+        if count == 1:
+            # One value is an exponent of the type u8Fixed8Number (ICC.1:2022, 10.6).
+            return ParametricCurve(0, np.array([element.unsigned(offset + 12, 2) / 256.0])), 14
+        return SampledCurve(element.integers(offset + 12, count, 2) / 65535.0), 12 + 2 * count
+    if kind == b"para":
+        function = element.unsigned(offset + 8, 2)
+        if function >= len(PARAMETER_COUNTS):
+            raise element.malformed(
+                f"has a parametric curve of the unknown function type {function}"
+            )
+        count = PARAMETER_COUNTS[function]
+        return ParametricCurve(function, element.fixed(offset + 12, count)), 12 + 4 * count
+    raise element.malformed(
+        f"has {kind.decode('latin-1')!r} where a curve is needed",
+        "Curves are of the type curv or para.",
+    )

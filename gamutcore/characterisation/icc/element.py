@@ -1,0 +1,132 @@
+"""Checked access to the bytes of one tag of an ICC profile.
+
+Every read names the tag it belongs to and is checked against the tag's own bounds, so that no size
+or offset in a file can reach beyond it, or make anything larger than the tag itself be allocated.
+All numbers of ICC profiles are big-endian (ICC.1:2022, 4.1).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gamutcore.errors import MalformedProfileError
+
+if TYPE_CHECKING:
+    from gamutcore.arrays import FloatArray
+
+__all__ = ["Element"]
+
+
+@dataclass(frozen=True)
+class Element:
+    """The data of one tag.
+
+    Parameters
+    ----------
+    tag : str
+        The tag's signature, for errors.
+    data : bytes
+        The tag's data, starting with its type signature.
+    """
+
+    tag: str
+    data: bytes
+
+    def malformed(self, problem: str, remedy: str = "") -> MalformedProfileError:
+        """Return the error for something wrong in this tag.
+
+        Parameters
+        ----------
+        problem : str
+            What is wrong, as the end of a sentence that starts with the tag.
+        remedy : str
+            What would be right.
+
+        Returns
+        -------
+        MalformedProfileError
+        """
+        return MalformedProfileError(
+            f"The tag {self.tag} {problem}.",
+            where={"tag": self.tag},
+            remedy=remedy or "Make the profile anew, or repair the tag.",
+        )
+
+    def raw(self, offset: int, size: int) -> bytes:
+        """Return `size` bytes from `offset`.
+
+        Parameters
+        ----------
+        offset, size : int
+            Within the tag.
+
+        Returns
+        -------
+        bytes
+
+        Raises
+        ------
+        MalformedProfileError
+            They are not all in the tag; likewise for all other readers here.
+        """
+        if offset < 0 or size < 0 or offset + size > len(self.data):
+            raise self.malformed(
+                f"needs {size} bytes at offset {offset} and has {len(self.data)} bytes in all"
+            )
+        return self.data[offset : offset + size]
+
+    @property
+    def kind(self) -> str:
+        """The type signature, such as ``"mft2"``."""
+        return self.raw(0, 4).decode("latin-1")
+
+    def unsigned(self, offset: int, size: int) -> int:
+        """Return the unsigned integer of `size` bytes at `offset`.
+
+        Parameters
+        ----------
+        offset, size : int
+            Within the tag.
+
+        Returns
+        -------
+        int
+        """
+        return int.from_bytes(self.raw(offset, size), "big")
+
+    def integers(self, offset: int, count: int, size: int) -> np.ndarray:
+        """Return unsigned integers of 1 or 2 bytes, on the 16-bit scale.
+
+        Parameters
+        ----------
+        offset, count : int
+            Where, and how many.
+        size : int
+            1 or 2 bytes each.
+
+        Returns
+        -------
+        (count,) uint16
+            Bytes are multiplied by 257, which takes full scale to full scale exactly.
+        """
+        raw = self.raw(offset, count * size)
+        if size == 1:
+            return np.frombuffer(raw, dtype=np.uint8) * np.uint16(257)
+        return np.frombuffer(raw, dtype=">u2").astype(np.uint16)
+
+    def fixed(self, offset: int, count: int) -> FloatArray:
+        """Return numbers of the type s15Fixed16Number.
+
+        Parameters
+        ----------
+        offset, count : int
+            Where, and how many.
+
+        Returns
+        -------
+        (count,) float
+        """
+        return np.frombuffer(self.raw(offset, 4 * count), dtype=">i4") / 65536.0

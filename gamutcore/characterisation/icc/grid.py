@@ -1,0 +1,134 @@
+"""Multidimensional lookup tables, interpolated linearly in every dimension.
+
+Not by simplices, however common that is: over seven inks the two differ by up to 4.8 ΔE*ab, and
+profiles are made and specified for the multilinear result (ICC.1:2022, 10.12, annex D). At the
+surface of a device's cube all but two coordinates are usually nodes, which the kernel makes use
+of.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numba
+import numpy as np
+import numpy.typing as npt
+
+from gamutcore.errors import UnsupportedProfileError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from gamutcore.arrays import FloatArray
+
+__all__ = ["Grid", "multilinear"]
+
+MAX_CORNERS = 300_000_000
+"""Table entries read for one evaluation at most, about 3 s: 100,000 points inside 11 dimensions."""
+
+
+def _compiled(function: Callable[..., None]) -> Callable[..., None]:
+    compiled: Callable[..., None] = numba.njit(cache=True, nogil=True)(function)
+    return compiled
+
+
+@_compiled
+def multilinear(positions: Any, steps: Any, strides: Any, table: Any, out: Any) -> None:  # noqa: ANN401
+    """Interpolate linearly in every dimension.
+
+    Parameters
+    ----------
+    positions : (m, n) float
+        Coordinates, 0 to 1.
+    steps : (n,) int
+        Nodes along each dimension, less one.
+    strides : (n,) int
+        Rows of `table` from one node to the next, along each dimension.
+    table : (nodes, 3) uint16
+        Values at the nodes, the last dimension varying fastest.
+    out : (m, 3) float
+        Receives the values, 0 to 65535.
+    """
+    dimensions = positions.shape[1]
+    fractions = np.empty(dimensions)
+    offsets = np.empty(dimensions, dtype=np.int64)
+    for i in range(positions.shape[0]):
+        base = 0
+        between = 0
+        for d in range(dimensions):
+            position = min(max(positions[i, d], 0.0), 1.0) * steps[d]
+            node = int(position)
+            base += node * strides[d]
+            # Dimensions in which the point is at a node need no neighbour.
+            if position > node:
+                fractions[between] = position - node
+                offsets[between] = strides[d]
+                between += 1
+        first = second = third = 0.0
+        for corner in range(1 << between):
+            weight = 1.0
+            row = base
+            for d in range(between):
+                if corner >> d & 1:
+                    weight *= fractions[d]
+                    row += offsets[d]
+                else:
+                    weight *= 1.0 - fractions[d]
+            first += weight * table[row, 0]
+            second += weight * table[row, 1]
+            third += weight * table[row, 2]
+        out[i, 0] = first
+        out[i, 1] = second
+        out[i, 2] = third
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """A lookup table (CLUT) with three outputs.
+
+    Parameters
+    ----------
+    nodes : tuple of int
+        Nodes along each dimension, each at least 2.
+    table : (product of nodes, 3) uint16
+        Values at the nodes, the last dimension varying fastest.
+    """
+
+    nodes: tuple[int, ...]
+    table: npt.NDArray[np.uint16]
+
+    def values(self, positions: FloatArray) -> FloatArray:
+        """Return the interpolated outputs.
+
+        Parameters
+        ----------
+        positions : (m, n) float
+            Inputs; beyond 0 to 1 they are cut off.
+
+        Returns
+        -------
+        (m, 3) float
+            0 to 1.
+
+        Raises
+        ------
+        UnsupportedProfileError
+            So many points lie between the nodes of so many dimensions that more than
+            `MAX_CORNERS` table entries were needed.
+        """
+        steps = np.array(self.nodes, dtype=np.int64) - 1
+        strides = np.cumprod(np.array([1, *self.nodes[:0:-1]], dtype=np.int64))[::-1].copy()
+        clipped = np.clip(positions, 0.0, 1.0)
+        between = np.count_nonzero(clipped * steps % 1.0, axis=1)
+        corners = int((1 << between).sum())
+        if corners > MAX_CORNERS:
+            raise UnsupportedProfileError(
+                f"Interpolating {len(positions)} points over {len(self.nodes)} channels takes "
+                f"{corners} table entries.",
+                where={"field": "surface_samples"},
+                remedy="Ask for fewer surface_samples.",
+            )
+        out = np.empty((len(positions), 3))
+        multilinear(np.ascontiguousarray(clipped), steps, strides, self.table, out)
+        return out / 65535.0

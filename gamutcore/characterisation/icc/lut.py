@@ -1,0 +1,277 @@
+"""Lookup-table transforms from device values to the profile connection space.
+
+The three tag types of versions 2 and 4: lut8 (`mft1`), lut16 (`mft2`) and lutAToB (`mAB `), each
+turned into a chain of curve sets, grid and matrix with the encoding of its result. Sizes in the
+tag are checked against its length before anything is read.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from gamutcore.characterisation.icc.curves import Curve, SampledCurve, curve_at
+from gamutcore.characterisation.icc.grid import Grid
+from gamutcore.errors import MalformedProfileError, UnsupportedProfileError
+
+if TYPE_CHECKING:
+    from gamutcore.arrays import FloatArray
+    from gamutcore.characterisation.icc.element import Element
+
+__all__ = ["CurveSet", "Encoding", "Matrix", "Stage", "Transform", "lut_transform"]
+
+MAX_GRID_NODES = 64_000_000
+"""Nodes of a grid at most; the largest profiles in use have some millions."""
+
+
+class Stage(Protocol):
+    """One step of a transform."""
+
+    def values(self, x: FloatArray) -> FloatArray:
+        """Return (m, outputs) for (m, inputs)."""
+
+
+@dataclass(frozen=True, eq=False)
+class CurveSet:
+    """A curve for each channel.
+
+    Parameters
+    ----------
+    curves : tuple of Curve
+        As many as there are channels.
+    """
+
+    curves: tuple[Curve, ...]
+
+    def values(self, x: FloatArray) -> FloatArray:
+        """Return each channel by its curve.
+
+        Parameters
+        ----------
+        x : (m, n) float
+
+        Returns
+        -------
+        (m, n) float
+        """
+        return np.column_stack([c.values(x[:, i]) for i, c in enumerate(self.curves)])
+
+
+@dataclass(frozen=True, eq=False)
+class Matrix:
+    """A linear map with an offset.
+
+    Parameters
+    ----------
+    matrix : (3, n) float
+    offset : (3,) float
+    """
+
+    matrix: FloatArray
+    offset: FloatArray
+
+    def values(self, x: FloatArray) -> FloatArray:
+        """Return matrix·x + offset.
+
+        Parameters
+        ----------
+        x : (m, n) float
+
+        Returns
+        -------
+        (m, 3) float
+        """
+        mapped: FloatArray = x @ self.matrix.T + self.offset
+        return mapped
+
+
+@dataclass(frozen=True, eq=False)
+class Encoding:
+    """How numbers from 0 to 1 stand for colours: value · scale + offset.
+
+    Parameters
+    ----------
+    scale, offset : (3,) float
+    """
+
+    scale: FloatArray
+    offset: FloatArray
+
+
+_XYZ = Encoding(np.full(3, 1 + 32767 / 32768), np.zeros(3))
+"""PCSXYZ, 16 bits: 1.0 is 8000h (ICC.1:2022, table 12)."""
+_LAB = Encoding(np.array([100.0, 255.0, 255.0]), np.array([0.0, -128.0, -128.0]))
+"""PCSLAB: L* 100 and a*, b* 127 are full scale (ICC.1:2022, table 13)."""
+_LEGACY_LAB = Encoding(_LAB.scale * 65535 / 65280, _LAB.offset)
+"""lut16's PCSLAB in versions 2 and 4: L* 100 is FF00h (ICC.1:2022, 10.12, tables 42 and 43)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Transform:
+    """Device values to the profile connection space.
+
+    Parameters
+    ----------
+    tag : str
+        The tag or tags it was read from.
+    stages : tuple of Stage
+        In order.
+    pcs : str
+        ``"XYZ"`` (Y = 1 for the white) or ``"Lab"``.
+    encoding : Encoding or None
+        Of the last stage's results; None where they are colours already.
+    """
+
+    tag: str
+    stages: tuple[Stage, ...]
+    pcs: str
+    encoding: Encoding | None = None
+
+    def pcs_values(self, device: FloatArray) -> FloatArray:
+        """Return the connection space's colours of device values.
+
+        Parameters
+        ----------
+        device : (m, n) float
+            0 to 1.
+
+        Returns
+        -------
+        (m, 3) float
+            X, Y, Z or L*, a*, b*, as `pcs` says, relative to D50.
+
+        Raises
+        ------
+        MalformedProfileError
+            A result is not finite.
+        UnsupportedProfileError
+            The evaluation would take too long.
+        """
+        colours = device
+        with np.errstate(all="ignore"):
+            for stage in self.stages:
+                colours = stage.values(colours)
+        if self.encoding is not None:
+            colours = colours * self.encoding.scale + self.encoding.offset
+        if not (np.abs(colours) < 1e9).all():  # also where it is not a number
+            raise MalformedProfileError(
+                f"The tag {self.tag} makes colours that are no finite numbers.",
+                where={"tag": self.tag},
+                remedy="Make the profile anew, or repair the tag.",
+            )
+        return colours
+
+
+def lut_transform(element: Element, channels: int, pcs: str) -> Transform:
+    """Return the transform of a lookup-table tag.
+
+    Parameters
+    ----------
+    element : Element
+        An A2B tag.
+    channels : int
+        Channels of the profile's device colour space.
+    pcs : str
+        ``"XYZ"`` or ``"Lab"``.
+
+    Returns
+    -------
+    Transform
+
+    Raises
+    ------
+    MalformedProfileError
+        The tag breaks its type's format.
+    UnsupportedProfileError
+        The tag is of another type.
+    """
+    kind = element.kind
+    if kind not in {"mft1", "mft2", "mAB "}:
+        raise UnsupportedProfileError(
+            f"The tag {element.tag} is of the type {kind!r}.",
+            where={"tag": element.tag},
+            remedy="Lookup tables of the types mft1, mft2 and mAB are evaluated.",
+        )
+    inputs, outputs = element.unsigned(8, 1), element.unsigned(9, 1)
+    if inputs != channels or outputs != 3:
+        raise element.malformed(
+            f"maps {inputs} to {outputs} channels where {channels} to 3 are needed"
+        )
+    if kind == "mAB ":
+        encoding = _XYZ if pcs == "XYZ" else _LAB
+        return Transform(element.tag, _lut_a_to_b_stages(element, inputs), pcs, encoding)
+    lab = _LEGACY_LAB if kind == "mft2" else _LAB
+    encoding = _XYZ if pcs == "XYZ" else lab
+    return Transform(element.tag, _lut_stages(element, inputs), pcs, encoding)
+
+
+def _grid(element: Element, offset: int, nodes: tuple[int, ...], size: int) -> Grid:
+    if min(nodes) < 2:
+        raise element.malformed(f"has a grid of {nodes} nodes where 2 are needed at least")
+    count = math.prod(nodes)
+    if count > MAX_GRID_NODES:
+        raise element.malformed(f"has a grid of {count} nodes")
+    return Grid(nodes, element.integers(offset, 3 * count, size).reshape(-1, 3))
+
+
+def _lut_stages(element: Element, inputs: int) -> tuple[Stage, ...]:
+    """Return the stages of lut8 and lut16 (ICC.1:2022, 10.11 and 10.12).
+
+    The matrix at the start is for PCSXYZ inputs only, which device profiles do not have; applying
+    it to device values would be wrong by 35 ΔE*ab in profiles that carry one.
+    """
+    grid_points = element.unsigned(10, 1)
+    if element.kind == "mft2":
+        size, offset = 2, 52
+        input_entries, output_entries = element.unsigned(48, 2), element.unsigned(50, 2)
+    else:
+        size, offset = 1, 48
+        input_entries = output_entries = 256
+    if min(input_entries, output_entries) < 2:
+        raise element.malformed("has tables of fewer than 2 entries")
+    before = _tables(element, offset, inputs, input_entries, size)
+    offset += inputs * input_entries * size
+    grid = _grid(element, offset, (grid_points,) * inputs, size)
+    offset += grid.table.size * size
+    return before, grid, _tables(element, offset, 3, output_entries, size)
+
+
+def _tables(element: Element, offset: int, channels: int, entries: int, size: int) -> CurveSet:
+    samples = element.integers(offset, channels * entries, size).reshape(channels, -1) / 65535.0
+    return CurveSet(tuple(SampledCurve(row) for row in samples))
+
+
+def _lut_a_to_b_stages(element: Element, inputs: int) -> tuple[Stage, ...]:
+    """Return the stages of lutAToB, A curves to B curves (ICC.1:2022, 10.13)."""
+    b, matrix, m, clut, a = (element.unsigned(offset, 4) for offset in range(12, 32, 4))
+    if not b:
+        raise element.malformed("has no B curves")
+    if not clut and inputs != 3:
+        raise element.malformed(f"has no grid for its {inputs} channels")
+    stages: list[Stage] = []
+    if a:
+        stages.append(_curves(element, a, inputs))
+    if clut:
+        nodes = tuple(element.raw(clut, 16)[:inputs])
+        size = element.unsigned(clut + 16, 1)
+        if size not in {1, 2}:
+            raise element.malformed(f"has a grid of {size} bytes per value")
+        stages.append(_grid(element, clut + 20, nodes, size))
+    if m:
+        stages.append(_curves(element, m, 3))
+    if matrix:
+        numbers = element.fixed(matrix, 12)
+        stages.append(Matrix(numbers[:9].reshape(3, 3), numbers[9:]))
+    return (*stages, _curves(element, b, 3))
+
+
+def _curves(element: Element, offset: int, channels: int) -> CurveSet:
+    curves = []
+    for _ in range(channels):
+        curve, length = curve_at(element, offset)
+        curves.append(curve)
+        offset += length + -length % 4  # each curve starts at a multiple of four bytes
+    return CurveSet(tuple(curves))
