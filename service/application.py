@@ -2,7 +2,7 @@
 
 Everything that lives as long as the app (store, workers, caches) is in `service.state.Service`,
 opened and closed by the app's lifespan. The ASGI layers are, from the outside: HEAD answered as
-GET, immutable meshes from memory, the limit for bodies.
+GET, plain requests for meshes, the limit for bodies.
 """
 
 import contextlib
@@ -14,8 +14,8 @@ from fastapi.openapi.utils import get_openapi
 
 from gamutcore.version import __version__
 from service import models
+from service.front import MeshFront
 from service.handlers import add_exception_handlers
-from service.meshes import MeshFront
 from service.middleware import BodyLimit, HeadAsGet
 from service.routes import gamuts, jobs, meshes, pages, state
 from service.settings import Settings

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 from gamutcore.errors import HistoryFileError
 from gamutcore.gamut import Gamut
 from service.cache import ByteBoundedCache
+from service.single_flight import SingleFlight
 from service.store import GamutNotStoredError
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ class Library:
     def __init__(self, store: GamutStore, capacity: int) -> None:
         self._store = store
         self._open: ByteBoundedCache[str, OpenGamut] = ByteBoundedCache(capacity)
-        self._opening: dict[str, asyncio.Task[OpenGamut]] = {}
+        self._opening: SingleFlight[str, OpenGamut] = SingleFlight()
         self._threads = ThreadPoolExecutor(_THREADS, thread_name_prefix="library")
 
     def opened(self, gamut_id: str) -> OpenGamut | None:
@@ -79,12 +80,7 @@ class Library:
         found = self._open.get(gamut_id)
         if found is not None:
             return found
-        opening = self._opening.get(gamut_id)
-        if opening is None:
-            opening = asyncio.create_task(self._open_and_keep(gamut_id))
-            self._opening[gamut_id] = opening
-        # The opening goes on for the others when one of its clients leaves.
-        return await asyncio.shield(opening)
+        return await self._opening.value(gamut_id, lambda: self._open_and_keep(gamut_id))
 
     async def record(self, gamut_id: str) -> Record:
         """Return a gamut's record; `GamutNotStoredError` if there is none."""
@@ -98,21 +94,17 @@ class Library:
     def discard(self, gamut_id: str) -> None:
         """Forget a gamut that was deleted."""
         self._open.discard(gamut_id)
-        self._opening.pop(gamut_id, None)
+        self._opening.forget(gamut_id)
 
     def close(self) -> None:
         """Let the threads end."""
         self._threads.shutdown(wait=False, cancel_futures=True)
 
     async def _open_and_keep(self, gamut_id: str) -> OpenGamut:
-        try:
-            opened = await self.in_thread(self._opened_from_store, gamut_id)
-            # What was deleted while it was being opened is answered with, but not kept.
-            if self._opening.get(gamut_id) is asyncio.current_task():
-                self._open.put(gamut_id, opened, opened.gamut.nbytes)
-        finally:
-            if self._opening.get(gamut_id) is asyncio.current_task():
-                del self._opening[gamut_id]
+        opened = await self.in_thread(self._opened_from_store, gamut_id)
+        # What was deleted while it was being opened is answered with, but not kept.
+        if self._opening.is_current(gamut_id):
+            self._open.put(gamut_id, opened, opened.gamut.nbytes)
         return opened
 
     def _opened_from_store(self, gamut_id: str) -> OpenGamut:

@@ -1,9 +1,7 @@
-"""Encoded meshes: made once, kept in memory, and answered in front of the app when asked again.
+"""Encoded meshes: any level of a gamut in any format, made once and kept in memory.
 
-A level of a gamut in a format is immutable content. `MeshCache` keeps it under what it is, and
-remembers which request (path, query, ``Accept``) led to it; `MeshFront` answers such a request
-before FastAPI sees it, with the same response that the route gives, because both are made by
-`EncodedMesh.response`. See ``docs/decisions/immutable-responses.md``.
+A level of a gamut in a format is immutable content, named by its `MeshKey`. Small ones are made
+on the spot, on the event loop; large ones, and those whose gamut is not open, in a thread.
 """
 
 from __future__ import annotations
@@ -11,33 +9,31 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
-from starlette.responses import Response
-
 from gamutcore.export import FORMATS, encoded_mesh
+from gamutcore.history import MINIMUM_TRIANGLES
 from service.cache import ByteBoundedCache
 from service.conditional import IMMUTABLE, entity_tag, matches
+from service.single_flight import SingleFlight
 
 if TYPE_CHECKING:
-    from starlette.types import ASGIApp, Receive, Scope, Send
+    from service.library import Library, OpenGamut
 
-    from gamutcore.gamut import Gamut
+__all__ = ["DEFAULT_TRIANGLES", "MEDIA_TYPES", "SUFFIXES", "EncodedMesh", "MeshKey", "Meshes"]
 
-__all__ = [
-    "EncodedMesh",
-    "MeshCache",
-    "MeshFront",
-    "MeshKey",
-    "RequestKey",
-    "encoded_level",
-    "mesh_response",
-    "request_key",
-]
+DEFAULT_TRIANGLES = 1000
+"""Triangles of a mesh when none are asked for: 26 kB as GLB, and looks smooth on a screen."""
 
-_LONGEST_REQUEST = 1024
-"""Bytes of path, query and Accept that are remembered; longer ones are answered by the route."""
+MEDIA_TYPES = {mesh_format.media_type: name for name, mesh_format in FORMATS.items()}
+"""Names of the formats by media type, the preferred one first."""
 
-_ENTRY_BYTES = 512
-"""Rough cost of an entry in the caches besides its content."""
+SUFFIXES = {mesh_format.suffix.removeprefix("."): name for name, mesh_format in FORMATS.items()}
+"""Names of the formats by suffix, without the dot."""
+
+_INLINE_TRIANGLES = 4000
+"""Levels up to this are read and encoded within a millisecond, which the event loop can spare."""
+
+_ENTRY_BYTES = 1024
+"""Rough cost of a mesh in the cache besides its content: key, header fields, bookkeeping."""
 
 
 class MeshKey(NamedTuple):
@@ -46,14 +42,6 @@ class MeshKey(NamedTuple):
     gamut_id: str
     triangles: int
     format_name: str
-
-
-class RequestKey(NamedTuple):
-    """What of a request decides about the mesh that answers it."""
-
-    path: str
-    query: bytes
-    accept: bytes | None
 
 
 @dataclass(frozen=True)
@@ -70,7 +58,7 @@ class EncodedMesh:
         The header fields of a 200 response.
     """
 
-    body: bytes
+    body: bytes = field(repr=False)
     etag: str
     headers: list[tuple[bytes, bytes]] = field(repr=False)
 
@@ -97,94 +85,103 @@ class EncodedMesh:
         return 200, self.headers, self.body
 
 
-def encoded_level(gamut: Gamut, key: MeshKey, provenance: dict[str, str]) -> EncodedMesh:
-    """Return the level of a gamut that a key names, encoded.
-
-    Raises
-    ------
-    TriangleCountError
-        The gamut has no such level.
-    """
-    mesh = gamut.history.level(key.triangles)
-    body = encoded_mesh(mesh, key.format_name, provenance)
-    media_type = FORMATS[key.format_name].media_type
-    return EncodedMesh.of(body, media_type, len(mesh.faces), len(mesh.vertices))
-
-
-class MeshCache:
-    """Encoded meshes in memory, bounded in bytes.
+class Meshes:
+    """The encoded meshes of a library's gamuts.
 
     Parameters
     ----------
+    library : Library
+        Where the gamuts are.
     capacity : int
-        Bytes; a sixteenth more is spent on remembering requests.
+        Bytes of memory for encoded meshes.
     """
 
-    def __init__(self, capacity: int) -> None:
-        self._meshes: ByteBoundedCache[MeshKey, EncodedMesh] = ByteBoundedCache(capacity)
-        self._requests: ByteBoundedCache[RequestKey, MeshKey] = ByteBoundedCache(capacity // 16)
+    def __init__(self, library: Library, capacity: int) -> None:
+        self._library = library
+        self._cache: ByteBoundedCache[MeshKey, EncodedMesh] = ByteBoundedCache(capacity)
+        self._encoding: SingleFlight[MeshKey, EncodedMesh] = SingleFlight()
 
-    def get(self, key: MeshKey) -> EncodedMesh | None:
-        """Return a mesh; None if it is not there."""
-        return self._meshes.get(key)
+    def at_once(self, gamut_id: str, triangles: int | None, format_name: str) -> EncodedMesh | None:
+        """Return a mesh if it is there, or can be there within a millisecond.
 
-    def answer(self, request: RequestKey) -> EncodedMesh | None:
-        """Return the mesh that a request was answered with before, if it is still there."""
-        key = self._requests.get(request)
-        return None if key is None else self._meshes.get(key)
+        Parameters
+        ----------
+        gamut_id : str
+            The gamut.
+        triangles : int or None
+            The most triangles that it may have; `DEFAULT_TRIANGLES`, or all if there are fewer.
+        format_name : str
+            A key of `FORMATS`.
 
-    def put(self, key: MeshKey, mesh: EncodedMesh) -> None:
-        """Keep a mesh."""
-        self._meshes.put(key, mesh, len(mesh.body) + _ENTRY_BYTES)
+        Returns
+        -------
+        EncodedMesh or None
+            None for all else: the gamut is not open, the mesh is large, or there is no such mesh.
+        """
+        opened = self._library.opened(gamut_id)
+        if opened is None:
+            # Whether an odd count is above the largest level only the gamut itself can tell.
+            if triangles is None or triangles % 2:
+                return None
+            return self._cache.get(MeshKey(gamut_id, triangles, format_name))
+        count = _count(opened, triangles)
+        if not MINIMUM_TRIANGLES <= count <= opened.gamut.history.triangles:
+            return None
+        key = _key(gamut_id, count, format_name)
+        mesh = self._cache.get(key)
+        if mesh is None and key.triangles <= _INLINE_TRIANGLES:
+            mesh = _encoded(opened, key)
+            self._keep(key, mesh)
+        return mesh
 
-    def remember(self, request: RequestKey, key: MeshKey) -> None:
-        """Note which mesh answers a request."""
-        size = len(request.path) + len(request.query) + len(request.accept or b"")
-        if size <= _LONGEST_REQUEST:
-            self._requests.put(request, key, size + _ENTRY_BYTES)
+    async def mesh(self, gamut_id: str, triangles: int | None, format_name: str) -> EncodedMesh:
+        """Return a mesh; parameters as for `at_once`.
+
+        Raises
+        ------
+        GamutNotStoredError
+            There is no such gamut.
+        TriangleCountError
+            The gamut has no such level.
+        """
+        mesh = self.at_once(gamut_id, triangles, format_name)
+        if mesh is not None:
+            return mesh
+        opened = await self._library.gamut(gamut_id)
+        count = _count(opened, triangles)
+        if not MINIMUM_TRIANGLES <= count <= opened.gamut.history.triangles:
+            opened.gamut.history.level(count)  # raises, and knows best what to say
+        key = _key(gamut_id, count, format_name)
+        return await self._encoding.value(key, lambda: self._encode_and_keep(opened, key))
 
     def discard_gamut(self, gamut_id: str) -> None:
         """Forget all meshes of a gamut."""
-        self._meshes.discard_where(lambda key: key.gamut_id == gamut_id)
+        self._cache.discard_where(lambda key: key.gamut_id == gamut_id)
+
+    async def _encode_and_keep(self, opened: OpenGamut, key: MeshKey) -> EncodedMesh:
+        mesh = await self._library.in_thread(_encoded, opened, key)
+        # A gamut that was deleted meanwhile leaves nothing behind in memory.
+        if self._library.opened(key.gamut_id) is opened:
+            self._keep(key, mesh)
+        return mesh
+
+    def _keep(self, key: MeshKey, mesh: EncodedMesh) -> None:
+        self._cache.put(key, mesh, len(mesh.body) + _ENTRY_BYTES)
 
 
-class MeshFront:
-    """ASGI layer that answers a mesh request that was answered before."""
-
-    def __init__(self, app: ASGIApp, meshes: MeshCache) -> None:
-        self.app = app
-        self.meshes = meshes
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer from memory if the mesh is there; else pass the request on."""
-        if scope["type"] != "http" or scope["method"] != "GET":
-            await self.app(scope, receive, send)
-            return
-        request = request_key(scope)
-        mesh = None if request is None else self.meshes.answer(request)
-        if mesh is None:
-            await self.app(scope, receive, send)
-            return
-        known = [value for name, value in scope["headers"] if name == b"if-none-match"]
-        status, headers, body = mesh.response(b",".join(known).decode("latin-1") if known else None)
-        await send({"type": "http.response.start", "status": status, "headers": headers})
-        await send({"type": "http.response.body", "body": body})
+def _count(opened: OpenGamut, triangles: int | None) -> int:
+    if triangles is None:
+        return min(DEFAULT_TRIANGLES, opened.gamut.history.triangles)
+    return triangles
 
 
-def request_key(scope: Scope) -> RequestKey | None:
-    """Return what decides about a request's answer; None where ``Accept`` is repeated."""
-    accept: bytes | None = None
-    for name, value in scope["headers"]:
-        if name == b"accept":
-            if accept is not None:
-                return None
-            accept = value
-    return RequestKey(scope["path"], scope["query_string"], accept)
+def _key(gamut_id: str, count: int, format_name: str) -> MeshKey:
+    # Closed meshes have an even count: an odd one names the same level as the even one below it.
+    return MeshKey(gamut_id, count - count % 2, format_name)
 
 
-def mesh_response(mesh: EncodedMesh, if_none_match: str | None) -> Response:
-    """Return the response of the route for a mesh."""
-    status, headers, body = mesh.response(if_none_match)
-    response = Response(body, status)
-    response.raw_headers = headers
-    return response
+def _encoded(opened: OpenGamut, key: MeshKey) -> EncodedMesh:
+    mesh = opened.gamut.history.level(key.triangles)
+    body = encoded_mesh(mesh, key.format_name, opened.provenance)
+    media_type = FORMATS[key.format_name].media_type
+    return EncodedMesh.of(body, media_type, len(mesh.faces), len(mesh.vertices))

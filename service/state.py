@@ -11,7 +11,7 @@ from fastapi import Request
 from gamutcore.warm import compile_kernels
 from service.builds import Builds
 from service.library import Library
-from service.meshes import MeshCache
+from service.meshes import Meshes
 from service.settings import Settings
 from service.store import GamutStore
 
@@ -33,14 +33,14 @@ class Service:
     settings: Settings
     store: GamutStore = field(init=False)
     library: Library = field(init=False)
-    meshes: MeshCache = field(init=False)
+    meshes: Meshes = field(init=False)
     builds: Builds = field(init=False)
     warm: bool = False
 
     def __post_init__(self) -> None:
         self.store = GamutStore(self.settings.data)
         self.library = Library(self.store, self.settings.history_cache_bytes)
-        self.meshes = MeshCache(self.settings.mesh_cache_bytes)
+        self.meshes = Meshes(self.library, self.settings.mesh_cache_bytes)
         self.builds = Builds(self.settings, self.store)
 
     @property

@@ -43,7 +43,9 @@ _ENTITY_HEADERS = {
     "Cache-Control": header("The content never changes.", IMMUTABLE),
 }
 
-_NOT_MODIFIED = {304: {"description": "The client has this content already (If-None-Match)."}}
+_NOT_MODIFIED: dict[int | str, dict[str, Any]] = {
+    304: {"description": "The client has this content already (If-None-Match)."}
+}
 
 GamutId = Annotated[
     str,

@@ -6,27 +6,16 @@ from fastapi import APIRouter, Path, Query, Request
 from fastapi.responses import Response
 
 from gamutcore.export import FORMATS
-from gamutcore.history import MINIMUM_TRIANGLES
 from service.documentation import MESH_HEADERS, problems
-from service.library import OpenGamut
-from service.meshes import EncodedMesh, MeshKey, encoded_level, mesh_response, request_key
+from service.meshes import DEFAULT_TRIANGLES, MEDIA_TYPES, SUFFIXES
 from service.negotiation import preferred_media_type
 from service.problems import Problem, ProblemError
 from service.routes.gamuts import GamutId
-from service.state import Service, service_of
+from service.state import service_of
 
-__all__ = ["DEFAULT_TRIANGLES", "router"]
-
-DEFAULT_TRIANGLES = 1000
-"""Triangles of a mesh when none are asked for: 26 kB as GLB, and looks smooth on a screen."""
-
-_INLINE_TRIANGLES = 4000
-"""Levels up to this are read and encoded within a millisecond, which the event loop can spare."""
+__all__ = ["router"]
 
 router = APIRouter(prefix="/v1/gamuts", tags=["meshes"])
-
-_NAMES = {format_.media_type: name for name, format_ in FORMATS.items()}
-_SUFFIXES = {format_.suffix.removeprefix("."): name for name, format_ in FORMATS.items()}
 
 _PROBLEMS = ("gamut-not-found", "triangle-count", "invalid-parameter")
 
@@ -85,16 +74,16 @@ async def download_mesh(
     """Download a mesh in the format that is negotiated."""
     if format_name is None:
         accept = ",".join(request.headers.getlist("accept"))
-        media_type = preferred_media_type(accept, list(_NAMES))
+        media_type = preferred_media_type(accept, list(MEDIA_TYPES))
         if media_type is None:
             raise ProblemError(
                 Problem(
                     "not-acceptable",
                     f"A mesh is not available as {accept[:200]}.",
-                    {"header": "Accept", "available": list(_NAMES)},
+                    {"header": "Accept", "available": list(MEDIA_TYPES)},
                 )
             )
-        format_name = _NAMES[media_type]
+        format_name = MEDIA_TYPES[media_type]
     return await _mesh(request, gamut_id, triangles, format_name)
 
 
@@ -113,7 +102,7 @@ async def download_mesh_file(
         str,
         Path(
             description="The format's usual suffix.",
-            json_schema_extra={"enum": list(_SUFFIXES)},
+            json_schema_extra={"enum": list(SUFFIXES)},
             examples=["glb"],
         ),
     ],
@@ -121,13 +110,13 @@ async def download_mesh_file(
     format_name: FormatName = None,
 ) -> Response:
     """Download a mesh in the format that the suffix names."""
-    if suffix not in _SUFFIXES:
-        known = ", ".join(f".{suffix}" for suffix in _SUFFIXES)
+    if suffix not in SUFFIXES:
+        known = ", ".join(f".{suffix}" for suffix in SUFFIXES)
         detail = f"There are no meshes with the suffix .{suffix[:40]}."
         raise ProblemError(
             Problem("not-found", detail, {"field": "suffix"}, f"Use one of {known}.")
         )
-    return await _mesh(request, gamut_id, triangles, format_name or _SUFFIXES[suffix])
+    return await _mesh(request, gamut_id, triangles, format_name or SUFFIXES[suffix])
 
 
 async def _mesh(
@@ -142,26 +131,9 @@ async def _mesh(
                 f"Use one of {', '.join(FORMATS)}.",
             )
         )
-    service = service_of(request)
-    opened = service.library.opened(gamut_id) or await service.library.gamut(gamut_id)
-    history = opened.gamut.history
-    count = min(DEFAULT_TRIANGLES, history.triangles) if triangles is None else triangles
-    if not MINIMUM_TRIANGLES <= count <= history.triangles:
-        history.level(count)  # raises, and knows best what to say
-    # Closed meshes have an even count: an odd one names the same level as the even one below it.
-    key = MeshKey(gamut_id, count - count % 2, format_name)
-    mesh = service.meshes.get(key) or await _encoded(service, opened, key)
-    # A gamut that was deleted meanwhile leaves nothing behind in memory.
-    if service.library.opened(gamut_id) is opened:
-        service.meshes.put(key, mesh)
-        asked = request_key(request.scope)
-        if asked is not None:
-            service.meshes.remember(asked, key)
+    mesh = await service_of(request).meshes.mesh(gamut_id, triangles, format_name)
     known = request.headers.getlist("if-none-match")
-    return mesh_response(mesh, ",".join(known) if known else None)
-
-
-async def _encoded(service: Service, opened: OpenGamut, key: MeshKey) -> EncodedMesh:
-    if key.triangles <= _INLINE_TRIANGLES:
-        return encoded_level(opened.gamut, key, opened.provenance)
-    return await service.library.in_thread(encoded_level, opened.gamut, key, opened.provenance)
+    status, headers, body = mesh.response(",".join(known) or None)
+    response = Response(body, status)
+    response.raw_headers = headers
+    return response
