@@ -1,1 +1,86 @@
-"""export."""
+"""Mesh files: any level as glTF, PLY, STL or OBJ.
+
+Positions are the raw coordinates of the colour space in the space's own order (L*, a*, b*), so that a
+client can compute with them. What a format can say beyond that (vertex colours, orientation for
+display, provenance) it says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from gamutcore.errors import OptionError
+from gamutcore.export.gltf import glb, gltf
+from gamutcore.export.ply import ply
+from gamutcore.export.triangle_files import obj, stl
+from gamutcore.mesh import TriangleMesh
+
+__all__ = ["FORMATS", "MeshFormat", "encoded_mesh"]
+
+
+@dataclass(frozen=True)
+class MeshFormat:
+    """A file format for meshes.
+
+    Attributes
+    ----------
+    name : str
+        What it is asked for by.
+    media_type : str
+    suffix : str
+        With the dot.
+    encode : callable
+        (mesh, provenance) → bytes.
+    """
+
+    name: str
+    media_type: str
+    suffix: str
+    encode: Callable[[TriangleMesh, Mapping[str, str]], bytes]
+
+
+FORMATS: dict[str, MeshFormat] = {
+    mesh_format.name: mesh_format
+    for mesh_format in (
+        MeshFormat("glb", "model/gltf-binary", ".glb", glb),
+        MeshFormat("gltf", "model/gltf+json", ".gltf", gltf),
+        MeshFormat("ply", "application/ply", ".ply", ply),
+        MeshFormat("stl", "model/stl", ".stl", stl),
+        MeshFormat("obj", "model/obj", ".obj", obj),
+    )
+}
+"""All formats by name, the preferred one first."""
+
+
+def encoded_mesh(
+    mesh: TriangleMesh, format_name: str, provenance: Mapping[str, str] | None = None
+) -> bytes:
+    """Return a mesh as a file.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        In CIELAB.
+    format_name : str
+        A key of `FORMATS`.
+    provenance : mapping of str to str, optional
+        Where the mesh comes from; kept in the formats that have a place for it (glTF, PLY, OBJ).
+
+    Returns
+    -------
+    bytes
+
+    Raises
+    ------
+    OptionError
+        If there is no such format.
+    """
+    mesh_format = FORMATS.get(format_name)
+    if mesh_format is None:
+        raise OptionError(
+            f"there is no mesh format {format_name!r}",
+            where={"field": "format"},
+            remedy=f"one of {', '.join(FORMATS)}",
+        )
+    return mesh_format.encode(mesh, provenance or {})

@@ -1,11 +1,12 @@
 """Histories: every level of a gamut, read, stepped through, saved and loaded."""
 
 from gamutcore.history.file import history_bytes, history_from_bytes, history_metadata
-from gamutcore.history.history import History
+from gamutcore.history.history import MINIMUM_TRIANGLES, History
 from gamutcore.history.prefix_order import Splits
 from gamutcore.history.stepping import LevelCursor
 
 __all__ = [
+    "MINIMUM_TRIANGLES",
     "History",
     "LevelCursor",
     "Splits",

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from gamutcore.history.prefix_order import Splits
 
-__all__ = ["History"]
+__all__ = ["MINIMUM_TRIANGLES", "History"]
 
 MINIMUM_TRIANGLES = 4
 """A tetrahedron: the only triangulation of the sphere in which no edge can be collapsed."""

@@ -1,0 +1,100 @@
+"""glTF 2.0 (Khronos Group; ISO/IEC 12113), as one binary file or as JSON with embedded buffers.
+
+trimesh writes the structure; what it has no words for is put into the tree before it is serialised:
+a node rotation that shows lightness upwards, vertex colours that are linear and need no light
+(COLOR_0 as 16-bit integers, KHR_materials_unlit), and the provenance in ``asset.extras``.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gamutcore.colours.appearance import linear_srgb
+from gamutcore.version import __version__
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from gamutcore.mesh import TriangleMesh
+
+__all__ = ["glb", "gltf"]
+
+LIGHTNESS_UPWARDS = [0.7071067811865476, 0.7071067811865476, 0.0, 0.0]
+"""Quaternion (x, y, z, w) of the half turn that takes (L*, a*, b*) to glTF's (x, y, z) = (a*, L*, −b*):
+L* upwards, a* to the right, b* away from the viewer."""
+
+
+def glb(mesh: TriangleMesh, provenance: Mapping[str, str]) -> bytes:
+    """Return a mesh as binary glTF.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        In CIELAB.
+    provenance : mapping of str to str
+
+    Returns
+    -------
+    bytes
+    """
+    from trimesh.exchange.gltf import export_glb  # noqa: PLC0415  # heavy, for exchange alone
+
+    exported: bytes = export_glb(
+        _scene(mesh), include_normals=False, tree_postprocessor=_finish(provenance)
+    )
+    return exported
+
+
+def gltf(mesh: TriangleMesh, provenance: Mapping[str, str]) -> bytes:
+    """Return a mesh as JSON glTF with its buffers embedded as data URIs; parameters as `glb`."""
+    from trimesh.exchange.gltf import export_gltf  # noqa: PLC0415  # heavy, for exchange alone
+
+    files: dict[str, bytes] = export_gltf(
+        _scene(mesh),
+        include_normals=False,
+        merge_buffers=True,
+        embed_buffers=True,
+        tree_postprocessor=_finish(provenance),
+    )
+    return files["model.gltf"]
+
+
+def _scene(mesh: TriangleMesh) -> Any:  # noqa: ANN401  # trimesh has no type stubs
+    import trimesh  # noqa: PLC0415
+
+    colours = np.full((len(mesh.vertices), 4), 65535, np.uint16)
+    colours[:, :3] = np.rint(linear_srgb(mesh.vertices) * 65535.0)
+    coloured = mesh.to_trimesh()
+    coloured.vertex_attributes["COLOR"] = colours
+    return trimesh.Scene({"gamut": coloured})
+
+
+def _finish(provenance: Mapping[str, str]) -> Callable[[dict[str, Any]], None]:
+    """Return what completes trimesh's tree."""
+
+    def complete(tree: dict[str, Any]) -> None:
+        tree["asset"]["generator"] = f"gamutcore {__version__}"
+        if provenance:
+            tree["asset"]["extras"] = dict(provenance)
+        (primitive,) = tree["meshes"][0]["primitives"]
+        attributes = primitive["attributes"]
+        colour = attributes.pop("_COLOR")
+        attributes["COLOR_0"] = colour
+        tree["accessors"][colour]["normalized"] = True
+        tree["materials"] = [
+            {
+                "name": "appearance",
+                "extensions": {"KHR_materials_unlit": {}},
+                "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 1.0},
+            }
+        ]
+        primitive["material"] = 0
+        tree["extensionsUsed"] = ["KHR_materials_unlit"]
+        for node in tree["nodes"]:
+            if "mesh" in node:
+                node.pop("matrix", None)
+                node["rotation"] = LIGHTNESS_UPWARDS
+
+    return complete

@@ -1,0 +1,63 @@
+"""PLY (Turk, Stanford 1994), binary little-endian: x y z, red green blue, vertex_indices.
+
+The colours are 8-bit sRGB as PLY readers expect them; the provenance is in comments.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gamutcore.colours.appearance import srgb
+from gamutcore.version import __version__
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from gamutcore.mesh import TriangleMesh
+
+__all__ = ["comment_lines", "ply"]
+
+
+def ply(mesh: TriangleMesh, provenance: Mapping[str, str]) -> bytes:
+    """Return a mesh as binary PLY.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        In CIELAB.
+    provenance : mapping of str to str
+
+    Returns
+    -------
+    bytes
+    """
+    from trimesh.exchange.ply import export_ply  # noqa: PLC0415  # heavy, for exchange alone
+
+    colours = np.rint(srgb(mesh.vertices) * 255.0).astype(np.uint8)
+    coloured = mesh.to_trimesh()
+    for channel, name in enumerate(("red", "green", "blue")):
+        coloured.vertex_attributes[name] = colours[:, channel]
+    exported: bytes = export_ply(coloured, encoding="binary", vertex_normal=False)
+    head, comment, rest = exported.partition(b"comment https://github.com/mikedh/trimesh\n")
+    if not comment:  # the place to put ours: after the line that names the encoding
+        head, end, rest = exported.partition(b"1.0\n")
+        head += end
+    lines = "".join(f"comment {line}\n" for line in comment_lines(provenance))
+    return head + lines.encode("ascii", "backslashreplace") + rest
+
+
+def comment_lines(provenance: Mapping[str, str]) -> list[str]:
+    """Provenance as lines of text, one per entry, without line breaks in them.
+
+    Parameters
+    ----------
+    provenance : mapping of str to str
+
+    Returns
+    -------
+    list of str
+    """
+    entries = {"generator": f"gamutcore {__version__}", **provenance}
+    return [" ".join(f"{name}: {value}".split()) for name, value in entries.items()]

@@ -1,0 +1,60 @@
+"""STL and OBJ: formats that carry the triangles and little else, written by trimesh."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gamutcore.colours.appearance import srgb
+from gamutcore.export.ply import comment_lines
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from gamutcore.mesh import TriangleMesh
+
+__all__ = ["obj", "stl"]
+
+
+def stl(mesh: TriangleMesh, _provenance: Mapping[str, str]) -> bytes:
+    """Return a mesh as binary STL, which has no place for colours or provenance.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+
+    Returns
+    -------
+    bytes
+    """
+    from trimesh.exchange.stl import export_stl  # noqa: PLC0415  # heavy, for exchange alone
+
+    exported: bytes = export_stl(mesh.to_trimesh())
+    return exported
+
+
+def obj(mesh: TriangleMesh, provenance: Mapping[str, str]) -> bytes:
+    """Return a mesh as Wavefront OBJ, with sRGB behind each vertex and provenance in comments.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        In CIELAB.
+    provenance : mapping of str to str
+
+    Returns
+    -------
+    bytes
+    """
+    from trimesh.exchange.obj import export_obj  # noqa: PLC0415  # heavy, for exchange alone
+    from trimesh.visual import ColorVisuals  # noqa: PLC0415
+
+    coloured = mesh.to_trimesh()
+    colours = np.rint(srgb(mesh.vertices) * 255.0).astype(np.uint8)
+    coloured.visual = ColorVisuals(coloured, vertex_colors=colours)
+    header = "\n# ".join(
+        line.encode("ascii", "backslashreplace").decode() for line in comment_lines(provenance)
+    )
+    exported: str = export_obj(coloured, include_normals=False, digits=12, header=header)
+    return exported.encode()
