@@ -17,6 +17,7 @@ from gamutcore.errors import MalformedFileError, MissingColumnError, Unrecognise
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from gamutcore.characterisation.columns import ColumnRoles
     from gamutcore.characterisation.samples import Samples
 
 __all__ = ["delimited_samples"]
@@ -47,7 +48,8 @@ def delimited_samples(text: str) -> Samples:
     MalformedFileError
         A row with another number of values than there are columns, or a value that is no number.
     """
-    rows = _rows(text)
+    delimiter = _delimiter(text)
+    rows = _rows(text, delimiter)
     line, first = next(rows, (1, []))
     if not first:
         raise UnrecognisedFormatError(
@@ -66,14 +68,8 @@ def delimited_samples(text: str) -> Samples:
             )
         warnings.append("The columns have no names; they are taken for L*, a*, b*.")
         roles = column_roles(("LAB_L", "LAB_A", "LAB_B"))
-    elif len(names) < 3:
-        raise UnrecognisedFormatError(
-            "The text is no table of samples.",
-            where={"line": line},
-            remedy="The first line names the columns, such as LAB_L,LAB_A,LAB_B.",
-        )
     else:
-        roles = column_roles(names, where={"line": line})
+        roles = _named_roles(names, line, delimiter)
     table = NumberTable(roles)
     if headless:
         table.append(names, line)
@@ -100,15 +96,32 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
-    delimiter: str | None = None
-    first = True
+def _named_roles(names: list[str], line: int, delimiter: str | None) -> ColumnRoles:
+    try:
+        return column_roles(names, where={"line": line})
+    except MissingColumnError as error:
+        # Any prose splits into words or at commas; it is a table if something says so.
+        if len(names) >= 3 and (delimiter is not None or "column" in error.where):
+            raise
+        raise UnrecognisedFormatError(
+            "The text is no table of samples.",
+            where={"line": line},
+            remedy="Send an ICC profile, measurements as CGATS text or JSON, or a table whose "
+            "first line names its columns, such as LAB_L,LAB_A,LAB_B.",
+        ) from None
+
+
+def _delimiter(text: str) -> str | None:
+    for _, content in text_lines(text):
+        if content.strip() and not content.lstrip().startswith("#"):
+            return next((mark for mark in _DELIMITERS if mark in content), None)
+    return None
+
+
+def _rows(text: str, delimiter: str | None) -> Iterator[tuple[int, list[str]]]:
     for line, content in text_lines(text):
         if not content.strip() or content.lstrip().startswith("#"):
             continue
-        if first:
-            delimiter = next((mark for mark in _DELIMITERS if mark in content), None)
-            first = False
         if delimiter is None:
             yield line, content.split()
             continue

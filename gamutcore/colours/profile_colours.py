@@ -8,6 +8,7 @@ Black-point compensation is never applied. See docs/decisions/icc-evaluator.md.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,15 +19,32 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.icc import IccProfile
 
-__all__ = ["profile_colours"]
+__all__ = ["ProfileColours", "profile_colours"]
 
 PERCEPTUAL_BLACK = np.array([0.00336, 0.0034731, 0.00287])
 """XYZ of the perceptual reference medium's black point (ICC.1:2022, 6.3.3, table 3)."""
 
 
-def profile_colours(
-    profile: IccProfile, device: FloatArray, intent: str
-) -> tuple[FloatArray, list[str]]:
+@dataclass(frozen=True, eq=False)
+class ProfileColours:
+    """Colours by a profile, and what in it made them.
+
+    Parameters
+    ----------
+    lab : (m, 3) float
+        L*, a*, b*, relative to D50.
+    tag : str
+        The tag or tags of the transform.
+    warnings : tuple of str
+        What stood in for something that is missing.
+    """
+
+    lab: FloatArray
+    tag: str
+    warnings: tuple[str, ...]
+
+
+def profile_colours(profile: IccProfile, device: FloatArray, intent: str) -> ProfileColours:
     """Return CIELAB colours of device values.
 
     Parameters
@@ -40,10 +58,7 @@ def profile_colours(
 
     Returns
     -------
-    lab : (m, 3) float
-        L*, a*, b*, relative to D50.
-    warnings : list of str
-        What stood in for something that is missing.
+    ProfileColours
 
     Raises
     ------
@@ -66,9 +81,11 @@ def profile_colours(
     elif intent == "perceptual" and (profile.version[0] < 4 or "TRC" in transform.tag):
         scale, offset = 1 - PERCEPTUAL_BLACK / ICC_D50, PERCEPTUAL_BLACK
     else:
-        return (colours if transform.pcs == "Lab" else xyz_to_lab(colours)), warnings
+        lab = colours if transform.pcs == "Lab" else xyz_to_lab(colours)
+        return ProfileColours(lab, transform.tag, tuple(warnings))
     # Negative tristimulus values are cut off around these adjustments, and only there, as the
     # reference implementation does; CIELAB colours near black can have them.
     if transform.pcs == "Lab":
         colours = np.maximum(lab_to_xyz(colours), 0.0)
-    return xyz_to_lab(np.maximum(colours * scale + offset, 0.0)), warnings
+    lab = xyz_to_lab(np.maximum(colours * scale + offset, 0.0))
+    return ProfileColours(lab, transform.tag, tuple(warnings))

@@ -9,16 +9,14 @@ that every sample would have if it were left out. Evaluation is a kernel over pl
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numba
 import numpy as np
 from scipy import linalg
-from scipy.spatial.distance import cdist
+
+from gamutcore.kernels import kernel
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from gamutcore.arrays import FloatArray
 
 __all__ = [
@@ -26,7 +24,7 @@ __all__ = [
     "SMOOTHING",
     "DegenerateSamplesError",
     "ScatteredModel",
-    "cubic_sums",
+    "cubed_distances",
     "scattered_model",
 ]
 
@@ -38,51 +36,41 @@ MAX_MODEL_SAMPLES = 5000
 """Samples that a model is fitted to at most: its matrix takes N² · 8 bytes and N³ operations."""
 
 
+_BLOCK = 32
+"""Points evaluated at once: their distances from 1,600 samples fit a second level cache."""
+
+
 class DegenerateSamplesError(ValueError):
     """The device values do not spread in all directions, so that no model can be fitted."""
 
 
-def _compiled(function: Callable[..., None]) -> Callable[..., None]:
-    compiled: Callable[..., None] = numba.njit(cache=True, nogil=True, fastmath=True)(function)
-    return compiled
-
-
-@_compiled
-def cubic_sums(points: Any, centres: Any, weights: Any, out: Any) -> None:  # noqa: ANN401
-    """Add sums of weighted cubed distances to `out`.
+@kernel
+def cubed_distances(points: FloatArray, centres: FloatArray, out: FloatArray) -> None:
+    """Cubed distances of points from centres.
 
     Parameters
     ----------
     points : (m, k) float
-        Where to evaluate.
+        Points.
     centres : (k, n) float
-        Centres of the basis functions, one row per dimension.
-    weights : (3, n) float
-        Weights of the basis functions.
-    out : (m, 3) float
-        The sums Σ weights·|point - centre|³ are added here.
+        Centres, one row per dimension.
+    out : (m, n) float
+        Receives |point - centre|³.
     """
     dimensions, count = centres.shape
-    squares = np.empty(count)
     for i in range(points.shape[0]):
-        # One pass per dimension over a row that stays in the nearest cache: the loops are simple
-        # enough for the compiler to use vector instructions (3 times faster than one nested loop).
+        # One pass per dimension over a row that stays in the nearest cache: loops this simple
+        # become vector instructions, unlike a loop over dimensions within one over centres.
+        row = out[i]
         for j in range(count):
             step = points[i, 0] - centres[0, j]
-            squares[j] = step * step
+            row[j] = step * step
         for d in range(1, dimensions):
             for j in range(count):
                 step = points[i, d] - centres[d, j]
-                squares[j] += step * step
-        first = second = third = 0.0
+                row[j] += step * step
         for j in range(count):
-            cube = squares[j] * np.sqrt(squares[j])
-            first += cube * weights[0, j]
-            second += cube * weights[1, j]
-            third += cube * weights[2, j]
-        out[i, 0] += first
-        out[i, 1] += second
-        out[i, 2] += third
+            row[j] *= np.sqrt(row[j])
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +81,7 @@ class ScatteredModel:
     ----------
     centres : (k, n) float
         Device values of the samples, one row per channel.
-    weights : (3, n) float
+    weights : (n, 3) float
         Weights of the cubic basis functions.
     linear : (k + 1, 3) float
         The constant and the linear part.
@@ -122,7 +110,11 @@ class ScatteredModel:
         """
         points = np.ascontiguousarray(device, dtype=np.float64)
         out: FloatArray = self.linear[0] + points @ self.linear[1:]
-        cubic_sums(points, self.centres, self.weights, out)
+        cubes = np.empty((_BLOCK, self.centres.shape[1]))
+        for start in range(0, len(points), _BLOCK):
+            block = points[start : start + _BLOCK]
+            cubed_distances(block, self.centres, cubes)
+            out[start : start + _BLOCK] += cubes[: len(block)] @ self.weights
         return out
 
 
@@ -168,8 +160,8 @@ def scattered_model(device: FloatArray, colours: FloatArray) -> ScatteredModel:
     # Everything of size n by n is done in place, with two such matrices at most at any time.
     # Householder reflections from both sides take two passes over the matrix, where products with
     # an explicit Q would take two multiplications of n by n matrices.
-    matrix = cdist(device, device, "sqeuclidean")
-    matrix *= np.sqrt(matrix)
+    matrix = np.empty((count, count))
+    cubed_distances(np.ascontiguousarray(device), np.ascontiguousarray(device.T), matrix)
     matrix.flat[:: count + 1] += SMOOTHING
     matrix = _reflected(matrix.T, reflectors, scales, "L", transposed=True)
     matrix = _reflected(matrix, reflectors, scales, "R", transposed=False)
@@ -196,7 +188,7 @@ def scattered_model(device: FloatArray, colours: FloatArray) -> ScatteredModel:
     linear = linalg.solve_triangular(triangle[:order], remainder, check_finite=False)
     return ScatteredModel(
         centres=np.ascontiguousarray(device.T),
-        weights=np.ascontiguousarray(weights.T),
+        weights=weights,
         linear=linear,
         leave_out_errors=np.linalg.norm(errors, axis=1),
     )

@@ -101,7 +101,8 @@ def _profile_surface(profile: IccProfile, intent: str, surface_samples: int) -> 
     channels = len(profile.channels)
     steps = surface_steps(channels, surface_samples)
     device = cube_surface(channels, steps)
-    points, warnings = profile_colours(profile, device, intent)
+    colours = profile_colours(profile, device, intent)
+    points = colours.lab
     white, white_warnings = profile.media_white()
     adaptation = {
         "absolute": "none: media-relative colours scaled by the media white",
@@ -114,10 +115,19 @@ def _profile_surface(profile: IccProfile, intent: str, surface_samples: int) -> 
         "illuminant": "D50",
         "observer": "2°",
         "adaptation": adaptation,
-        "model": {"name": "ICC profile", "tag": profile.transform(intent)[0].tag},
+        "model": {"name": "ICC profile", "tag": colours.tag},
         "surface": {"points": len(points), "steps": steps},
-        # A tag that is missed twice is warned of once.
-        "warnings": list[JSON](dict.fromkeys([*profile.warnings, *warnings, *white_warnings])),
+        # What is missed twice is warned of once.
+        "warnings": list[JSON](
+            dict.fromkeys(
+                [
+                    *profile.warnings,
+                    *colours.warnings,
+                    *white_warnings,
+                    *_count_warnings(len(points), surface_samples),
+                ]
+            )
+        ),
     }
     return SurfaceColours(points, device, provenance)
 
@@ -174,9 +184,16 @@ def _sample_surface(samples: Samples, intent: str, surface_samples: int) -> Surf
         "samples": len(device),
         "leave_out_error": {"unit": "ΔE*ab", "mean": mean, "percentile_95": high},
     }
+    warnings += _count_warnings(len(points), surface_samples)
     provenance["surface"] = {"points": len(points), "steps": steps}
     provenance["warnings"] = list[JSON](warnings)
     return SurfaceColours(points, values, provenance)
+
+
+def _count_warnings(points: int, surface_samples: int) -> list[str]:
+    if points <= surface_samples:
+        return []
+    return [f"The corners of the device cube alone are {points} points, more than surface_samples."]
 
 
 def _error_figures(errors: FloatArray) -> tuple[float, float]:

@@ -9,17 +9,15 @@ of.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
 from gamutcore.errors import UnsupportedProfileError
+from gamutcore.kernels import kernel
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from gamutcore.arrays import FloatArray
 
 __all__ = ["Grid", "multilinear"]
@@ -28,13 +26,14 @@ MAX_CORNERS = 300_000_000
 """Table entries read for one evaluation at most, about 3 s: 100,000 points inside 11 dimensions."""
 
 
-def _compiled(function: Callable[..., None]) -> Callable[..., None]:
-    compiled: Callable[..., None] = numba.njit(cache=True, nogil=True)(function)
-    return compiled
-
-
-@_compiled
-def multilinear(positions: Any, steps: Any, strides: Any, table: Any, out: Any) -> None:  # noqa: ANN401
+@kernel
+def multilinear(
+    positions: FloatArray,
+    steps: npt.NDArray[np.int64],
+    strides: npt.NDArray[np.int64],
+    table: npt.NDArray[np.uint16],
+    out: FloatArray,
+) -> None:
     """Interpolate linearly in every dimension.
 
     Parameters
@@ -119,7 +118,8 @@ class Grid:
         """
         steps = np.array(self.nodes, dtype=np.int64) - 1
         strides = np.cumprod(np.array([1, *self.nodes[:0:-1]], dtype=np.int64))[::-1].copy()
-        clipped = np.clip(positions, 0.0, 1.0)
+        # The kernel trusts its positions, so none may be NaN.
+        clipped = np.clip(np.nan_to_num(positions, nan=0.0), 0.0, 1.0)
         between = np.count_nonzero(clipped * steps % 1.0, axis=1)
         corners = int((1 << between).sum())
         if corners > MAX_CORNERS:
