@@ -25,15 +25,18 @@ from service.problems import Problem, ProblemError
 from service.store import GamutNotStoredError, Record
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from service.settings import Settings
     from service.store import GamutStore
 
-__all__ = ["Builds", "Job", "now"]
+__all__ = ["WORKER_COMMAND", "Builds", "Job", "now"]
 
 logger = logging.getLogger(__name__)
+
+WORKER_COMMAND = (sys.executable, "-m", "service.worker")
+"""How a worker is started: a process of its own, which shares nothing with this one."""
 
 _LINE_LIMIT = 16 * 1024 * 1024
 """Bytes of the longest event: a description with its whole error curve is well below 1 MB."""
@@ -103,12 +106,10 @@ class _Worker:
         self.process = process
 
     @classmethod
-    async def started(cls) -> _Worker:
+    async def started(cls, command: Sequence[str]) -> _Worker:
         """Start a process and wait until its kernels are compiled."""
         process = await asyncio.create_subprocess_exec(
-            sys.executable,
-            "-m",
-            "service.worker",
+            *command,
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
             limit=_LINE_LIMIT,
@@ -164,11 +165,16 @@ class Builds:
         Workers, queue length, deadline, attempts.
     store : GamutStore
         Where inputs wait and finished gamuts go.
+    command : sequence of str
+        The command line of a worker, which speaks the protocol of `service.worker`.
     """
 
-    def __init__(self, settings: Settings, store: GamutStore) -> None:
+    def __init__(
+        self, settings: Settings, store: GamutStore, command: Sequence[str] = WORKER_COMMAND
+    ) -> None:
         self._settings = settings
         self._store = store
+        self._command = command
         self._active: dict[str, Job] = {}
         self._finished: OrderedDict[str, Job] = OrderedDict()
         self._queue: asyncio.Queue[Job] = asyncio.Queue(settings.build_queue)
@@ -275,7 +281,7 @@ class Builds:
         while True:
             try:
                 await asyncio.sleep(_RESTART_DELAYS[min(failures, len(_RESTART_DELAYS) - 1)])
-                worker = await _Worker.started()
+                worker = await _Worker.started(self._command)
             except (_WorkerDiedError, OSError) as error:
                 failures += 1
                 logger.error("a build worker did not start: %s", error)  # noqa: TRY400 - no defect

@@ -155,12 +155,12 @@ class GamutStore:
             A file in the temporary folder.
         """
         content_path, record_path = self._paths(record.id)
-        content_path.parent.mkdir(exist_ok=True)
-        _sync(self.published)
         new_record = self.temporary_path(".record")
         try:
             if record_path.exists():
                 return
+            content_path.parent.mkdir(exist_ok=True)
+            _sync(self.published)
             _sync(content)
             content.replace(content_path)
             new_record.write_bytes(record.to_bytes())

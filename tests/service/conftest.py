@@ -1,0 +1,159 @@
+import contextlib
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import httpx
+import numpy as np
+import pytest
+
+START_SECONDS = 120
+"""Generous: on a first run the kernels are compiled."""
+
+READY = re.compile(r"Uvicorn running on (http://127\.0\.0\.1:\d+)")
+WARM = re.compile(r"build worker (\d+) is warm")
+
+
+class Server:
+    """A service in a process of its own, as `gamut serve` starts it."""
+
+    def __init__(self, data: Path, log: Path, **settings) -> None:
+        self.data = data
+        self.log_path = log
+        environment = {
+            **{name: value for name, value in os.environ.items() if not name.startswith("GAMUT_")},
+            **{f"GAMUT_{name.upper()}": str(value) for name, value in settings.items()},
+        }
+        command = "import sys; from service.command import main; sys.exit(main())"
+        with log.open("wb") as output:
+            self.process = subprocess.Popen(
+                [sys.executable, "-c", command, "serve", "--port", "0", "--data", str(data)],
+                env=environment,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+            )
+        self.url = self.logged(READY)
+        self.client = httpx.Client(base_url=self.url, timeout=120)
+
+    def log(self):
+        return self.log_path.read_text()
+
+    def logged(self, pattern, count=1):
+        """The first group of the count-th match of a pattern in the log, waited for."""
+        deadline = time.monotonic() + START_SECONDS
+        while time.monotonic() < deadline:
+            found = pattern.findall(self.log())
+            if len(found) >= count:
+                return found[count - 1]
+            if self.process.poll() is not None:
+                break
+            time.sleep(0.02)
+        pytest.fail(f"no {pattern.pattern!r} in the log:\n{self.log()}")
+
+    def wait_ready(self):
+        return self.wait_for(lambda: self.client.get("/readyz").status_code == 200)
+
+    def wait_for(self, condition):
+        deadline = time.monotonic() + START_SECONDS
+        while not (value := condition()):
+            assert time.monotonic() < deadline, self.log()
+            time.sleep(0.02)
+        return value
+
+    def worker(self, count=1):
+        """The process id of the count-th worker that became warm."""
+        return int(self.logged(WARM, count))
+
+    def builds_started(self, gamut_id):
+        return self.log().count(f"build of {gamut_id} started")
+
+    def stop(self):
+        """End it as an operator does, and return its exit status."""
+        self.client.close()
+        self.process.send_signal(signal.SIGTERM)
+        return self.process.wait(60)
+
+    def kill(self):
+        """End it as a power cut does."""
+        self.client.close()
+        self.process.kill()
+        self.process.wait(60)
+
+
+@pytest.fixture(scope="session")
+def start_server(tmp_path_factory):
+    """Start a server with settings; it is stopped at the end of the session if it still runs."""
+    with contextlib.ExitStack() as stack:
+
+        def start(data=None, **settings):
+            folder = tmp_path_factory.mktemp("server")
+            server = Server(data or folder / "data", folder / "log", **settings)
+            stack.callback(lambda: server.process.poll() is None and server.kill())
+            return server
+
+        yield start
+
+
+@pytest.fixture(scope="session")
+def server(start_server):
+    """The server that most tests share; every test brings gamuts of its own."""
+    started = start_server(max_body_bytes=2_000_000)
+    started.wait_ready()
+    return started
+
+
+@pytest.fixture(scope="session")
+def sphere():
+    """Points on a sphere in CIELAB; another seed gives other colours, and so another gamut."""
+
+    def points(seed=0, count=300, radius=40.0):
+        directions = np.random.default_rng(seed).normal(size=(count, 3))
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        return [[50 + row[0], row[1], row[2]] for row in (radius * directions).tolist()]
+
+    return points
+
+
+@pytest.fixture(scope="session")
+def gamut(server, sphere):
+    """The description of a gamut that the shared server has built, and nobody deletes."""
+    response = server.client.post("/v1/gamuts", json={"samples": sphere(seed=1)})
+    assert response.status_code == 201, response.text
+    return response.json()
+
+
+@pytest.fixture(scope="session")
+def slow_build():
+    """What to post for a build that takes some seconds: a real press, sampled densely."""
+    path = Path(__file__).parents[2] / "examples" / "FOGRA39L.ti3"
+
+    def arguments(surface_samples=900_000):
+        return {
+            "files": {"file": ("FOGRA39L.ti3", path.read_bytes())},
+            "data": {"options": f'{{"surface_samples": {surface_samples}}}'},
+        }
+
+    return arguments
+
+
+@pytest.fixture(scope="session")
+def assert_problem():
+    """Check that a response is a problem document with this code, and return it."""
+
+    def check(response, status, code):
+        assert response.status_code == status, response.text
+        assert response.headers["content-type"] == "application/problem+json"
+        assert response.headers["cache-control"] == "no-store"
+        document = response.json()
+        assert document["code"] == code, document
+        assert document["status"] == status
+        assert document["type"] == f"/problems/{code}"
+        assert set(document) == {"type", "title", "status", "detail", "code", "where", "remedy"}
+        assert all(document[name] for name in ("title", "detail", "remedy"))
+        return document
+
+    return check

@@ -1,0 +1,45 @@
+from pathlib import Path
+
+import pytest
+from pydantic import ValidationError
+
+from service.settings import Settings, settings_table
+
+DOCUMENT = Path(__file__).parents[2] / "docs" / "settings.md"
+
+
+def test_every_setting_is_documented_as_it_is():
+    assert settings_table() in DOCUMENT.read_text()
+
+
+def test_every_setting_has_a_description():
+    assert all(field.description for field in Settings.model_fields.values())
+
+
+@pytest.mark.parametrize("name", Settings.model_fields)
+def test_every_setting_comes_from_its_variable(monkeypatch, name):
+    other = {
+        "data": Path("elsewhere"),
+        "host": "0.0.0.0",  # noqa: S104 - nothing listens here
+        "log_level": "debug",
+        "access_log": True,
+        "build_workers": 7,
+        "build_attempts": 7,
+        "max_page_size": 7,
+    }.get(name, 2048)
+    assert Settings.model_fields[name].default != other
+    monkeypatch.setenv(f"GAMUT_{name.upper()}", str(other))
+    assert getattr(Settings(), name) == other
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("port", 65536), ("build_workers", 0), ("build_timeout", 0), ("log_level", "loud")],
+)
+def test_values_out_of_range_are_refused(name, value):
+    with pytest.raises(ValidationError, match=name):
+        Settings(**{name: value})
+
+
+def test_listens_on_loopback_by_default():
+    assert Settings().host == "127.0.0.1"
