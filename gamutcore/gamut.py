@@ -1,0 +1,209 @@
+"""The gamut: characterisation, options, history and a description that says everything that went in.
+
+`build_gamut` is the whole path from the bytes of a file to a history; the other modules are its
+stations. A gamut is stored as its history file, with the description in the file's metadata.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from gamutcore.boundary import modified_convex_hull
+from gamutcore.characterisation import characterisation
+from gamutcore.colours import surface_colours
+from gamutcore.decimation import decimated
+from gamutcore.errors import HistoryFileError
+from gamutcore.history import (
+    MINIMUM_TRIANGLES,
+    History,
+    history_bytes,
+    history_from_bytes,
+    history_metadata,
+)
+from gamutcore.metric.error_curve import error_curve, round_counts
+from gamutcore.options import Options
+from gamutcore.version import ALGORITHM_VERSION, __version__
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+__all__ = ["STAGES", "Gamut", "Options", "build_gamut", "gamut_id", "read_description"]
+
+STAGES = ("characterisation", "colours", "boundary", "decimation", "metric")
+"""Stations of a build, as they are reported to `progress`."""
+
+DESCRIPTION = "gamut"
+"""Key of the description in a history file's metadata."""
+
+
+def gamut_id(options: Options, input_sha256: str) -> str:
+    """Identity of a gamut: the same question has the same id everywhere.
+
+    Parameters
+    ----------
+    options : Options
+    input_sha256 : str
+        SHA-256 of the input's bytes, 64 hexadecimal digits.
+
+    Returns
+    -------
+    str
+        SHA-256 over the algorithm's version, the canonical options and the input's digest, 64
+        hexadecimal digits.
+    """
+    question = f"gamut {ALGORITHM_VERSION}\n{options.canonical}\n{input_sha256}\n"
+    return hashlib.sha256(question.encode()).hexdigest()
+
+
+@dataclass(frozen=True, eq=False)
+class Gamut:
+    """A built gamut.
+
+    Attributes
+    ----------
+    description : dict
+        JSON-able: id, options, provenance, counts, volume, area, centre, bounds, levels.
+    history : History
+    """
+
+    description: dict[str, Any]
+    history: History
+
+    @property
+    def id(self) -> str:
+        """The gamut's id, 64 hexadecimal digits."""
+        return str(self.description["id"])
+
+    @property
+    def options(self) -> Options:
+        """The options that it was built with."""
+        return Options.from_mapping(self.description["options"])
+
+    @property
+    def nbytes(self) -> int:
+        """Memory held by the history, in bytes."""
+        return self.history.nbytes
+
+    def to_bytes(self) -> bytes:
+        """Return the gamut as a history file with the description in its metadata."""
+        text = json.dumps(self.description, separators=(",", ":"), allow_nan=False)
+        return history_bytes(self.history, {DESCRIPTION: text})
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> Gamut:
+        """Read a gamut from its file.
+
+        Parameters
+        ----------
+        data : bytes
+
+        Returns
+        -------
+        Gamut
+
+        Raises
+        ------
+        HistoryFileError
+            If the file is damaged, or a history without a gamut's description.
+        """
+        history, metadata = history_from_bytes(data)
+        return cls(_description(metadata), history)
+
+
+def read_description(path: Path) -> dict[str, Any]:
+    """Read the description of a gamut file without its history.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    dict
+
+    Raises
+    ------
+    HistoryFileError
+        If the file is not a gamut.
+    OSError
+        If it cannot be read.
+    """
+    return _description(history_metadata(path))
+
+
+def build_gamut(
+    data: bytes, options: Options, *, progress: Callable[[str, float], None] | None = None
+) -> Gamut:
+    """Build a gamut from the bytes of a characterisation file.
+
+    Parameters
+    ----------
+    data : bytes
+        Any format that `gamutcore.characterisation` recognises.
+    options : Options
+    progress : callable, optional
+        Called with a stage of `STAGES` and the part of it that is done, 0 when it begins.
+
+    Returns
+    -------
+    Gamut
+
+    Raises
+    ------
+    GamutError
+        The data cannot be read, or no valid boundary can be wrapped around its colours.
+    """
+    report = progress or (lambda _stage, _fraction: None)
+    report("characterisation", 0.0)
+    device = characterisation(data)
+    report("colours", 0.0)
+    colours = surface_colours(
+        device, intent=options.intent, surface_samples=options.surface_samples
+    )
+    report("boundary", 0.0)
+    boundary = modified_convex_hull(colours.points, options.gamma, options.centre)
+    report("decimation", 0.0)
+    history = decimated(boundary.mesh, boundary.centre, options.cost)
+    report("metric", 0.0)
+    curve = error_curve(history, round_counts(history.triangles))
+    digest = hashlib.sha256(data).hexdigest()
+    description: dict[str, Any] = {
+        "id": gamut_id(options, digest),
+        "options": options.to_mapping(),
+        "provenance": {
+            **colours.provenance,
+            "space": options.space,
+            "input": {"sha256": digest, "bytes": len(data)},
+            "algorithm": {"version": ALGORITHM_VERSION, "gamutcore": __version__},
+        },
+        "counts": {
+            "triangles": history.triangles,
+            "vertices": history.vertices,
+            "minimum": MINIMUM_TRIANGLES,
+        },
+        "volume": boundary.mesh.volume,
+        "area": boundary.mesh.area,
+        "centre": boundary.centre.tolist(),
+        "bounds": boundary.mesh.bounds.tolist(),
+        "levels": [asdict(level) for level in curve],
+    }
+    return Gamut(description, history)
+
+
+def _description(metadata: dict[str, str]) -> dict[str, Any]:
+    try:
+        description = json.loads(metadata[DESCRIPTION])
+        if not isinstance(description["id"], str):
+            raise TypeError("the id is not a text")
+        Options.from_mapping(description["options"])
+    except (KeyError, ValueError, TypeError, RecursionError) as cause:
+        raise HistoryFileError(
+            "the history does not describe a gamut",
+            where={"field": DESCRIPTION},
+            remedy="a file written by Gamut.to_bytes",
+        ) from cause
+    return dict(description)

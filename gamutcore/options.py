@@ -1,0 +1,167 @@
+"""The options that a gamut is built with: one immutable value, checked when it is made.
+
+Together with the digest of the input and the version of the algorithm they are a gamut's identity, so
+defaults are always made explicit and equal options have one canonical form.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+from gamutcore.colours.cube_surface import MAX_SURFACE_SAMPLES
+from gamutcore.colours.surface import INTENTS
+from gamutcore.decimation.costs import COSTS
+from gamutcore.errors import OptionError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+__all__ = ["BOUNDARIES", "SPACES", "Centre", "Options"]
+
+Centre: TypeAlias = "tuple[float, float, float] | str"
+
+SPACES = ("CIELAB",)
+"""Colour spaces that a boundary can live in."""
+
+BOUNDARIES = ("modified-convex-hull", "convex-hull")
+"""Ways to wrap the colours."""
+
+FEWEST_SURFACE_SAMPLES = 8
+"""The corners of the cube of three inks."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a gamut is built.
+
+    Attributes
+    ----------
+    space : str
+        Colour space of the boundary; one of `SPACES`.
+    boundary : str
+        How the colours are wrapped; one of `BOUNDARIES`. The convex hull is the modified one with
+        γ = 1, and its options say so.
+    gamma : float
+        Power that radii are raised to, in (0, 1].
+    centre : "auto" or three floats
+        The point that radii are taken from.
+    cost : str
+        What makes a collapse cheap; one of `gamutcore.decimation.COSTS`.
+    surface_samples : int
+        How many points a device model is asked for at most.
+    intent : str
+        Rendering intent; one of `gamutcore.colours.INTENTS`.
+
+    Raises
+    ------
+    OptionError
+        If a value is not accepted; ``where["field"]`` names the option.
+    """
+
+    space: str = "CIELAB"
+    boundary: str = "modified-convex-hull"
+    gamma: float = 0.2
+    centre: Centre = "auto"
+    cost: str = "quadric"
+    surface_samples: int = 100_000
+    intent: str = "relative"
+
+    def __post_init__(self) -> None:
+        for name, accepted in (
+            ("space", SPACES),
+            ("boundary", BOUNDARIES),
+            ("cost", COSTS),
+            ("intent", INTENTS),
+        ):
+            value = getattr(self, name)
+            if not isinstance(value, str) or value not in accepted:
+                raise _refusal(name, value, f"one of {', '.join(accepted)}")
+        gamma = _number(self.gamma)
+        if gamma is None or not 0 < gamma <= 1:
+            raise _refusal("gamma", self.gamma, "a number above 0, at most 1")
+        samples = self.surface_samples
+        if (
+            isinstance(samples, bool)
+            or not isinstance(samples, int)
+            or not FEWEST_SURFACE_SAMPLES <= samples <= MAX_SURFACE_SAMPLES
+        ):
+            raise _refusal(
+                "surface_samples",
+                samples,
+                f"a whole number from {FEWEST_SURFACE_SAMPLES} to {MAX_SURFACE_SAMPLES}",
+            )
+        # frozen, so set this way: the canonical form of what was given
+        object.__setattr__(self, "gamma", 1.0 if self.boundary == "convex-hull" else gamma)
+        object.__setattr__(self, "centre", _canonical_centre(self.centre))
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, object]) -> Options:
+        """Return options from names and values, such as parsed JSON; what is left out has its default.
+
+        Parameters
+        ----------
+        mapping : mapping of str
+
+        Returns
+        -------
+        Options
+
+        Raises
+        ------
+        OptionError
+            If a name is unknown or a value is not accepted.
+        """
+        names = [field.name for field in dataclasses.fields(cls)]
+        for name in mapping:
+            if name not in names:
+                raise OptionError(
+                    f"there is no option {str(name)[:40]!r}",
+                    where={"field": str(name)[:40]},
+                    remedy=f"options are {', '.join(names)}",
+                )
+        return cls(**mapping)  # type: ignore[arg-type]  # the constructor checks every value
+
+    def to_mapping(self) -> dict[str, object]:
+        """Return all options by name, as JSON-able values; `from_mapping` reads them back."""
+        mapping = dataclasses.asdict(self)
+        if isinstance(self.centre, tuple):
+            mapping["centre"] = list(self.centre)
+        return mapping
+
+    @property
+    def canonical(self) -> str:
+        """The options as one text: JSON with sorted names and shortest numbers."""
+        return json.dumps(self.to_mapping(), sort_keys=True, separators=(",", ":"))
+
+
+def _canonical_centre(centre: object) -> Centre:
+    if centre == "auto":
+        return "auto"
+    if isinstance(centre, list | tuple) and len(centre) == 3:
+        numbers = [_number(value) for value in centre]
+        first, second, third = numbers
+        if first is not None and second is not None and third is not None:
+            return (first, second, third)
+    raise _refusal("centre", centre, "'auto' or three finite numbers")
+
+
+def _number(value: object) -> float | None:
+    """Return a finite number as a float without a negative zero; None for anything else."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    try:
+        number = float(value)
+    except OverflowError:
+        return None
+    return number + 0.0 if math.isfinite(number) else None
+
+
+def _refusal(name: str, value: object, remedy: str) -> OptionError:
+    shown = repr(value)
+    if len(shown) > 60:
+        shown = f"{shown[:60]}…"
+    return OptionError(f"{name} is {shown}", where={"field": name}, remedy=remedy)
