@@ -9,6 +9,7 @@ The first table that has colours is taken.
 from __future__ import annotations
 
 import re
+from collections import deque
 from enum import Enum, auto
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -94,7 +95,7 @@ def cgats_samples(text: str) -> Samples:
 
 
 class _Reader:
-    """State machine over lines. Each `_read_*` consumes tokens until its section ends."""
+    """State machine over the tokens of lines, in time linear in their number."""
 
     def __init__(self) -> None:
         self.state = _State.HEADER
@@ -117,15 +118,15 @@ class _Reader:
             if words:
                 self._data_row(words, line)
             return
-        data = self.state in (_State.DATA, _State.SKIPPED_DATA)
-        tokens = _tokens(content, data=data)
+        tokens = _tokens(content, data=self.state in (_State.DATA, _State.SKIPPED_DATA))
+        # Each section takes its tokens from the left of the line until it ends.
         while tokens:
             if self.state is _State.HEADER:
-                tokens = self._header(tokens, line)
+                self._header(tokens, line)
             elif self.state is _State.FORMAT:
-                tokens = self._format(tokens, line)
+                self._format(tokens, line)
             else:
-                tokens = self._data(tokens, line)
+                self._data(tokens, line)
 
     def samples(self) -> Samples:
         if self.state is _State.DATA and self.table is not None:
@@ -152,30 +153,25 @@ class _Reader:
             warnings=self.warnings,
         )
 
-    def _header(self, tokens: list[_Token], line: int) -> list[_Token]:
-        head, rest = tokens[0], tokens[1:]
+    def _header(self, tokens: deque[_Token], line: int) -> None:
+        head = tokens.popleft()
         word = head.structure
         if word in _COUNTS:
-            self.counts[word] = rest[0].text if rest and not rest[0].structure else ""
-            return rest[1:] if self.counts[word] else rest
-        if word == "BEGIN_DATA_FORMAT":
+            plain = bool(tokens) and not tokens[0].structure
+            self.counts[word] = tokens.popleft().text if plain else ""
+        elif word == "BEGIN_DATA_FORMAT":
             self.state, self.fields, self.fields_line = _State.FORMAT, [], line
-            return rest
-        if word == "BEGIN_DATA":
+        elif word == "BEGIN_DATA":
             self._begin_data(line)
-            # What follows on this line is data, where quotes pair differently from keywords'.
-            return rest
-        if word or head.quoted:
-            return rest
-        length = 0
-        if rest and rest[0].quoted:
-            length = 1
-        else:
-            while length < len(rest) and not rest[length].structure:
-                length += 1
-        if length and not self.finished and head.text.upper() != "KEYWORD":
-            self._keyword(head.text.upper(), " ".join(t.text for t in rest[:length]).strip(), line)
-        return rest[length:]
+        elif not word and not head.quoted:
+            value = []
+            if tokens and tokens[0].quoted:
+                value.append(tokens.popleft().text)
+            else:
+                while tokens and not tokens[0].structure:
+                    value.append(tokens.popleft().text)
+            if value and not self.finished and head.text.upper() != "KEYWORD":
+                self._keyword(head.text.upper(), " ".join(value).strip(), line)
 
     def _keyword(self, name: str, value: str, line: int) -> None:
         if len(self.keywords) >= _MAX_KEYWORDS and name not in self.keywords:
@@ -184,21 +180,22 @@ class _Reader:
             )
         self.keywords[name] = value
 
-    def _format(self, tokens: list[_Token], line: int) -> list[_Token]:
-        for index, token in enumerate(tokens):
-            if token.structure == "END_DATA_FORMAT":
-                self.state = _State.HEADER
-                return tokens[index + 1 :]
-            if token.structure == "BEGIN_DATA":
+    def _format(self, tokens: deque[_Token], line: int) -> None:
+        while tokens:
+            if tokens[0].structure == "BEGIN_DATA":
                 self.warnings.append(f"END_DATA_FORMAT is missing before line {line}.")
                 self.state = _State.HEADER
-                return tokens[index:]
+                return
+            token = tokens.popleft()
+            if token.structure == "END_DATA_FORMAT":
+                self.state = _State.HEADER
+                return
+            self.fields_line = line if not self.fields else self.fields_line
             self.fields.append(token.text)
             if len(self.fields) > MAX_COLUMNS:
                 raise SampleLimitError(
                     f"The table has more than {MAX_COLUMNS} columns.", where={"line": line}
                 )
-        return []
 
     def _begin_data(self, line: int) -> None:
         self.state = _State.SKIPPED_DATA
@@ -220,17 +217,20 @@ class _Reader:
         self.row, self.row_line = [], 0
         self._compare("NUMBER_OF_FIELDS", len(self.fields), "columns")
 
-    def _data(self, tokens: list[_Token], line: int) -> list[_Token]:
-        end = next((i for i, token in enumerate(tokens) if token.structure == "END_DATA"), None)
-        row = tokens[:end]
+    def _data(self, tokens: deque[_Token], line: int) -> None:
+        row, ended = [], False
+        while tokens and not ended:
+            token = tokens.popleft()
+            ended = token.structure == "END_DATA"
+            if not ended:
+                row.append(token.text)
         if row and self.state is _State.DATA:
-            self._data_row([token.text for token in row], line)
-        if end is None:
-            return []
+            self._data_row(row, line)
+        if not ended:
+            return
         if self.state is _State.DATA:
             self._end_of_table()
         self.state = _State.HEADER
-        return tokens[end + 1 :]
 
     def _data_row(self, words: list[str], line: int) -> None:
         assert self.table is not None  # noqa: S101 (the state DATA is entered with a table)
@@ -276,8 +276,8 @@ class _Reader:
             self.warnings.append(f"{keyword} says {announced[:20]}; {found} {what} were found.")
 
 
-def _tokens(content: str, *, data: bool) -> list[_Token]:
-    tokens: list[_Token] = []
+def _tokens(content: str, *, data: bool) -> deque[_Token]:
+    tokens: deque[_Token] = deque()
     for match in (_DATA_TOKEN if data else _HEADER_TOKEN).finditer(content):
         plain = match[match.re.groups]
         if plain is None:

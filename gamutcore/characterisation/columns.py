@@ -187,7 +187,7 @@ def _device_groups(names: tuple[str, ...]) -> dict[str, dict[str, list[int]]]:
             count, ink = numbered[1] or numbered[3], numbered[2] or numbered[4]
             prefix, channel = f"{int(count)}CLR", str(int(ink))
         elif letters and (channel := _letter_of(letters[1], letters[2])):
-            prefix = letters[1]
+            prefix = letters[1].upper() if letters[1].islower() else letters[1]
         elif _GRAY.fullmatch(name):
             prefix, channel = "GRAY", "K" if name.upper().endswith("_K") else "W"
         else:
@@ -198,7 +198,7 @@ def _device_groups(names: tuple[str, ...]) -> dict[str, dict[str, list[int]]]:
 
 def _letter_of(letters: str, letter: str) -> str:
     # Light inks are told from full ones by case (CMYKcm_c); otherwise case means nothing.
-    if letter in letters:
+    if letter in letters and not letters.islower():
         return letter
     return letter.upper() if letter.upper() in letters.upper() else ""
 

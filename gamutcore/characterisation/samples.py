@@ -45,6 +45,7 @@ ADDITIVE_CHANNELS = frozenset("RGBW")
 
 MAX_CONDITIONS = 200
 MAX_CONDITION_LENGTH = 500
+MAX_WARNINGS = 50
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +148,6 @@ def samples_from_values(
             remedy="Thin the samples out.",
         )
     _refuse_numbers_beyond(values, roles, lines)
-    kept = list(warnings)
     places = {column: index for index, column in enumerate(roles.selected)}
     device, scale = None, None
     if roles.device:
@@ -175,7 +175,7 @@ def samples_from_values(
         white=white,
         conditions=kept_conditions,
         provenance=provenance,
-        warnings=tuple(kept),
+        warnings=tuple(warnings[:MAX_WARNINGS]),
     )
 
 
