@@ -127,7 +127,7 @@ def _fill(points: FloatArray, start: int, free: tuple[int, ...], values: FloatAr
     fixed = [axis for axis in range(points.shape[1]) if axis not in free]
     corners = 1 << len(fixed)
     block = points[start : start + corners * len(values)]
-    view = block.reshape(corners, len(values), -1)
+    view = block.reshape(corners, len(values), points.shape[1])
     for bit, axis in enumerate(fixed):
         view[:, :, axis] = ((np.arange(corners) >> bit) & 1)[:, np.newaxis]
     for place, axis in enumerate(free):

@@ -127,7 +127,8 @@ class _Medium:
             return self._bare_colours()
         xyz = self._tristimulus_values()
         white = self._white(xyz)
-        if not (np.isfinite(white).all() and (white > 0).all()):
+        needed = self.intent == "relative" or (self.display and samples.lab is None)
+        if needed and not (white > 0).all():
             raise InvalidPointsError(
                 f"The medium's white has the tristimulus values {_rounded(white)}.",
                 where={"field": "white"},

@@ -1,0 +1,179 @@
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from gamutcore.characterisation import characterisation
+from gamutcore.colours.cielab import ICC_D50, lab_to_xyz, white_of, xyz_to_lab
+from gamutcore.colours.media import bradford_to_d50, medium_colours
+from gamutcore.errors import InvalidPointsError, OptionError
+
+D65 = np.array([0.95047, 1.0, 1.08883])
+RED_D65 = np.array([0.4124564, 0.2126729, 0.0193339])
+"""sRGB's red, D65 (Lindbloom's table of RGB working spaces)."""
+RED_D50 = np.array([0.4360747, 0.2225045, 0.0139322])
+"""The same, adapted to D50 with Bradford (the same table)."""
+
+
+def samples(columns, rows, **members):
+    document = {"columns": columns.split(), "samples": rows, **members}
+    return characterisation(json.dumps(document).encode())
+
+
+def display(white=D65, scale=100.0, **members):
+    rows = [[255, 255, 255, *(white * scale)], [255, 0, 0, *(RED_D65 * scale)], [0, 0, 0, 0, 0, 0]]
+    return samples("R G B X Y Z", [list(map(float, row)) for row in rows], **members)
+
+
+def press(columns="CMYK_C CMYK_M CMYK_Y CMYK_K XYZ_X XYZ_Y XYZ_Z", scale=100.0, **members):
+    paper, ink = np.array([0.8448, 0.8762, 0.7457]), np.array([0.14, 0.22, 0.53])
+    rows = [[0, 0, 0, 0, *(paper * scale)], [100, 0, 0, 0, *(ink * scale)]]
+    return samples(columns, [list(map(float, row)) for row in rows], **members)
+
+
+def test_bradford_is_that_of_the_rgb_working_spaces():
+    np.testing.assert_allclose(bradford_to_d50(RED_D65[np.newaxis], D65), [RED_D50], atol=3e-4)
+
+
+@pytest.mark.parametrize("scale", [1.0, 100.0, 250.0])
+def test_a_display_relative_to_its_white(scale):
+    medium = medium_colours(display(scale=scale), "relative")
+    np.testing.assert_allclose(medium.lab[0], [100, 0, 0], atol=1e-9)
+    # sRGB's red in CIELAB D50: 54.29, 80.81, 69.89 (Lindbloom; also what image editors show).
+    np.testing.assert_allclose(medium.lab[1], [54.29, 80.81, 69.89], atol=0.05)
+    assert "Bradford" in medium.provenance["adaptation"]
+    assert medium.provenance["medium"] == "display"
+    np.testing.assert_allclose(medium.provenance["white"], D65 * scale)
+
+
+@pytest.mark.parametrize("scale", [1.0, 100.0, 250.0])
+def test_a_display_as_measured(scale):
+    medium = medium_colours(display(scale=scale), "absolute")
+    np.testing.assert_allclose(medium.lab[:2], xyz_to_lab(np.array([D65, RED_D65])), atol=1e-9)
+    assert medium.provenance["adaptation"].startswith("none")
+
+
+@pytest.mark.parametrize("scale", [1.0, 100.0])
+def test_a_press_relative_to_its_paper(scale):
+    medium = medium_colours(press(scale=scale), "relative")
+    np.testing.assert_allclose(medium.lab[0], [100, 0, 0], atol=1e-6)
+    # ICC media-relative: each of X, Y, Z by its own ratio.
+    expected = np.array([0.14, 0.22, 0.53]) * ICC_D50 / [0.8448, 0.8762, 0.7457]
+    np.testing.assert_allclose(lab_to_xyz(medium.lab[1]), expected, atol=1e-9)
+    assert medium.provenance["medium"] == "reflective"
+
+
+@pytest.mark.parametrize("scale", [1.0, 100.0])
+def test_a_press_as_measured(scale):
+    medium = medium_colours(press(scale=scale), "absolute")
+    np.testing.assert_allclose(lab_to_xyz(medium.lab[1]), [0.14, 0.22, 0.53], atol=1e-9)
+
+
+def test_absolute_lab_of_a_press_is_untouched(fogra39):
+    data = characterisation(fogra39)
+    medium = medium_colours(data, "absolute")
+    assert medium.lab is data.lab
+    assert medium.provenance["illuminant"] == "D50"
+    assert medium.provenance["observer"] == "2°"
+    assert medium.warnings == ()
+    # ISO 12647-2: the paper, L* 95, a* 0, b* -2.
+    np.testing.assert_allclose(
+        xyz_to_lab(np.array(medium.provenance["white"])), [95, 0, -2], atol=1e-3
+    )
+
+
+def test_rgb_printers_are_no_displays():
+    for members in ({"device_class": "OUTPUT"}, {"color_rep": "iRGB_XYZ"}):
+        medium = medium_colours(display(scale=0.9, **members), "relative")
+        assert medium.provenance["medium"] == "reflective"
+
+
+def test_without_a_white_patch_the_lightest_is_taken_and_said():
+    data = samples("R G B X Y Z", [[255, 0, 0, 40, 21, 2], [0, 255, 0, 36, 72, 12]])
+    medium = medium_colours(data, "relative")
+    assert "white was not measured" in medium.warnings[0]
+    assert medium.lab[1, 0] == pytest.approx(100)
+
+
+def test_a_stated_white_wins():
+    data = samples("R G B X Y Z", [[255, 0, 0, *(RED_D65 * 80)]], white=list(D65 * 80))
+    np.testing.assert_allclose(
+        medium_colours(data, "relative").lab, [[54.29, 80.81, 69.89]], atol=0.05
+    )
+
+
+def test_bare_colours_are_taken_as_they_are():
+    data = samples("L a b", [[50, 10, -10]])
+    for intent in ("relative", "absolute"):
+        medium = medium_colours(data, intent)
+        assert medium.lab is data.lab
+        assert medium.provenance["medium"] == "unknown"
+        assert medium.provenance["white"] is None
+
+
+@pytest.mark.parametrize("scale", [1.0, 100.0])
+def test_bare_tristimulus_values_of_either_scale(scale):
+    data = samples("X Y Z", (np.array([ICC_D50, ICC_D50 / 2]) * scale).tolist())
+    np.testing.assert_allclose(medium_colours(data, "relative").lab[0], [100, 0, 0], atol=1e-9)
+
+
+def test_bare_colours_with_a_white_have_a_medium():
+    data = samples("X Y Z", (np.array([D65, RED_D65]) * 100).tolist(), white=list(D65 * 100))
+    medium = medium_colours(data, "relative")
+    np.testing.assert_allclose(medium.lab[0], [100, 0, 0], atol=1e-9)
+    assert medium.provenance["medium"] == "reflective"
+
+
+@pytest.mark.parametrize(
+    ("conditions", "illuminant", "observer"),
+    [
+        ({"illuminant": "D65", "observer": "10 degree"}, "D65", "10°"),
+        ({"weighting_function": "ILLUMINANT, D50"}, "D50", "2° (assumed, not stated)"),
+        (
+            {"measurement_source": "Illumination=D50 ObserverAngle=2° WhiteBase=Abs"},
+            "D50",
+            "2°",
+        ),
+        ({"instrumentation": "D50, 2 degree, geometry 45/0"}, "D50", "2°"),
+        ({"illuminant": "A", "observer": "2"}, "A", "2°"),
+        ({}, "D50 (assumed, not stated)", "2° (assumed, not stated)"),
+    ],
+)
+def test_illuminant_and_observer_are_found(conditions, illuminant, observer):
+    provenance = medium_colours(press(**conditions), "absolute").provenance
+    assert (provenance["illuminant"], provenance["observer"]) == (illuminant, observer)
+
+
+def test_another_illuminant_is_adapted_to_d50():
+    white = white_of("A", "2")
+    data = samples(
+        "CMY_C CMY_M CMY_Y X Y Z", [[0, 0, 0, *(white * 90)], [1, 1, 1, 1, 1, 1]], illuminant="A"
+    )
+    medium = medium_colours(data, "absolute")
+    np.testing.assert_allclose(lab_to_xyz(medium.lab[0]), 0.9 * ICC_D50, atol=1e-9)
+    assert medium.provenance["adaptation"] == "Bradford from A to D50"
+
+
+def test_an_unknown_illuminant_is_warned_of():
+    assert medium_colours(press(illuminant="moon"), "absolute").warnings
+
+
+def test_columns_that_disagree_are_warned_of():
+    rows = [[0, 0, 0, 90, 0, 0, 20, 20, 20], [1, 0, 0, 50, 0, 0, 20, 20, 20]]
+    medium = medium_colours(samples("CMY_C CMY_M CMY_Y L A B X Y Z", rows), "absolute")
+    assert "differ" in medium.warnings[0]
+
+
+def test_intents_of_profiles_are_refused(fogra39):
+    for intent in ("perceptual", "saturation"):
+        with pytest.raises(OptionError, match="profiles") as caught:
+            medium_colours(characterisation(fogra39), intent)
+        assert caught.value.where == {"field": "intent"}
+
+
+def test_a_white_without_light_is_refused():
+    data = samples("R G B X Y Z", [[255, 255, 255, 0, 0, 0], [0, 0, 0, 0, 0, 0]])
+    with pytest.raises(InvalidPointsError):
+        medium_colours(data, "relative")

@@ -1,0 +1,92 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gamutcore.characterisation import characterisation
+from gamutcore.colours.cielab import xyz_to_lab
+from gamutcore.colours.profile_colours import profile_colours
+
+INTENTS = ("perceptual", "relative", "saturation", "absolute")
+ORACLE = (
+    "Ref-ECG-CMYKOGV_FOGRA55_TAC300",
+    "SWOP2013C3_CRPC5",
+    "sGrey-v4",
+    "sRGB2014",
+    "sRGB_v4_ICC_preference",
+)
+
+
+@pytest.mark.parametrize("name", ORACLE)
+@pytest.mark.parametrize("intent", INTENTS)
+def test_the_reference_implementations_results(shared_data, name, intent):
+    folder = shared_data / "oracle"
+    profile = characterisation((folder / f"{name}.icc").read_bytes())
+    table = (folder / f"{name}_ToPcs_ICC-{INTENTS.index(intent)}.csv").read_text()
+    values = np.array(
+        [row.replace("-->,", "").split(",") for row in table.split()], dtype=np.float64
+    )
+    device, expected = values[:, :-3], values[:, -3:]
+    if profile.pcs == "XYZ":
+        expected = xyz_to_lab(expected)
+    colours = profile_colours(profile, device, intent)
+    errors = np.linalg.norm(colours.lab - expected, axis=1)
+    # The reference writes XYZ with six decimals, which are up to 0.002 in L*, a*, b*.
+    assert errors.mean() < 0.0005
+    assert errors.max() < 0.003
+
+
+@pytest.mark.parametrize("name", ["sRGB-v4.icc", "sRGB-v2-magic.icc"])
+def test_srgb_is_srgb(small_profile, name):
+    profile = characterisation(small_profile(name))
+    lab = profile_colours(profile, np.eye(3), "relative").lab
+    # The primaries in CIELAB D50 as Lindbloom's calculator gives them.
+    expected = [[54.29, 80.81, 69.89], [87.82, -79.27, 80.99], [29.57, 68.30, -112.03]]
+    np.testing.assert_allclose(lab, expected, atol=0.06)
+    gray = profile_colours(profile, np.full((1, 3), 0.5), "relative").lab
+    np.testing.assert_allclose(gray, [[53.39, 0, 0]], atol=0.03)
+
+
+def test_srgb_by_another_way(small_profile):
+    # IEC 61966-2-1 by colour-science: decoding, matrix, Bradford from D65 to D50.
+    from gamutcore.colours.cielab import colour_science
+    from gamutcore.colours.media import bradford_to_d50
+
+    colour = colour_science()
+    device = np.random.default_rng(0).random((200, 3))
+    space = colour.RGB_COLOURSPACES["sRGB"]
+    xyz = colour.models.eotf_sRGB(device) @ space.matrix_RGB_to_XYZ.T
+    expected = xyz_to_lab(bradford_to_d50(xyz, space.matrix_RGB_to_XYZ.sum(axis=1)))
+    profile = characterisation(small_profile("sRGB-v4.icc"))
+    errors = np.linalg.norm(profile_colours(profile, device, "relative").lab - expected, axis=1)
+    assert errors.max() < 0.05
+
+
+def test_white_is_white_and_absolute_is_the_medium(small_profile):
+    profile = characterisation(small_profile("sRGB-v2-magic.icc"))
+    relative = profile_colours(profile, np.ones((1, 3)), "relative").lab
+    np.testing.assert_allclose(relative, [[100, 0, 0]], atol=0.02)
+    absolute = profile_colours(profile, np.ones((1, 3)), "absolute").lab
+    np.testing.assert_allclose(absolute[0], xyz_to_lab(profile.media_white()[0]), atol=0.02)
+
+
+def test_a_profile_agrees_with_its_own_measurements(shared_data, fogra39):
+    # reference/figures.md: ISOcoated_v2_300 against FOGRA39L, absolute, is 0.03 ΔE76 on average.
+    profile = characterisation((shared_data / "press" / "ISOcoated_v2_300_bas.icc").read_bytes())
+    samples = characterisation(fogra39)
+    colours = profile_colours(profile, samples.device, "absolute")
+    errors = np.linalg.norm(colours.lab - samples.lab, axis=1)
+    assert errors.mean() == pytest.approx(0.03, abs=0.01)
+    assert errors.max() < 0.5
+
+
+def test_a_look_up_table_agrees_with_its_own_matrix(shared_data):
+    # The Acer profile has both; on real displays they are a few ΔE apart, not tens.
+    data = (shared_data / "display" / "Acer_XB271HU.icc").read_bytes()
+    profile = characterisation(data)
+    without = characterisation(data.replace(b"A2B", b"X2X"))
+    device = np.random.default_rng(0).random((500, 3))
+    table, matrix = (profile_colours(p, device, "relative") for p in (profile, without))
+    assert table.tag == "A2B1"
+    assert "rXYZ" in matrix.tag
+    assert np.linalg.norm(table.lab - matrix.lab, axis=1).mean() < 4

@@ -1,0 +1,167 @@
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from gamutcore.characterisation import characterisation
+from gamutcore.colours import surface_colours
+from gamutcore.colours.profile_colours import profile_colours
+from gamutcore.errors import GamutError, OptionError
+
+
+def document(columns, rows, **members):
+    return json.dumps({"columns": columns.split(), "samples": rows, **members}).encode()
+
+
+def rgb_cube(steps, function):
+    values = np.linspace(0, 1, steps)
+    device = np.stack(np.meshgrid(values, values, values), axis=-1).reshape(-1, 3)
+    return np.column_stack([device, function(device)])
+
+
+def lab(device):
+    return np.column_stack([100 * device.mean(axis=1), 100 * (device[:, :2] - device[:, 1:])])
+
+
+def test_the_surface_of_a_press(fogra39):
+    surface = surface_colours(characterisation(fogra39), surface_samples=20_000)
+    assert 18_000 < len(surface.points) <= 20_000
+    assert surface.device.shape == (len(surface.points), 4)
+    white = surface.points[(surface.device == 0).all(axis=1)]
+    np.testing.assert_allclose(white, [[100, 0, 0]], atol=0.1)
+    provenance = surface.provenance
+    assert provenance["patches"] == {"read": 1617, "averaged": 29, "dropped": 0, "used": 1588}
+    assert provenance["model"]["leave_out_error"]["mean"] == pytest.approx(0.13, abs=0.01)
+    assert provenance["model"]["leave_out_error"]["percentile_95"] < 0.5
+    assert provenance["warnings"] == []
+    json.dumps(provenance, allow_nan=False)
+
+
+def test_the_model_agrees_with_the_profile_of_the_same_press(shared_data, fogra39):
+    profile = characterisation((shared_data / "press" / "ISOcoated_v2_300_bas.icc").read_bytes())
+    surface = surface_colours(characterisation(fogra39), intent="absolute", surface_samples=10_000)
+    # Up to the profile's ink limit of 300 %.
+    printed = surface.device.sum(axis=1) <= 3
+    expected = profile_colours(profile, surface.device[printed], "absolute").lab
+    errors = np.linalg.norm(surface.points[printed] - expected, axis=1)
+    assert errors.mean() < 0.5
+
+
+def test_the_surface_of_a_profile(small_profile):
+    profile = characterisation(small_profile("DisplayP3-v4.icc"))
+    surface = surface_colours(profile)
+    assert len(surface.points) == 99_848
+    assert surface.points[:, 0].min() == pytest.approx(0, abs=1e-6)
+    provenance = surface.provenance
+    assert provenance["device_class"] == "display"
+    assert provenance["intent"] == "relative"
+    assert provenance["model"]["name"] == "ICC profile"
+    json.dumps(provenance, allow_nan=False)
+
+
+def test_a_gray_profile_makes_a_line(small_profile):
+    surface = surface_colours(characterisation(small_profile("sGrey-v4.icc")), surface_samples=100)
+    assert surface.points.shape == (100, 3)
+    np.testing.assert_allclose(surface.points[:, 1:], 0, atol=1e-6)
+
+
+def test_bare_colours_are_passed_on():
+    points = np.random.default_rng(0).uniform(0, 50, (30, 3))
+    surface = surface_colours(characterisation(json.dumps(points.tolist()).encode()))
+    np.testing.assert_array_equal(surface.points, points)
+    assert surface.device is None
+    assert "none" in surface.provenance["model"]["name"]
+
+
+def test_a_linear_device_is_sampled_exactly():
+    data = document("R G B L a b", rgb_cube(4, lab).tolist())
+    surface = surface_colours(characterisation(data), intent="absolute", surface_samples=1000)
+    np.testing.assert_allclose(surface.points, lab(surface.device), atol=1e-6)
+
+
+def test_repeated_patches_are_averaged():
+    rows = rgb_cube(4, lab)
+    noisy = np.concatenate([rows + np.eye(6)[3], rows - np.eye(6)[3]])
+    data = document("R G B L a b", noisy.tolist())
+    surface = surface_colours(characterisation(data), intent="absolute", surface_samples=1000)
+    inside = surface.points[:, 0] > 0
+    np.testing.assert_allclose(surface.points[inside], lab(surface.device)[inside], atol=1e-6)
+    assert surface.provenance["patches"]["averaged"] == 64
+
+
+def test_many_samples_are_thinned_with_a_warning(monkeypatch):
+    monkeypatch.setattr("gamutcore.colours.surface.MAX_MODEL_SAMPLES", 100)
+    data = document("R G B L a b", rgb_cube(7, lab).tolist())
+    surface = surface_colours(characterisation(data), intent="absolute", surface_samples=1000)
+    assert surface.provenance["patches"]["used"] == 100
+    assert surface.provenance["patches"]["dropped"] == 243
+    assert "100 were used" in surface.provenance["warnings"][0]
+    np.testing.assert_allclose(surface.points, lab(surface.device), atol=1e-6)
+
+
+def test_a_channel_that_is_never_used_is_left_out():
+    rows = np.insert(rgb_cube(4, lab), 3, 0, axis=1)
+    data = document("CMYK_C CMYK_M CMYK_Y CMYK_K L a b", rows.tolist())
+    surface = surface_colours(characterisation(data), intent="absolute", surface_samples=1000)
+    assert set(surface.device[:, 3]) == {0.0}
+    assert any("K was measured" in said for said in surface.provenance["warnings"])
+
+
+def test_the_measured_range_is_not_left():
+    rows = rgb_cube(4, lab)
+    rows[:, :3] *= 80
+    data = document("C M Y L a b", rows.tolist())
+    surface = surface_colours(characterisation(data), intent="absolute", surface_samples=1000)
+    assert surface.device.max() == pytest.approx(0.8)
+    assert any("80 %" in said for said in surface.provenance["warnings"])
+
+
+def test_ink_sums_beyond_the_measured_are_warned_of():
+    rows = rgb_cube(4, lab)
+    limited = rows[rows[:, :3].sum(axis=1) < 2.5]
+    data = document("C M Y L a b", limited.tolist())
+    surface = surface_colours(characterisation(data), intent="absolute", surface_samples=1000)
+    assert any("extrapolated" in said for said in surface.provenance["warnings"])
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        [[0, 0, 0, 10, 0, 0]],
+        [[i, i, i, i / 3, 0, 0] for i in range(256)],
+        [[0, 0, 0, 10, 0, 0]] * 10,
+    ],
+)
+def test_samples_without_a_model_are_used_themselves(rows):
+    surface = surface_colours(characterisation(document("R G B L a b", rows)), intent="absolute")
+    assert len(surface.points) == len({tuple(row) for row in rows})
+    assert any("No device model" in said for said in surface.provenance["warnings"])
+
+
+def test_fifteen_inks_have_their_corners(made_profile):
+    import struct
+
+    head = struct.pack(">4sIBBBB", b"mft1", 0, 15, 3, 2, 0) + bytes(36)
+    lut = head + bytes(range(256)) * 15 + bytes(3 * 2**15) + bytes(range(256)) * 3
+    profile = characterisation(made_profile({"A2B0": lut}, space="FCLR"))
+    surface = surface_colours(profile, surface_samples=1000)
+    assert len(surface.points) == 2**15
+    assert any("corners" in said for said in surface.provenance["warnings"])
+
+
+@pytest.mark.parametrize("intent", ["", "best", "Relative", "absolute colorimetric"])
+def test_unknown_intents_are_refused(fogra39, intent):
+    with pytest.raises(OptionError) as caught:
+        surface_colours(characterisation(fogra39), intent=intent)
+    assert caught.value.where == {"field": "intent"}
+
+
+def test_every_malformed_profile_is_refused_or_read(shared_data):
+    for file in sorted((shared_data / "malformed").iterdir()):
+        try:
+            surface = surface_colours(characterisation(file.read_bytes()), surface_samples=1000)
+        except GamutError:
+            continue
+        assert np.isfinite(surface.points).all(), file.name
