@@ -43,27 +43,39 @@ _OPTIONS = {
 }
 
 _CURVE = [
-    {"triangles": 4, "volume": 169300.0, "mismatch": 0.61, "maximum_distance": 43.2},
-    {"triangles": 1000, "volume": 401900.0, "mismatch": 0.0051, "maximum_distance": 0.93},
+    {
+        "triangles": 4,
+        "volume": 73300.0,
+        "mismatch": 0.843,
+        "maximum_distance": 82.1,
+        "mean_distance": 31.2,
+    },
+    {
+        "triangles": 1000,
+        "volume": 454700.0,
+        "mismatch": 0.0026,
+        "maximum_distance": 1.1,
+        "mean_distance": 0.06,
+    },
 ]
 
 _SUMMARY = {
     "id": EXAMPLE_ID,
     "created": "2026-01-31T12:00:00.000Z",
     "options": _OPTIONS,
-    "counts": {"triangles": 141000, "vertices": 70502, "minimum": 4},
-    "volume": 402000.0,
+    "counts": {"triangles": 89674, "vertices": 44839, "minimum": 4},
+    "volume": 454898.0,
     "links": _LINKS,
 }
 
 EXAMPLE_GAMUT: dict[str, Any] = {
     **_SUMMARY,
     "state": "ready",
-    "history_bytes": 2097152,
+    "history_bytes": 3603856,
     "provenance": {"format": "cgats", "channels": ["C", "M", "Y", "K"], "warnings": []},
-    "area": 30100.0,
-    "centre": [52.1, 1.3, 4.2],
-    "bounds": [[9.8, -74.0, -54.0], [95.0, 76.0, 94.0]],
+    "area": 38078.0,
+    "centre": [55.2, 3.2, 12.0],
+    "bounds": [[8.9, -67.9, -50.4], [100.0, 77.3, 98.0]],
     "levels": _CURVE,
 }
 

@@ -125,7 +125,13 @@ class Level(BaseModel):
         float,
         Field(description="Volume of the symmetric difference, as a part of the full volume."),
     ]
-    maximum_distance: Annotated[float, Field(description="Largest distance, in the space's unit.")]
+    maximum_distance: Annotated[
+        float,
+        Field(
+            description="Largest distance along the radius from the centre, in the space's unit."
+        ),
+    ]
+    mean_distance: Annotated[float, Field(description="The same, as a mean weighted by volume.")]
 
 
 class GamutLinks(BaseModel):

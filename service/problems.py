@@ -298,7 +298,7 @@ _ROWS = (
         416,
         "The range is outside the file",
         "Ask for a range that begins inside the file; Content-Range tells its size.",
-        "The file has 2097152 bytes.",
+        "The file has 3603856 bytes.",
         {"header": "Range"},
     ),
     Kind(

@@ -24,7 +24,7 @@ from gamutcore.errors import GamutError
 from gamutcore.gamut import Options, build_gamut
 from gamutcore.warm import compile_kernels
 
-__all__ = ["build", "main"]
+__all__ = ["Events", "build", "main"]
 
 logger = logging.getLogger(__name__)
 
@@ -32,7 +32,7 @@ _PROGRESS_INTERVAL = 0.1
 """Seconds between two progress events of one stage: what a person polling a job can tell apart."""
 
 
-class _Events:
+class Events:
     """Writes events to the service, one line of JSON each."""
 
     def __init__(self, stream: IO[bytes]) -> None:
@@ -40,25 +40,27 @@ class _Events:
         self._last: tuple[str, float] = ("", 0.0)
 
     def send(self, event: str, **values: object) -> None:
+        """Send an event with its values."""
         line = json.dumps({"event": event, **values}, allow_nan=False)
         self._stream.write(line.encode() + b"\n")
         self._stream.flush()
 
     def progress(self, stage: str, fraction: float) -> None:
+        """Send how far a stage is, unless the same stage was reported a moment ago."""
         now = time.monotonic()
         if stage != self._last[0] or now - self._last[1] >= _PROGRESS_INTERVAL:
             self._last = (stage, now)
             self.send("progress", stage=stage, fraction=float(fraction))
 
 
-def build(request: dict[str, Any], events: _Events) -> None:
+def build(request: dict[str, Any], events: Events) -> None:
     """Build one gamut, write its history file, and send what became of it.
 
     Parameters
     ----------
     request : dict
         ``input`` and ``output`` are paths, ``options`` the mapping of the gamut's options.
-    events : _Events
+    events : Events
         Gets ``progress`` events and at last one of ``built``, ``refused`` (the input or an option
         is at fault), ``full`` (no space on the disk), ``failed`` (a defect of the program).
     """
@@ -104,7 +106,7 @@ def main() -> None:
     # Ctrl-C reaches the whole process group; the service decides when its workers end.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # Whatever a library prints goes to the log, not between the events.
-    events = _Events(os.fdopen(os.dup(sys.stdout.fileno()), "wb"))
+    events = Events(os.fdopen(os.dup(sys.stdout.fileno()), "wb"))
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     requests: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
     threading.Thread(target=_read_requests, args=(sys.stdin.buffer, requests), daemon=True).start()

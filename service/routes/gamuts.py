@@ -98,6 +98,7 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"])
             "malformed-body",
             "body-too-large",
             "unsupported-media-type",
+            "invalid-body",
             "invalid-parameter",
             *BUILD_PROBLEMS,
             "queue-full",
@@ -284,7 +285,7 @@ async def describe_levels(request: Request, gamut_id: GamutId) -> Response:
             },
             "headers": {
                 **_ENTITY_HEADERS,
-                "Content-Range": header("Which part it is.", "bytes 0-1023/2097152"),
+                "Content-Range": header("Which part it is.", "bytes 0-1023/3603856"),
             },
         },
         **_NOT_MODIFIED,

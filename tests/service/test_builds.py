@@ -76,7 +76,7 @@ def submit(builds, store, word, name="a"):
 
 
 async def until(condition):
-    while not condition():
+    while not condition():  # noqa: ASYNC110 - the condition is about another process
         await asyncio.sleep(0.01)
 
 
@@ -271,4 +271,3 @@ def test_a_worker_ends_with_the_service(run_scenario):
     run_scenario(scenario)
     with pytest.raises(ProcessLookupError):
         os.kill(pids[0], 0)
-

@@ -1,0 +1,479 @@
+import concurrent.futures
+import hashlib
+import json
+import os
+import signal
+import socket
+import time
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import httpx
+import pytest
+
+UNKNOWN = "0" * 64
+EXAMPLE = Path(__file__).parents[3] / "examples" / "FOGRA39L.ti3"
+
+
+def csv(points):
+    rows = [",".join(map(repr, row)) for row in points]
+    return "\n".join(["LAB_L,LAB_A,LAB_B", *rows]).encode()
+
+
+# --- create ---------------------------------------------------------------------------------------
+
+
+def test_inline_samples_are_built_and_found_again(server, sphere):
+    body = {"samples": sphere(seed=2), "options": {"gamma": 0.5}}
+    first = server.client.post("/v1/gamuts", json=body)
+    assert first.status_code == 201
+    gamut = first.json()
+    assert first.headers["location"] == gamut["links"]["self"] == f"/v1/gamuts/{gamut['id']}"
+    assert gamut["options"]["gamma"] == 0.5
+    assert gamut["options"]["space"] == "CIELAB"
+    again = server.client.post("/v1/gamuts", json=body)
+    assert again.status_code == 200
+    assert again.headers["content-location"] == first.headers["location"]
+    assert again.json() == gamut == server.client.get(gamut["links"]["self"]).json()
+    assert server.builds_started(gamut["id"]) == 1
+
+
+def test_the_same_question_has_the_same_address(server, sphere):
+    points = sphere(seed=3)
+    text = json.dumps({"columns": ["LAB_L", "LAB_A", "LAB_B"], "samples": points})
+    shuffled = json.dumps(
+        {"samples": points, "options": {"gamma": 0.2}, "columns": ["LAB_L", "LAB_A", "LAB_B"]},
+        indent=3,
+    )
+    headers = {"Content-Type": "application/json; charset=utf-8"}
+    answers = [
+        server.client.post("/v1/gamuts", content=body, headers=headers) for body in (text, shuffled)
+    ]
+    assert [answer.status_code for answer in answers] == [201, 200]
+    other = server.client.post("/v1/gamuts", json={"samples": points, "options": {"gamma": 0.3}})
+    assert other.json()["id"] != answers[0].json()["id"]
+
+
+def test_a_file_is_recognised_by_its_content(server, sphere):
+    files = {"file": ("data.bin", csv(sphere(seed=4)), "application/octet-stream")}
+    answer = server.client.post("/v1/gamuts", files=files, data={"options": '{"gamma": 1}'})
+    assert answer.status_code == 201
+    assert answer.json()["options"]["gamma"] == 1
+    as_parts = {**files, "options": ("o.json", b'{"gamma": 1}', "application/json")}
+    assert server.client.post("/v1/gamuts", files=as_parts).status_code == 200
+
+
+def test_a_real_press_is_built_while_the_client_waits(server):
+    if not EXAMPLE.exists():
+        pytest.skip("examples/FOGRA39L.ti3 is not there")
+    answer = server.client.post("/v1/gamuts", files={"file": EXAMPLE.read_bytes()})
+    assert answer.status_code == 201
+    gamut = answer.json()
+    assert gamut["provenance"]["format"] == "cgats"
+    mesh = server.client.get(gamut["links"]["mesh"], params={"triangles": 1000})
+    assert mesh.headers["gamut-triangles"] == "1000"
+    assert mesh.content[:4] == b"glTF"
+
+
+@pytest.mark.parametrize("prefer", ["respond-async", "wait=0"])
+def test_a_client_that_does_not_wait_gets_a_job(server, sphere, prefer):
+    body = {"samples": sphere(seed={"wait=0": 5}.get(prefer, 6))}
+    answer = server.client.post("/v1/gamuts", json=body, headers={"Prefer": prefer})
+    assert answer.status_code == 202
+    assert answer.headers["preference-applied"] == prefer
+    assert int(answer.headers["retry-after"]) >= 0
+    address = answer.headers["location"]
+    job = server.wait_for(
+        lambda: (found := server.client.get(address).json())["state"] == "succeeded" and found
+    )
+    assert server.client.get(job["links"]["gamut"]).status_code == 200
+    found = server.client.post("/v1/gamuts", json=body, headers={"Prefer": "wait=3"})
+    assert found.status_code == 200
+
+
+def test_a_wait_that_is_honoured_is_confirmed(server, sphere):
+    answer = server.client.post(
+        "/v1/gamuts", json={"samples": sphere(seed=7)}, headers={"Prefer": "respond-async, wait=60"}
+    )
+    assert answer.status_code == 201
+    assert answer.headers["preference-applied"] == "wait=60"
+
+
+def test_identical_requests_at_the_same_time_are_built_once(server, sphere):
+    body = {"samples": sphere(seed=8, count=20000)}
+    with concurrent.futures.ThreadPoolExecutor(20) as threads:
+        answers = list(
+            threads.map(lambda _: server.client.post("/v1/gamuts", json=body), range(40))
+        )
+    assert {answer.status_code for answer in answers} <= {200, 201}
+    assert len({answer.content for answer in answers}) == 1
+    assert server.builds_started(answers[0].json()["id"]) == 1
+
+
+def test_a_build_goes_on_when_its_client_leaves(server, sphere):
+    body = json.dumps({"samples": sphere(seed=9, count=20000)}).encode()
+    address = urlsplit(server.url)
+    head = (
+        f"POST /v1/gamuts HTTP/1.1\r\nHost: {address.netloc}\r\nContent-Type: application/json\r\n"
+        f"Content-Length: {len(body)}\r\n\r\n"
+    )
+    before = server.log().count("started, attempt")
+    with socket.create_connection((address.hostname, address.port)) as connection:
+        connection.sendall(head.encode() + body)
+        server.wait_for(lambda: server.log().count("started, attempt") > before)
+    answer = server.client.post(
+        "/v1/gamuts", content=body, headers={"Content-Type": "application/json"}
+    )
+    assert answer.status_code in {200, 201}
+    assert server.builds_started(answer.json()["id"]) == 1
+
+
+def test_a_client_that_leaves_in_its_upload_does_no_harm(server):
+    address = urlsplit(server.url)
+    for kind in ("application/json", "multipart/form-data; boundary=x"):
+        head = (
+            f"POST /v1/gamuts HTTP/1.1\r\nHost: {address.netloc}\r\nContent-Type: {kind}\r\n"
+            "Content-Length: 1000\r\n\r\n--x\r\n"
+        )
+        with socket.create_connection((address.hostname, address.port)) as connection:
+            connection.sendall(head.encode())
+            time.sleep(0.05)
+    assert server.client.get("/livez").status_code == 200
+    assert "Traceback" not in server.log()
+
+
+def test_meshes_and_liveness_are_answered_during_a_build(start_server, slow_build, sphere):
+    server = start_server()
+    server.wait_ready()
+    gamut = server.client.post("/v1/gamuts", json={"samples": sphere()}).json()
+    job = server.client.post("/v1/gamuts", **slow_build(), headers={"Prefer": "respond-async"})
+    assert job.status_code == 202
+    answered = 0
+    while server.client.get(job.headers["location"]).json()["state"] in {"queued", "running"}:
+        assert server.client.get("/livez").status_code == 200
+        assert server.client.get(gamut["links"]["mesh"]).status_code == 200
+        answered += 1
+    assert answered > 10
+    assert server.client.get(job.headers["location"]).json()["state"] == "succeeded"
+    server.stop()
+
+
+# --- what is refused ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("content", "code", "where"),
+    [
+        (b"LAB_L,LAB_A,LAB_X\n1,2,3\n", "missing-column", "column"),
+        (b"\x00\x01\x02 no format at all", "unrecognised-format", None),
+        (b"", "unrecognised-format", None),
+        (b"LAB_L,LAB_A,LAB_B\n1,2,three\n", "malformed-file", "line"),
+        (b"LAB_L,LAB_A,LAB_B\n1,2,3\n4,5,6\n", "too-few-points", None),
+    ],
+)
+def test_files_that_cannot_be_used_are_explained(server, assert_problem, content, code, where):
+    answer = server.client.post("/v1/gamuts", files={"file": content})
+    document = assert_problem(answer, 422, code)
+    assert where is None or where in document["where"]
+
+
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [
+        ({"gama": 0.2}, "gama"),
+        ({"gamma": 2}, "gamma"),
+        ({"gamma": "much"}, "gamma"),
+        ({"space": "CMYK"}, "space"),
+        ({"centre": [1, 2]}, "centre"),
+        ({"surface_samples": 10**9}, "surface_samples"),
+        ({"surface_samples": -1}, "surface_samples"),
+        ([], "options"),
+        ("gamma", "options"),
+        (None, "options"),
+    ],
+)
+def test_options_that_are_not_accepted_are_named(server, assert_problem, options, field):
+    inline = server.client.post("/v1/gamuts", json={"samples": [[0, 0, 0]], "options": options})
+    assert assert_problem(inline, 422, "invalid-option")["where"]["field"] == field
+    part = server.client.post(
+        "/v1/gamuts", files={"file": b"x"}, data={"options": json.dumps(options)}
+    )
+    assert assert_problem(part, 422, "invalid-option")["where"]["field"] == field
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "code"),
+    [
+        (b"", 400, "malformed-body"),
+        (b"{", 400, "malformed-body"),
+        (b"\xff\xfe", 400, "malformed-body"),
+        (b'{"samples": [[NaN, 0, 0]]}', 400, "malformed-body"),
+        (b'{"samples": [[1e999, 0, 0]]}', 400, "malformed-body"),
+        (b"[" * 100_000, 400, "malformed-body"),
+        (b'{"samples": [[' + b"9" * 10_000 + b", 0, 0]]}", 400, "malformed-body"),
+        (b"[[0, 0, 0]]", 422, "invalid-body"),
+        (b"7", 422, "invalid-body"),
+        (b"{}", 422, "invalid-body"),
+        (b'{"samples": []}', 422, None),
+        (b'{"samples": 7}', 422, "malformed-file"),
+        (b'{"samples": [[0, 0, "a"]]}', 422, "malformed-file"),
+        (b'{"samples": [[0, 0, 0]], "columns": ["R", "G", "B"]}', 422, "missing-column"),
+        (b'{"samples": [[0, 0, 0]], "\\ud800": 1}', 422, None),
+    ],
+)
+def test_json_that_cannot_be_used_is_explained(server, assert_problem, body, status, code):
+    answer = server.client.post(
+        "/v1/gamuts", content=body, headers={"Content-Type": "application/json"}
+    )
+    assert_problem(answer, status, code or answer.json()["code"])
+
+
+def test_a_syntax_error_has_its_place(server, assert_problem):
+    answer = server.client.post(
+        "/v1/gamuts",
+        content=b'{"samples":\n [[0,,0]]}',
+        headers={"Content-Type": "application/json"},
+    )
+    where = assert_problem(answer, 400, "malformed-body")["where"]
+    assert where == {"line": 2, "column": 6}
+    part = server.client.post("/v1/gamuts", files={"file": b"x"}, data={"options": "{gamma}"})
+    where = assert_problem(part, 400, "malformed-body")["where"]
+    assert where == {"field": "options", "line": 1, "column": 2}
+
+
+@pytest.mark.parametrize(
+    ("parts", "field"),
+    [
+        ([("options", (None, b"{}"))], "file"),
+        ([("data", ("a", b"x"))], "data"),
+        ([("file", ("a", b"x")), ("file", ("b", b"y"))], "file"),
+        ([("file", ("a", b"x")), ("gamma", (None, b"1"))], "gamma"),
+    ],
+)
+def test_parts_that_are_missing_or_too_many_are_named(server, assert_problem, parts, field):
+    answer = server.client.post("/v1/gamuts", files=parts)
+    assert assert_problem(answer, 422, "invalid-body")["where"] == {"field": field}
+
+
+@pytest.mark.parametrize(
+    "body",
+    [b"", b"no boundary here", b"--x\r\n\r\n", b"--x\r\nContent-Disposition: y\r\n\r\n--x--"],
+)
+@pytest.mark.parametrize("kind", ["multipart/form-data", "multipart/form-data; boundary=x"])
+def test_multipart_that_cannot_be_parsed_is_a_problem(server, assert_problem, body, kind):
+    answer = server.client.post("/v1/gamuts", content=body, headers={"Content-Type": kind})
+    assert answer.status_code in {400, 422}
+    assert_problem(answer, answer.status_code, answer.json()["code"])
+
+
+@pytest.mark.parametrize(
+    "kind", ["text/plain", "application/x-www-form-urlencoded", "", "nonsense"]
+)
+def test_other_media_types_are_refused_with_the_accepted_ones(server, assert_problem, kind):
+    answer = server.client.post("/v1/gamuts", content=b"x", headers={"Content-Type": kind})
+    document = assert_problem(answer, 415, "unsupported-media-type")
+    assert "multipart/form-data" in document["remedy"]
+    assert "application/json" in document["remedy"]
+
+
+@pytest.mark.parametrize("form", ["declared", "chunked", "multipart", "chunked multipart"])
+def test_bodies_over_the_limit_are_refused(server, assert_problem, form):
+    size = 2_000_001
+    head = b'--x\r\nContent-Disposition: form-data; name="file"; filename="a"\r\n\r\n'
+
+    def chunks():
+        yield head if "multipart" in form else b""
+        for _ in range(size // 1000 + 1):
+            yield bytes(1000)
+
+    kind = "multipart/form-data; boundary=x" if "multipart" in form else "application/json"
+    content = chunks() if "chunked" in form else b"".join(chunks())
+    with httpx.Client(base_url=server.url, timeout=60) as client:
+        answer = client.post("/v1/gamuts", content=content, headers={"Content-Type": kind})
+    assert assert_problem(answer, 413, "body-too-large")["where"] == {"limit": 2_000_000}
+
+
+def test_methods_that_are_not_allowed_come_with_those_that_are(server, assert_problem, gamut):
+    answer = server.client.put("/v1/gamuts")
+    assert_problem(answer, 405, "method-not-allowed")
+    assert answer.headers["allow"] == "GET, HEAD, POST"
+    answer = server.client.post(gamut["links"]["self"])
+    assert answer.headers["allow"] == "DELETE, GET, HEAD"
+
+
+# --- read -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("below", ["", "/levels", "/history", "/mesh", "/mesh.ply"])
+def test_unknown_gamuts_are_not_found(server, assert_problem, below):
+    answer = server.client.get(f"/v1/gamuts/{UNKNOWN}{below}")
+    assert UNKNOWN in assert_problem(answer, 404, "gamut-not-found")["detail"]
+
+
+@pytest.mark.parametrize("name", ["x", "A" * 64, "0" * 63, "0" * 65, "..%2f..", "%00", "é"])
+@pytest.mark.parametrize("below", ["", "/levels", "/history", "/mesh", "/mesh.ply"])
+def test_names_that_are_no_ids_are_refused(server, assert_problem, name, below):
+    answer = server.client.get(f"/v1/gamuts/{name}{below}")
+    if answer.status_code == 404:
+        assert_problem(answer, 404, "not-found")
+    else:
+        assert_problem(answer, 422, "invalid-parameter")
+
+
+@pytest.mark.parametrize("link", ["self", "levels", "history"])
+def test_what_the_client_has_is_not_sent_again(server, gamut, link):
+    first = server.client.get(gamut["links"][link])
+    assert first.headers["etag"] == f'"{hashlib.sha256(first.content).hexdigest()}"'
+    same = server.client.get(gamut["links"][link], headers={"If-None-Match": first.headers["etag"]})
+    assert (same.status_code, same.content) == (304, b"")
+    assert same.headers["etag"] == first.headers["etag"]
+    other = server.client.get(gamut["links"][link], headers={"If-None-Match": '"other"'})
+    assert other.content == first.content
+    head = server.client.head(gamut["links"][link])
+    assert (head.status_code, head.content) == (200, b"")
+    assert head.headers["etag"] == first.headers["etag"]
+    assert head.headers["content-length"] == str(len(first.content))
+
+
+def test_levels_and_history_never_change(server, gamut):
+    for link in ("levels", "history"):
+        cache = server.client.get(gamut["links"][link]).headers["cache-control"]
+        assert cache == "public, max-age=31536000, immutable"
+
+
+def test_the_levels_are_those_of_the_description(server, gamut):
+    answer = server.client.get(gamut["links"]["levels"]).json()
+    assert answer == {"id": gamut["id"], "levels": gamut["levels"]}
+
+
+def test_parts_of_a_history_make_up_the_whole(server, gamut):
+    address = gamut["links"]["history"]
+    whole = server.client.get(address)
+    assert len(whole.content) == gamut["history_bytes"]
+    assert whole.headers["accept-ranges"] == "bytes"
+    parts = []
+    for start in range(0, len(whole.content), 5000):
+        part = server.client.get(address, headers={"Range": f"bytes={start}-{start + 4999}"})
+        assert part.status_code == 206
+        end = start + len(part.content) - 1
+        assert part.headers["content-range"] == f"bytes {start}-{end}/{len(whole.content)}"
+        parts.append(part.content)
+    assert b"".join(parts) == whole.content
+
+
+def test_a_range_behind_the_end_is_a_problem(server, assert_problem, gamut):
+    answer = server.client.get(gamut["links"]["history"], headers={"Range": "bytes=99999999-"})
+    assert_problem(answer, 416, "range-not-satisfiable")
+    assert answer.headers["content-range"] == f"bytes */{gamut['history_bytes']}"
+
+
+# --- list and delete ------------------------------------------------------------------------------
+
+
+def test_pages_lead_through_all_gamuts(start_server, sphere):
+    server = start_server(max_page_size=2)
+    server.wait_ready()
+    assert server.client.get("/v1/gamuts").json() == {"gamuts": [], "next": None}
+    ids = {
+        server.client.post("/v1/gamuts", json={"samples": sphere(seed)}).json()["id"]
+        for seed in range(5)
+    }
+    found, address = [], "/v1/gamuts?limit=100"
+    while address:
+        answer = server.client.get(address)
+        page = answer.json()
+        assert 1 <= len(page["gamuts"]) <= 2
+        found += [gamut["id"] for gamut in page["gamuts"]]
+        address = page["next"]
+        assert answer.links.get("next", {}).get("url") == address
+    assert found == sorted(ids)
+    server.stop()
+
+
+@pytest.mark.parametrize("query", ["limit=0", "limit=many", "after=x", "after=%00"])
+def test_wrong_pages_are_refused(server, assert_problem, query):
+    document = assert_problem(server.client.get(f"/v1/gamuts?{query}"), 422, "invalid-parameter")
+    assert document["where"] == {"in": "query", "field": query.partition("=")[0]}
+
+
+def test_nothing_of_a_deleted_gamut_is_left(server, assert_problem, sphere):
+    body = {"samples": sphere(seed=20)}
+    gamut = server.client.post("/v1/gamuts", json=body).json()
+    for link in gamut["links"].values():
+        assert server.client.get(link).status_code == 200
+    answer = server.client.delete(gamut["links"]["self"])
+    assert (answer.status_code, answer.content) == (204, b"")
+    for link in gamut["links"].values():
+        assert_problem(server.client.get(link), 404, "gamut-not-found")
+    assert_problem(server.client.get(f"/v1/jobs/{gamut['id']}"), 404, "job-not-found")
+    assert_problem(server.client.delete(gamut["links"]["self"]), 404, "gamut-not-found")
+    again = server.client.post("/v1/gamuts", json=body)
+    assert again.status_code == 201
+    assert again.json()["id"] == gamut["id"]
+
+
+# --- restarts, damage, death ----------------------------------------------------------------------
+
+
+def test_what_was_built_outlives_a_power_cut(start_server, sphere):
+    first = start_server()
+    gamut = first.client.post("/v1/gamuts", json={"samples": sphere()}).json()
+    mesh = first.client.get(gamut["links"]["mesh"]).content
+    first.kill()
+    second = start_server(data=first.data)
+    assert second.client.get(gamut["links"]["self"]).json() == gamut
+    assert second.client.get(gamut["links"]["mesh"]).content == mesh
+    assert second.client.get(f"/v1/jobs/{gamut['id']}").json()["state"] == "succeeded"
+    second.wait_ready()
+    assert second.client.post("/v1/gamuts", json={"samples": sphere()}).status_code == 200
+    second.stop()
+
+
+def test_damaged_files_are_never_served_and_mended_by_posting(start_server, sphere, assert_problem):
+    first = start_server()
+    bodies = [{"samples": sphere(seed)} for seed in range(4)]
+    gamuts = [first.client.post("/v1/gamuts", json=body).json() for body in bodies]
+    meshes = [first.client.get(gamut["links"]["mesh"]).content for gamut in gamuts]
+    first.stop()
+    for gamut, suffix, position in zip(
+        gamuts, ("gamut", "gamut", "record", "record"), (0.1, 0.9, 0.1, 0.9), strict=True
+    ):
+        (path,) = first.data.rglob(f"{gamut['id']}.{suffix}")
+        content = bytearray(path.read_bytes())
+        content[int(position * len(content))] ^= 4
+        path.write_bytes(content)
+    second = start_server(data=first.data)
+    for gamut, body, mesh in zip(gamuts, bodies, meshes, strict=True):
+        assert_problem(second.client.get(gamut["links"]["mesh"]), 404, "gamut-not-found")
+        assert_problem(second.client.get(gamut["links"]["history"]), 404, "gamut-not-found")
+        assert second.client.post("/v1/gamuts", json=body).status_code == 201
+        assert second.client.get(gamut["links"]["mesh"]).content == mesh
+    assert len(list((first.data / "quarantine").iterdir())) >= 4
+    second.stop()
+
+
+def test_a_killed_worker_costs_time_only(start_server, slow_build, sphere):
+    server = start_server()
+    server.wait_ready()
+    job = server.client.post("/v1/gamuts", **slow_build(), headers={"Prefer": "respond-async"})
+    address = job.headers["location"]
+    server.wait_for(lambda: server.client.get(address).json()["state"] == "running")
+    os.kill(server.worker(), signal.SIGKILL)
+    finished = server.wait_for(
+        lambda: (found := server.client.get(address).json())["finished"] and found
+    )
+    assert (finished["state"], finished["attempts"]) == ("succeeded", 2)
+    assert server.worker(2) != server.worker(1)
+    answer = server.client.post("/v1/gamuts", json={"samples": sphere()})
+    assert answer.status_code == 201
+    server.stop()
+
+
+def test_a_build_beyond_its_deadline_is_a_problem(start_server, slow_build, sphere, assert_problem):
+    server = start_server(build_timeout=0.5)
+    server.wait_ready()
+    answer = server.client.post("/v1/gamuts", **slow_build())
+    assert_problem(answer, 422, "build-timeout")
+    server.worker(2)
+    assert server.client.post("/v1/gamuts", json={"samples": sphere()}).status_code == 201
+    server.stop()

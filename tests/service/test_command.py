@@ -1,0 +1,48 @@
+import subprocess
+import sys
+
+import pytest
+
+from gamutcore.version import __version__
+from service.command import main
+from service.store import GamutStore
+
+
+def test_the_document_is_printed(capsys):
+    assert main(["openapi"]) == 0
+    assert capsys.readouterr().out.startswith('{\n  "openapi": "3.1')
+
+
+def test_the_version_is_printed(capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(["--version"])
+    assert caught.value.code == 0
+    assert capsys.readouterr().out.strip() == __version__
+
+
+def test_a_wrong_setting_is_named_and_nothing_is_served(capsys, monkeypatch):
+    monkeypatch.setenv("GAMUT_BUILD_WORKERS", "none")
+    assert main(["serve"]) == 2
+    assert "GAMUT_BUILD_WORKERS" in capsys.readouterr().err
+
+
+def test_a_data_directory_in_use_is_named_and_nothing_is_served(capsys, tmp_path):
+    store = GamutStore(tmp_path)
+    store.open()
+    assert main(["serve", "--data", str(tmp_path)]) == 1
+    assert str(tmp_path) in capsys.readouterr().err
+    store.close()
+
+
+def test_an_unwritable_data_directory_is_named_and_nothing_is_served(capsys, tmp_path):
+    (tmp_path / "file").touch()
+    assert main(["serve", "--data", str(tmp_path / "file" / "data")]) == 1
+    assert str(tmp_path) in capsys.readouterr().err
+
+
+def test_the_worker_does_not_load_the_web():
+    code = "import sys, service.worker; print([m for m in sys.modules if 'fastapi' in m])"
+    answer = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert answer.stdout.strip() == "[]"

@@ -1,0 +1,35 @@
+import pytest
+
+from gamutcore import errors
+from service.problems import KINDS, Problem, problem_response
+
+ERRORS = [getattr(errors, name) for name in errors.__all__]
+
+
+@pytest.mark.parametrize("error", ERRORS)
+def test_every_error_of_gamutcore_is_a_client_error_with_its_own_row(error):
+    assert 400 <= KINDS[error.code].status < 500
+    document = Problem.from_error(error("m", where={"line": 3}, remedy="r")).document()
+    assert document["type"] == f"/problems/{error.code}"
+    assert (document["detail"], document["where"], document["remedy"]) == ("m", {"line": 3}, "r")
+
+
+def test_codes_are_distinct_names_for_addresses():
+    assert all(code.replace("-", "").isalpha() and code.islower() for code in KINDS)
+    assert all(kind.title and kind.remedy and kind.detail for kind in KINDS.values())
+
+
+def test_a_remedy_is_never_empty():
+    assert Problem("not-found", "d").document()["remedy"] == KINDS["not-found"].remedy
+
+
+def test_an_unknown_code_is_still_a_problem():
+    assert Problem("from-a-newer-worker", "d").document()["code"] == errors.GamutError.code
+
+
+def test_no_cache_keeps_a_problem():
+    response = problem_response(Problem("queue-full", "d", headers={"Retry-After": "5"}))
+    assert response.status_code == 429
+    assert response.media_type == "application/problem+json"
+    assert response.headers["cache-control"] == "no-store"
+    assert response.headers["retry-after"] == "5"

@@ -1,0 +1,82 @@
+import hashlib
+import io
+import json
+import subprocess
+import sys
+
+import pytest
+
+from gamutcore.gamut import Gamut, Options
+from service import worker
+
+
+@pytest.fixture
+def result(tmp_path):
+    """Build from these bytes and options, and return all events."""
+
+    def run(data, options, output="history"):
+        (tmp_path / "input").write_bytes(data)
+        stream = io.BytesIO()
+        request = {
+            "input": str(tmp_path / "input"),
+            "output": str(tmp_path / output),
+            "options": options,
+        }
+        worker.build(request, worker.Events(stream))
+        return [json.loads(line) for line in stream.getvalue().splitlines()]
+
+    return run
+
+
+def document(samples):
+    return json.dumps({"samples": samples}).encode()
+
+
+def test_the_history_file_is_written_and_described(result, sphere, tmp_path):
+    options = Options.from_mapping({"gamma": 0.5})
+    *progress, built = result(document(sphere()), options.to_mapping())
+    content = (tmp_path / "history").read_bytes()
+    assert built["event"] == "built"
+    assert built["sha256"] == hashlib.sha256(content).hexdigest()
+    assert built["nbytes"] == len(content)
+    assert built["description"] == json.loads(json.dumps(Gamut.from_bytes(content).description))
+    assert built["description"]["options"] == options.to_mapping()
+    assert progress
+    for event in progress:
+        assert event["event"] == "progress"
+        assert event["stage"]
+        assert 0 <= event["fraction"] <= 1
+
+
+def test_an_error_of_gamutcore_is_passed_on_whole(result):
+    (*_, refused) = result(b"LAB_L,LAB_A,LAB_X\n1,2,3\n", {})
+    assert refused["event"] == "refused"
+    assert refused["code"] == "missing-column"
+    assert refused["message"]
+
+
+def test_an_option_of_another_version_is_refused(result, sphere):
+    (refused,) = result(document(sphere()), {"unknown": 1})
+    assert (refused["code"], refused["where"]) == ("invalid-option", {"field": "unknown"})
+
+
+def test_a_disk_error_has_its_number(result, sphere):
+    *_, failed = result(document(sphere()), {}, output="no/such/folder/history")
+    assert failed == {"event": "failed", "errno": 2}
+
+
+def test_a_defect_costs_one_build(result, monkeypatch):
+    def defect(*_arguments, **_options):
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(worker, "build_gamut", defect)
+    assert result(b"", {}) == [{"event": "failed", "errno": None}]
+
+
+def test_the_process_is_ready_once_and_ends_with_its_input():
+    command = [sys.executable, "-m", "service.worker"]
+    answer = subprocess.run(
+        command, stdin=subprocess.DEVNULL, capture_output=True, timeout=120, check=False
+    )
+    assert answer.returncode == 0
+    assert answer.stdout in {b"", b'{"event": "ready"}\n'}
