@@ -109,16 +109,15 @@ def as_user(stage: Stage, command: list[str]) -> list[str]:
     return ["setpriv", "--reuid", user, "--regid", group, *drop, "env", "-i", *variables, *command]
 
 
-def healthy(stage: Stage, server: subprocess.Popen[bytes]) -> float:
-    """Return the seconds until the health check first succeeds."""
+def seconds_until(stage: Stage, check: list[str], server: subprocess.Popen[bytes]) -> float:
+    """Return how long it takes until a command of the image first succeeds."""
     started = time.monotonic()
-    check = json.loads(stage.last("HEALTHCHECK").split(" CMD ", 1)[1])
     while time.monotonic() < started + START_SECONDS and server.poll() is None:
         answer = subprocess.run(as_user(stage, check), check=False, capture_output=True)
         if answer.returncode == 0:
             return time.monotonic() - started
         time.sleep(0.05)
-    message = f"no healthy server (exit code {server.poll()})"
+    message = f"{check} never succeeded (server's exit code: {server.poll()})"
     raise SystemExit(message)
 
 
@@ -150,14 +149,18 @@ def run(stage: Stage) -> None:
 
     server = subprocess.Popen(as_user(stage, json.loads(stage.last("CMD"))), cwd=workdir)
     try:
-        print(f"healthy after {healthy(stage, server):.1f} s", flush=True)
+        check = json.loads(stage.last("HEALTHCHECK").split(" CMD ", 1)[1])
+        healthy = seconds_until(stage, check, server)
+        ready_check = [word.replace("/livez", "/readyz") for word in check]
+        ready = healthy + seconds_until(stage, ready_check, server)
+        print(f"healthy after {healthy:.1f} s, ready after {ready:.1f} s", flush=True)
         smoke = ["python", str(checks / "smoke.py"), str(checks / "FOGRA39L.ti3")]
         address = f"http://127.0.0.1:{port}"
         subprocess.run(as_user(stage, [*smoke, address]), check=True, cwd=workdir)
     finally:
         server.send_signal(signal.SIGTERM)
         code = server.wait(timeout=30)
-    if code != 0:
+    if code not in {0, -signal.SIGTERM}:  # uvicorn stops in order, then ends by the same signal
         message = f"the server ended with {code} on SIGTERM"
         raise SystemExit(message)
 
