@@ -64,6 +64,10 @@ class Server:
             time.sleep(0.02)
         return value
 
+    def finished_job(self, address):
+        """The document of a job, when it is done."""
+        return self.wait_for(lambda: (job := self.client.get(address).json())["finished"] and job)
+
     def worker(self, count=1):
         """The process id of the count-th worker that became warm."""
         return int(self.logged(WARM, count))

@@ -1,0 +1,157 @@
+import hashlib
+import io
+
+import pytest
+import trimesh
+
+from gamutcore.export import FORMATS
+
+IMMUTABLE = "public, max-age=31536000, immutable"
+
+
+@pytest.mark.parametrize("triangles", [4, 5, 100, 333])
+def test_no_more_triangles_come_than_were_asked_for(server, gamut, triangles):
+    answer = server.client.get(gamut["links"]["mesh"], params={"triangles": triangles})
+    assert answer.status_code == 200
+    assert int(answer.headers["gamut-triangles"]) == triangles - triangles % 2
+    assert int(answer.headers["gamut-vertices"]) == triangles // 2 + 2
+    mesh = trimesh.load(io.BytesIO(answer.content), "glb", force="mesh", process=False)
+    assert len(mesh.faces) == triangles - triangles % 2
+    assert mesh.is_watertight
+
+
+def test_the_largest_level_and_no_larger_one(server, assert_problem, gamut):
+    largest = gamut["counts"]["triangles"]
+    mesh = gamut["links"]["mesh"]
+    answer = server.client.get(mesh, params={"triangles": largest})
+    assert answer.headers["gamut-triangles"] == str(largest)
+    assert answer.headers["gamut-vertices"] == str(gamut["counts"]["vertices"])
+    for triangles in (largest + 1, largest + 2, 10**9 + 1, 10**30):
+        document = assert_problem(
+            server.client.get(mesh, params={"triangles": triangles}), 422, "triangle-count"
+        )
+        assert document["where"]["field"] == "triangles"
+        assert str(largest) in document["remedy"]
+
+
+@pytest.mark.parametrize("triangles", [3, 0, -4])
+def test_fewer_than_four_triangles_close_nothing(server, assert_problem, gamut, triangles):
+    answer = server.client.get(gamut["links"]["mesh"], params={"triangles": triangles})
+    assert "4" in assert_problem(answer, 422, "triangle-count")["remedy"]
+
+
+@pytest.mark.parametrize("triangles", ["", "many", "1.5", "1e3", "0x10", "\x00", "9" * 5000])
+def test_what_is_no_count_is_refused(server, assert_problem, gamut, triangles):
+    answer = server.client.get(gamut["links"]["mesh"], params={"triangles": triangles})
+    document = assert_problem(answer, 422, "invalid-parameter")
+    assert document["where"] == {"in": "query", "field": "triangles"}
+
+
+def test_without_a_count_it_is_a_thousand_or_all(server, gamut, sphere):
+    assert gamut["counts"]["triangles"] < 1000
+    answer = server.client.get(gamut["links"]["mesh"])
+    assert answer.headers["gamut-triangles"] == str(gamut["counts"]["triangles"])
+    larger = server.client.post("/v1/gamuts", json={"samples": sphere(seed=30, count=2000)}).json()
+    answer = server.client.get(larger["links"]["mesh"])
+    assert answer.headers["gamut-triangles"] == "1000"
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_format_is_named_in_three_ways(server, gamut, name):
+    mesh = gamut["links"]["mesh"]
+    media_type, suffix = FORMATS[name].media_type, FORMATS[name].suffix
+    answers = [
+        server.client.get(mesh, params={"format": name, "triangles": 50}),
+        server.client.get(f"{mesh}{suffix}", params={"triangles": 50}),
+        server.client.get(mesh, params={"triangles": 50}, headers={"Accept": media_type}),
+    ]
+    assert len({answer.content for answer in answers}) == 1
+    for answer in answers:
+        assert answer.headers["content-type"] == media_type
+        assert answer.headers["vary"] == "Accept"
+
+
+def test_the_format_goes_before_the_suffix_and_the_suffix_before_accept(server, gamut):
+    headers = {"Accept": "model/stl"}
+    mesh = gamut["links"]["mesh"]
+    answer = server.client.get(f"{mesh}.ply", headers=headers, params={"format": "obj"})
+    assert answer.headers["content-type"] == "model/obj"
+    answer = server.client.get(f"{mesh}.ply", headers=headers)
+    assert answer.headers["content-type"] == "application/ply"
+
+
+@pytest.mark.parametrize(
+    ("accept", "expected"),
+    [
+        ("*/*", "model/gltf-binary"),
+        ("model/gltf-binary;q=0.1, model/stl", "model/stl"),
+        ("text/html, */*;q=0.1", "model/gltf-binary"),
+        ("*/*, model/gltf-binary;q=0", "model/gltf+json"),
+    ],
+)
+def test_accept_is_weighed(server, gamut, accept, expected):
+    answer = server.client.get(gamut["links"]["mesh"], headers={"Accept": accept})
+    assert answer.headers["content-type"] == expected
+
+
+@pytest.mark.parametrize("accept", ["text/html", "image/png, text/*", "model/gltf-binary;q=0"])
+def test_what_is_not_available_is_a_problem(server, assert_problem, gamut, accept):
+    answer = server.client.get(gamut["links"]["mesh"], headers={"Accept": accept})
+    document = assert_problem(answer, 406, "not-acceptable")
+    assert document["where"]["available"] == [entry.media_type for entry in FORMATS.values()]
+
+
+def test_repeated_accept_fields_are_one_list(server, gamut):
+    headers = [("Accept", "text/html"), ("Accept", "model/stl")]
+    answer = server.client.get(gamut["links"]["mesh"], headers=headers)
+    assert answer.headers["content-type"] == "model/stl"
+
+
+@pytest.mark.parametrize("name", ["vrml", "", "GLB", "../glb"])
+def test_unknown_formats_are_refused(server, assert_problem, gamut, name):
+    answer = server.client.get(gamut["links"]["mesh"], params={"format": name})
+    document = assert_problem(answer, 422, "invalid-parameter")
+    assert document["where"]["field"] == "format"
+    assert all(known in document["remedy"] for known in FORMATS)
+
+
+@pytest.mark.parametrize("suffix", ["vrml", "GLB", "glb.gz"])
+def test_unknown_suffixes_are_not_found(server, assert_problem, gamut, suffix):
+    answer = server.client.get(f"{gamut['links']['mesh']}.{suffix}")
+    assert ".ply" in assert_problem(answer, 404, "not-found")["remedy"]
+
+
+@pytest.mark.parametrize(
+    "query",
+    ["triangles=60", "format=glb&triangles=60", "triangles=61&format=glb", "triangles=60&x=y"],
+    ids=["front", "front or route", "odd", "route"],
+)
+def test_every_way_to_a_mesh_gives_the_same_response(server, gamut, query):
+    mesh = gamut["links"]["mesh"]
+    first = server.client.get(f"{mesh}?{query}")
+    assert first.headers["etag"] == f'"{hashlib.sha256(first.content).hexdigest()}"'
+    assert first.headers["cache-control"] == IMMUTABLE
+    reference = server.client.get(f"{mesh}?triangles=60&unknown=1")
+    fields = ("etag", "content-type", "content-length", "gamut-triangles", "cache-control", "vary")
+    assert [first.headers[name] for name in fields] == [reference.headers[name] for name in fields]
+    for known in (first.headers["etag"], f'"x", W/{first.headers["etag"]}', "*"):
+        same = server.client.get(f"{mesh}?{query}", headers={"If-None-Match": known})
+        assert (same.status_code, same.content) == (304, b"")
+        assert same.headers["etag"] == first.headers["etag"]
+        assert same.headers["cache-control"] == IMMUTABLE
+        assert same.headers["vary"] == "Accept"
+        assert "content-type" not in same.headers
+    other = server.client.get(f"{mesh}?{query}", headers={"If-None-Match": '"x"'})
+    assert other.content == first.content
+    head = server.client.head(f"{mesh}?{query}")
+    assert (head.status_code, head.content) == (200, b"")
+    assert [head.headers[name] for name in fields] == [first.headers[name] for name in fields]
+
+
+def test_levels_of_a_large_gamut_are_served_as_well(server, sphere):
+    gamut = server.client.post("/v1/gamuts", json={"samples": sphere(seed=31, count=6000)}).json()
+    largest = gamut["counts"]["triangles"]
+    assert largest > 10_000
+    for _ in range(2):
+        answer = server.client.get(gamut["links"]["mesh"], params={"triangles": largest})
+        assert answer.headers["gamut-triangles"] == str(largest)
