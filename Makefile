@@ -91,7 +91,7 @@ types: .venv/.installed-lint ## mypy, strict, on both packages
 	$(python) -m mypy
 
 .PHONY: contracts
-contracts: .venv/.installed-lint ## import-linter: gamutcore knows nothing of the web
+contracts: .venv/.installed-lint ## import-linter: no web in gamutcore, data flows one way
 	.venv/bin/lint-imports
 
 .PHONY: openapi
