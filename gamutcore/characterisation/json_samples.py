@@ -23,7 +23,7 @@ MAX_JSON_SAMPLES = 1_000_000
 """Samples in a JSON document at most: decoded, each takes about 200 bytes."""
 
 MAX_JSON_CHARACTERS = 64_000_000
-MAX_JSON_VALUES = 16_000_000
+MAX_JSON_VALUES = 8_000_000
 
 _DEFAULT_COLUMNS = ("LAB_L", "LAB_A", "LAB_B")
 _EXAMPLE = '{"columns": ["LAB_L", "LAB_A", "LAB_B"], "samples": [[50, 0, 0], ...]}'

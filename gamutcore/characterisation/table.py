@@ -30,6 +30,9 @@ MAX_TEXT_ROWS = 2_000_000
 MAX_LINE_CHARACTERS = 1_000_000
 """Characters of one line at most: its tokens are held all at once, and take more than the text."""
 
+MAX_LINES = 2 * MAX_TEXT_ROWS
+"""Lines of a text at most, those between the rows included."""
+
 _BLOCK = 8192
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d{1,3})?")
 
@@ -75,6 +78,8 @@ def text_lines(text: str) -> Iterator[tuple[int, str]]:
     ------
     MalformedFileError
         A line is longer than `MAX_LINE_CHARACTERS`.
+    SampleLimitError
+        There are more than `MAX_LINES` lines.
     """
     for line, content in enumerate(io.StringIO(text, newline=None), start=1):
         if len(content) > MAX_LINE_CHARACTERS:
@@ -82,6 +87,12 @@ def text_lines(text: str) -> Iterator[tuple[int, str]]:
                 f"The line has {len(content)} characters.",
                 where={"line": line},
                 remedy=f"Write one sample per line, of at most {MAX_LINE_CHARACTERS} characters.",
+            )
+        if line > MAX_LINES:
+            raise SampleLimitError(
+                f"The text has more than {MAX_LINES} lines.",
+                where={"line": line},
+                remedy="Thin the samples out, or send them as a NumPy .npy file.",
             )
         yield line, content
 

@@ -197,26 +197,26 @@ def scattered_model(device: FloatArray, colours: FloatArray) -> ScatteredModel:
     if diagonal.min() < 1e-6 * diagonal.max():
         raise DegenerateSamplesError("the device values lie in a plane")
 
-    # Everything of size n by n is done in place, with two such matrices at most at any time.
-    # Householder reflections from both sides take two passes over the matrix, where products with
-    # an explicit Q would take two multiplications of n by n matrices.
+    # All of this is done in place, in the one matrix of n by n. Householder reflections from both
+    # sides take two passes over it, where products with an explicit Q would take two
+    # multiplications of matrices.
     matrix = np.empty((count, count))
     cubed_distances(np.ascontiguousarray(device), np.ascontiguousarray(device.T), matrix)
     matrix.flat[:: count + 1] += SMOOTHING
     matrix = _reflected(matrix.T, reflectors, scales, "L", transposed=True)
     matrix = _reflected(matrix, reflectors, scales, "R", transposed=False)
     head = matrix[:order].copy()
-    matrix = np.asfortranarray(matrix[order:, order:])
+    # The linear part's rows become those of an identity, which the factor and its inverse keep.
+    matrix[:order] = matrix[:, :order] = 0.0
+    matrix.flat[: order * count : count + 1] = 1.0
     try:
         matrix = linalg.cholesky(matrix, lower=True, overwrite_a=True, check_finite=False)
     except linalg.LinAlgError:
         raise DegenerateSamplesError("the samples' system is singular") from None
     matrix, _ = linalg.lapack.dtrtri(matrix, lower=1, overwrite_c=1)
-    spread = np.zeros((count, count), order="F")
-    spread[order:, order:] = matrix
-    del matrix
+    matrix[:order, :order] = 0.0
     # L⁻¹ Qᵀ, of which M is the square.
-    spread = _reflected(spread, reflectors, scales, "R", transposed=True)
+    spread = _reflected(matrix, reflectors, scales, "R", transposed=True)
     weights = spread.T @ (spread @ colours)
     errors = weights / np.einsum("ij,ij->j", spread, spread)[:, np.newaxis]
     # The first rows of Qᵀ(Φ + λ)·weights + Qᵀ·basis·linear = Qᵀ·colours; of Qᵀ·basis only the
@@ -240,7 +240,10 @@ def _reflected(
     matrix = np.asfortranarray(matrix)
     product: FloatArray
     trans = "T" if transposed else "N"
-    _, work, _ = linalg.lapack.dormqr(side, trans, reflectors, scales, matrix, lwork=-1)
+    # Even the question for the size of the workspace copies the matrix where it may not touch it.
+    _, work, _ = linalg.lapack.dormqr(
+        side, trans, reflectors, scales, matrix, lwork=-1, overwrite_c=1
+    )
     product, _, _ = linalg.lapack.dormqr(
         side, trans, reflectors, scales, matrix, lwork=int(work[0]), overwrite_c=1
     )

@@ -24,7 +24,7 @@ from gamutcore.colours.scattered_model import (
     DegenerateSamplesError,
     scattered_model,
 )
-from gamutcore.errors import OptionError
+from gamutcore.errors import MalformedProfileError, OptionError
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
@@ -103,7 +103,7 @@ def _profile_surface(profile: IccProfile, intent: str, surface_samples: int) -> 
     device = cube_surface(channels, steps)
     colours = profile_colours(profile, device, intent)
     points = colours.lab
-    white, white_warnings = profile.media_white()
+    white, white_warnings = _stated_white(profile)
     adaptation = {
         "absolute": "none: media-relative colours scaled by the media white",
         "perceptual": "as in the profile, with the perceptual reference medium's black point",
@@ -111,7 +111,7 @@ def _profile_surface(profile: IccProfile, intent: str, surface_samples: int) -> 
     provenance: dict[str, JSON] = {
         **profile.provenance,
         "intent": intent,
-        "white": [round(float(value), 6) for value in white],
+        "white": white,
         "illuminant": "D50",
         "observer": "2°",
         "adaptation": adaptation,
@@ -130,6 +130,15 @@ def _profile_surface(profile: IccProfile, intent: str, surface_samples: int) -> 
         ),
     }
     return SurfaceColours(points, device, provenance)
+
+
+def _stated_white(profile: IccProfile) -> tuple[JSON, list[str]]:
+    # Only absolute colorimetry needs the white, and has refused a broken one by now.
+    try:
+        white, warnings = profile.media_white()
+    except MalformedProfileError as error:
+        return None, [error.message]
+    return [round(float(value), 6) for value in white], warnings
 
 
 def _sample_surface(samples: Samples, intent: str, surface_samples: int) -> SurfaceColours:

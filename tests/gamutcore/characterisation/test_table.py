@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gamutcore.characterisation.columns import column_roles
-from gamutcore.characterisation.table import NumberTable, number, text_lines
-from gamutcore.errors import MalformedFileError
+from gamutcore.characterisation.table import MAX_LINES, NumberTable, number, text_lines
+from gamutcore.errors import MalformedFileError, SampleLimitError
 
 ROLES = column_roles(["LAB_L", "LAB_A", "LAB_B"])
 
@@ -38,6 +38,11 @@ def test_a_line_without_end_is_refused():
     with pytest.raises(MalformedFileError) as caught:
         list(text_lines("a\n" + "1 " * 600_000))
     assert caught.value.where == {"line": 2}
+
+
+def test_lines_without_end_are_refused():
+    with pytest.raises(SampleLimitError):
+        list(text_lines("\n" * (MAX_LINES + 1)))
 
 
 @pytest.mark.parametrize("bad", ["x", "1_0", "12,x"])

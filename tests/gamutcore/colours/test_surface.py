@@ -8,7 +8,7 @@ import pytest
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.colours.profile_colours import profile_colours
-from gamutcore.errors import GamutError, OptionError
+from gamutcore.errors import GamutError, MalformedProfileError, OptionError
 
 
 def document(columns, rows, **members):
@@ -59,6 +59,17 @@ def test_the_surface_of_a_profile(small_profile):
     assert provenance["intent"] == "relative"
     assert provenance["model"]["name"] == "ICC profile"
     json.dumps(provenance, allow_nan=False)
+
+
+def test_a_broken_white_matters_to_absolute_colours_only(small_profile):
+    data = small_profile("sRGB-v2-magic.icc")
+    offset = data.index(b"XYZ ", 132)
+    profile = characterisation(data[: offset + 8] + bytes(12) + data[offset + 20 :])
+    surface = surface_colours(profile, surface_samples=1000)
+    assert surface.provenance["white"] is None
+    assert any("white" in said for said in surface.provenance["warnings"])
+    with pytest.raises(MalformedProfileError):
+        surface_colours(profile, intent="absolute", surface_samples=1000)
 
 
 def test_a_gray_profile_makes_a_line(small_profile):
