@@ -29,8 +29,8 @@ MEDIA_TYPES = {mesh_format.media_type: name for name, mesh_format in FORMATS.ite
 SUFFIXES = {mesh_format.suffix.removeprefix("."): name for name, mesh_format in FORMATS.items()}
 """Names of the formats by suffix, without the dot."""
 
-_INLINE_TRIANGLES = 4000
-"""Levels up to this are read and encoded within a millisecond, which the event loop can spare."""
+_INLINE_TRIANGLES = {"glb": 4000, "gltf": 1000, "ply": 4000, "stl": 4000}
+"""Levels up to this are read and encoded in about a millisecond, which the event loop can spare."""
 
 _ENTRY_BYTES = 1024
 """Rough cost of a mesh in the cache besides its content: key, header fields, bookkeeping."""
@@ -129,7 +129,7 @@ class Meshes:
             return None
         key = _key(gamut_id, count, format_name)
         mesh = self._cache.get(key)
-        if mesh is None and key.triangles <= _INLINE_TRIANGLES:
+        if mesh is None and key.triangles <= _INLINE_TRIANGLES.get(format_name, 0):
             mesh = _encoded(opened, key)
             self._keep(key, mesh)
         return mesh

@@ -8,6 +8,7 @@ tests hold both together.
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
+from pydantic.json_schema import SkipJsonSchema
 
 __all__ = [
     "Counts",
@@ -81,10 +82,11 @@ class InlineSamples(BaseModel):
         ),
     ] = None
     white: Annotated[
-        Triple | None, Field(description="XYZ of the white, in the scale of the samples' XYZ.")
+        Triple | None,
+        Field(description="XYZ of the white, in the scale of the samples' XYZ."),
     ] = None
     conditions: Annotated[
-        dict[str, str | float] | None,
+        dict[str, str | float] | SkipJsonSchema[None],
         Field(description="Measurement conditions by keyword, kept in the provenance."),
     ] = None
     options: Annotated[GamutOptions, Field(description="How the gamut is built.")] = GamutOptions()
@@ -92,6 +94,8 @@ class InlineSamples(BaseModel):
 
 class MultipartSubmission(BaseModel):
     """Characterisation data as a file."""
+
+    model_config = ConfigDict(extra="forbid")
 
     file: Annotated[
         bytes,

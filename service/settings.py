@@ -45,7 +45,7 @@ class Settings(BaseSettings):
     max_surface_samples: Annotated[
         int,
         Field(
-            ge=1000,
+            ge=100_000,  # the default of the option has to remain acceptable
             description="Largest `surface_samples` that is accepted; bounds a build's memory.",
         ),
     ] = 1_000_000

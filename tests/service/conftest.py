@@ -1,4 +1,6 @@
 import contextlib
+import hashlib
+import json
 import os
 import re
 import signal
@@ -10,6 +12,9 @@ from pathlib import Path
 import httpx
 import numpy as np
 import pytest
+
+from gamutcore.gamut import Options, build_gamut
+from service.store import GamutStore, Record
 
 START_SECONDS = 120
 """Generous: on a first run the kernels are compiled."""
@@ -164,3 +169,25 @@ def assert_problem():
         return document
 
     return check
+
+
+@pytest.fixture(scope="session")
+def built(sphere):
+    """Two small gamuts, built here."""
+    return [
+        build_gamut(json.dumps({"samples": sphere(seed)}).encode(), Options()) for seed in (10, 11)
+    ]
+
+
+@pytest.fixture
+def filled_store(tmp_path, built):
+    """A store with the gamuts of `built`."""
+    opened = GamutStore(tmp_path / "data")
+    opened.open()
+    for gamut in built:
+        content = gamut.to_bytes()
+        digest = hashlib.sha256(content).hexdigest()
+        record = Record(gamut.id, digest, len(content), "2026-01-01T00:00:00Z", gamut.description)
+        opened.publish(record, opened.write_temporary(".gamut", content))
+    yield opened
+    opened.close()

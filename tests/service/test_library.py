@@ -1,33 +1,10 @@
 import asyncio
 import hashlib
-import json
 
 import pytest
 
-from gamutcore.gamut import Options, build_gamut
 from service.library import Library
-from service.store import GamutNotStoredError, GamutStore, Record
-
-
-@pytest.fixture(scope="session")
-def built(sphere):
-    """Two small gamuts, built here."""
-    return [
-        build_gamut(json.dumps({"samples": sphere(seed)}).encode(), Options()) for seed in (10, 11)
-    ]
-
-
-@pytest.fixture
-def store(tmp_path, built):
-    opened = GamutStore(tmp_path / "data")
-    opened.open()
-    for gamut in built:
-        content = gamut.to_bytes()
-        digest = hashlib.sha256(content).hexdigest()
-        record = Record(gamut.id, digest, len(content), "2026-01-01T00:00:00Z", gamut.description)
-        opened.publish(record, opened.write_temporary(".gamut", content))
-    yield opened
-    opened.close()
+from service.store import GamutNotStoredError, Record
 
 
 def run(library, scenario):
@@ -37,9 +14,9 @@ def run(library, scenario):
         library.close()
 
 
-def test_a_gamut_is_opened_once_for_all_who_ask(store, built, monkeypatch):
-    library, reads, content = Library(store, 10**9), [], store.content
-    monkeypatch.setattr(store, "content", lambda name: reads.append(name) or content(name))
+def test_a_gamut_is_opened_once_for_all_who_ask(filled_store, built, monkeypatch):
+    library, reads, content = Library(filled_store, 10**9), [], filled_store.content
+    monkeypatch.setattr(filled_store, "content", lambda name: reads.append(name) or content(name))
 
     async def scenario():
         identity = built[0].id
@@ -52,8 +29,8 @@ def test_a_gamut_is_opened_once_for_all_who_ask(store, built, monkeypatch):
     run(library, scenario())
 
 
-def test_no_more_is_kept_than_fits(store, built):
-    library = Library(store, max(gamut.nbytes for gamut in built))
+def test_no_more_is_kept_than_fits(filled_store, built):
+    library = Library(filled_store, max(gamut.nbytes for gamut in built))
 
     async def scenario():
         for gamut in built:
@@ -63,8 +40,8 @@ def test_no_more_is_kept_than_fits(store, built):
     run(library, scenario())
 
 
-def test_what_is_deleted_while_it_is_being_opened_is_not_kept(store, built):
-    library = Library(store, 10**9)
+def test_what_is_deleted_while_it_is_being_opened_is_not_kept(filled_store, built):
+    library = Library(filled_store, 10**9)
 
     async def scenario():
         opening = asyncio.create_task(library.gamut(built[0].id))
@@ -76,22 +53,22 @@ def test_what_is_deleted_while_it_is_being_opened_is_not_kept(store, built):
     run(library, scenario())
 
 
-def test_a_file_that_is_no_history_is_set_aside(store):
+def test_a_file_that_is_no_history_is_set_aside(filled_store):
     content = b"intact, but of another kind"
     record = Record("a" * 64, hashlib.sha256(content).hexdigest(), len(content), "", {})
-    store.publish(record, store.write_temporary(".gamut", content))
-    library = Library(store, 10**9)
+    filled_store.publish(record, filled_store.write_temporary(".gamut", content))
+    library = Library(filled_store, 10**9)
 
     async def scenario():
         with pytest.raises(GamutNotStoredError):
             await library.gamut(record.id)
-        assert list(store.quarantine.iterdir())
+        assert list(filled_store.quarantine.iterdir())
 
     run(library, scenario())
 
 
-def test_a_mesh_says_where_it_comes_from(store, built):
-    library = Library(store, 10**9)
+def test_a_mesh_says_where_it_comes_from(filled_store, built):
+    library = Library(filled_store, 10**9)
 
     async def scenario():
         provenance = (await library.gamut(built[0].id)).provenance

@@ -23,6 +23,7 @@ def test_every_setting_comes_from_its_variable(monkeypatch, name):
         "host": "0.0.0.0",  # noqa: S104 - nothing listens here
         "log_level": "debug",
         "access_log": True,
+        "max_surface_samples": 500_000,
         "build_workers": 7,
         "build_attempts": 7,
         "max_page_size": 7,

@@ -1,0 +1,61 @@
+import asyncio
+import json
+
+import httpx
+import pytest
+from fastapi import FastAPI, Request
+
+from gamutcore.gamut import Options
+from service.handlers import add_exception_handlers
+from service.settings import Settings
+from service.submission import submission
+
+
+@pytest.fixture
+def post():
+    """Send a body to a small app, and return what was made of it."""
+
+    def send(**arguments):
+        app, found = FastAPI(), []
+        add_exception_handlers(app)
+
+        @app.post("/")
+        async def read(request: Request) -> None:
+            found.append(await submission(request, Settings(max_surface_samples=200_000)))
+
+        async def request():
+            transport = httpx.ASGITransport(app)
+            async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
+                return await client.post("/", **arguments)
+
+        answer = asyncio.run(request())
+        return found[0] if found else answer
+
+    return send
+
+
+def test_a_file_is_passed_on_byte_for_byte(post):
+    content = bytes(range(256)) * 10_000
+    posted = post(files={"file": content}, data={"options": '{"gamma": 0.5}'})
+    assert posted.data == content
+    assert posted.options == Options(gamma=0.5)
+
+
+def test_without_options_they_have_their_defaults(post):
+    assert post(files={"file": b"x"}).options == Options()
+    assert post(json={"samples": []}).options == Options()
+
+
+def test_inline_samples_have_one_form(post):
+    samples = {"samples": [[1.0, 2.5, -3e-7]], "columns": ["a", "b", "ü"], "options": {"gamma": 1}}
+    posted = post(json=samples)
+    assert posted.options == Options(gamma=1.0)
+    assert json.loads(posted.data) == {key: samples[key] for key in ("samples", "columns")}
+    other = json.dumps(dict(reversed(samples.items())), indent=2, ensure_ascii=False).encode()
+    assert post(content=other, headers={"Content-Type": "application/json"}) == posted
+
+
+def test_the_settings_bound_the_samples_of_the_surface(post, assert_problem):
+    answer = post(json={"samples": [], "options": {"surface_samples": 200_001}})
+    document = assert_problem(answer, 422, "invalid-option")
+    assert "200000" in document["remedy"]
