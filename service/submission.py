@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from starlette.datastructures import UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
 
+from gamutcore.characterisation.json_samples import MAX_JSON_SAMPLES
 from gamutcore.gamut import Options
 from service.problems import Problem, ProblemError
 
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
     from service.settings import Settings
 
 __all__ = ["Submission", "submission"]
+
+_MOST_VALUES = 8_000_000
+"""Values in a JSON body at most: decoded, each takes up to 32 bytes."""
 
 _OPTIONS_BYTES = 64 * 1024
 """Size of the part ``options``: a hundred times what all options take."""
@@ -154,6 +158,11 @@ def _options(mapping: object) -> dict[str, Any]:
 
 def _decoded(text: bytes, part: str | None = None) -> Any:  # noqa: ANN401 - JSON before its shape is known
     place: dict[str, Any] = {} if part is None else {"field": part}
+    # Decoding makes an object of two or three bytes, so their number is bounded before.
+    structures = text.count(b"[") + text.count(b"{")
+    if structures > MAX_JSON_SAMPLES + 100 or text.count(b",") > _MOST_VALUES:
+        detail = f"The JSON is larger than {MAX_JSON_SAMPLES} samples need."
+        raise ProblemError(Problem("too-many-samples", detail, place))
     try:
         return json.loads(text.decode(), parse_constant=_refuse_constant)
     except json.JSONDecodeError as error:

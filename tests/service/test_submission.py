@@ -59,3 +59,10 @@ def test_the_settings_bound_the_samples_of_the_surface(post, assert_problem):
     answer = post(json={"samples": [], "options": {"surface_samples": 200_001}})
     document = assert_problem(answer, 422, "invalid-option")
     assert "200000" in document["remedy"]
+
+
+@pytest.mark.parametrize("body", [b"[]," * 1_000_200, b"{}," * 1_000_200, b"0," * 8_000_001])
+def test_json_that_would_fill_the_memory_is_not_decoded(post, assert_problem, body):
+    content = b'{"samples": [' + body + b"0]}"
+    answer = post(content=content, headers={"Content-Type": "application/json"})
+    assert_problem(answer, 422, "too-many-samples")
