@@ -66,7 +66,7 @@ class Options:
     boundary: str = "modified-convex-hull"
     gamma: float = 0.2
     centre: Centre = "auto"
-    cost: str = "quadric"
+    cost: str = "volume"
     surface_samples: int = 100_000
     intent: str = "relative"
 

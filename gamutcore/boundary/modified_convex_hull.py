@@ -83,7 +83,8 @@ def modified_convex_hull(
         Power that radii are raised to, in (0, 1]; 0.2 unless told, 1 for the convex hull.
     centre : (3,) array_like or "auto", optional
         The point radii are taken from; it must lie strictly inside the convex hull of the points.
-        "auto" takes the centroid of the convex hull's volume. It is rounded to float32.
+        "auto" takes the middle of the points' bounding box, or the centroid of their convex hull
+        where the middle is outside it or close to it. It is rounded to float32.
 
     Returns
     -------
@@ -118,7 +119,7 @@ def modified_convex_hull(
                 where={"field": "centre"},
                 remedy="'auto' or three numbers",
             )
-        middle = _hull_centroid(rounded).astype(np.float32).astype(np.float64)
+        middle = _automatic_centre(rounded).astype(np.float32).astype(np.float64)
     else:
         middle = _checked_centre(centre, rounded)
 
@@ -142,11 +143,9 @@ def modified_convex_hull(
         faces = _outward_faces(hull.simplices, hull.equations, transformed)
         spoilt = _spoilt_vertices(faces, relative[usable])
         if spoilt.size == 0:
-            corners = np.flatnonzero(np.bincount(faces.ravel(), minlength=len(usable)))
-            packed = np.empty(len(usable), np.int32)
-            packed[corners] = np.arange(len(corners), dtype=np.int32)
+            corners, packed = _coherent_order(faces, scaled)
             sources = usable[corners]
-            mesh = TriangleMesh(rounded[sources].astype(np.float32), packed[faces])
+            mesh = TriangleMesh(rounded[sources].astype(np.float32), packed)
             return Boundary(mesh, middle, sources, float(gamma))
         usable = np.delete(usable, spoilt)
     raise BoundaryError(
@@ -198,7 +197,7 @@ def _checked_centre(centre: ArrayLike, points: FloatArray) -> FloatArray:
     rounded: FloatArray = given.astype(np.float32).astype(np.float64)
     lowest, highest = points.min(axis=0), points.max(axis=0)
     if not ((lowest < rounded) & (rounded < highest)).all():
-        _hull_centroid(points)  # flat points are the better explanation where they are flat
+        _automatic_centre(points)  # flat points are the better explanation where they are flat
         raise CentreError(
             f"the centre {tuple(rounded.tolist())} is not inside the points, which reach from"
             f" {lowest.tolist()} to {highest.tolist()}",
@@ -218,14 +217,17 @@ def _qhull(points: FloatArray) -> ConvexHull:
         ) from cause
 
 
-def _hull_centroid(points: FloatArray) -> FloatArray:
-    """Centroid of the volume of the convex hull."""
+def _automatic_centre(points: FloatArray) -> FloatArray:
+    """Middle of the points' bounding box if it is well inside their convex hull, else its centroid.
+
+    The middle of the box is halfway between black and white, and between the opponent hues: from
+    there radii meet the surface of a display or a press most squarely, and the modified hull
+    overshoots least (``docs/decisions/centre.md`` has the figures).
+    """
     extent = float(np.ptp(points, axis=0).max())
-    origin = points.mean(axis=0)
+    origin = (points.min(axis=0) + points.max(axis=0)) / 2
     if not extent > 0:
-        raise FlatPointsError(
-            "all points are the same", remedy="points that enclose a volume"
-        )
+        raise FlatPointsError("all points are the same", remedy="points that enclose a volume")
     scaled = (points - origin) / extent
     hull = _qhull(scaled)
     if hull.volume < FLATNESS:
@@ -236,8 +238,13 @@ def _hull_centroid(points: FloatArray) -> FloatArray:
     inside = scaled[hull.vertices].mean(axis=0)
     first, second, third = (scaled[hull.simplices[:, corner]] - inside for corner in range(3))
     volumes = np.abs(np.einsum("ij,ij->i", first, np.cross(second, third)))
-    centroid = ((first + second + third) * volumes[:, np.newaxis]).sum(axis=0) / (4 * volumes.sum())
-    return np.asarray(origin + (inside + centroid) * extent)
+    centroid = inside + ((first + second + third) * volumes[:, np.newaxis]).sum(axis=0) / (
+        4 * volumes.sum()
+    )
+    depth_of_middle = -hull.equations[:, 3].max()
+    depth_of_centroid = -(hull.equations[:, :3] @ centroid + hull.equations[:, 3]).max()
+    well_inside = depth_of_middle >= 0.5 * depth_of_centroid
+    return np.asarray(origin if well_inside else origin + centroid * extent)
 
 
 @kernel
@@ -260,6 +267,38 @@ def _outward_faces(simplices: IndexArray, equations: FloatArray, points: FloatAr
         faces[face, 0] = one
         faces[face, 1], faces[face, 2] = (two, three) if outwards >= 0.0 else (three, two)
     return faces
+
+
+def _coherent_order(faces: IndexArray, points: FloatArray) -> tuple[IndexArray, IndexArray]:
+    """Order vertices along a Morton curve and faces by their first vertex: near in space, near in memory.
+
+    Parameters
+    ----------
+    faces : (n, 3) int32
+    points : (m, 3) float64
+        Within −1 to 1.
+
+    Returns
+    -------
+    corners : (v,) int64
+        The points that are vertices, in their new order.
+    packed : (n, 3) int32
+        The faces over them, each starting with its smallest vertex.
+    """
+    corners = np.flatnonzero(np.bincount(faces.ravel(), minlength=len(points)))
+    cells = ((points[corners] + 1.0) * 511.5).astype(np.int64)
+    code = np.zeros(len(corners), np.int64)
+    for bit in range(10):
+        for axis in range(3):
+            code |= (cells[:, axis] >> bit & 1) << (3 * bit + axis)
+    corners = corners[np.argsort(code, kind="stable")]
+    place = np.empty(len(points), np.int32)
+    place[corners] = np.arange(len(corners), dtype=np.int32)
+    packed = place[faces]
+    start = packed.argmin(axis=1)[:, np.newaxis]
+    packed = np.take_along_axis(packed, (start + np.arange(3)) % 3, axis=1)
+    order = np.argsort(packed[:, 0].astype(np.int64) * len(corners) + packed[:, 1])
+    return corners, packed[order]
 
 
 def _spoilt_vertices(faces: IndexArray, relative: FloatArray) -> IndexArray:

@@ -16,22 +16,32 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.decimation.corner_table import following, preceding, swung
-from gamutcore.decimation.costs.interface import error, merge, optimum
-from gamutcore.decimation.edge_queue import dequeue, enqueue, fill_queue
+from gamutcore.decimation.costs.interface import depends_on_ring, error, merge, optimum
+from gamutcore.decimation.edge_queue import (
+    EdgeQueue,
+    dequeue,
+    empty_queue,
+    enqueue,
+    fill_queue,
+)
 from gamutcore.decimation.star import (
     Surface,
     keeps_star_shape,
     kernel_direction,
     link_condition_holds,
     ring_faces,
-    volume_preserving_radius,
+    scale_to_preserve_volume,
 )
-from gamutcore.kernels import kernel
+from gamutcore.kernels import kernel, leaf_kernel
 
 __all__ = ["CANDIDATES", "Record", "collapse_all", "surface_of"]
 
 CANDIDATES = 5
 """Positions tried for an edge: optimum, midpoint, its two ends, and the middle of the valid cone."""
+
+EAGER_COLLAPSES = 2500
+"""This many collapses before the end, errors that a collapse may have changed are evaluated at once
+instead of when their edge comes to the front: with few faces left, the order matters most."""
 
 REACH = 2.0
 """How far from the edge's midpoint a vertex may be placed, in radii of its star (CGAL #8213: spikes)."""
@@ -99,7 +109,7 @@ def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -
     )
 
 
-@kernel
+@leaf_kernel
 def _degree(surface: Surface, vertex: int) -> int:
     first = surface.corner_at[vertex]
     corner, degree = swung(surface.opposite, first), 1
@@ -109,7 +119,7 @@ def _degree(surface: Surface, vertex: int) -> int:
     return degree
 
 
-@kernel
+@leaf_kernel
 def _candidate(
     cost: Any,  # noqa: ANN401
     surface: Surface,
@@ -128,25 +138,19 @@ def _candidate(
     if choice == 2 or choice == 3:
         end = kept if choice == 2 else dead
         place[0], place[1], place[2] = position[end, 0], position[end, 1], position[end, 2]
-        return True
-    for axis in range(3):
-        place[axis] = 0.5 * (position[kept, axis] + position[dead, axis])
-    if choice == 1:
-        return True
-    if not kernel_direction(position, ring, count, place):
-        return False
-    radius = volume_preserving_radius(surface, ring, count, kept, dead, place)
-    if not (radius > 0.0 and radius < np.inf):
-        return False
-    place[0], place[1], place[2] = radius * place[0], radius * place[1], radius * place[2]
-    return True
+    else:
+        for axis in range(3):
+            place[axis] = 0.5 * (position[kept, axis] + position[dead, axis])
+        if choice == 4 and not kernel_direction(position, ring, count, place):
+            return False
+    return scale_to_preserve_volume(surface, ring, count, kept, dead, place)
 
 
-@kernel
-def _clamp_to_star(
+@leaf_kernel
+def _within_reach(
     position: FloatArray, ring: IndexArray, count: int, kept: int, dead: int, place: FloatArray
-) -> None:
-    """Pull a position back to where it is at most `REACH` star radii from the edge's midpoint."""
+) -> bool:
+    """Whether a position is at most `REACH` star radii from the edge's midpoint."""
     mx = 0.5 * (position[kept, 0] + position[dead, 0])
     my = 0.5 * (position[kept, 1] + position[dead, 1])
     mz = 0.5 * (position[kept, 2] + position[dead, 2])
@@ -156,13 +160,10 @@ def _clamp_to_star(
         x, y, z = position[one, 0] - mx, position[one, 1] - my, position[one, 2] - mz
         squared_radius = max(squared_radius, x * x + y * y + z * z)
     x, y, z = place[0] - mx, place[1] - my, place[2] - mz
-    squared = x * x + y * y + z * z
-    if squared > REACH * REACH * squared_radius:
-        scale = REACH * np.sqrt(squared_radius / squared)
-        place[0], place[1], place[2] = mx + scale * x, my + scale * y, mz + scale * z
+    return x * x + y * y + z * z <= REACH * REACH * squared_radius
 
 
-@kernel
+@leaf_kernel
 def _round_as_delivered(place: FloatArray, centre: FloatArray, delivered: FloatArray) -> None:
     """Round to the float32 coordinates that are delivered, and take `place` from them."""
     for axis in range(3):
@@ -192,7 +193,7 @@ def _moved_corners(
     return moved, filled
 
 
-@kernel
+@leaf_kernel
 def _glue(surface: Surface, corner: int) -> int:
     """Close the gap that a vanishing face leaves, by joining its two outer neighbours.
 
@@ -214,25 +215,22 @@ def _glue(surface: Surface, corner: int) -> int:
     return goes
 
 
-@kernel
+@leaf_kernel
 def _requeue(
     cost: Any,  # noqa: ANN401
     surface: Surface,
-    heap: IndexArray,
-    place_of: IndexArray,
-    size: IndexArray,
-    priority: FloatArray,
+    queue: EdgeQueue,
     choice: IndexArray,
+    stale: IndexArray,
     edge: int,
     place: FloatArray,
 ) -> None:
     """Queue an edge, or move it, with the error of its optimum."""
     facing = surface.corner_facing[edge]
+    # the ends in the order of the edge's own corner: the result never depends on how it was reached
     one, two = surface.vertex[following(facing)], surface.vertex[preceding(facing)]
-    choice[edge] = 0
-    enqueue(
-        heap, place_of, size, priority, edge, optimum(cost, surface, one, two, place)
-    )
+    choice[edge], stale[edge] = 0, 0
+    enqueue(queue, edge, optimum(cost, surface, one, two, place))
 
 
 @kernel
@@ -266,9 +264,9 @@ def collapse_all(
     """
     position, vertex, opposite = surface.position, surface.vertex, surface.opposite
     edges = surface.corner_facing.size
-    heap, place_of = np.empty(edges, np.int32), np.empty(edges, np.int32)
-    size, priority = np.zeros(1, np.int32), np.empty(edges, np.float64)
-    choice = np.zeros(edges, np.uint8)
+    queue = empty_queue(edges)
+    heap, place_of, size, priority = queue.heap, queue.place, queue.size, queue.priority
+    choice, stale = np.zeros(edges, np.uint8), np.zeros(edges, np.uint8)
     place, rounded = np.empty(3, np.float64), np.empty(3, np.float32)
     ring = np.empty((64, 2), np.int32)
     moved, filled = record.moved, 0
@@ -276,16 +274,19 @@ def collapse_all(
         corner = surface.corner_facing[edge]
         kept, dead = vertex[following(corner)], vertex[preceding(corner)]
         priority[edge] = optimum(cost, surface, kept, dead, place)
-    fill_queue(heap, place_of, size, priority)
+    fill_queue(queue)
 
     collapses, wanted, query, parked = 0, len(position) - 4, 0, 0
     while collapses < wanted and size[0] > 0:
         edge = heap[0]
+        if depends_on_ring(cost) and stale[edge]:
+            _requeue(cost, surface, queue, choice, stale, edge, place)
+            continue
         corner = surface.corner_facing[edge]
         kept, dead = vertex[following(corner)], vertex[preceding(corner)]
         query += 1
         if not link_condition_holds(surface, kept, dead, query):
-            dequeue(heap, place_of, size, priority, edge)
+            dequeue(queue, edge)
             parked += 1
             continue
         count = ring_faces(surface, kept, dead, ring)
@@ -295,22 +296,23 @@ def collapse_all(
         if _degree(surface, dead) > _degree(surface, kept):
             kept, dead = dead, kept
 
-        exists = _candidate(cost, surface, kept, dead, choice[edge], ring, count, place)
-        if exists:
-            _clamp_to_star(position, ring, count, kept, dead, place)
+        valid = _candidate(cost, surface, kept, dead, choice[edge], ring, count, place)
+        # the last candidate may have to reach far: it is there so that no edge is lost
+        if valid and choice[edge] < CANDIDATES - 1:
+            valid = _within_reach(position, ring, count, kept, dead, place)
+        if valid:
             _round_as_delivered(place, centre, rounded)
-        if not exists or not keeps_star_shape(position, ring, count, place[0], place[1], place[2]):
+            valid = keeps_star_shape(position, ring, count, place[0], place[1], place[2])
+        if not valid:
             following_error = np.inf
             while choice[edge] < CANDIDATES - 1 and following_error == np.inf:
                 choice[edge] += 1
                 if _candidate(cost, surface, kept, dead, choice[edge], ring, count, place):
                     following_error = error(cost, surface, kept, dead, place)
             if following_error < np.inf:
-                enqueue(
-                    heap, place_of, size, priority, edge, max(priority[edge], following_error)
-                )
+                enqueue(queue, edge, max(priority[edge], following_error))
             else:
-                dequeue(heap, place_of, size, priority, edge)
+                dequeue(queue, edge)
                 parked += 1
             continue
 
@@ -336,12 +338,12 @@ def collapse_all(
             delivered[kept, axis] = rounded[axis]
         for index in range(start, filled):
             vertex[moved[index]] = kept
-        dequeue(heap, place_of, size, priority, edge)
+        dequeue(queue, edge)
         surface.corner_facing[edge] = -1
         for side in (corner, twin):
             gone = _glue(surface, side)
             parked -= place_of[gone] < 0
-            dequeue(heap, place_of, size, priority, gone)
+            dequeue(queue, gone)
         collapses += 1
 
         # new priorities for the spokes; parked edges whose ring has changed come back
@@ -350,14 +352,19 @@ def collapse_all(
         while True:
             edge = surface.edge_of[preceding(spoke)]
             parked -= place_of[edge] < 0
-            _requeue(cost, surface, heap, place_of, size, priority, choice, edge, place)
+            _requeue(cost, surface, queue, choice, stale, edge, place)
             begin = surface.corner_at[vertex[following(spoke)]]
             around = begin
-            while parked > 0:
+            while parked > 0 or depends_on_ring(cost):
                 edge = surface.edge_of[preceding(around)]
                 if place_of[edge] < 0:
                     parked -= 1
-                    _requeue(cost, surface, heap, place_of, size, priority, choice, edge, place)
+                    _requeue(cost, surface, queue, choice, stale, edge, place)
+                elif depends_on_ring(cost) and vertex[following(around)] != kept:
+                    if wanted - collapses < EAGER_COLLAPSES:
+                        _requeue(cost, surface, queue, choice, stale, edge, place)
+                    else:
+                        stale[edge] = 1
                 around = swung(opposite, around)
                 if around == begin:
                     break

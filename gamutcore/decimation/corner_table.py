@@ -11,24 +11,24 @@ from __future__ import annotations
 import numpy as np
 
 from gamutcore.arrays import IndexArray
-from gamutcore.kernels import kernel
+from gamutcore.kernels import kernel, leaf_kernel
 
 __all__ = ["following", "opposite_corners", "preceding", "swung"]
 
 
-@kernel
+@leaf_kernel
 def following(corner: int) -> int:
     """Next corner of the same face, counter-clockwise."""
     return corner - 2 if corner % 3 == 2 else corner + 1
 
 
-@kernel
+@leaf_kernel
 def preceding(corner: int) -> int:
     """Previous corner of the same face."""
     return corner + 2 if corner % 3 == 0 else corner - 1
 
 
-@kernel
+@leaf_kernel
 def swung(opposite: IndexArray, corner: int) -> int:
     """Corner at the same vertex in the face across the edge to the preceding corner."""
     return following(opposite[following(corner)])

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["decimated"]
 
 
-def decimated(mesh: TriangleMesh, centre: ArrayLike, cost: str = "quadric") -> History:
+def decimated(mesh: TriangleMesh, centre: ArrayLike, cost: str = "volume") -> History:
     """Decimate a boundary to four triangles and return the history of it.
 
     Parameters

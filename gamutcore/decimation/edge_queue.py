@@ -1,25 +1,60 @@
 """A priority queue of edges: an indexed 4-ary heap over plain arrays.
 
-``heap[:size[0]]`` holds edge ids in heap order, ``place[e]`` the position of edge e in it (−1: not
-queued) and ``priority[e]`` its priority. Smaller priorities come first, equal ones by edge id, so the order in
+Smaller priorities come first, equal ones by edge id, so the order in
 which edges leave does not depend on how they came in. Four children a node halve the depth of a
 binary heap and keep a node's children in one cache line.
 """
 
 from __future__ import annotations
 
-from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.kernels import kernel
+from typing import NamedTuple
 
-__all__ = ["dequeue", "enqueue", "fill_queue"]
+import numpy as np
+
+from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.kernels import kernel, leaf_kernel
+
+__all__ = ["EdgeQueue", "dequeue", "empty_queue", "enqueue", "fill_queue"]
+
+
+class EdgeQueue(NamedTuple):
+    """A queue of the edges 0 to E − 1.
+
+    Attributes
+    ----------
+    heap : (E,) int32
+        The queued edges in heap order: the first is the next to leave.
+    place : (E,) int32
+        Where an edge stands in the heap; −1: not queued.
+    size : (1,) int32
+        Number of queued edges.
+    priority : (E,) float64
+        Priority of every queued edge.
+    """
+
+    heap: IndexArray
+    place: IndexArray
+    size: IndexArray
+    priority: FloatArray
 
 
 @kernel
+def empty_queue(edges: int) -> EdgeQueue:
+    """Return a queue for so many edges, none of them queued."""
+    return EdgeQueue(
+        np.empty(edges, np.int32),
+        np.full(edges, -1, np.int32),
+        np.zeros(1, np.int32),
+        np.empty(edges, np.float64),
+    )
+
+
+@leaf_kernel
 def _comes_first(priority: FloatArray, one: int, other: int) -> bool:
     return priority[one] < priority[other] or (priority[one] == priority[other] and one < other)
 
 
-@kernel
+@leaf_kernel
 def _sift_up(heap: IndexArray, place: IndexArray, priority: FloatArray, position: int) -> None:
     edge = heap[position]
     while position > 0:
@@ -33,7 +68,7 @@ def _sift_up(heap: IndexArray, place: IndexArray, priority: FloatArray, position
     place[edge] = position
 
 
-@kernel
+@leaf_kernel
 def _sift_down(
     heap: IndexArray, place: IndexArray, priority: FloatArray, position: int, size: int
 ) -> None:
@@ -55,44 +90,40 @@ def _sift_down(
     place[edge] = position
 
 
-@kernel
-def fill_queue(
-    heap: IndexArray, place: IndexArray, size: IndexArray, priority: FloatArray
-) -> None:
-    """Queue all edges at once, in time proportional to their number."""
+@leaf_kernel
+def fill_queue(queue: EdgeQueue) -> None:
+    """Queue all edges at once by the priorities that stand there already, in time linear in E."""
+    heap, place, priority = queue.heap, queue.place, queue.priority
     count = heap.size
     for edge in range(count):
         heap[edge] = edge
         place[edge] = edge
-    size[0] = count
+    queue.size[0] = count
     for position in range((count - 2) >> 2, -1, -1):
         _sift_down(heap, place, priority, position, count)
 
 
-@kernel
-def enqueue(
-    heap: IndexArray,
-    place: IndexArray,
-    size: IndexArray,
-    priority: FloatArray,
-    edge: int,
-    value: float,
-) -> None:
+@leaf_kernel
+def enqueue(queue: EdgeQueue, edge: int, value: float) -> None:
     """Queue an edge with a priority, or move it there if it is queued already."""
+    heap, place, size, priority = queue.heap, queue.place, queue.size, queue.priority
+    known = place[edge] >= 0
+    rises = known and value < priority[edge]
     priority[edge] = value
-    if place[edge] < 0:
+    if not known:
         heap[size[0]] = edge
         place[edge] = size[0]
         size[0] += 1
-    _sift_up(heap, place, priority, place[edge])
-    _sift_down(heap, place, priority, place[edge], size[0])
+    if rises or not known:
+        _sift_up(heap, place, priority, place[edge])
+    else:
+        _sift_down(heap, place, priority, place[edge], size[0])
 
 
-@kernel
-def dequeue(
-    heap: IndexArray, place: IndexArray, size: IndexArray, priority: FloatArray, edge: int
-) -> None:
+@leaf_kernel
+def dequeue(queue: EdgeQueue, edge: int) -> None:
     """Take an edge out of the queue, wherever it stands; one that is not queued is left alone."""
+    heap, place, size, priority = queue.heap, queue.place, queue.size, queue.priority
     position = place[edge]
     if position < 0:
         return

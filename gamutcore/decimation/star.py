@@ -15,7 +15,7 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.decimation.corner_table import following, preceding, swung
-from gamutcore.kernels import kernel
+from gamutcore.kernels import kernel, leaf_kernel
 
 __all__ = [
     "MINIMUM_DETERMINANT",
@@ -25,7 +25,7 @@ __all__ = [
     "keeps_star_shape",
     "link_condition_holds",
     "ring_faces",
-    "volume_preserving_radius",
+    "scale_to_preserve_volume",
 ]
 
 MINIMUM_DETERMINANT = 2.0**-44
@@ -91,7 +91,7 @@ def faces_not_seeing_centre(position: FloatArray, faces: IndexArray) -> IndexArr
     return found[:count].copy()
 
 
-@kernel
+@leaf_kernel
 def _sees_centre(
     ax: float, ay: float, az: float, bx: float, by: float, bz: float, x: float, y: float, z: float
 ) -> bool:
@@ -106,7 +106,7 @@ def _sees_centre(
     )
 
 
-@kernel
+@leaf_kernel
 def link_condition_holds(surface: Surface, kept: int, dead: int, query: int) -> bool:
     """Whether the ends of an edge have exactly the two neighbours in common that its faces name.
 
@@ -132,7 +132,7 @@ def link_condition_holds(surface: Surface, kept: int, dead: int, query: int) -> 
     return common == 2
 
 
-@kernel
+@leaf_kernel
 def ring_faces(surface: Surface, kept: int, dead: int, ring: IndexArray) -> int:
     """Write the directed link of an edge: vertex pairs that the new vertex will form faces with.
 
@@ -168,7 +168,7 @@ def ring_faces(surface: Surface, kept: int, dead: int, ring: IndexArray) -> int:
     return count
 
 
-@kernel
+@leaf_kernel
 def keeps_star_shape(
     position: FloatArray, ring: IndexArray, count: int, x: float, y: float, z: float
 ) -> bool:
@@ -182,7 +182,7 @@ def keeps_star_shape(
     return True
 
 
-@kernel
+@leaf_kernel
 def _cone_volume(
     position: FloatArray, ring: IndexArray, count: int, x: float, y: float, z: float
 ) -> float:
@@ -196,14 +196,37 @@ def _cone_volume(
     return total
 
 
-@kernel
-def volume_preserving_radius(
-    surface: Surface, ring: IndexArray, count: int, kept: int, dead: int, direction: FloatArray
-) -> float:
-    """Radius at which a new vertex in a direction leaves the enclosed volume as it was.
+@leaf_kernel
+def _star_volume(surface: Surface, kept: int, dead: int) -> float:
+    """Six times the volume between the centre and the faces around an edge."""
+    position, vertex = surface.position, surface.vertex
+    total = 0.0
+    for end in range(2):
+        centre, other = (kept, dead) if end == 0 else (dead, kept)
+        x, y, z = position[centre, 0], position[centre, 1], position[centre, 2]
+        first = surface.corner_at[centre]
+        corner = first
+        while True:
+            one, two = vertex[following(corner)], vertex[preceding(corner)]
+            # the two faces at the edge itself belong to both stars: counted once, with `kept`
+            if end == 0 or (one != other and two != other):
+                ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
+                bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
+                total += x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
+            corner = swung(surface.opposite, corner)
+            if corner == first:
+                break
+    return total
 
-    The star's volume is linear in the radius of its vertex, so there is exactly one; it is positive
-    for every direction that keeps the star shape.
+
+@leaf_kernel
+def scale_to_preserve_volume(
+    surface: Surface, ring: IndexArray, count: int, kept: int, dead: int, place: FloatArray
+) -> bool:
+    """Move a new vertex along its radius to where the enclosed volume is what it was.
+
+    The star's volume is linear in the radius of its vertex, so there is exactly one such place; it lies
+    in front of the centre for every direction that keeps the star shape.
 
     Parameters
     ----------
@@ -211,35 +234,23 @@ def volume_preserving_radius(
     ring : (m, 2) int32
         The edge's directed link, `count` pairs of it.
     count, kept, dead : int
-    direction : (3,) float64
-        Unit vector.
+    place : (3,) float64
+        A position relative to the centre; scaled.
 
     Returns
     -------
-    float
+    bool
+        Whether there is such a place; `place` is left alone if not.
     """
-    position, vertex = surface.position, surface.vertex
-    volume = 0.0
-    for end in range(2):
-        centre, other = (kept, dead) if end == 0 else (dead, kept)
-        first = surface.corner_at[centre]
-        corner = first
-        while True:
-            one, two = vertex[following(corner)], vertex[preceding(corner)]
-            # the two faces at the edge itself belong to both stars: counted once, with `kept`
-            if end == 0 or (one != other and two != other):
-                volume += np.dot(
-                    position[centre],
-                    np.cross(position[one], position[two]),
-                )
-            corner = swung(surface.opposite, corner)
-            if corner == first:
-                break
-    slope = _cone_volume(position, ring, count, direction[0], direction[1], direction[2])
-    return volume / slope
+    slope = _cone_volume(surface.position, ring, count, place[0], place[1], place[2])
+    scale = _star_volume(surface, kept, dead) / slope
+    if not (scale > 0.0 and scale < np.inf):
+        return False
+    place[0], place[1], place[2] = scale * place[0], scale * place[1], scale * place[2]
+    return True
 
 
-@kernel
+@leaf_kernel
 def kernel_direction(
     position: FloatArray, ring: IndexArray, count: int, direction: FloatArray
 ) -> bool:

@@ -1,4 +1,4 @@
-"""What decimation asks of a cost: three functions, overloaded for each cost's state.
+"""What decimation asks of a cost: four functions, overloaded for each cost's state.
 
 The functions here are only names. A cost's module registers its compiled implementations with
 `implement` for its own NamedTuple of arrays, and the decimation kernel is compiled
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.decimation.star import Surface
 
-__all__ = ["error", "implement", "merge", "optimum"]
+__all__ = ["depends_on_ring", "error", "implement", "merge", "optimum"]
 
 
 def optimum(cost: Any, surface: Surface, kept: int, dead: int, place: FloatArray) -> float:  # noqa: ANN401
@@ -50,12 +50,18 @@ def merge(cost: Any, surface: Surface, kept: int, dead: int, place: FloatArray) 
     raise TypeError(f"no implementation for {type(cost)}; compiled code calls its overloads")
 
 
+def depends_on_ring(cost: Any) -> bool:  # noqa: ANN401
+    """Whether an edge's error changes when faces around it change, not only when its ends do."""
+    raise TypeError(f"no implementation for {type(cost)}; compiled code calls its overloads")
+
+
 def implement(
     state: type,
     *,
     optimum: Callable[..., float],
     error: Callable[..., float],
     merge: Callable[..., None],
+    depends_on_ring: bool,
 ) -> None:
     """Register a cost's kernels as the implementation of this interface.
 
@@ -65,10 +71,13 @@ def implement(
         The NamedTuple that the kernels take as their first argument.
     optimum, error, merge : callable
         Kernels with the signatures of the functions of this module.
+    depends_on_ring : bool
+        What the function of that name returns for this cost.
     """
     functions = globals()
     for name, implementation in (("optimum", optimum), ("error", error), ("merge", merge)):
         overload(functions[name])(_implementation_for(state, implementation))
+    overload(functions["depends_on_ring"])(_constant_for(state, value=depends_on_ring))
 
 
 def _implementation_for(state: type, implementation: Callable[..., Any]) -> Callable[..., Any]:
@@ -77,7 +86,22 @@ def _implementation_for(state: type, implementation: Callable[..., Any]) -> Call
         return implementation(cost, surface, kept, dead, place)
 
     def chosen(cost: Any, surface: Any, kept: Any, dead: Any, place: Any) -> Any:  # noqa: ANN401, ARG001
-        matches = isinstance(cost, types.NamedTuple) and cost.instance_class is state
+        matches = isinstance(cost, types.BaseNamedTuple) and cost.instance_class is state
         return called if matches else None
+
+    return chosen
+
+
+def _constant_for(state: type, *, value: bool) -> Callable[..., Any]:
+    # a constant, so that the compiler drops what is not needed for the cost at hand
+    def holds(cost: Any) -> bool:  # noqa: ANN401, ARG001
+        return True
+
+    def fails(cost: Any) -> bool:  # noqa: ANN401, ARG001
+        return False
+
+    def chosen(cost: Any) -> Any:  # noqa: ANN401
+        matches = isinstance(cost, types.BaseNamedTuple) and cost.instance_class is state
+        return (holds if value else fails) if matches else None
 
     return chosen

@@ -18,7 +18,7 @@ import numpy as np
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.decimation.costs import interface
 from gamutcore.decimation.star import Surface
-from gamutcore.kernels import kernel
+from gamutcore.kernels import kernel, leaf_kernel
 
 __all__ = ["QuadricState", "state"]
 
@@ -27,6 +27,15 @@ REGULARISATION = 1e-5
 
 The publication falls back to an end of the edge where A is not invertible, which on nearly flat
 sides is a question of rounding; a small pull towards the midpoint decides it continuously.
+"""
+
+
+FLATNESS = 1e-10
+"""Weight of the squared edge length in the error, as a part of A's trace.
+
+On an exactly flat side every collapse is free, and without an order of their own the same vertex
+would take in one neighbour after the other, until its faces are slivers and each step costs the
+whole side. Where distances to the planes exceed 10⁻⁵ edge lengths this weighs nothing.
 """
 
 
@@ -85,7 +94,7 @@ def state(positions: FloatArray, faces: IndexArray) -> QuadricState:
     return QuadricState(_vertex_quadrics(positions, faces), np.zeros(10))
 
 
-@kernel
+@leaf_kernel
 def _sum_about(cost: QuadricState, surface: Surface, one: int, two: int, origin: FloatArray) -> None:
     """Write the sum of two vertices' quadrics to `cost.pair`, relative to an origin."""
     quadric, position, pair = cost.quadric, surface.position, cost.pair
@@ -108,7 +117,17 @@ def _sum_about(cost: QuadricState, surface: Surface, one: int, two: int, origin:
         )
 
 
-@kernel
+@leaf_kernel
+def _shortness(surface: Surface, kept: int, dead: int, pair: FloatArray) -> float:
+    """What makes shorter edges come first where the quadric makes no difference."""
+    position, squared = surface.position, 0.0
+    for axis in range(3):
+        difference = position[kept, axis] - position[dead, axis]
+        squared += difference * difference
+    return FLATNESS * (pair[0] + pair[3] + pair[5]) * squared
+
+
+@leaf_kernel
 def _optimum(cost: QuadricState, surface: Surface, kept: int, dead: int, place: FloatArray) -> float:
     pair, position = cost.pair, surface.position
     for axis in range(3):
@@ -121,8 +140,9 @@ def _optimum(cost: QuadricState, surface: Surface, kept: int, dead: int, place: 
     i00, i01, i02 = d * f - e * e, c * e - b * f, b * e - c * d
     i11, i12, i22 = a * f - c * c, b * c - a * e, a * d - b * b
     determinant = a * i00 + b * i01 + c * i02
+    short = _shortness(surface, kept, dead, pair)
     if not determinant > 0.0:
-        return max(pair[9], 0.0)
+        return max(pair[9], 0.0) + short
     bx, by, bz = pair[6], pair[7], pair[8]
     x = -(i00 * bx + i01 * by + i02 * bz) / determinant
     y = -(i01 * bx + i11 * by + i12 * bz) / determinant
@@ -136,20 +156,22 @@ def _optimum(cost: QuadricState, surface: Surface, kept: int, dead: int, place: 
         + pair[5] * z * z
         + 2.0 * (pair[1] * x * y + pair[2] * x * z + pair[4] * y * z)
     )
-    return max(quadratic + 2.0 * (bx * x + by * y + bz * z) + pair[9], 0.0)
+    return max(quadratic + 2.0 * (bx * x + by * y + bz * z) + pair[9], 0.0) + short
 
 
-@kernel
+@leaf_kernel
 def _error(cost: QuadricState, surface: Surface, kept: int, dead: int, place: FloatArray) -> float:
     _sum_about(cost, surface, kept, dead, place)
-    return max(cost.pair[9], 0.0)
+    return max(cost.pair[9], 0.0) + _shortness(surface, kept, dead, cost.pair)
 
 
-@kernel
+@leaf_kernel
 def _merge(cost: QuadricState, surface: Surface, kept: int, dead: int, place: FloatArray) -> None:
     _sum_about(cost, surface, kept, dead, place)
     for index in range(10):
         cost.quadric[kept, index] = cost.pair[index]
 
 
-interface.implement(QuadricState, optimum=_optimum, error=_error, merge=_merge)
+interface.implement(
+    QuadricState, optimum=_optimum, error=_error, merge=_merge, depends_on_ring=False
+)
