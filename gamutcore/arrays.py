@@ -7,13 +7,22 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FloatArray", "IndexArray", "PositionArray"]
+__all__ = ["ByteArray", "Float32Array", "FloatArray", "IndexArray", "LongArray", "PositionArray"]
 
 FloatArray: TypeAlias = NDArray[np.float64]
 """Colours and geometry in double precision."""
+
+Float32Array: TypeAlias = NDArray[np.float32]
+"""Positions at delivered precision."""
 
 PositionArray: TypeAlias = NDArray[np.floating[Any]]
 """Positions at working (float64) or delivered (float32) precision."""
 
 IndexArray: TypeAlias = NDArray[np.int32]
 """Indices of vertices, faces and corners."""
+
+LongArray: TypeAlias = NDArray[np.int64]
+"""Numbers that may outgrow int32."""
+
+ByteArray: TypeAlias = NDArray[np.uint8]
+"""Flags and small numbers."""

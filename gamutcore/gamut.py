@@ -22,6 +22,7 @@ from gamutcore.history import (
     history_bytes,
     history_from_bytes,
     history_metadata,
+    history_of,
 )
 from gamutcore.metric.error_curve import error_curve, round_counts
 from gamutcore.options import Options
@@ -167,7 +168,7 @@ def build_gamut(
     report("boundary", 0.0)
     boundary = modified_convex_hull(colours.points, options.gamma, options.centre)
     report("decimation", 0.0)
-    history = decimated(boundary.mesh, boundary.centre, options.cost)
+    history = history_of(decimated(boundary.mesh, boundary.centre, options.cost))
     report("metric", 0.0)
     curve = error_curve(history, round_counts(history.triangles))
     digest = hashlib.sha256(data).hexdigest()

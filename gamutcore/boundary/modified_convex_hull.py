@@ -18,8 +18,8 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.decimation.corner_table import opposite_corners
-from gamutcore.decimation.star import faces_not_seeing_centre
+from gamutcore.corner_table import opposite_corners
+from gamutcore.star_shape import faces_not_seeing_centre
 from gamutcore.errors import (
     BoundaryError,
     CentreError,

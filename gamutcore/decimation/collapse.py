@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.decimation.corner_table import following, preceding, swung
+from gamutcore.corner_table import following, preceding, swung
 from gamutcore.decimation.costs.interface import depends_on_ring, error, merge, optimum
 from gamutcore.decimation.edge_queue import (
     EdgeQueue,

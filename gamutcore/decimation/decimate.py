@@ -1,30 +1,49 @@
-"""From a full boundary to its history: checks the mesh, runs the kernel, puts the result in order."""
+"""From a full boundary to the record of its decimation: checks the mesh and runs the kernel."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from gamutcore.decimation.collapse import Record, collapse_all, surface_of
-from gamutcore.decimation.corner_table import opposite_corners
+from gamutcore.corner_table import opposite_corners
 from gamutcore.decimation.costs import cost_module
-from gamutcore.decimation.star import faces_not_seeing_centre
+from gamutcore.star_shape import faces_not_seeing_centre
 from gamutcore.errors import DecimationError, MeshError
-from gamutcore.history.history import History
-from gamutcore.history.prefix_order import splits_in_prefix_order
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from gamutcore.arrays import FloatArray, IndexArray
+    from gamutcore.arrays import Float32Array, FloatArray, IndexArray
     from gamutcore.mesh import TriangleMesh
 
-__all__ = ["decimated"]
+__all__ = ["Decimation", "decimated"]
 
 
-def decimated(mesh: TriangleMesh, centre: ArrayLike, cost: str = "volume") -> History:
-    """Decimate a boundary to four triangles and return the history of it.
+class Decimation(NamedTuple):
+    """A boundary's way down to four triangles.
+
+    Attributes
+    ----------
+    record : Record
+        Every collapse, in the order in which it happened.
+    vertex : (3 F,) int32
+        Vertices at the corners of the boundary's faces after the last collapse.
+    positions : (V, 3) float32
+        Positions after the last collapse.
+    centre : (3,) float64
+        What every level is star-shaped about.
+    """
+
+    record: Record
+    vertex: IndexArray
+    positions: Float32Array
+    centre: FloatArray
+
+
+def decimated(mesh: TriangleMesh, centre: ArrayLike, cost: str = "volume") -> Decimation:
+    """Decimate a boundary to four triangles and return the record of it.
 
     Parameters
     ----------
@@ -36,8 +55,8 @@ def decimated(mesh: TriangleMesh, centre: ArrayLike, cost: str = "volume") -> Hi
 
     Returns
     -------
-    History
-        Every level of it is a closed, oriented mesh of genus 0, star-shaped about the centre.
+    Decimation
+        Every level on the way is a closed, oriented mesh of genus 0, star-shaped about the centre.
 
     Raises
     ------
@@ -74,8 +93,7 @@ def decimated(mesh: TriangleMesh, centre: ArrayLike, cost: str = "volume") -> Hi
             f"no edge could be collapsed validly with {2 * (count - collapses) - 4} triangles left",
             remedy="a boundary whose faces are less degenerate, or another centre",
         )
-    splits = splits_in_prefix_order(record._replace(moved=moved), surface.vertex, delivered)
-    return History(splits, middle)
+    return Decimation(record._replace(moved=moved), surface.vertex, delivered, middle)
 
 
 def _check(

@@ -14,27 +14,18 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.decimation.corner_table import following, preceding, swung
-from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.corner_table import following, preceding, swung
+from gamutcore.kernels import leaf_kernel
+from gamutcore.star_shape import sees_centre
 
 __all__ = [
-    "MINIMUM_DETERMINANT",
     "Surface",
-    "faces_not_seeing_centre",
     "kernel_direction",
     "keeps_star_shape",
     "link_condition_holds",
     "ring_faces",
     "scale_to_preserve_volume",
 ]
-
-MINIMUM_DETERMINANT = 2.0**-44
-"""Smallest det(p0, p1, p2) ÷ (|p0| |p1| |p2|) that counts as positive.
-
-A determinant of float64 numbers is computed with a relative error of a few times 2⁻⁵³ of the product
-of the lengths; with this margin its sign is the same in whatever order a reader evaluates it.
-"""
-
 
 class Surface(NamedTuple):
     """A mesh while it is being decimated.
@@ -62,48 +53,6 @@ class Surface(NamedTuple):
     edge_of: IndexArray
     corner_facing: IndexArray
     mark: IndexArray
-
-
-@kernel
-def faces_not_seeing_centre(position: FloatArray, faces: IndexArray) -> IndexArray:
-    """Faces whose determinant about the centre is not positive beyond rounding.
-
-    Parameters
-    ----------
-    position : (V, 3) float64
-        Relative to the centre.
-    faces : (F, 3) int32
-
-    Returns
-    -------
-    (m,) int32
-    """
-    found = np.empty(len(faces), np.int32)
-    count = 0
-    for face in range(len(faces)):
-        one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
-        ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
-        bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
-        x, y, z = position[three, 0], position[three, 1], position[three, 2]
-        if not _sees_centre(ax, ay, az, bx, by, bz, x, y, z):
-            found[count] = face
-            count += 1
-    return found[:count].copy()
-
-
-@leaf_kernel
-def _sees_centre(
-    ax: float, ay: float, az: float, bx: float, by: float, bz: float, x: float, y: float, z: float
-) -> bool:
-    """Whether det(a, b, x) is positive beyond rounding; written so that NaN fails."""
-    determinant = x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
-    lengths = (
-        (x * x + y * y + z * z) * (ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz)
-    )
-    return (
-        determinant > 0.0
-        and determinant * determinant > MINIMUM_DETERMINANT * MINIMUM_DETERMINANT * lengths
-    )
 
 
 @leaf_kernel
@@ -177,7 +126,7 @@ def keeps_star_shape(
         one, two = ring[pair, 0], ring[pair, 1]
         ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
         bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
-        if not _sees_centre(ax, ay, az, bx, by, bz, x, y, z):
+        if not sees_centre(ax, ay, az, bx, by, bz, x, y, z):
             return False
     return True
 

@@ -1,7 +1,7 @@
 """Histories: every level of a gamut, read, stepped through, saved and loaded."""
 
 from gamutcore.history.file import history_bytes, history_from_bytes, history_metadata
-from gamutcore.history.history import MINIMUM_TRIANGLES, History
+from gamutcore.history.history import MINIMUM_TRIANGLES, History, history_of
 from gamutcore.history.prefix_order import Splits
 from gamutcore.history.stepping import LevelCursor
 
@@ -13,4 +13,5 @@ __all__ = [
     "history_bytes",
     "history_from_bytes",
     "history_metadata",
+    "history_of",
 ]

@@ -18,7 +18,7 @@ import numpy as np
 from safetensors import SafetensorError, deserialize
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.decimation.corner_table import opposite_corners
+from gamutcore.corner_table import opposite_corners
 from gamutcore.errors import HistoryFileError
 from gamutcore.history.history import History
 from gamutcore.history.prefix_order import Splits

@@ -16,6 +16,7 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.errors import TriangleCountError
+from gamutcore.history.prefix_order import Splits, splits_in_prefix_order
 from gamutcore.history.stepping import LevelCursor, refine
 from gamutcore.kernels import kernel
 from gamutcore.mesh import TriangleMesh
@@ -23,9 +24,9 @@ from gamutcore.mesh import TriangleMesh
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from gamutcore.history.prefix_order import Splits
+    from gamutcore.decimation import Decimation
 
-__all__ = ["MINIMUM_TRIANGLES", "History"]
+__all__ = ["MINIMUM_TRIANGLES", "History", "history_of"]
 
 MINIMUM_TRIANGLES = 4
 """A tetrahedron: the only triangulation of the sphere in which no edge can be collapsed."""
@@ -37,7 +38,7 @@ class History:
     Parameters
     ----------
     splits : Splits
-        In prefix order, and consistent: what decimation records or a checked file holds.
+        In prefix order, and consistent: what `history_of` arranges or a checked file holds.
     centre : (3,) float64
         What every level is star-shaped about.
     """
@@ -124,6 +125,20 @@ class History:
         """Yield every level from the coarsest to the full boundary."""
         for triangles in range(MINIMUM_TRIANGLES, self.triangles + 1, 2):
             yield self.level(triangles)
+
+
+def history_of(decimation: Decimation) -> History:
+    """Return the history of a decimation.
+
+    Parameters
+    ----------
+    decimation : Decimation
+
+    Returns
+    -------
+    History
+    """
+    return History(splits_in_prefix_order(decimation), decimation.centre)
 
 
 def _snapshots(splits: Splits) -> tuple[list[int], list[FloatArray], list[IndexArray]]:

@@ -15,7 +15,7 @@ from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.kernels import kernel
 
 if TYPE_CHECKING:
-    from gamutcore.decimation.collapse import Record
+    from gamutcore.decimation import Decimation
 
 __all__ = ["Splits", "splits_in_prefix_order"]
 
@@ -63,22 +63,18 @@ class Splits(NamedTuple):
         return len(self.parent) + 4
 
 
-def splits_in_prefix_order(record: Record, vertex: IndexArray, delivered: FloatArray) -> Splits:
+def splits_in_prefix_order(decimation: Decimation) -> Splits:
     """Turn collapses as they happened into splits in prefix order.
 
     Parameters
     ----------
-    record : Record
-        All V − 4 collapses of a mesh with V vertices.
-    vertex : (3 F,) int32
-        Corner table after the last of them.
-    delivered : (V, 3) float32
-        Positions after the last of them.
+    decimation : Decimation
 
     Returns
     -------
     Splits
     """
+    record = decimation.record
     steps = len(record.dead)
     slot_of = np.full(steps + 4, -1, np.int32)
     slot_of[record.dead] = np.arange(steps + 3, 3, -1, dtype=np.int32)
@@ -92,8 +88,8 @@ def splits_in_prefix_order(record: Record, vertex: IndexArray, delivered: FloatA
     face_of[left] = np.arange(4, dtype=np.int32)
     moved_end, moved = _moved_in_reverse(record.moved_end, record.moved, face_of)
     return Splits(
-        base_positions=delivered[survivors],
-        base_faces=slot_of[vertex.reshape(-1, 3)[left]],
+        base_positions=decimation.positions[survivors],
+        base_faces=slot_of[decimation.vertex.reshape(-1, 3)[left]],
         parent=slot_of[record.kept[::-1]],
         coarse=np.ascontiguousarray(record.position[::-1, 2]),
         fine=np.ascontiguousarray(record.position[::-1, 0]),

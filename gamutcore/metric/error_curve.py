@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.decimation.corner_table import following, opposite_corners, preceding
+from gamutcore.corner_table import following, opposite_corners, preceding
 from gamutcore.kernels import kernel
 
 if TYPE_CHECKING:

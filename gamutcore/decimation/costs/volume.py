@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.decimation.corner_table import following, preceding, swung
+from gamutcore.corner_table import following, preceding, swung
 from gamutcore.decimation.costs import interface
 from gamutcore.decimation.star import Surface
 from gamutcore.kernels import leaf_kernel
