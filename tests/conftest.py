@@ -10,11 +10,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from hypothesis import settings
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 VALIDATOR = Path(__file__).parent / "gltf"
+
+# the same examples in every run: a failure in CI is the failure at one's desk; and no timed tests
+settings.register_profile("repository", derandomize=True, deadline=None)
+settings.load_profile("repository")
 
 
 def missing(what: str) -> None:

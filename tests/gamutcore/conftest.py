@@ -6,10 +6,22 @@ import struct
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
+import trimesh
+
+from gamutcore.boundary import Boundary, modified_convex_hull
+from gamutcore.characterisation import characterisation
+from gamutcore.colours import surface_colours
+from gamutcore.decimation import decimated
+from gamutcore.gamut import Gamut, Options, build_gamut
+from gamutcore.history import History, history_of
+from gamutcore.mesh import TriangleMesh
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from numpy.typing import ArrayLike
 
 ROOT = Path(__file__).parents[2]
 
@@ -60,3 +72,85 @@ def made_profile() -> Callable[..., bytes]:
         return bytes(header) + struct.pack(">I", len(tags)) + table + body
 
     return make
+
+
+@pytest.fixture(scope="session")
+def assert_every_invariant() -> Callable[[TriangleMesh, ArrayLike, int], None]:
+    """Return a check of all that a level promises, after its rounding to float32."""
+
+    def check(mesh: TriangleMesh, centre: ArrayLike, triangles: int) -> None:
+        assert mesh.vertices.dtype == np.float32
+        assert mesh.triangles == triangles == 2 * len(mesh.vertices) - 4
+        validity = mesh.validity(centre)
+        assert validity.is_gamut, (triangles, validity)
+
+    return check
+
+
+@pytest.fixture(scope="session")
+def icosphere() -> Callable[..., TriangleMesh]:
+    """Return a function that makes a sphere of 20 · 4ⁿ triangles whose vertices lie on it."""
+
+    def make(
+        subdivisions: int, radius: float = 1.0, centre: ArrayLike = (0.0, 0.0, 0.0)
+    ) -> TriangleMesh:
+        sphere = trimesh.creation.icosphere(subdivisions, radius)
+        vertices = np.asarray(sphere.vertices) + np.asarray(centre, np.float64)
+        return TriangleMesh(vertices.astype(np.float32), np.asarray(sphere.faces, np.int32))
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def random_cloud() -> Callable[..., np.ndarray]:
+    """Return a function from a seed to points on a bumpy surface about (50, 0, 0), as a gamut's."""
+
+    def make(seed: int, count: int = 200) -> np.ndarray:
+        random = np.random.default_rng(seed)
+        directions = random.normal(size=(count, 3))
+        directions /= np.linalg.norm(directions, axis=1)[:, np.newaxis]
+        return directions * random.uniform(30.0, 60.0, (count, 1)) + (50.0, 0.0, 0.0)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def small_history(random_cloud: Callable[..., np.ndarray]) -> History:
+    """Return the history of a bumpy surface, small enough to look at each of its levels."""
+    boundary = modified_convex_hull(random_cloud(1))
+    return history_of(decimated(boundary.mesh, boundary.centre))
+
+
+@pytest.fixture(scope="session")
+def small_gamut() -> Gamut:
+    """Return a gamut that was built from bare colours: a grid on a deformed sphere."""
+    hue, polar = np.meshgrid(np.arange(0, 360, 15), np.arange(15, 180, 15))
+    chroma = 40 * np.sin(np.radians(polar)) * (1 + 0.3 * np.cos(np.radians(3 * hue)))
+    lab = [50 + 45 * np.cos(np.radians(polar))]
+    lab += [chroma * np.cos(np.radians(hue)), chroma * np.sin(np.radians(hue))]
+    rows = "".join("{:.4f},{:.4f},{:.4f}\n".format(*row) for row in np.reshape(lab, (3, -1)).T)
+    return build_gamut(f"LAB_L,LAB_A,LAB_B\n{rows}".encode(), Options())
+
+
+@pytest.fixture(scope="session")
+def fogra39_gamut(fogra39: bytes) -> Gamut:
+    """Return the gamut of FOGRA39L as the defaults build it."""
+    return build_gamut(fogra39, Options())
+
+
+@pytest.fixture(scope="session")
+def fogra39_points(fogra39: bytes) -> np.ndarray:
+    """Return the surface colours of FOGRA39L that the defaults ask for."""
+    return surface_colours(characterisation(fogra39)).points
+
+
+@pytest.fixture(scope="session")
+def fogra39_boundary(fogra39_points: np.ndarray) -> Boundary:
+    """Return the full boundary of FOGRA39L by the defaults, about 92,000 triangles."""
+    return modified_convex_hull(fogra39_points)
+
+
+@pytest.fixture(scope="session")
+def fogra39_quadric(fogra39_boundary: Boundary) -> History:
+    """Return the history of FOGRA39L by the published cost."""
+    return history_of(decimated(fogra39_boundary.mesh, fogra39_boundary.centre, "quadric"))

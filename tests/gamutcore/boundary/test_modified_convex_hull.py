@@ -1,0 +1,408 @@
+"""The modified convex hull: published volumes, its definition, and all that may be thrown at it."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from gamutcore.boundary import modified_convex_hull
+from gamutcore.errors import (
+    CentreError,
+    FlatPointsError,
+    GamutError,
+    InvalidPointsError,
+    OptionError,
+    TooFewPointsError,
+)
+
+D50 = np.array([0.96422, 1.0, 0.82521])
+WHITES = {"D65": (0.95047, 1.0, 1.08883), "C": (0.98074, 1.0, 1.18232), "D50": D50}
+BRADFORD = np.array(
+    [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]]
+)
+WORKING_SPACES = {
+    # Bruce Lindbloom's table of RGB working spaces: primaries' x y, white, gamma, CIELAB volume
+    "sRGB": ((0.64, 0.33), (0.30, 0.60), (0.15, 0.06), "D65", 2.2, 832_870),
+    "Adobe RGB": ((0.64, 0.33), (0.21, 0.71), (0.15, 0.06), "D65", 2.2, 1_208_631),
+    "Apple RGB": ((0.625, 0.34), (0.28, 0.595), (0.155, 0.07), "D65", 1.8, 798_403),
+    "Beta RGB": ((0.6888, 0.3112), (0.1986, 0.7551), (0.1265, 0.0352), "D50", 2.2, 1_717_450),
+    "ColorMatch": ((0.63, 0.34), (0.295, 0.605), (0.15, 0.075), "D50", 1.8, 836_975),
+    "NTSC": ((0.67, 0.33), (0.21, 0.71), (0.14, 0.08), "C", 2.2, 1_300_252),
+    "ProPhoto": ((0.7347, 0.2653), (0.1596, 0.8404), (0.0366, 0.0001), "D50", 1.8, 2_879_568),
+    "Wide Gamut": ((0.735, 0.265), (0.115, 0.826), (0.157, 0.018), "D50", 2.2, 2_164_221),
+}
+STEPS = 129
+
+
+def cube_faces(steps):
+    """Return device values on the faces of the RGB cube and triangles between them."""
+    axis = np.linspace(0.0, 1.0, steps)
+    one, two = np.meshgrid(axis, axis, indexing="ij")
+    index = np.arange(steps * steps).reshape(steps, steps)
+    quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1)
+    quads = quads.reshape(-1, 4)
+    faces = np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    points, triangles = [], []
+    for channel, side in itertools.product(range(3), (0.0, 1.0)):
+        face = np.empty((steps * steps, 3))
+        face[:, channel] = side
+        face[:, (channel + 1) % 3], face[:, (channel + 2) % 3] = one.ravel(), two.ravel()
+        triangles.append((faces if side else faces[:, ::-1]) + steps * steps * len(points))
+        points.append(face)
+    return np.vstack(points), np.vstack(triangles)
+
+
+@pytest.fixture(scope="module")
+def working_space():
+    """Return a function from a name to CIELAB of the cube's faces and the volume between them."""
+    device, triangles = cube_faces(STEPS)
+
+    def lab_and_volume(name):
+        *xy, white, gamma, _ = WORKING_SPACES[name]
+        primaries = np.array([[x, y, 1 - x - y] for x, y in xy]).T
+        matrix = primaries * np.linalg.solve(primaries, WHITES[white])
+        gains = (BRADFORD @ D50) / (BRADFORD @ WHITES[white])
+        adapted = np.linalg.inv(BRADFORD) @ np.diag(gains) @ BRADFORD @ matrix
+        ratio = device**gamma @ adapted.T / D50
+        f = np.where(ratio > 216 / 24389, np.cbrt(ratio), (24389 / 27 * ratio + 16) / 116)
+        lab = np.stack(
+            [116 * f[:, 1] - 16, 500 * (f[:, 0] - f[:, 1]), 200 * (f[:, 1] - f[:, 2])], axis=1
+        )
+        corners = lab[triangles] - (50.0, 0.0, 0.0)
+        return lab, np.linalg.det(corners).sum() / 6
+
+    return lab_and_volume
+
+
+class TestPublishedVolumes:
+    @pytest.mark.parametrize("name", WORKING_SPACES)
+    def test_of_rgb_working_spaces(self, working_space, name):
+        boundary = modified_convex_hull(working_space(name)[0], gamma=0.05)
+        assert boundary.mesh.volume == pytest.approx(WORKING_SPACES[name][-1], rel=0.0015)
+
+    @pytest.mark.parametrize(
+        ("name", "overshoot"), [("sRGB", 0.09), ("Adobe RGB", 0.10), ("ProPhoto", 0.96)]
+    )
+    def test_overshoot_with_gamma_a_fifth(self, working_space, name, overshoot):
+        lab, volume = working_space(name)
+        boundary = modified_convex_hull(lab, 0.2, (50.0, 0.0, 0.0))
+        assert 100 * (boundary.mesh.volume / volume - 1) == pytest.approx(overshoot, abs=0.03)
+
+    @pytest.mark.parametrize(
+        ("name", "overshoot"), [("sRGB", 8.8), ("Adobe RGB", 6.1), ("ProPhoto", 7.4)]
+    )
+    def test_overshoot_of_the_convex_hull(self, working_space, name, overshoot):
+        lab, volume = working_space(name)
+        boundary = modified_convex_hull(lab, 1.0)
+        assert 100 * (boundary.mesh.volume / volume - 1) == pytest.approx(overshoot, abs=0.1)
+
+
+def fibonacci_sphere(count):
+    """Return nearly evenly spread points on the unit sphere."""
+    index = np.arange(count) + 0.5
+    turn, height = index * np.pi * (1 + np.sqrt(5)), 1 - 2 * index / count
+    chord = np.sqrt(1 - height**2)
+    return np.stack([chord * np.cos(turn), chord * np.sin(turn), height], axis=1)
+
+
+def grid(steps):
+    """Return the points of a full grid in the cube from 0 to 1: most coplanar, many co-spherical."""
+    axis = np.linspace(0, 1, steps)
+    return np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
+
+
+def cube_surface(steps):
+    points = grid(steps)
+    return points[((points == 0) | (points == 1)).any(axis=1)]
+
+
+class TestDefinition:
+    @pytest.mark.parametrize("gamma", [0.05, 0.2, 0.5, 1.0])
+    def test_with_raised_radii_no_point_is_outside_of_any_face(self, random_cloud, gamma):
+        points = random_cloud(3, 500)
+        centre = np.array([48.0, 1.0, -2.0])
+        boundary = modified_convex_hull(points, gamma, centre)
+
+        def raised(positions):
+            relative = np.asarray(positions, np.float64) - centre
+            radii = np.linalg.norm(relative, axis=1)[:, np.newaxis] / 60
+            return relative / 60 * radii ** (gamma - 1)
+
+        one, two, three = (
+            raised(boundary.mesh.vertices)[boundary.mesh.faces[:, i]] for i in range(3)
+        )
+        normals = np.cross(two - one, three - one)
+        normals /= np.linalg.norm(normals, axis=1)[:, np.newaxis]
+        heights = raised(points) @ normals.T - np.einsum("ij,ij->i", normals, one)
+        assert heights.max() < 1e-6
+
+    def test_vertices_are_given_points_and_say_which(self, random_cloud):
+        points = random_cloud(4)
+        boundary = modified_convex_hull(points)
+        np.testing.assert_array_equal(
+            boundary.mesh.vertices, points[boundary.sources].astype(np.float32)
+        )
+        assert len(np.unique(boundary.sources)) == len(boundary.sources)
+
+    def test_a_small_gamma_puts_all_points_on_the_surface(self, random_cloud):
+        points = random_cloud(5)
+        assert len(modified_convex_hull(points, 0.01).mesh.vertices) == len(points)
+
+    def test_a_larger_gamma_keeps_no_point_that_a_smaller_one_drops(self, random_cloud):
+        # what a plane bounds with radii to the power γ is, with a smaller power, a convex set that
+        # touches the same points
+        points = random_cloud(6, 400)
+        kept = [
+            set(modified_convex_hull(points, gamma, (50, 0, 0)).sources.tolist())
+            for gamma in (0.05, 0.1, 0.2, 0.5, 1.0)
+        ]
+        for more, fewer in itertools.pairwise(kept):
+            assert fewer < more
+
+    def test_the_result_says_what_it_was_made_with(self):
+        boundary = modified_convex_hull(cube_surface(3), 0.3, (0.4, 0.5, 0.6))
+        assert boundary.gamma == 0.3
+        np.testing.assert_array_equal(boundary.centre, np.float32([0.4, 0.5, 0.6]))
+
+    def test_the_automatic_centre_of_a_symmetric_body_is_its_middle(self):
+        np.testing.assert_allclose(modified_convex_hull(grid(4)).centre, 0.5, atol=1e-7)
+
+    def test_the_automatic_centre_is_inside_where_the_middle_of_the_bounds_is_not(self):
+        # a tetrahedron at a corner of the cube: (½, ½, ½) lies beyond its slanted face
+        tetrahedron = np.vstack([np.zeros(3), np.eye(3)])
+        np.testing.assert_allclose(modified_convex_hull(tetrahedron).centre, 0.25, atol=1e-7)
+
+
+class TestKnownBodies:
+    def test_a_sphere(self, assert_every_invariant):
+        boundary = modified_convex_hull(fibonacci_sphere(4000), centre=(0, 0, 0))
+        assert_every_invariant(boundary.mesh, boundary.centre, 2 * 4000 - 4)
+        # n points of a convex body: relative deficit of the order of 1/n
+        assert boundary.mesh.volume == pytest.approx(4 / 3 * np.pi, rel=0.003)
+        assert boundary.mesh.area == pytest.approx(4 * np.pi, rel=0.003)
+
+    @pytest.mark.parametrize("gamma", [0.2, 1.0])
+    @pytest.mark.parametrize("steps", [2, 3, 7, 12])
+    def test_a_cube_of_coplanar_points(self, assert_every_invariant, steps, gamma):
+        boundary = modified_convex_hull(cube_surface(steps), gamma)
+        assert_every_invariant(boundary.mesh, boundary.centre, boundary.mesh.triangles)
+        assert boundary.mesh.volume == pytest.approx(1.0, rel=1e-6)
+        assert boundary.mesh.area == pytest.approx(6.0, rel=1e-6)
+
+    def test_points_inside_change_nothing(self):
+        shell = cube_surface(5)
+        inside = 0.2 + 0.6 * np.random.default_rng(0).random((500, 3))
+        with_inside = modified_convex_hull(np.vstack([shell, inside]), centre=(0.5, 0.5, 0.5))
+        assert with_inside.mesh == modified_convex_hull(shell, centre=(0.5, 0.5, 0.5)).mesh
+
+    def test_an_octahedron(self):
+        corners = np.vstack([np.eye(3), -np.eye(3)])
+        mesh = modified_convex_hull(corners).mesh
+        assert (mesh.triangles, mesh.volume) == (8, pytest.approx(4 / 3))
+
+    def test_four_points_are_a_tetrahedron(self, assert_every_invariant):
+        boundary = modified_convex_hull(np.vstack([np.zeros(3), np.eye(3)]))
+        assert_every_invariant(boundary.mesh, boundary.centre, 4)
+        assert boundary.mesh.volume == pytest.approx(1 / 6)
+
+    def test_a_dent_is_followed(self):
+        # a cube with one face's middle pushed half way in: 1 − ⅙ of its volume
+        shell = np.vstack([grid(2), [[0.5, 0.5, 0.75]]])
+        mesh = modified_convex_hull(shell, 0.05, (0.5, 0.5, 0.4)).mesh
+        assert mesh.volume == pytest.approx(1 - 0.25 / 3, rel=1e-6)
+
+
+class TestInvariance:
+    @settings(max_examples=20)
+    @given(seed=st.integers(0, 10**6))
+    def test_rotation_permutation_and_scale_leave_the_relative_volume(self, random_cloud, seed):
+        points, centre = random_cloud(seed) - (50.0, 0.0, 0.0), np.zeros(3)
+        volume = modified_convex_hull(points, 0.2, centre).mesh.volume
+        random = np.random.default_rng(seed)
+        rotation = np.linalg.qr(random.normal(size=(3, 3)))[0]
+        assert modified_convex_hull(points @ rotation, 0.2, centre).mesh.volume == pytest.approx(
+            volume, rel=1e-5
+        )
+        shuffled = random.permutation(points)
+        assert modified_convex_hull(shuffled, 0.2, centre).mesh.volume == pytest.approx(
+            volume, rel=1e-5
+        )
+        scaled = modified_convex_hull(0.37 * points, 0.2, centre).mesh
+        assert scaled.volume == pytest.approx(0.37**3 * volume, rel=1e-5)
+
+    @pytest.mark.parametrize("scale", [2.0**-60, 2.0**-20, 2.0**30])
+    def test_scale_by_a_power_of_two_changes_no_bit(self, random_cloud, scale):
+        points = random_cloud(7) - (50.0, 0.0, 0.0)
+        mesh = modified_convex_hull(points, 0.2).mesh
+        scaled = modified_convex_hull(points * scale, 0.2).mesh
+        np.testing.assert_array_equal(scaled.faces, mesh.faces)
+        np.testing.assert_array_equal(scaled.vertices, mesh.vertices * np.float32(scale))
+
+    def test_reruns_are_bit_identical(self, random_cloud):
+        points = np.vstack([random_cloud(8, 2000), grid(6) * 20 + 40])
+        first, second = modified_convex_hull(points), modified_convex_hull(points.copy())
+        assert first.mesh == second.mesh
+        np.testing.assert_array_equal(first.sources, second.sources)
+        np.testing.assert_array_equal(first.centre, second.centre)
+
+    def test_duplicates_change_nothing(self, random_cloud):
+        points = random_cloud(9)
+        doubled = modified_convex_hull(np.vstack([points, points, points[::-1]]), centre=(50, 0, 0))
+        assert doubled.mesh.volume == pytest.approx(
+            modified_convex_hull(points, centre=(50, 0, 0)).mesh.volume, rel=1e-9
+        )
+
+    def test_the_points_are_not_written_to(self, random_cloud):
+        points = random_cloud(10)
+        before = points.copy()
+        modified_convex_hull(points)
+        np.testing.assert_array_equal(points, before)
+
+
+def assert_valid_or_named(points, gamma, centre, assert_every_invariant):
+    """Check that there is a boundary with all invariants, or an error that says what to do."""
+    try:
+        boundary = modified_convex_hull(points, gamma, centre)
+    except GamutError as error:
+        assert error.message
+        assert error.remedy
+        return
+    assert_every_invariant(boundary.mesh, boundary.centre, boundary.mesh.triangles)
+
+
+NASTY = st.sampled_from(
+    [0.0, -0.0, 1.0, -1.0, 0.5, 2.0, 3.0, 1e-7, 1e-30, 1 + 1e-7, 100.0, 1e6, 1e11, -1e11]
+)
+
+
+class TestAnything:
+    @settings(max_examples=150)
+    @given(
+        points=arrays(np.float64, st.tuples(st.integers(0, 30), st.just(3)), elements=NASTY),
+        gamma=st.sampled_from([0.01, 0.2, 1.0]),
+        centre=st.one_of(st.just("auto"), st.tuples(NASTY, NASTY, NASTY)),
+    )
+    def test_of_awkward_numbers(self, assert_every_invariant, points, gamma, centre):
+        assert_valid_or_named(points, gamma, centre, assert_every_invariant)
+
+    @settings(max_examples=100)
+    @given(
+        points=arrays(
+            np.float64,
+            st.tuples(st.integers(4, 40), st.just(3)),
+            elements=st.integers(-3, 3).map(float),
+        ),
+        scale=st.sampled_from([1e-30, 1e-3, 1.0, 1e5]),
+        shift=st.sampled_from([0.0, 1.0, 1e3, 1e7]),
+        gamma=st.sampled_from([0.05, 0.2, 1.0]),
+    )
+    def test_of_lattices(self, assert_every_invariant, points, scale, shift, gamma):
+        assert_valid_or_named(points * scale + shift, gamma, "auto", assert_every_invariant)
+
+    @settings(max_examples=100)
+    @given(
+        points=arrays(
+            np.float64,
+            st.tuples(st.integers(0, 20), st.just(3)),
+            elements=st.floats(allow_nan=True, allow_infinity=True),
+        )
+    )
+    def test_of_any_floats(self, assert_every_invariant, points):
+        assert_valid_or_named(points, 0.2, "auto", assert_every_invariant)
+
+    @pytest.mark.parametrize("scale", [1e-30, 1e-12, 1e-3, 1e3, 1e9])
+    def test_scales(self, assert_every_invariant, random_cloud, scale):
+        points = (random_cloud(11, 2000) - (50, 0, 0)) * scale
+        boundary = modified_convex_hull(points)
+        assert_every_invariant(boundary.mesh, boundary.centre, boundary.mesh.triangles)
+        assert boundary.mesh.volume / scale**3 == pytest.approx(
+            modified_convex_hull(points / scale).mesh.volume, rel=1e-4
+        )
+
+    @pytest.mark.parametrize("shift", [1e2, 1e4, 1e6])
+    def test_far_from_the_origin(self, assert_every_invariant, random_cloud, shift):
+        boundary = modified_convex_hull(random_cloud(12, 2000) + shift)
+        assert_every_invariant(boundary.mesh, boundary.centre, boundary.mesh.triangles)
+
+    def test_points_at_the_centre(self, assert_every_invariant):
+        points = np.vstack([cube_surface(4), np.full((50, 3), 0.5)])
+        boundary = modified_convex_hull(points, centre=(0.5, 0.5, 0.5))
+        assert_every_invariant(boundary.mesh, boundary.centre, boundary.mesh.triangles)
+        assert boundary.mesh.volume == pytest.approx(1.0, rel=1e-6)
+
+    def test_many_points_on_few_rays(self, assert_every_invariant):
+        shell = cube_surface(4) - 0.5
+        points = np.vstack([shell * radius for radius in (1.0, 0.75, 0.5, 0.25, 0.125)])
+        boundary = modified_convex_hull(points, centre=(0, 0, 0))
+        assert_every_invariant(boundary.mesh, boundary.centre, boundary.mesh.triangles)
+        assert boundary.mesh.volume == pytest.approx(1.0, rel=1e-6)
+
+
+class TestRefusals:
+    @pytest.mark.parametrize(
+        ("points", "kind"),
+        [
+            ([], InvalidPointsError),
+            ([1.0, 2.0, 3.0], InvalidPointsError),
+            (np.zeros((5, 2)), InvalidPointsError),
+            (np.zeros((2, 5, 3)), InvalidPointsError),
+            ("points", InvalidPointsError),
+            ([["a", "b", "c"]] * 4, InvalidPointsError),
+            ([[1, 2, 3], [4, 5]], InvalidPointsError),
+            (None, InvalidPointsError),
+            ({}, InvalidPointsError),
+            (np.eye(3), TooFewPointsError),
+            (np.empty((0, 3)), TooFewPointsError),
+            (np.repeat(np.eye(3), 10, axis=0), TooFewPointsError),
+            (np.ones((50, 3)), TooFewPointsError),
+            (np.ones((5000, 3)), FlatPointsError),
+            (np.arange(30.0)[:, np.newaxis] * np.ones(3), FlatPointsError),
+            (np.random.default_rng(0).random((50, 3)) * (1, 1, 0), FlatPointsError),
+            (np.random.default_rng(0).random((50, 3)) @ [[1, 1, 2], [0, 1, 1], [1, 2, 3]],
+             FlatPointsError),
+            (np.random.default_rng(0).random((50, 3)) * (1, 1, 1e-7), FlatPointsError),
+        ],
+    )  # fmt: skip
+    def test_of_points_without_a_volume(self, points, kind):
+        with pytest.raises(InvalidPointsError) as caught:
+            modified_convex_hull(points)
+        assert type(caught.value) is kind
+        assert caught.value.remedy
+
+    @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e12, -1e300])
+    def test_of_a_number_out_of_range_names_its_row(self, value):
+        points = cube_surface(3)
+        points[7, 1] = value
+        with pytest.raises(InvalidPointsError) as caught:
+            modified_convex_hull(points)
+        assert caught.value.where == {"row": 7}
+
+    @pytest.mark.parametrize(
+        "centre",
+        [(2, 0, 0), (0, 0, 0), (1, 1, 1), (0.5, 0.5, 0), (0.5, 0.5, 1 + 1e-5), (-1e6, 0.5, 0.5)],
+    )
+    def test_of_a_centre_that_is_not_inside(self, centre):
+        with pytest.raises(CentreError) as caught:
+            modified_convex_hull(cube_surface(4), 0.2, centre)
+        assert caught.value.where["field"] == "centre"
+
+    def test_of_a_centre_inside_the_bounds_but_outside_the_hull(self):
+        with pytest.raises(CentreError):
+            modified_convex_hull(np.vstack([np.zeros(3), np.eye(3)]), 0.2, (0.9, 0.9, 0.9))
+
+    @pytest.mark.parametrize(
+        "centre", ["middle", (1, 2), (1, 2, 3, 4), None, (np.nan, 0, 0), (0, np.inf, 0), 5, "012"]
+    )
+    def test_of_a_centre_that_is_not_three_numbers(self, centre):
+        with pytest.raises(OptionError) as caught:
+            modified_convex_hull(cube_surface(4), 0.2, centre)
+        assert caught.value.where["field"] == "centre"
+
+    @pytest.mark.parametrize("gamma", [0, -0.2, 1.0001, np.nan, np.inf])
+    def test_of_a_gamma_out_of_range(self, gamma):
+        with pytest.raises(OptionError) as caught:
+            modified_convex_hull(cube_surface(4), gamma)
+        assert caught.value.where["field"] == "gamma"
