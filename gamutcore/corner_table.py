@@ -1,9 +1,10 @@
 """The corner table: a triangle mesh's connectivity as two flat integer arrays.
 
-Corner ``c = 3 f + i`` is the i-th corner of face f. ``vertex[c]`` is the vertex at it; ``opposite[c]``
-is the corner facing it across the edge that joins the face's other two corners (Rossignac,
-Safonova & Szymczak, "3D Compression Made Simple: Edgebreaker on a Corner-Table", 2001). All
-traversal is index arithmetic: ``following`` and ``preceding`` within a face, ``swung`` around a vertex.
+Corner ``c = 3 f + i`` is the i-th corner of face f. ``vertex[c]`` is the vertex at it;
+``opposite[c]`` is the corner facing it across the edge that joins the face's other two corners
+(Rossignac, Safonova & Szymczak, "3D Compression Made Simple: Edgebreaker on a Corner-Table",
+2001). All traversal is index arithmetic: ``following`` and ``preceding`` within a face, ``swung``
+around a vertex.
 """
 
 from __future__ import annotations

@@ -56,7 +56,7 @@ class GamutError(Exception):
         self.remedy = remedy
 
     def __reduce__(self) -> tuple[object, ...]:
-        # Errors cross process borders: a build runs in a worker, its error is reported by the parent.
+        # errors cross process borders: a build runs in a worker, its parent reports the error
         return (_rebuilt, (type(self), self.message, self.where, self.remedy))
 
 

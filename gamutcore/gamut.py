@@ -1,4 +1,4 @@
-"""The gamut: characterisation, options, history and a description that says everything that went in.
+"""The gamut: characterisation, options, history, and a description of everything that went in.
 
 `build_gamut` is the whole path from the bytes of a file to a history; the other modules are its
 stations. A gamut is stored as its history file, with the description in the file's metadata.
@@ -197,14 +197,13 @@ def build_gamut(
 
 def _description(metadata: dict[str, str]) -> dict[str, Any]:
     try:
-        description = json.loads(metadata[DESCRIPTION])
-        if not isinstance(description["id"], str):
-            raise TypeError("the id is not a text")
+        description = dict(json.loads(metadata[DESCRIPTION]))
+        bytes.fromhex(description["id"])
         Options.from_mapping(description["options"])
-    except (KeyError, ValueError, TypeError, RecursionError) as cause:
+    except (KeyError, ValueError, TypeError, AttributeError, RecursionError) as cause:
         raise HistoryFileError(
             "the history does not describe a gamut",
             where={"field": DESCRIPTION},
             remedy="a file written by Gamut.to_bytes",
         ) from cause
-    return dict(description)
+    return description

@@ -14,7 +14,7 @@ import hashlib
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
 from numba.core import config
@@ -49,16 +49,14 @@ def package_digest() -> bytes:
     return digest.digest()
 
 
-class KernelCacheLocator(_CacheLocator):  # type: ignore[misc]  # numba has no type stubs
-    """Where a kernel's machine code is kept: ``NUMBA_CACHE_DIR``, else ``__pycache__`` beside it."""
+class KernelCacheLocator(_CacheLocator):
+    """Where machine code is kept: ``NUMBA_CACHE_DIR``, else ``__pycache__`` beside the kernel."""
 
     def __init__(self, function: Callable[..., Any], source: str) -> None:
         self._line = function.__code__.co_firstlineno
-        self._path = (
-            str(Path(config.CACHE_DIR) / UserProvidedCacheLocator.get_suitable_cache_subpath(source))
-            if config.CACHE_DIR
-            else str(Path(source).parent / "__pycache__")
-        )
+        chosen: str = getattr(config, "CACHE_DIR", "")
+        subpath: str = UserProvidedCacheLocator.get_suitable_cache_subpath(source)
+        self._path = str(Path(chosen) / subpath if chosen else Path(source).parent / "__pycache__")
 
     def get_cache_path(self) -> str:
         """Return the directory."""
@@ -78,11 +76,11 @@ class KernelCacheLocator(_CacheLocator):  # type: ignore[misc]  # numba has no t
         return cls(function, source)
 
 
-class _KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
-    _locator_classes = (KernelCacheLocator,)
+class _KernelCacheImpl(CompileResultCacheImpl):
+    _locator_classes: list[type[object]] = [KernelCacheLocator]  # noqa: RUF012  # as numba has it
 
 
-class _KernelCache(FunctionCache):  # type: ignore[misc]
+class _KernelCache(FunctionCache):
     _impl_class = _KernelCacheImpl
 
     def save_overload(self, signature: object, data: object) -> None:
@@ -90,7 +88,7 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]
         path = Path(self.cache_path)
         existing = next(folder for folder in (path, *path.parents) if folder.exists())
         if os.access(existing, os.W_OK):
-            super().save_overload(signature, data)
+            super().save_overload(signature, data)  # type: ignore[no-untyped-call]
 
 
 def kernel(function: Kernel) -> Kernel:
@@ -116,8 +114,9 @@ def kernel(function: Kernel) -> Kernel:
 def leaf_kernel(function: Kernel) -> Kernel:
     """Compile, as `kernel` does, a function that allocates no array and takes no slice of one.
 
-    Such a function needs none of numba's reference counting, whose atomic operations otherwise take a
-    third of the time of small functions that are called millions of times (measured on decimation).
+    Such a function needs none of numba's reference counting, whose atomic operations otherwise
+    take a third of the time of small functions that are called millions of times (measured on
+    decimation).
 
     Parameters
     ----------
@@ -131,6 +130,9 @@ def leaf_kernel(function: Kernel) -> Kernel:
 
 
 def _compiled(function: Kernel, **flags: bool) -> Kernel:
-    compiled = numba.njit(nogil=True, error_model="numpy", **flags)(function)
-    compiled._cache = _KernelCache(function)  # noqa: SLF001  # what numba's own enable_caching does
-    return compiled  # type: ignore[no-any-return]
+    # numba's annotations do not know all of its flags
+    compiler = cast("Callable[..., Any]", numba.njit)
+    compiled = compiler(nogil=True, error_model="numpy", **flags)(function)
+    # what numba's own enable_caching does, with another class of cache
+    compiled._cache = _KernelCache(function)  # type: ignore[no-untyped-call]  # noqa: SLF001
+    return cast("Kernel", compiled)

@@ -170,7 +170,9 @@ class TriangleMesh:
     @property
     def volume(self) -> float:
         """Enclosed volume, positive if the faces are oriented outwards (cubic units)."""
-        origin = self.vertices.astype(np.float64).mean(axis=0) if len(self.vertices) else np.zeros(3)
+        origin = (
+            self.vertices.astype(np.float64).mean(axis=0) if len(self.vertices) else np.zeros(3)
+        )
         return float(self.determinants(origin).sum() / 6.0)
 
     @property
@@ -226,7 +228,7 @@ class TriangleMesh:
         )
 
     def to_trimesh(self) -> Any:  # noqa: ANN401  # trimesh has no type stubs
-        """Return a `trimesh.Trimesh` of the same vertices and faces, nothing merged or reordered."""
+        """Return a `trimesh.Trimesh` of the same vertices and faces, none merged or reordered."""
         import trimesh  # noqa: PLC0415  # a heavy import that only exchange needs
 
         return trimesh.Trimesh(self.vertices, self.faces, process=False, validate=False)
@@ -235,8 +237,8 @@ class TriangleMesh:
 def _vertex_cycles(faces: NDArray[np.int64], count: int) -> tuple[bool, bool]:
     """Whether the corners at each vertex form one cycle, and whether the faces form one piece.
 
-    Corner i is followed, going round its vertex, by the corner at the same vertex in the face across
-    the edge to the corner before it; a closed mesh has such a face for every corner.
+    Corner i is followed, going round its vertex, by the corner at the same vertex in the face
+    across the edge to the corner before it; a closed mesh has such a face for every corner.
     """
     corners = np.arange(faces.size).reshape(faces.shape)
     starts, ends = faces.ravel(), np.roll(faces, -1, axis=1).ravel()

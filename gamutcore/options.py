@@ -1,7 +1,7 @@
 """The options that a gamut is built with: one immutable value, checked when it is made.
 
-Together with the digest of the input and the version of the algorithm they are a gamut's identity, so
-defaults are always made explicit and equal options have one canonical form.
+Together with the digest of the input and the version of the algorithm they are a gamut's
+identity, so defaults are always made explicit and equal options have one canonical form.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ class Options:
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, object]) -> Options:
-        """Return options from names and values, such as parsed JSON; what is left out has its default.
+        """Return options from names and values, such as parsed JSON; the rest have their defaults.
 
         Parameters
         ----------

@@ -1,8 +1,8 @@
 """Whether faces see a centre from inside: the property that all levels of a gamut share.
 
-A face (p0, p1, p2), relative to the centre, sees it from inside when det(p0, p1, p2) > 0. If all faces
-of a closed mesh of genus 0 do, their radial projection is a triangulation of the sphere: the mesh
-cannot intersect itself, and every ray from the centre meets it exactly once.
+A face (p0, p1, p2), relative to the centre, sees it from inside when det(p0, p1, p2) > 0. If all
+faces of a closed mesh of genus 0 do, their radial projection is a triangulation of the sphere:
+the mesh cannot intersect itself, and every ray from the centre meets it exactly once.
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ __all__ = ["MINIMUM_DETERMINANT", "faces_not_seeing_centre", "sees_centre"]
 MINIMUM_DETERMINANT = 2.0**-44
 """Smallest det(p0, p1, p2) ÷ (|p0| |p1| |p2|) that counts as positive.
 
-A determinant of float64 numbers is computed with a relative error of a few times 2⁻⁵³ of the product
-of the lengths; with this margin its sign is the same in whatever order a reader evaluates it.
+A determinant of float64 numbers is computed with a relative error of a few times 2⁻⁵³ of the
+product of the lengths; with this margin its sign is the same in whatever order a reader evaluates
+it.
 """
 
 

@@ -1,4 +1,4 @@
-"""The version of the distribution and of the algorithm, the two that a gamut's identity rests on."""
+"""The versions of the distribution and of the algorithm; a gamut's identity rests on the latter."""
 
 __all__ = ["ALGORITHM_VERSION", "__version__"]
 

@@ -1,9 +1,10 @@
 """The modified convex hull: an accurate, star-shaped surface around the colours of a device.
 
 Balasubramanian & Dalal, "A method for quantifying the color gamut of an output device" (1997), as
-Bakke & Farup use it: the radii of all colours about a centre are raised to the power γ, a convex hull
-is taken of the result, and its triangles are kept on the original colours. γ = 1 gives the convex
-hull, γ → 0 would put every colour on the surface; in between the surface follows concavities.
+Bakke & Farup use it: the radii of all colours about a centre are raised to the power γ, a convex
+hull is taken of the result, and its triangles are kept on the original colours. γ = 1 gives the
+convex hull, γ → 0 would put every colour on the surface; in between the surface follows
+concavities.
 
 Radial scaling keeps the direction of every point and with it the sign of every face's determinant
 about the centre, so the surface is star-shaped because the hull is.
@@ -17,9 +18,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.corner_table import opposite_corners
-from gamutcore.star_shape import faces_not_seeing_centre
 from gamutcore.errors import (
     BoundaryError,
     CentreError,
@@ -30,6 +30,7 @@ from gamutcore.errors import (
 )
 from gamutcore.kernels import kernel
 from gamutcore.mesh import TriangleMesh
+from gamutcore.star_shape import faces_not_seeing_centre
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -63,7 +64,7 @@ class Boundary:
 
     mesh: TriangleMesh
     centre: FloatArray
-    sources: IndexArray
+    sources: LongArray
     gamma: float
 
 
@@ -125,7 +126,7 @@ def modified_convex_hull(
 
     relative = rounded - middle
     radii = np.linalg.norm(relative, axis=1)
-    usable = np.flatnonzero(radii > radii.max() * 1e-12)
+    usable: LongArray = np.flatnonzero(radii > radii.max() * 1e-12).astype(np.int64)
     for _ in range(REPAIRS):
         if len(usable) < 4:
             break
@@ -135,8 +136,8 @@ def modified_convex_hull(
         hull = _qhull(transformed)
         if hull.equations[:, 3].max() > -1e-9:
             raise CentreError(
-                f"the centre {tuple(float(value) for value in middle)} is not strictly inside the convex hull"
-                " of the points",
+                f"the centre {tuple(middle.tolist())} is not strictly inside the convex hull of"
+                " the points",
                 where={"field": "centre"},
                 remedy="a point inside the gamut, or 'auto'",
             )
@@ -249,7 +250,7 @@ def _automatic_centre(points: FloatArray) -> FloatArray:
 
 @kernel
 def _outward_faces(simplices: IndexArray, equations: FloatArray, points: FloatArray) -> IndexArray:
-    """Triangles of a hull, counter-clockwise seen from outside, by the hull's own outward normals."""
+    """Triangles of a hull, counter-clockwise from outside, by the hull's own outward normals."""
     faces = np.empty((len(simplices), 3), np.int32)
     for face in range(len(simplices)):
         one, two, three = simplices[face, 0], simplices[face, 1], simplices[face, 2]
@@ -269,8 +270,8 @@ def _outward_faces(simplices: IndexArray, equations: FloatArray, points: FloatAr
     return faces
 
 
-def _coherent_order(faces: IndexArray, points: FloatArray) -> tuple[IndexArray, IndexArray]:
-    """Order vertices along a Morton curve and faces by their first vertex: near in space, near in memory.
+def _coherent_order(faces: IndexArray, points: FloatArray) -> tuple[LongArray, IndexArray]:
+    """Order vertices along a Morton curve, faces by first vertex: near in space, near in memory.
 
     Parameters
     ----------
@@ -285,7 +286,7 @@ def _coherent_order(faces: IndexArray, points: FloatArray) -> tuple[IndexArray, 
     packed : (n, 3) int32
         The faces over them, each starting with its smallest vertex.
     """
-    corners = np.flatnonzero(np.bincount(faces.ravel(), minlength=len(points)))
+    corners = np.flatnonzero(np.bincount(faces.ravel(), minlength=len(points))).astype(np.int64)
     cells = ((points[corners] + 1.0) * 511.5).astype(np.int64)
     code = np.zeros(len(corners), np.int64)
     for bit in range(10):

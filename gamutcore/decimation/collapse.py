@@ -1,11 +1,11 @@
 """The decimation kernel: the cheapest valid collapse, again and again, down to four triangles.
 
-Data layout: a `Surface` (positions, corner table, edges), an indexed heap of edges, one byte per edge
-that says which candidate position stands in the queue for it, and a `Record` that receives every
-collapse. An edge is queued with the error of its first candidate (the cost's optimum). When it comes
-to the front, that candidate is rounded to the precision that is delivered and tested; if it is not
-valid, the edge goes back with the error of the next one. An edge with no valid candidate is parked:
-it stays alive outside the queue and comes back when its ring changes.
+Data layout: a `Surface` (positions, corner table, edges), an indexed heap of edges, one byte per
+edge that says which candidate position stands in the queue for it, and a `Record` that receives
+every collapse. An edge is queued with the error of its first candidate (the cost's optimum). When
+it comes to the front, that candidate is rounded to the precision that is delivered and tested; if
+it is not valid, the edge goes back with the error of the next one. An edge with no valid
+candidate is parked: it stays alive outside the queue and comes back when its ring changes.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.arrays import ByteArray, Float32Array, FloatArray, IndexArray, LongArray
 from gamutcore.corner_table import following, preceding, swung
 from gamutcore.decimation.costs.interface import depends_on_ring, error, merge, optimum
 from gamutcore.decimation.edge_queue import (
@@ -37,14 +37,15 @@ from gamutcore.kernels import kernel, leaf_kernel
 __all__ = ["CANDIDATES", "Record", "collapse_all", "surface_of"]
 
 CANDIDATES = 5
-"""Positions tried for an edge: optimum, midpoint, its two ends, and the middle of the valid cone."""
+"""Positions tried for an edge: optimum, midpoint, its two ends, the middle of the valid cone."""
 
 EAGER_COLLAPSES = 2500
 """This many collapses before the end, errors that a collapse may have changed are evaluated at once
 instead of when their edge comes to the front: with few faces left, the order matters most."""
 
 REACH = 2.0
-"""How far from the edge's midpoint a vertex may be placed, in radii of its star (CGAL #8213: spikes)."""
+"""How far from the edge's midpoint a vertex may be placed, in radii of its star: beyond lie spikes
+(CGAL issue 8213)."""
 
 
 class Record(NamedTuple):
@@ -68,11 +69,37 @@ class Record(NamedTuple):
 
     kept: IndexArray
     dead: IndexArray
-    position: FloatArray
+    position: Float32Array
     face: IndexArray
     face_corners: IndexArray
-    moved_end: IndexArray
+    moved_end: LongArray
     moved: IndexArray
+
+
+class Workspace(NamedTuple):
+    """What the kernel keeps beside the surface while it decimates.
+
+    Attributes
+    ----------
+    queue : EdgeQueue
+    choice : (E,) uint8
+        The candidate that stands in the queue for an edge.
+    stale : (E,) uint8
+        1: the error in the queue is from before a change of the edge's ring.
+    parked : (1,) int32
+        Number of edges that are neither queued nor gone.
+    place : (3,) float64
+        The position at hand, relative to the centre.
+    rounded : (3,) float32
+        The same as it is delivered.
+    """
+
+    queue: EdgeQueue
+    choice: ByteArray
+    stale: ByteArray
+    parked: IndexArray
+    place: FloatArray
+    rounded: Float32Array
 
 
 @kernel
@@ -164,7 +191,7 @@ def _within_reach(
 
 
 @leaf_kernel
-def _round_as_delivered(place: FloatArray, centre: FloatArray, delivered: FloatArray) -> None:
+def _round_as_delivered(place: FloatArray, centre: FloatArray, delivered: Float32Array) -> None:
     """Round to the float32 coordinates that are delivered, and take `place` from them."""
     for axis in range(3):
         delivered[axis] = np.float32(place[axis] + centre[axis])
@@ -175,7 +202,7 @@ def _round_as_delivered(place: FloatArray, centre: FloatArray, delivered: FloatA
 def _moved_corners(
     surface: Surface, kept: int, dead: int, moved: IndexArray, filled: int
 ) -> tuple[IndexArray, int]:
-    """Append the corners that pass from the dead vertex to the kept one; the array grows if need be."""
+    """Append the corners that pass from the dead vertex to the kept one; the array may grow."""
     vertex = surface.vertex
     first = surface.corner_at[dead]
     corner = first
@@ -216,28 +243,172 @@ def _glue(surface: Surface, corner: int) -> int:
 
 
 @leaf_kernel
+def _edge_ends(surface: Surface, edge: int) -> tuple[int, int]:
+    """Ends of an edge in the order of its own corner, however the edge was reached."""
+    corner = surface.corner_facing[edge]
+    return surface.vertex[following(corner)], surface.vertex[preceding(corner)]
+
+
+@leaf_kernel
 def _requeue(
     cost: Any,  # noqa: ANN401
     surface: Surface,
-    queue: EdgeQueue,
-    choice: IndexArray,
-    stale: IndexArray,
+    work: Workspace,
     edge: int,
-    place: FloatArray,
 ) -> None:
     """Queue an edge, or move it, with the error of its optimum."""
-    facing = surface.corner_facing[edge]
-    # the ends in the order of the edge's own corner: the result never depends on how it was reached
-    one, two = surface.vertex[following(facing)], surface.vertex[preceding(facing)]
-    choice[edge], stale[edge] = 0, 0
-    enqueue(queue, edge, optimum(cost, surface, one, two, place))
+    one, two = _edge_ends(surface, edge)
+    if work.queue.place[edge] < 0:
+        work.parked[0] -= 1
+    work.choice[edge], work.stale[edge] = 0, 0
+    enqueue(work.queue, edge, optimum(cost, surface, one, two, work.place))
+
+
+@leaf_kernel
+def _park(work: Workspace, edge: int) -> None:
+    dequeue(work.queue, edge)
+    work.parked[0] += 1
+
+
+@leaf_kernel
+def _place_is_valid(
+    cost: Any,  # noqa: ANN401
+    surface: Surface,
+    work: Workspace,
+    edge: int,
+    kept: int,
+    dead: int,
+    ring: IndexArray,
+    count: int,
+    centre: FloatArray,
+) -> bool:
+    """Write the place of an edge's present candidate, as delivered; False if it is not valid."""
+    place, choice = work.place, work.choice[edge]
+    if not _candidate(cost, surface, kept, dead, choice, ring, count, place):
+        return False
+    # the last candidate may have to reach far: it is there so that no edge is lost
+    if choice < CANDIDATES - 1 and not _within_reach(
+        surface.position, ring, count, kept, dead, place
+    ):
+        return False
+    _round_as_delivered(place, centre, work.rounded)
+    return keeps_star_shape(surface.position, ring, count, place[0], place[1], place[2])
+
+
+@leaf_kernel
+def _queue_next_candidate(
+    cost: Any,  # noqa: ANN401
+    surface: Surface,
+    work: Workspace,
+    edge: int,
+    kept: int,
+    dead: int,
+    ring: IndexArray,
+    count: int,
+) -> None:
+    """Queue an edge with the error of its next candidate; park it if there is none."""
+    while work.choice[edge] < CANDIDATES - 1:
+        work.choice[edge] += 1
+        if _candidate(cost, surface, kept, dead, work.choice[edge], ring, count, work.place):
+            value = error(cost, surface, kept, dead, work.place)
+            if value < np.inf:
+                enqueue(work.queue, edge, max(work.queue.priority[edge], value))
+                return
+    _park(work, edge)
+
+
+@leaf_kernel
+def _write_record(
+    record: Record,
+    index: int,
+    surface: Surface,
+    delivered: Float32Array,
+    work: Workspace,
+    corner: int,
+    kept: int,
+    dead: int,
+) -> None:
+    """Write down a collapse, all but its moved corners, before it happens."""
+    record.kept[index], record.dead[index] = kept, dead
+    for axis in range(3):
+        record.position[index, 0, axis] = delivered[kept, axis]
+        record.position[index, 1, axis] = delivered[dead, axis]
+        record.position[index, 2, axis] = work.rounded[axis]
+    for side in range(2):
+        face = (corner if side == 0 else surface.opposite[corner]) // 3
+        record.face[index, side] = face
+        for place in range(3):
+            record.face_corners[index, side, place] = surface.vertex[3 * face + place]
+
+
+@leaf_kernel
+def _contract(
+    surface: Surface,
+    delivered: Float32Array,
+    work: Workspace,
+    edge: int,
+    kept: int,
+    moved: IndexArray,
+    start: int,
+    end: int,
+) -> None:
+    """Collapse an edge: move the kept vertex, give it the moved corners, close the two gaps."""
+    for axis in range(3):
+        surface.position[kept, axis] = work.place[axis]
+        delivered[kept, axis] = work.rounded[axis]
+    for index in range(start, end):
+        surface.vertex[moved[index]] = kept
+    corner = surface.corner_facing[edge]
+    twin = surface.opposite[corner]
+    dequeue(work.queue, edge)
+    surface.corner_facing[edge] = -1
+    for side in (corner, twin):
+        gone = _glue(surface, side)
+        if work.queue.place[gone] < 0:
+            work.parked[0] -= 1
+        dequeue(work.queue, gone)
+
+
+@leaf_kernel
+def _refresh(
+    cost: Any,  # noqa: ANN401
+    surface: Surface,
+    work: Workspace,
+    kept: int,
+    eager: bool,
+) -> None:
+    """Bring the queue up to date around a new vertex.
+
+    Its own edges get new errors. Of the edges around its neighbours, whose rings have changed,
+    parked ones come back, and if the cost depends on the ring the others are evaluated again: now,
+    if `eager`, else when they come to the front.
+    """
+    opposite = surface.opposite
+    first = surface.corner_at[kept]
+    spoke = first
+    while True:
+        _requeue(cost, surface, work, surface.edge_of[preceding(spoke)])
+        begin = surface.corner_at[surface.vertex[following(spoke)]]
+        around = begin
+        while work.parked[0] > 0 or depends_on_ring(cost):
+            edge = surface.edge_of[preceding(around)]
+            if work.queue.place[edge] < 0 or (eager and surface.vertex[following(around)] != kept):
+                _requeue(cost, surface, work, edge)
+            elif surface.vertex[following(around)] != kept:
+                work.stale[edge] = 1
+            around = swung(opposite, around)
+            if around == begin:
+                break
+        spoke = swung(opposite, spoke)
+        if spoke == first:
+            break
 
 
 @kernel
 def collapse_all(
     cost: Any,  # noqa: ANN401
     surface: Surface,
-    delivered: FloatArray,
+    delivered: Float32Array,
     centre: FloatArray,
     record: Record,
 ) -> tuple[int, IndexArray]:
@@ -262,32 +433,32 @@ def collapse_all(
     moved : (m,) int32
         The record's moved corners, all of them.
     """
-    position, vertex, opposite = surface.position, surface.vertex, surface.opposite
     edges = surface.corner_facing.size
-    queue = empty_queue(edges)
-    heap, place_of, size, priority = queue.heap, queue.place, queue.size, queue.priority
-    choice, stale = np.zeros(edges, np.uint8), np.zeros(edges, np.uint8)
-    place, rounded = np.empty(3, np.float64), np.empty(3, np.float32)
+    work = Workspace(
+        empty_queue(edges),
+        np.zeros(edges, np.uint8),
+        np.zeros(edges, np.uint8),
+        np.zeros(1, np.int32),
+        np.empty(3, np.float64),
+        np.empty(3, np.float32),
+    )
     ring = np.empty((64, 2), np.int32)
     moved, filled = record.moved, 0
     for edge in range(edges):
-        corner = surface.corner_facing[edge]
-        kept, dead = vertex[following(corner)], vertex[preceding(corner)]
-        priority[edge] = optimum(cost, surface, kept, dead, place)
-    fill_queue(queue)
+        kept, dead = _edge_ends(surface, edge)
+        work.queue.priority[edge] = optimum(cost, surface, kept, dead, work.place)
+    fill_queue(work.queue)
 
-    collapses, wanted, query, parked = 0, len(position) - 4, 0, 0
-    while collapses < wanted and size[0] > 0:
-        edge = heap[0]
-        if depends_on_ring(cost) and stale[edge]:
-            _requeue(cost, surface, queue, choice, stale, edge, place)
+    collapses, wanted, query = 0, len(delivered) - 4, 0
+    while collapses < wanted and work.queue.size[0] > 0:
+        edge = work.queue.heap[0]
+        if depends_on_ring(cost) and work.stale[edge]:
+            _requeue(cost, surface, work, edge)
             continue
-        corner = surface.corner_facing[edge]
-        kept, dead = vertex[following(corner)], vertex[preceding(corner)]
+        kept, dead = _edge_ends(surface, edge)
         query += 1
         if not link_condition_holds(surface, kept, dead, query):
-            dequeue(queue, edge)
-            parked += 1
+            _park(work, edge)
             continue
         count = ring_faces(surface, kept, dead, ring)
         if count > len(ring):
@@ -295,80 +466,17 @@ def collapse_all(
             ring_faces(surface, kept, dead, ring)
         if _degree(surface, dead) > _degree(surface, kept):
             kept, dead = dead, kept
-
-        valid = _candidate(cost, surface, kept, dead, choice[edge], ring, count, place)
-        # the last candidate may have to reach far: it is there so that no edge is lost
-        if valid and choice[edge] < CANDIDATES - 1:
-            valid = _within_reach(position, ring, count, kept, dead, place)
-        if valid:
-            _round_as_delivered(place, centre, rounded)
-            valid = keeps_star_shape(position, ring, count, place[0], place[1], place[2])
-        if not valid:
-            following_error = np.inf
-            while choice[edge] < CANDIDATES - 1 and following_error == np.inf:
-                choice[edge] += 1
-                if _candidate(cost, surface, kept, dead, choice[edge], ring, count, place):
-                    following_error = error(cost, surface, kept, dead, place)
-            if following_error < np.inf:
-                enqueue(queue, edge, max(priority[edge], following_error))
-            else:
-                dequeue(queue, edge)
-                parked += 1
+        if not _place_is_valid(cost, surface, work, edge, kept, dead, ring, count, centre):
+            _queue_next_candidate(cost, surface, work, edge, kept, dead, ring, count)
             continue
 
-        # the edge is collapsed: first everything that refers to the state before
-        record.kept[collapses], record.dead[collapses] = kept, dead
-        for axis in range(3):
-            record.position[collapses, 0, axis] = delivered[kept, axis]
-            record.position[collapses, 1, axis] = delivered[dead, axis]
-            record.position[collapses, 2, axis] = rounded[axis]
-        twin = opposite[corner]
-        for side in range(2):
-            face = (corner if side == 0 else twin) // 3
-            record.face[collapses, side] = face
-            for index in range(3):
-                record.face_corners[collapses, side, index] = vertex[3 * face + index]
+        corner = surface.corner_facing[edge]
+        _write_record(record, collapses, surface, delivered, work, corner, kept, dead)
         start = filled
         moved, filled = _moved_corners(surface, kept, dead, moved, filled)
         record.moved_end[collapses] = filled
-        merge(cost, surface, kept, dead, place)
-
-        for axis in range(3):
-            position[kept, axis] = place[axis]
-            delivered[kept, axis] = rounded[axis]
-        for index in range(start, filled):
-            vertex[moved[index]] = kept
-        dequeue(queue, edge)
-        surface.corner_facing[edge] = -1
-        for side in (corner, twin):
-            gone = _glue(surface, side)
-            parked -= place_of[gone] < 0
-            dequeue(queue, gone)
+        merge(cost, surface, kept, dead, work.place)
+        _contract(surface, delivered, work, edge, kept, moved, start, filled)
         collapses += 1
-
-        # new priorities for the spokes; parked edges whose ring has changed come back
-        first = surface.corner_at[kept]
-        spoke = first
-        while True:
-            edge = surface.edge_of[preceding(spoke)]
-            parked -= place_of[edge] < 0
-            _requeue(cost, surface, queue, choice, stale, edge, place)
-            begin = surface.corner_at[vertex[following(spoke)]]
-            around = begin
-            while parked > 0 or depends_on_ring(cost):
-                edge = surface.edge_of[preceding(around)]
-                if place_of[edge] < 0:
-                    parked -= 1
-                    _requeue(cost, surface, queue, choice, stale, edge, place)
-                elif depends_on_ring(cost) and vertex[following(around)] != kept:
-                    if wanted - collapses < EAGER_COLLAPSES:
-                        _requeue(cost, surface, queue, choice, stale, edge, place)
-                    else:
-                        stale[edge] = 1
-                around = swung(opposite, around)
-                if around == begin:
-                    break
-            spoke = swung(opposite, spoke)
-            if spoke == first:
-                break
+        _refresh(cost, surface, work, kept, wanted - collapses < EAGER_COLLAPSES)
     return collapses, moved[:filled]

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gamutcore.decimation.collapse import Record, collapse_all, surface_of
 from gamutcore.corner_table import opposite_corners
+from gamutcore.decimation.collapse import Record, collapse_all, surface_of
 from gamutcore.decimation.costs import cost_module
-from gamutcore.star_shape import faces_not_seeing_centre
 from gamutcore.errors import DecimationError, MeshError
+from gamutcore.star_shape import faces_not_seeing_centre
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

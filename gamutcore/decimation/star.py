@@ -13,19 +13,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.corner_table import following, preceding, swung
 from gamutcore.kernels import leaf_kernel
 from gamutcore.star_shape import sees_centre
 
 __all__ = [
     "Surface",
-    "kernel_direction",
     "keeps_star_shape",
+    "kernel_direction",
     "link_condition_holds",
     "ring_faces",
     "scale_to_preserve_volume",
 ]
+
 
 class Surface(NamedTuple):
     """A mesh while it is being decimated.
@@ -52,7 +53,7 @@ class Surface(NamedTuple):
     corner_at: IndexArray
     edge_of: IndexArray
     corner_facing: IndexArray
-    mark: IndexArray
+    mark: LongArray
 
 
 @leaf_kernel
@@ -174,8 +175,8 @@ def scale_to_preserve_volume(
 ) -> bool:
     """Move a new vertex along its radius to where the enclosed volume is what it was.
 
-    The star's volume is linear in the radius of its vertex, so there is exactly one such place; it lies
-    in front of the centre for every direction that keeps the star shape.
+    The star's volume is linear in the radius of its vertex, so there is exactly one such place;
+    it lies in front of the centre for every direction that keeps the star shape.
 
     Parameters
     ----------

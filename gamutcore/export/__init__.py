@@ -1,8 +1,8 @@
 """Mesh files: any level as glTF, PLY, STL or OBJ.
 
-Positions are the raw coordinates of the colour space in the space's own order (L*, a*, b*), so that a
-client can compute with them. What a format can say beyond that (vertex colours, orientation for
-display, provenance) it says.
+Positions are the raw coordinates of the colour space in the space's own order (L*, a*, b*), so
+that a client can compute with them. What a format can say beyond that (vertex colours,
+orientation for display, provenance) it says.
 """
 
 from __future__ import annotations

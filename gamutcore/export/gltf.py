@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["glb", "gltf"]
 
 LIGHTNESS_UPWARDS = [0.7071067811865476, 0.7071067811865476, 0.0, 0.0]
-"""Quaternion (x, y, z, w) of the half turn that takes (L*, a*, b*) to glTF's (x, y, z) = (a*, L*, −b*):
+"""Quaternion (x, y, z, w) of the half turn that takes (L*, a*, b*) to glTF's (a*, L*, −b*):
 L* upwards, a* to the right, b* away from the viewer."""
 
 

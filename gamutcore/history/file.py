@@ -1,23 +1,23 @@
 """The history file: self-describing, pickle-free, coarse levels first.
 
-A history file is a safetensors file (an 8-byte length, a JSON header that names type, shape and place
-of every array, then the arrays' raw little-endian bytes), so any safetensors library reads it; the
-full description is in ``docs/history-format.md``. The splits are stored in groups that double the
-number of vertices, one group after the other: any prefix that ends with a group is a complete history
-of the coarser levels. Loading trusts nothing: every number that is used as an index is checked, and
-all splits are replayed on the way.
+A history file is a safetensors file (an 8-byte length, a JSON header that names type, shape and
+place of every array, then the arrays' raw little-endian bytes), so any safetensors library reads
+it; the full description is in ``docs/history-format.md``. The splits are stored in groups that
+double the number of vertices, one group after the other: any prefix that ends with a group is a
+complete history of the coarser levels. Loading trusts nothing: every number that is used as an
+index is checked, and all splits are replayed on the way.
 """
 
 from __future__ import annotations
 
 import json
 import struct
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from safetensors import SafetensorError, deserialize
 
-from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.arrays import IndexArray
 from gamutcore.corner_table import opposite_corners
 from gamutcore.errors import HistoryFileError
 from gamutcore.history.history import History
@@ -54,7 +54,11 @@ COLUMNS: dict[str, tuple[str, tuple[int, ...]]] = {
 }
 """Arrays of every group with one row per split: type and shape of a row."""
 
-TYPES = {"F64": np.dtype("<f8"), "F32": np.dtype("<f4"), "I32": np.dtype("<i4")}
+TYPES: dict[str, np.dtype[Any]] = {
+    "F64": np.dtype("<f8"),
+    "F32": np.dtype("<f4"),
+    "I32": np.dtype("<i4"),
+}
 
 
 def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -> bytes:
@@ -106,9 +110,7 @@ def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -
         offset += array.nbytes
     text = json.dumps(header, separators=(",", ":"), ensure_ascii=False).encode()
     text += b" " * (-len(text) % 8)
-    return b"".join(
-        [struct.pack("<Q", len(text)), text, *(array.tobytes() for _, array in arrays)]
-    )
+    return b"".join([struct.pack("<Q", len(text)), text, *(array.tobytes() for _, array in arrays)])
 
 
 def history_from_bytes(data: bytes) -> tuple[History, dict[str, str]]:
@@ -229,7 +231,9 @@ def _array(name: str, tensor: Mapping[str, object]) -> NDArray[np.generic]:
             where={"field": name},
             remedy=f"one of {', '.join(TYPES)}",
         )
-    return np.frombuffer(tensor["data"], kind).reshape(tensor["shape"])  # type: ignore[call-overload, no-any-return]
+    shape = cast("list[int]", tensor["shape"])
+    array: NDArray[np.generic] = np.frombuffer(cast("bytes", tensor["data"]), kind)
+    return array.reshape(shape)
 
 
 def _taken(
@@ -241,11 +245,15 @@ def _taken(
         array is None
         or array.dtype != TYPES[kind]
         or array.ndim != len(shape)
-        or any(want is not None and have != want for have, want in zip(array.shape, shape, strict=True))
+        or any(
+            want is not None and have != want for have, want in zip(array.shape, shape, strict=True)
+        )
     ):
         found = "missing" if array is None else f"{array.dtype} of the shape {array.shape}"
         raise HistoryFileError(
-            f"array {name!r} is {found}", where={"field": name}, remedy=f"{kind} of the shape {shape}"
+            f"array {name!r} is {found}",
+            where={"field": name},
+            remedy=f"{kind} of the shape {shape}",
         )
     return array
 
@@ -281,9 +289,11 @@ def _assembled(arrays: dict[str, NDArray[np.generic]], vertices: int) -> Splits:
     }
     splits = Splits(base_positions, base_faces, **joined)  # type: ignore[arg-type]
     positions = (centre, base_positions, splits.coarse, splits.fine, splits.added)
-    if not all(np.isfinite(array).all() for array in positions):  # type: ignore[call-overload]
+    if not all(np.isfinite(array).all() for array in positions):
         raise HistoryFileError(
-            "a position is not a finite number", where={"field": "positions"}, remedy="finite numbers"
+            "a position is not a finite number",
+            where={"field": "positions"},
+            remedy="finite numbers",
         )
     return splits
 
@@ -343,10 +353,16 @@ def _first_faulty_slot(
                 named = faces[split, side, place]
                 if named < 0 or named > slot:
                     return slot
-                own += named == above or named == slot
-                others += named != above and named != slot
+                if named == above or named == slot:  # noqa: SIM109
+                    own += 1
+                else:
+                    others += 1
                 corners[known + 3 * side + place] = named
-            first, second, third = faces[split, side, 0], faces[split, side, 1], faces[split, side, 2]
+            first, second, third = (
+                faces[split, side, 0],
+                faces[split, side, 1],
+                faces[split, side, 2],
+            )
             if own != 2 or others != 1 or first == second or second == third or third == first:
                 return slot
     return -1

@@ -1,11 +1,11 @@
 """The history of a gamut: all its levels, each readable in time proportional to its own size.
 
-The splits are the history; beside them a `History` keeps snapshots of the levels with 4, 8, 16, ...
-vertices and of the full boundary. A level is read from the smallest snapshot that is not coarser than
-it: its vertices differ by what the splits in between did to their parents, and each corner follows the
-parents of its slot until one of the level is reached. That touches less than twice the level's own
-vertices and faces, whatever the size of the full mesh, and the snapshots together hold less than
-three times the full mesh.
+The splits are the history; beside them a `History` keeps snapshots of the levels with 4, 8, 16,
+... vertices and of the full boundary. A level is read from the smallest snapshot that is not
+coarser than it: its vertices differ by what the splits in between did to their parents, and each
+corner follows the parents of its slot until one of the level is reached. That touches less than
+twice the level's own vertices and faces, whatever the size of the full mesh, and the snapshots
+together hold less than three times the full mesh.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.arrays import Float32Array, FloatArray, IndexArray
 from gamutcore.errors import TriangleCountError
 from gamutcore.history.prefix_order import Splits, splits_in_prefix_order
 from gamutcore.history.stepping import LevelCursor, refine
@@ -61,8 +61,11 @@ class History:
     @property
     def nbytes(self) -> int:
         """Memory held, in bytes."""
-        arrays = (*self.splits, *self._positions, *self._corners)
-        return sum(array.nbytes for array in arrays)
+        return sum(
+            array.nbytes
+            for arrays in (self.splits, self._positions, self._corners)
+            for array in arrays
+        )
 
     def level(self, triangles: int) -> TriangleMesh:
         """Return the mesh with at most so many triangles.
@@ -141,7 +144,7 @@ def history_of(decimation: Decimation) -> History:
     return History(splits_in_prefix_order(decimation), decimation.centre)
 
 
-def _snapshots(splits: Splits) -> tuple[list[int], list[FloatArray], list[IndexArray]]:
+def _snapshots(splits: Splits) -> tuple[list[int], list[Float32Array], list[IndexArray]]:
     """Levels with 4, 8, 16, ... vertices and the full boundary: counts, positions and faces."""
     total = splits.vertices
     positions = np.empty((total, 3), np.float32)
@@ -161,11 +164,11 @@ def _snapshots(splits: Splits) -> tuple[list[int], list[FloatArray], list[IndexA
 def _level_from_snapshot(
     vertices: int,
     snapshot_vertices: int,
-    snapshot_positions: FloatArray,
+    snapshot_positions: Float32Array,
     snapshot_faces: IndexArray,
     parent: IndexArray,
-    coarse: FloatArray,
-) -> tuple[FloatArray, IndexArray]:
+    coarse: Float32Array,
+) -> tuple[Float32Array, IndexArray]:
     positions = snapshot_positions[:vertices].copy()
     for slot in range(snapshot_vertices - 1, vertices - 1, -1):
         above = parent[slot - 4]

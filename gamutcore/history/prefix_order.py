@@ -1,8 +1,8 @@
 """Prefix order: vertices and faces numbered so that every level is a prefix.
 
-Slots and faces are numbered by the reverse order of their death. The last four of each survive to the
-end; slot k ≥ 4 and faces 2k − 4 and 2k − 3 are what the split to k + 1 vertices adds. The level with
-v vertices is then slots [0, v) and faces [0, 2v − 4), with nothing to compact.
+Slots and faces are numbered by the reverse order of their death. The last four of each survive to
+the end; slot k ≥ 4 and faces 2k − 4 and 2k − 3 are what the split to k + 1 vertices adds. The
+level with v vertices is then slots [0, v) and faces [0, 2v − 4), with nothing to compact.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.arrays import Float32Array, IndexArray, LongArray
 from gamutcore.kernels import kernel
 
 if TYPE_CHECKING:
@@ -47,12 +47,12 @@ class Splits(NamedTuple):
         Corners (3 · face + place in the face) that pass from the parent to the new slot.
     """
 
-    base_positions: FloatArray
+    base_positions: Float32Array
     base_faces: IndexArray
     parent: IndexArray
-    coarse: FloatArray
-    fine: FloatArray
-    added: FloatArray
+    coarse: Float32Array
+    fine: Float32Array
+    added: Float32Array
     faces: IndexArray
     moved_end: IndexArray
     moved: IndexArray
@@ -81,9 +81,9 @@ def splits_in_prefix_order(decimation: Decimation) -> Splits:
     survivors = np.flatnonzero(slot_of < 0)
     slot_of[survivors] = np.arange(4, dtype=np.int32)
     face_of = np.full(2 * steps + 4, -1, np.int32)
-    face_of[record.face.ravel()] = np.arange(2 * steps + 4, dtype=np.int32)[4:].reshape(-1, 2)[
-        ::-1
-    ].ravel()
+    face_of[record.face.ravel()] = (
+        np.arange(2 * steps + 4, dtype=np.int32)[4:].reshape(-1, 2)[::-1].ravel()
+    )
     left = np.flatnonzero(face_of < 0)
     face_of[left] = np.arange(4, dtype=np.int32)
     moved_end, moved = _moved_in_reverse(record.moved_end, record.moved, face_of)
@@ -102,7 +102,7 @@ def splits_in_prefix_order(decimation: Decimation) -> Splits:
 
 @kernel
 def _moved_in_reverse(
-    moved_end: IndexArray, moved: IndexArray, face_of: IndexArray
+    moved_end: LongArray, moved: IndexArray, face_of: IndexArray
 ) -> tuple[IndexArray, IndexArray]:
     steps = len(moved_end)
     ends, reordered = np.empty(steps, np.int32), np.empty(moved.size, np.int32)

@@ -1,8 +1,8 @@
 """Stepping through a history in place: one split finer, one collapse coarser, or many of them.
 
-A split writes the parent's new position, the new slot's position, the new slot into the corners that
-pass to it, and two faces. A collapse writes the parent's old position and the parent back into the
-same corners; what lies behind the level's end is simply not part of it any more.
+A split writes the parent's new position, the new slot's position, the new slot into the corners
+that pass to it, and two faces. A collapse writes the parent's old position and the parent back
+into the same corners; what lies behind the level's end is simply not part of it any more.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.arrays import Float32Array, IndexArray
 from gamutcore.errors import TriangleCountError
 from gamutcore.kernels import kernel
 from gamutcore.mesh import TriangleMesh
@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 __all__ = ["LevelCursor", "coarsen", "refine"]
 
 
-def refine(splits: Splits, positions: FloatArray, corners: IndexArray, start: int, end: int) -> None:
+def refine(
+    splits: Splits, positions: Float32Array, corners: IndexArray, start: int, end: int
+) -> None:
     """Split a level with `start` vertices until it has `end`, in place.
 
     Parameters
@@ -47,8 +49,10 @@ def refine(splits: Splits, positions: FloatArray, corners: IndexArray, start: in
     )
 
 
-def coarsen(splits: Splits, positions: FloatArray, corners: IndexArray, start: int, end: int) -> None:
-    """Collapse a level with `start` vertices until it has `end`, in place; parameters as `refine`."""
+def coarsen(
+    splits: Splits, positions: Float32Array, corners: IndexArray, start: int, end: int
+) -> None:
+    """Collapse a level with `start` vertices until it has `end`, in place; see `refine`."""
     _coarsen(
         positions, corners, splits.parent, splits.coarse, splits.moved_end, splits.moved, start, end
     )
@@ -116,11 +120,11 @@ class LevelCursor:
 
 @kernel
 def _refine(
-    positions: FloatArray,
+    positions: Float32Array,
     corners: IndexArray,
     parent: IndexArray,
-    fine: FloatArray,
-    added: FloatArray,
+    fine: Float32Array,
+    added: Float32Array,
     faces: IndexArray,
     moved_end: IndexArray,
     moved: IndexArray,
@@ -143,10 +147,10 @@ def _refine(
 
 @kernel
 def _coarsen(
-    positions: FloatArray,
+    positions: Float32Array,
     corners: IndexArray,
     parent: IndexArray,
-    coarse: FloatArray,
+    coarse: Float32Array,
     moved_end: IndexArray,
     moved: IndexArray,
     start: int,

@@ -1,10 +1,11 @@
 """The error of a history's levels against its full boundary, cheap enough for every build.
 
-All levels are star-shaped about the same centre, so each is a radius as a function of direction, and
-the symmetric difference of two of them is an integral over the sphere. It is taken here as a sum
-over the vertices of the full boundary: along each vertex's direction the level's radius is found, and
-the vertex stands for a third of the volume of the cones over its faces. `mismatch` in this package
-gives the exact value for a single pair of meshes, at several thousand times the cost per level.
+All levels are star-shaped about the same centre, so each is a radius as a function of direction,
+and the symmetric difference of two of them is an integral over the sphere. It is taken here as a
+sum over the vertices of the full boundary: along each vertex's direction the level's radius is
+found, and the vertex stands for a third of the volume of the cones over its faces. `mismatch` in
+this package gives the exact value for a single pair of meshes, at several thousand times the cost
+per level.
 """
 
 from __future__ import annotations
@@ -36,12 +37,12 @@ class LevelError:
     volume : float
         Enclosed volume, exact (cubic units of the space).
     mismatch : float
-        Volume of the symmetric difference ÷ volume of the full boundary, by quadrature over the full
-        boundary's vertices.
+        Volume of the symmetric difference ÷ volume of the full boundary, by quadrature over the
+        full boundary's vertices.
     maximum_distance, mean_distance : float
-        Distance between a vertex of the full boundary and the level along the radius from the centre:
-        the largest, which bounds the distance of every such vertex from the level, and the mean
-        weighted by volume (units of the space).
+        Distance between a vertex of the full boundary and the level along the radius from the
+        centre: the largest, which bounds the distance of every such vertex from the level, and
+        the mean weighted by volume (units of the space).
     """
 
     triangles: int
@@ -160,7 +161,8 @@ def _radial_differences(
 ) -> tuple[float, float, float]:
     """Sum of |1 − t³| by weight, largest |1 − t| r, and sum of |1 − t| r by weight.
 
-    t is the level's radius ÷ the full boundary's radius r in the direction of a vertex of the latter.
+    t is the level's radius ÷ the full boundary's radius r in the direction of a vertex of the
+    latter.
     """
     corner_at = np.empty(len(vertices), np.int32)
     for corner in range(len(corners)):
@@ -194,11 +196,11 @@ def _face_in_direction(
     opposite: IndexArray,
     face: int,
 ) -> int:
-    """Face of a star-shaped mesh that a vertex's direction passes through, walking from a face near it.
+    """Face of a star-shaped mesh that a vertex's direction passes, walking from a face near it.
 
-    Each step crosses the edge that the direction lies furthest behind. Such a walk can go in circles in
-    a triangulation that is not Delaunay's; after as many steps as would cross the mesh several times
-    all faces are looked at instead.
+    Each step crosses the edge that the direction lies furthest behind. Such a walk can go in
+    circles in a triangulation that is not Delaunay's; after as many steps as would cross the mesh
+    several times all faces are looked at instead.
     """
     for _ in range(100 + 8 * int(np.sqrt(len(corners)))):
         furthest, through = 0.0, -1

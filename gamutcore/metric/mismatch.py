@@ -40,7 +40,9 @@ def mismatch(reference: TriangleMesh, other: TriangleMesh) -> float:
     """
     first, second, common = _volumes(reference, other)
     if not first > 0:
-        raise MeshError("the reference encloses no volume", remedy="a closed mesh, oriented outwards")
+        raise MeshError(
+            "the reference encloses no volume", remedy="a closed mesh, oriented outwards"
+        )
     return max(0.0, (first + second - 2 * common) / first)
 
 

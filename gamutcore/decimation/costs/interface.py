@@ -46,7 +46,7 @@ def error(cost: Any, surface: Surface, kept: int, dead: int, place: FloatArray) 
 
 
 def merge(cost: Any, surface: Surface, kept: int, dead: int, place: FloatArray) -> None:  # noqa: ANN401
-    """Bring the state up to date for a collapse; called while both ends are still where they were."""
+    """Bring the state up to date for a collapse; both ends are still where they were."""
     raise TypeError(f"no implementation for {type(cost)}; compiled code calls its overloads")
 
 
@@ -80,28 +80,30 @@ def implement(
     overload(functions["depends_on_ring"])(_constant_for(state, value=depends_on_ring))
 
 
+def _is_state(cost: object, state: type) -> bool:
+    return isinstance(cost, types.BaseNamedTuple) and getattr(cost, "instance_class", None) is state
+
+
 def _implementation_for(state: type, implementation: Callable[..., Any]) -> Callable[..., Any]:
     # numba wants both functions to have the same parameters, annotations included
     def called(cost: Any, surface: Any, kept: Any, dead: Any, place: Any) -> Any:  # noqa: ANN401
         return implementation(cost, surface, kept, dead, place)
 
-    def chosen(cost: Any, surface: Any, kept: Any, dead: Any, place: Any) -> Any:  # noqa: ANN401, ARG001
-        matches = isinstance(cost, types.BaseNamedTuple) and cost.instance_class is state
-        return called if matches else None
+    def chosen(cost: Any, surface: Any, kept: Any, dead: Any, place: Any) -> Any:  # noqa: ANN401
+        return called if _is_state(cost, state) else None
 
     return chosen
 
 
 def _constant_for(state: type, *, value: bool) -> Callable[..., Any]:
     # a constant, so that the compiler drops what is not needed for the cost at hand
-    def holds(cost: Any) -> bool:  # noqa: ANN401, ARG001
+    def holds(cost: Any) -> bool:  # noqa: ANN401
         return True
 
-    def fails(cost: Any) -> bool:  # noqa: ANN401, ARG001
+    def fails(cost: Any) -> bool:  # noqa: ANN401
         return False
 
     def chosen(cost: Any) -> Any:  # noqa: ANN401
-        matches = isinstance(cost, types.BaseNamedTuple) and cost.instance_class is state
-        return (holds if value else fails) if matches else None
+        return (holds if value else fails) if _is_state(cost, state) else None
 
     return chosen

@@ -1,9 +1,9 @@
 """The published cost: accumulated, unweighted plane quadrics.
 
-Garland & Heckbert, "Surface Simplification Using Quadric Error Metrics" (1997), as Bakke & Farup use
-it. A face with unit normal n and offset d has the quadric (A, b, c) = (n nᵀ, d n, d²), whose value
-D²(v) = vᵀA v + 2 bᵀv + c is the squared distance of v to its plane. A vertex starts with the sum over
-its faces, a collapse adds the quadrics of its two ends.
+Garland & Heckbert, "Surface Simplification Using Quadric Error Metrics" (1997), as Bakke & Farup
+use it. A face with unit normal n and offset d has the quadric (A, b, c) = (n nᵀ, d n, d²), whose
+value D²(v) = vᵀA v + 2 bᵀv + c is the squared distance of v to its plane. A vertex starts with
+the sum over its faces, a collapse adds the quadrics of its two ends.
 
 Each vertex's quadric is kept relative to the vertex itself and moved to the edge's midpoint for a
 collapse: the same polynomial, without the cancellation that absolute coordinates bring.
@@ -95,7 +95,9 @@ def state(positions: FloatArray, faces: IndexArray) -> QuadricState:
 
 
 @leaf_kernel
-def _sum_about(cost: QuadricState, surface: Surface, one: int, two: int, origin: FloatArray) -> None:
+def _sum_about(
+    cost: QuadricState, surface: Surface, one: int, two: int, origin: FloatArray
+) -> None:
     """Write the sum of two vertices' quadrics to `cost.pair`, relative to an origin."""
     quadric, position, pair = cost.quadric, surface.position, cost.pair
     for index in range(10):
@@ -128,7 +130,9 @@ def _shortness(surface: Surface, kept: int, dead: int, pair: FloatArray) -> floa
 
 
 @leaf_kernel
-def _optimum(cost: QuadricState, surface: Surface, kept: int, dead: int, place: FloatArray) -> float:
+def _optimum(
+    cost: QuadricState, surface: Surface, kept: int, dead: int, place: FloatArray
+) -> float:
     pair, position = cost.pair, surface.position
     for axis in range(3):
         place[axis] = 0.5 * (position[kept, axis] + position[dead, axis])

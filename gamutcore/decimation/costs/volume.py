@@ -1,14 +1,15 @@
 """The default cost: memoryless quadrics under exact preservation of volume.
 
-Memoryless: the planes are those of the faces around the edge as it is now, weighted by their area, not
-an accumulated history (Lindstrom & Turk, "Fast and Memory Efficient Polygonal Simplification", 1998;
-Hoppe, "New Quadric Metric for Simplifying Meshes with Appearance Attributes", 1999). Volume: the new
-vertex is the minimum of that quadric among the positions that leave the enclosed volume as it is,
-which are a plane. On smooth sides that comes within a few per cent of the best possible.
+Memoryless: the planes are those of the faces around the edge as it is now, weighted by their
+area, not an accumulated history (Lindstrom & Turk, "Fast and Memory Efficient Polygonal
+Simplification", 1998; Hoppe, "New Quadric Metric for Simplifying Meshes with Appearance
+Attributes", 1999). Volume: the new vertex is the minimum of that quadric among the positions that
+leave the enclosed volume as it is, which are a plane. On smooth sides that comes within a few per
+cent of the best possible.
 
-With y the position relative to the edge's midpoint, N the (doubled) area vector of a face around the
-edge and d = N·(p − midpoint) for a vertex p of it, the error is Σ (N·y − d)² ÷ (2 |N|), and the
-volume is preserved where g·y = Σ d with g the (doubled) area vector of the edge's link.
+With y the position relative to the edge's midpoint, N the (doubled) area vector of a face around
+the edge and d = N·(p − midpoint) for a vertex p of it, the error is Σ (N·y − d)² ÷ (2 |N|), and
+the volume is preserved where g·y = Σ d with g the (doubled) area vector of the edge's link.
 """
 
 from __future__ import annotations
@@ -26,12 +27,12 @@ from gamutcore.kernels import leaf_kernel
 __all__ = ["VolumeState", "state"]
 
 REGULARISATION = 1e-5
-"""Weight of the midpoint in the solve, as a part of the quadric's trace: decides where sides are flat."""
+"""Weight of the midpoint in the solve, as a part of the quadric's trace; decides on flat sides."""
 
 
 FLATNESS = 1e-10
-"""Weight of the squared edge length in the error, as a part of the quadric's trace: as in `quadric`,
-it makes shorter edges come first on exactly flat sides and weighs nothing elsewhere."""
+"""Weight of the squared edge length in the error, as a part of the quadric's trace: on exactly flat
+sides it makes shorter edges come first, elsewhere it weighs nothing (as in `quadric`)."""
 
 
 class VolumeState(NamedTuple):
@@ -40,8 +41,8 @@ class VolumeState(NamedTuple):
     Attributes
     ----------
     sums : (15,) float64
-        a00, a01, a02, a11, a12, a22, b0, b1, b2, c of the error yᵀA y − 2 bᵀy + c, then g0, g1, g2 and
-        the volume's right-hand side, and what is added to the error for the edge's length.
+        a00, a01, a02, a11, a12, a22, b0, b1, b2, c of the error yᵀA y − 2 bᵀy + c, then g0, g1,
+        g2 and the volume's right-hand side, and what is added to the error for the edge's length.
     """
 
     sums: FloatArray
@@ -167,6 +168,4 @@ def _merge(cost: VolumeState, surface: Surface, kept: int, dead: int, place: Flo
     """Nothing to bring up to date: memoryless."""
 
 
-interface.implement(
-    VolumeState, optimum=_optimum, error=_error, merge=_merge, depends_on_ring=True
-)
+interface.implement(VolumeState, optimum=_optimum, error=_error, merge=_merge, depends_on_ring=True)
