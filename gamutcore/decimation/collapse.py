@@ -379,22 +379,24 @@ def _refresh(
 ) -> None:
     """Bring the queue up to date around a new vertex.
 
-    Its own edges get new errors. Of the edges around its neighbours, whose rings have changed,
-    parked ones come back, and if the cost depends on the ring the others are evaluated again: now,
-    if `eager`, else when they come to the front.
+    Its own edges have new errors. So have, if the cost depends on the ring, the edges around its
+    neighbours; there errors are evaluated now, if `eager`, else when their edge comes to the front:
+    errors grow as faces do, so an old one is seldom too large. Parked edges around the neighbours,
+    whose rings have changed, come back in any case.
     """
     opposite = surface.opposite
     first = surface.corner_at[kept]
     spoke = first
     while True:
-        _requeue(cost, surface, work, surface.edge_of[preceding(spoke)])
+        if not depends_on_ring(cost):
+            _requeue(cost, surface, work, surface.edge_of[preceding(spoke)])
         begin = surface.corner_at[surface.vertex[following(spoke)]]
         around = begin
         while work.parked[0] > 0 or depends_on_ring(cost):
             edge = surface.edge_of[preceding(around)]
-            if work.queue.place[edge] < 0 or (eager and surface.vertex[following(around)] != kept):
+            if eager or work.queue.place[edge] < 0:
                 _requeue(cost, surface, work, edge)
-            elif surface.vertex[following(around)] != kept:
+            elif depends_on_ring(cost):
                 work.stale[edge] = 1
             around = swung(opposite, around)
             if around == begin:
@@ -478,5 +480,6 @@ def collapse_all(
         merge(cost, surface, kept, dead, work.place)
         _contract(surface, delivered, work, edge, kept, moved, start, filled)
         collapses += 1
-        _refresh(cost, surface, work, kept, wanted - collapses < EAGER_COLLAPSES)
+        eager = depends_on_ring(cost) and wanted - collapses < EAGER_COLLAPSES
+        _refresh(cost, surface, work, kept, eager)
     return collapses, moved[:filled]
