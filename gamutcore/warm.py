@@ -8,15 +8,19 @@ from __future__ import annotations
 
 import numpy as np
 
+from gamutcore.boundary import modified_convex_hull
+from gamutcore.characterisation.icc.grid import Grid
+from gamutcore.decimation import COSTS, decimated
 from gamutcore.export import FORMATS, encoded_mesh
-from gamutcore.gamut import Gamut, Options, build_gamut
+from gamutcore.gamut import Options, build_gamut
+from gamutcore.history import History, Splits, history_bytes, history_from_bytes, history_of
 from gamutcore.metric import mismatch
 
-__all__ = ["compile_kernels"]
+__all__ = ["compile_kernels", "compile_reading_kernels"]
 
 
 def compile_kernels() -> None:
-    """Build a small gamut from samples of a made-up device and use all that can be done with it."""
+    """Use everything once: build a small gamut from samples of a made-up device, and read it."""
     steps = np.linspace(0.0, 1.0, 5)
     device = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
     rows = "\n".join(
@@ -24,15 +28,36 @@ def compile_kernels() -> None:
         for row in device
     )
     table = f"RGB_R,RGB_G,RGB_B,LAB_L,LAB_A,LAB_B\n{rows}\n"
-    gamut = build_gamut(table.encode(), Options(surface_samples=1000))
-    opened = Gamut.from_bytes(gamut.to_bytes())
-    level = opened.history.level(100)
-    for name in FORMATS:
-        encoded_mesh(level, name)
-    cursor = opened.history.cursor(100)
+    build_gamut(table.encode(), Options(surface_samples=1000))
+    Grid((2, 2, 2), np.zeros((8, 3), np.uint16)).values(np.full((1, 3), 0.5))
+    boundary = modified_convex_hull(device)
+    for cost in COSTS:
+        history = history_of(decimated(boundary.mesh, boundary.centre, cost))
+    cursor = history.cursor(100)
     cursor.finer()
     cursor.coarser()
-    mismatch(level, opened.history.level(50))
+    mismatch(history.full(), history.level(50))
+    compile_reading_kernels()
+
+
+def compile_reading_kernels() -> None:
+    """Use once what reads a history and writes its levels: all that serving built gamuts takes."""
+    corners = np.array([(50, 0, 40), (50, 40, -20), (50, -40, -20), (90, 0, 0)], np.float32)
+    # a tetrahedron whose first vertex is split into itself and slot 4
+    splits = Splits(
+        base_positions=corners,
+        base_faces=np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32),
+        parent=np.zeros(1, np.int32),
+        coarse=corners[:1],
+        fine=corners[:1],
+        added=corners[:1] - np.float32(1),
+        faces=np.array([[(0, 1, 4), (4, 2, 0)]], np.int32),
+        moved_end=np.ones(1, np.int32),
+        moved=np.zeros(1, np.int32),
+    )
+    history, _ = history_from_bytes(history_bytes(History(splits, np.array([60.0, 0.0, 0.0]))))
+    for name in FORMATS:
+        encoded_mesh(history.level(4), name)
 
 
 if __name__ == "__main__":

@@ -37,7 +37,7 @@ _OPTIONS = {
     "boundary": "modified-convex-hull",
     "gamma": 0.2,
     "centre": "auto",
-    "cost": "quadric",
+    "cost": "volume",
     "surface_samples": 100000,
     "intent": "relative",
 }

@@ -54,8 +54,12 @@ class GamutOptions(BaseModel):
         Field(description="Point that radii are taken from, in the space; inside the gamut."),
     ] = "auto"
     cost: Annotated[
-        Literal["quadric"], Field(description="What decides which edge is collapsed next.")
-    ] = "quadric"
+        Literal["volume", "quadric"],
+        Field(
+            description="What decides which edge is collapsed next: `volume` preserves the volume "
+            "at every level and is the more accurate, `quadric` is the published error metric."
+        ),
+    ] = "volume"
     surface_samples: Annotated[
         int, Field(ge=1, description="How many colours a device model is asked for.")
     ] = 100_000

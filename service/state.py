@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from fastapi import Request
 
-from gamutcore.warm import compile_kernels
+from gamutcore.warm import compile_reading_kernels
 from service.builds import Builds
 from service.library import Library
 from service.meshes import Meshes
@@ -68,10 +68,9 @@ class Service:
         self.meshes.discard_gamut(gamut_id)
 
     async def _warm(self) -> None:
-        # The worker goes first: it leaves the compiled kernels on disk, where they are loaded
-        # from in a fraction of the time, and the interpreter of this process stays free.
-        await self.builds.first_warm.wait()
-        await self.library.in_thread(compile_kernels)
+        # At the same time as the worker, which needs other kernels besides: reading a history
+        # and writing a mesh is all that this process does.
+        await self.library.in_thread(compile_reading_kernels)
         self.warm = True
         logger.info("ready")
 
