@@ -43,6 +43,10 @@ EAGER_COLLAPSES = 2500
 """This many collapses before the end, errors that a collapse may have changed are evaluated at once
 instead of when their edge comes to the front: with few faces left, the order matters most."""
 
+EAGER_DEGREE = 64
+"""Around a vertex with more edges than this, none is evaluated at once: each evaluation visits all
+of them, which would make every collapse beside such a hub cost the square of their number."""
+
 REACH = 2.0
 """How far from the edge's midpoint a vertex may be placed, in radii of its star: beyond lie spikes
 (CGAL issue 8213)."""
@@ -390,11 +394,13 @@ def _refresh(
     while True:
         if not depends_on_ring(cost):
             _requeue(cost, surface, work, surface.edge_of[preceding(spoke)])
-        begin = surface.corner_at[surface.vertex[following(spoke)]]
+        neighbour = surface.vertex[following(spoke)]
+        now = eager and _degree(surface, neighbour) <= EAGER_DEGREE
+        begin = surface.corner_at[neighbour]
         around = begin
         while work.parked[0] > 0 or depends_on_ring(cost):
             edge = surface.edge_of[preceding(around)]
-            if eager or work.queue.place[edge] < 0:
+            if now or work.queue.place[edge] < 0:
                 _requeue(cost, surface, work, edge)
             elif depends_on_ring(cost):
                 work.stale[edge] = 1
