@@ -1,0 +1,161 @@
+"""Measurements of the running service, over real connections: builds and meshes.
+
+A server is started on a free loopback port with a fresh data directory and one worker process of
+the web server; the load comes from a process of its own. On machines with more than one core the
+server and its build worker are kept on the first and the load on the second, so that neither takes
+the other's time.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from benchmarks.compute import FOGRA39L, ROOT
+
+__all__ = ["build_over_http", "mesh_rates"]
+
+
+@contextlib.contextmanager
+def server(**settings: str) -> Iterator[tuple[int, float]]:
+    """Run a fresh server; yields its port and the seconds that it took to be ready."""
+    with tempfile.TemporaryDirectory() as folder:
+        environment = {
+            **os.environ,
+            **{f"GAMUT_{name.upper()}": value for name, value in settings.items()},
+            "GAMUT_DATA": str(Path(folder) / "data"),
+            "PYTHONUNBUFFERED": "1",
+        }
+        start = time.perf_counter()
+        command = [sys.executable, "-c", "from service.command import main; main()"]
+        log = Path(folder) / "log"
+        with log.open("wb") as output:
+            process = subprocess.Popen(
+                [*pinned(0), *command, "serve", "--port", "0"],
+                cwd=ROOT,
+                env=environment,
+                stdout=output,
+                stderr=output,
+            )
+        try:
+            port = ready_port(process, log)
+            yield port, time.perf_counter() - start
+        finally:
+            process.terminate()
+            process.wait(30)
+
+
+def pinned(core: int) -> list[str]:
+    """Return what starts a command on one core, where there are several and `taskset`."""
+    if sys.platform == "linux" and (os.cpu_count() or 1) > 1 and Path("/usr/bin/taskset").exists():
+        return ["/usr/bin/taskset", "--cpu-list", str(core)]
+    return []
+
+
+def ready_port(process: subprocess.Popen[bytes], log: Path) -> int:
+    """Wait until the server says that it is ready; the port is in its log."""
+    for _ in range(1200):
+        if process.poll() is not None:
+            raise RuntimeError(log.read_text())
+        found = re.search(r"http://127\.0\.0\.1:(\d+)", log.read_text())
+        if found:
+            port = int(found[1])
+            url = f"http://127.0.0.1:{port}/readyz"
+            with contextlib.suppress(OSError), urllib.request.urlopen(url, timeout=5) as answer:
+                if answer.status == 200:
+                    return port
+        time.sleep(0.05)
+    raise TimeoutError("the server was not ready within a minute")
+
+
+def posted(port: int, options: dict[str, object]) -> tuple[int, float, dict[str, Any]]:
+    """Post FOGRA39L; status, seconds and the description."""
+    border = "benchmark-border"
+    parts = [
+        f'--{border}\r\nContent-Disposition: form-data; name="options"\r\n\r\n'
+        f"{json.dumps(options)}\r\n".encode(),
+        f'--{border}\r\nContent-Disposition: form-data; name="file"; filename="f"\r\n\r\n'.encode(),
+        FOGRA39L.read_bytes(),
+        f"\r\n--{border}--\r\n".encode(),
+    ]
+    request = urllib.request.Request(
+        f"http://127.0.0.1:{port}/v1/gamuts",
+        data=b"".join(parts),
+        headers={
+            "Content-Type": f"multipart/form-data; boundary={border}",
+            "Prefer": "wait=60",
+        },
+    )
+    start = time.perf_counter()
+    with urllib.request.urlopen(request, timeout=120) as answer:
+        description = json.load(answer)
+        return answer.status, time.perf_counter() - start, description
+
+
+def build_over_http(runs: int) -> dict[str, Any]:
+    """Time from posting FOGRA39L to its description: the first on a fresh server, and the median.
+
+    The further builds differ in γ by a little, so that each is built anew.
+    """
+    with server() as (port, ready):
+        status, first, _ = posted(port, {})
+        further = [posted(port, {"gamma": 0.2 + 1e-6 * (run + 1)})[1] for run in range(runs)]
+    return {"ready_s": ready, "status": status, "first_s": first, "median_s": median(further)}
+
+
+def mesh_rates(requests: int, runs: int) -> list[dict[str, Any]]:
+    """Requests per second for meshes of about 1,000 triangles, encoded anew or repeated."""
+    rows = []
+    counts = range(502, 1502, 2)
+    for name, settings, paths in (
+        (
+            "uncached, 500 counts in turn",
+            {"mesh_cache_bytes": "0"},
+            [f"triangles={n}" for n in counts],
+        ),
+        (
+            "uncached PLY, 500 counts in turn",
+            {"mesh_cache_bytes": "0"},
+            [f"triangles={n}&format=ply" for n in counts],
+        ),
+        ("repeated, 1000 triangles", {}, ["triangles=1000"]),
+    ):
+        with server(**settings) as (port, _):
+            gamut = posted(port, {})[2]["id"]
+            sent = json.dumps([f"/v1/gamuts/{gamut}/mesh?{query}" for query in paths])
+            figures = [
+                json.loads(
+                    subprocess.run(
+                        [
+                            *pinned(1),
+                            sys.executable,
+                            "-m",
+                            "benchmarks.load",
+                            "127.0.0.1",
+                            str(port),
+                            "--requests",
+                            str(requests),
+                        ],
+                        cwd=ROOT,
+                        input=sent,
+                        capture_output=True,
+                        text=True,
+                        check=True,
+                    ).stdout
+                )
+                for _ in range(runs)
+            ]
+        figures.sort(key=lambda row: row["requests_per_s"])
+        rows.append({"request": name, **figures[len(figures) // 2]})
+    return rows
