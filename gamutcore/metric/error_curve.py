@@ -26,6 +26,10 @@ if TYPE_CHECKING:
 
 __all__ = ["LevelError", "error_curve", "round_counts"]
 
+ON_EDGE = 1e-12
+"""Part of a face that a direction may lie beyond its edge and still count as in it: vertices that a
+level shares with the full boundary lie on edges up to rounding."""
+
 
 @dataclass(frozen=True)
 class LevelError:
@@ -203,14 +207,15 @@ def _face_in_direction(
     several times all faces are looked at instead.
     """
     for _ in range(100 + 8 * int(np.sqrt(len(corners)))):
-        furthest, through = 0.0, -1
+        furthest, through, extent = 0.0, -1, 0.0
         for place in range(3):
             corner = 3 * face + place
             one, two = corners[following(corner)], corners[preceding(corner)]
             side = _determinant(positions, vertex, vertices, one, vertices, two)
+            extent += abs(side)
             if side < furthest:
                 furthest, through = side, corner
-        if through < 0:
+        if furthest >= -ON_EDGE * extent:
             return face
         face = opposite[through] // 3
     best, chosen = -np.inf, face
