@@ -1,4 +1,4 @@
-"""Decimation from a boundary to four triangles: every level keeps all invariants, for every cost."""
+"""Decimation to four triangles: every level keeps all invariants, for every cost."""
 
 import re
 
