@@ -94,7 +94,7 @@ class History:
                 remedy=f"a number from {MINIMUM_TRIANGLES} to {self.triangles}",
             )
         vertices = int(triangles) // 2 + 2
-        index = min(max(vertices - 1, 4).bit_length() - 2, len(self._levels) - 1)
+        index = min((vertices - 1).bit_length() - 2, len(self._levels) - 1)
         positions, faces = _level_from_snapshot(
             vertices,
             self._levels[index],
