@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import struct
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import meshio
 import numpy as np
+import pygltflib
 import pytest
 import trimesh
 
@@ -154,3 +157,59 @@ def fogra39_boundary(fogra39_points: np.ndarray) -> Boundary:
 def fogra39_quadric(fogra39_boundary: Boundary) -> History:
     """Return the history of FOGRA39L by the published cost."""
     return history_of(decimated(fogra39_boundary.mesh, fogra39_boundary.centre, "quadric"))
+
+
+COMPONENTS = {5121: "<u1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+
+
+@pytest.fixture(scope="session")
+def gltf_accessor() -> Callable[[pygltflib.GLTF2, int], np.ndarray]:
+    """Return a function that decodes an accessor of a glTF asset, as ISO/IEC 12113 lays it out."""
+
+    def decode(asset: pygltflib.GLTF2, number: int) -> np.ndarray:
+        accessor = asset.accessors[number]
+        view = asset.bufferViews[accessor.bufferView]
+        buffer = asset.buffers[view.buffer]
+        data = (
+            asset.get_data_from_buffer_uri(buffer.uri) if buffer.uri else asset.binary_blob()
+        )  # fmt: skip
+        kind, width = np.dtype(COMPONENTS[accessor.componentType]), WIDTHS[accessor.type]
+        start = (view.byteOffset or 0) + (accessor.byteOffset or 0)
+        assert view.byteStride in {None, kind.itemsize * width}
+        values = np.frombuffer(data, kind, accessor.count * width, start)
+        return values.reshape(-1, width) if width > 1 else values
+
+    return decode
+
+
+@pytest.fixture(scope="session")
+def mesh_readers(gltf_accessor: Callable[..., np.ndarray]) -> dict[tuple[str, str], Callable]:
+    """Return functions from bytes to a mesh, by format and by the library that reads them."""
+
+    def by_trimesh(kind: str) -> Callable[[bytes], TriangleMesh]:
+        def read(data: bytes) -> TriangleMesh:
+            loaded = trimesh.load(io.BytesIO(data), kind, process=False)
+            if isinstance(loaded, trimesh.Scene):
+                (loaded,) = loaded.geometry.values()
+            return TriangleMesh(np.asarray(loaded.vertices), np.asarray(loaded.faces))
+
+        return read
+
+    def by_pygltflib(data: bytes) -> TriangleMesh:
+        asset = pygltflib.GLTF2.load_from_bytes(data)
+        (primitive,) = asset.meshes[0].primitives
+        positions = gltf_accessor(asset, primitive.attributes.POSITION)
+        faces = gltf_accessor(asset, primitive.indices).reshape(-1, 3)
+        return TriangleMesh(positions, faces)
+
+    def by_meshio(data: bytes) -> TriangleMesh:
+        read = meshio.read(io.BytesIO(data), "ply")
+        return TriangleMesh(read.points, read.cells_dict["triangle"])
+
+    return {
+        ("glb", "trimesh"): by_trimesh("glb"),
+        ("glb", "pygltflib"): by_pygltflib,
+        ("ply", "trimesh"): by_trimesh("ply"),
+        ("ply", "meshio"): by_meshio,
+    }

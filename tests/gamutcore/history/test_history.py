@@ -1,0 +1,208 @@
+"""Levels: every invariant, bit for bit through files, and no more work than their size asks for."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from gamutcore.boundary import modified_convex_hull
+from gamutcore.decimation import COSTS, decimated
+from gamutcore.errors import TriangleCountError
+from gamutcore.export import encoded_mesh
+from gamutcore.history import MINIMUM_TRIANGLES, History, history_of
+
+UNUSED_BY_LEVELS = ("fine", "added", "faces", "moved_end", "moved")
+READERS = [("glb", "trimesh"), ("glb", "pygltflib"), ("ply", "trimesh"), ("ply", "meshio")]
+
+
+@pytest.fixture(scope="module")
+def spread_counts(fogra39_gamut):
+    """Return 200 triangle counts across FOGRA39L, each a fixed part larger than the one before."""
+    maximum = fogra39_gamut.history.triangles
+    steps = np.geomspace(4, maximum, 240)
+    counts = sorted({min(int(n) // 2 * 2, maximum) for n in steps})
+    assert len(counts) >= 200
+    assert (counts[0], counts[-1]) == (4, maximum)
+    return counts
+
+
+class TestEveryLevelOfASmallGamut:
+    def test_keeps_every_invariant(self, small_gamut, assert_every_invariant):
+        history = small_gamut.history
+        counts = range(4, history.triangles + 1, 2)
+        assert len(counts) > 100
+        for count, level in zip(counts, history.levels(), strict=True):
+            assert_every_invariant(level, history.centre, count)
+            assert level == history.level(count)
+
+    @pytest.mark.parametrize("reader", READERS, ids="-".join)
+    def test_keeps_them_through_files(
+        self, small_gamut, mesh_readers, assert_every_invariant, reader
+    ):
+        history = small_gamut.history
+        for level in history.levels():
+            read = mesh_readers[reader](encoded_mesh(level, reader[0]))
+            assert read == level
+            delivered = type(read)(read.vertices.astype(np.float32), read.faces)
+            assert_every_invariant(delivered, history.centre, level.triangles)
+
+    def test_keeps_the_volume(self, small_gamut):
+        volume = small_gamut.description["volume"]
+        for level in small_gamut.history.levels():
+            assert level.volume == pytest.approx(volume, rel=1e-5)
+
+
+class TestLevelsAcrossALargeGamut:
+    def test_keep_every_invariant(self, fogra39_gamut, spread_counts, assert_every_invariant):
+        history = fogra39_gamut.history
+        for count in spread_counts:
+            assert_every_invariant(history.level(count), history.centre, count)
+
+    def test_of_the_published_cost_too(
+        self, fogra39_quadric, spread_counts, assert_every_invariant
+    ):
+        for count in spread_counts[::4]:
+            level = fogra39_quadric.level(count)
+            assert_every_invariant(level, fogra39_quadric.centre, count)
+
+    @pytest.mark.parametrize("reader", READERS, ids="-".join)
+    def test_keep_them_through_files(
+        self, fogra39_gamut, mesh_readers, spread_counts, assert_every_invariant, reader
+    ):
+        history = fogra39_gamut.history
+        for count in spread_counts:
+            level = history.level(count)
+            read = mesh_readers[reader](encoded_mesh(level, reader[0]))
+            assert read == level  # bit for bit, so with it goes every invariant of the test above
+        delivered = type(read)(read.vertices.astype(np.float32), read.faces)
+        assert_every_invariant(delivered, history.centre, history.triangles)
+
+    def test_keep_the_volume(self, fogra39_gamut, spread_counts):
+        volume = fogra39_gamut.description["volume"]
+        for count in spread_counts:
+            assert fogra39_gamut.history.level(count).volume == pytest.approx(volume, rel=1e-5)
+
+
+class TestCounts:
+    def test_an_odd_count_gives_the_level_below(self, small_history):
+        for count in range(4, small_history.triangles, 2):
+            assert small_history.level(count + 1) == small_history.level(count)
+
+    @pytest.mark.parametrize("count", [3, 2, 0, -4])
+    def test_below_four_there_is_none(self, small_history, count):
+        with pytest.raises(TriangleCountError) as caught:
+            small_history.level(count)
+        assert caught.value.where == {"field": "triangles"}
+        assert str(small_history.triangles) in caught.value.remedy
+
+    def test_above_the_full_boundary_there_is_none(self, small_history):
+        for count in (small_history.triangles + 1, 10**9, 2**70):
+            with pytest.raises(TriangleCountError, match=str(count)):
+                small_history.level(count)
+            with pytest.raises(TriangleCountError):
+                small_history.cursor(count)
+
+    def test_the_ends(self, small_history):
+        assert small_history.level(4).triangles == MINIMUM_TRIANGLES == 4
+        full = small_history.full()
+        assert full.triangles == small_history.triangles == 2 * small_history.vertices - 4
+        assert full == small_history.level(small_history.triangles)
+
+    @pytest.mark.parametrize("integer", [np.int32, np.int64, np.uint16])
+    def test_numpy_integers_are_counts_too(self, small_history, integer):
+        assert small_history.level(integer(100)) == small_history.level(100)
+
+
+class TestArrays:
+    def test_are_the_levels_own(self, small_history):
+        for count in (4, 12, 100, small_history.triangles):
+            level, expected = small_history.level(count), small_history.level(count)
+            level.vertices[:] = np.nan
+            level.faces[:] = -1
+            assert small_history.level(count) == expected
+        assert small_history.full().validity(small_history.centre).is_gamut
+
+    def test_have_the_delivered_types(self, small_history):
+        level = small_history.level(50)
+        assert (level.vertices.dtype, level.faces.dtype) == (np.float32, np.int32)
+        assert level.vertices.flags.c_contiguous
+        assert level.faces.flags.c_contiguous
+
+    def test_vertex_i_of_a_level_is_slot_i(self, small_history):
+        """A split moves one vertex and adds one; all others keep their place and number."""
+        levels = list(small_history.levels())
+        for slot, (coarse, fine) in enumerate(itertools.pairwise(levels), start=4):
+            parent = int(small_history.splits.parent[slot - 4])
+            differs = (coarse.vertices != fine.vertices[:slot]).any(axis=1)
+            assert set(np.flatnonzero(differs).tolist()) <= {parent}
+            changed = (coarse.faces != fine.faces[: coarse.triangles]).any(axis=1)
+            # a face either keeps its corners or passes one of them from the parent to the new slot
+            assert (fine.faces[: coarse.triangles][changed] == slot).sum() == changed.sum()
+            assert slot in fine.faces[-1]
+            assert slot in fine.faces[-2]
+
+    def test_reruns_are_bit_identical(self, fogra39_boundary, fogra39_gamut):
+        again = history_of(decimated(fogra39_boundary.mesh, fogra39_boundary.centre))
+        for one, other in zip(again.splits, fogra39_gamut.history.splits, strict=True):
+            assert one.tobytes() == other.tobytes()
+
+
+@pytest.mark.parametrize("cost", COSTS)
+def test_levels_are_the_collapses_played_forward(random_cloud, cost):
+    """From the full boundary down, by renaming vertices in plain lists, without slots."""
+    boundary = modified_convex_hull(random_cloud(40, 80))
+    decimation = decimated(boundary.mesh, boundary.centre, cost)
+    history = history_of(decimation)
+    positions, faces = boundary.mesh.vertices.copy(), boundary.mesh.faces.tolist()
+
+    def triangles(positions, faces):
+        corners = positions[np.asarray(faces)].tolist()
+        return sorted(min(c[i:] + c[:i] for i in range(3)) for c in corners)
+
+    record = decimation.record
+    for step in range(len(record.kept) + 1):
+        level = history.level(len(faces))
+        assert triangles(level.vertices, level.faces) == triangles(positions, faces)
+        if step < len(record.kept):
+            kept, dead = int(record.kept[step]), int(record.dead[step])
+            faces = [[kept if v == dead else v for v in f] for f in faces]
+            faces = [face for face in faces if len(set(face)) == 3]
+            positions[kept] = record.position[step, 2]
+
+
+class TestWorkFollowsTheLevel:
+    @pytest.mark.parametrize("vertices", [4, 5, 8, 9, 16, 40, 64, 65, 97])
+    def test_nothing_beyond_twice_its_vertices_is_read(self, small_history, vertices):
+        """What a level should not need is replaced by what would show in it."""
+        count = 2 * vertices - 4
+        expected = small_history.level(count)
+        splits = small_history.splits
+        history = History(splits, small_history.centre)
+        parent, coarse = splits.parent.copy(), splits.coarse.copy()
+        parent[2 * vertices - 4 :], coarse[2 * vertices - 4 :] = 0, np.nan
+        others = {name: np.zeros_like(getattr(splits, name)) for name in UNUSED_BY_LEVELS}
+        history.splits = splits._replace(parent=parent, coarse=coarse, **others)
+        used = next(number for number in history._levels if number >= vertices)
+        assert used < 2 * vertices
+        for index, snapshot in enumerate(history._levels):
+            if snapshot != used:
+                history._positions[index][:] = np.nan
+                history._corners[index][:] = 0
+        assert history.level(count) == expected
+
+    def test_memory_is_less_than_four_times_the_full_mesh_and_its_splits(self, fogra39_gamut):
+        history = fogra39_gamut.history
+        full = history.full()
+        mesh = full.vertices.nbytes + full.faces.nbytes
+        splits = sum(array.nbytes for array in history.splits)
+        assert splits + mesh < history.nbytes < splits + 3 * mesh
+
+
+def test_a_history_of_a_tetrahedron_has_one_level(assert_every_invariant):
+    boundary = modified_convex_hull(np.vstack([np.zeros(3), np.eye(3)]))
+    history = history_of(decimated(boundary.mesh, boundary.centre))
+    (level,) = history.levels()
+    assert_every_invariant(level, history.centre, 4)
+    assert history.level(4) == history.full() == level
+    with pytest.raises(TriangleCountError):
+        history.level(5)

@@ -1,0 +1,96 @@
+"""Prefix order: what the split rows say of every slot and face, and where they come from."""
+
+import numpy as np
+import pytest
+
+from gamutcore.boundary import modified_convex_hull
+from gamutcore.decimation import COSTS, decimated
+from gamutcore.history.prefix_order import splits_in_prefix_order
+
+
+@pytest.fixture(scope="module", params=COSTS)
+def both(request, random_cloud):
+    """Return a decimation and its splits."""
+    boundary = modified_convex_hull(random_cloud(50, 120))
+    decimation = decimated(boundary.mesh, boundary.centre, request.param)
+    return decimation, splits_in_prefix_order(decimation)
+
+
+def test_types_and_shapes(both):
+    decimation, splits = both
+    steps = len(decimation.record.kept)
+    assert splits.vertices == steps + 4
+    expected = {
+        "base_positions": ((4, 3), np.float32),
+        "base_faces": ((4, 3), np.int32),
+        "parent": ((steps,), np.int32),
+        "coarse": ((steps, 3), np.float32),
+        "fine": ((steps, 3), np.float32),
+        "added": ((steps, 3), np.float32),
+        "faces": ((steps, 2, 3), np.int32),
+        "moved_end": ((steps,), np.int32),
+    }
+    for name, (shape, kind) in expected.items():
+        array = getattr(splits, name)
+        assert (array.shape, array.dtype) == (shape, kind), name
+        assert array.flags.c_contiguous, name
+    assert splits.moved.dtype == np.int32
+
+
+def test_slots_are_numbered_by_the_reverse_order_of_death(both):
+    """The last collapse is the first split: what died last comes back first."""
+    decimation, splits = both
+    record = decimation.record
+    np.testing.assert_array_equal(splits.added, record.position[::-1, 1])
+    np.testing.assert_array_equal(splits.fine, record.position[::-1, 0])
+    np.testing.assert_array_equal(splits.coarse, record.position[::-1, 2])
+
+
+def test_a_split_refers_to_what_is_there_before_it(both):
+    _, splits = both
+    slots = np.arange(4, splits.vertices)
+    assert (splits.parent >= 0).all()
+    assert (splits.parent < slots).all()
+    assert (splits.faces >= 0).all()
+    assert (splits.faces <= slots[:, np.newaxis, np.newaxis]).all()
+    start = 0
+    for slot, end in zip(slots, splits.moved_end, strict=True):
+        moved = splits.moved[start:end]
+        assert (moved >= 0).all()
+        assert (moved < 3 * (2 * slot - 4)).all()
+        assert len(np.unique(moved // 3)) == len(moved)
+        start = end
+    assert start == len(splits.moved)
+
+
+def test_both_new_faces_lie_at_the_edge_of_parent_and_new_slot(both):
+    _, splits = both
+    for slot, (parent, faces) in enumerate(
+        zip(splits.parent.tolist(), splits.faces.tolist(), strict=True), start=4
+    ):
+        turned = [(face[i], face[(i + 1) % 3]) for face in faces for i in range(3)]
+        # once in each direction, as in any oriented surface
+        assert turned.count((parent, slot)) == turned.count((slot, parent)) == 1
+
+
+def test_the_base_is_a_tetrahedron(both):
+    _, splits = both
+    assert sorted(map(sorted, splits.base_faces.tolist())) == [
+        [0, 1, 2],
+        [0, 1, 3],
+        [0, 2, 3],
+        [1, 2, 3],
+    ]
+
+
+def test_the_base_positions_are_those_after_the_last_collapse(both):
+    decimation, splits = both
+    survivors = sorted(set(range(splits.vertices)) - set(decimation.record.dead.tolist()))
+    np.testing.assert_array_equal(splits.base_positions, decimation.positions[survivors])
+
+
+def test_a_boundary_of_four_faces_has_no_splits():
+    boundary = modified_convex_hull(np.vstack([np.zeros(3), np.eye(3)]))
+    splits = splits_in_prefix_order(decimated(boundary.mesh, boundary.centre))
+    assert splits.vertices == 4
+    assert [len(array) for array in splits] == [4, 4, 0, 0, 0, 0, 0, 0, 0]

@@ -1,0 +1,131 @@
+"""Stepping finer and coarser in place is reading levels, bit for bit."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gamutcore.errors import TriangleCountError
+from gamutcore.history.stepping import coarsen, refine
+
+
+def assert_at(cursor, history, triangles):
+    assert cursor.triangles == triangles
+    level = history.level(triangles)
+    assert cursor.mesh.vertices.tobytes() == level.vertices.tobytes()
+    assert cursor.mesh.faces.tobytes() == level.faces.tobytes()
+
+
+class TestOneStep:
+    def test_up_from_four_triangles_to_the_full_boundary_and_down_again(self, small_history):
+        cursor = small_history.cursor(4)
+        counts = range(4, small_history.triangles + 1, 2)
+        for count in counts:
+            assert_at(cursor, small_history, count)
+            if count < small_history.triangles:
+                cursor.finer()
+        for count in reversed(counts):
+            assert_at(cursor, small_history, count)
+            if count > 4:
+                cursor.coarser()
+
+    def test_across_a_large_gamut(self, fogra39_gamut):
+        history = fogra39_gamut.history
+        cursor = history.cursor(4)
+        for count in range(4, 1000, 2):
+            assert cursor.mesh == history.level(count)
+            cursor.finer()
+
+
+class TestManySteps:
+    @settings(max_examples=60)
+    @given(targets=st.lists(st.floats(0, 1), min_size=1, max_size=12))
+    def test_anywhere(self, small_history, targets):
+        cursor = small_history.cursor(50)
+        for target in targets:
+            count = 4 + 2 * round(target * (small_history.vertices - 4))
+            steps = (count - cursor.triangles) // 2
+            if steps >= 0:
+                cursor.finer(steps)
+            else:
+                cursor.coarser(-steps)
+            assert_at(cursor, small_history, count)
+
+    def test_from_end_to_end_of_a_large_gamut(self, fogra39_gamut):
+        history = fogra39_gamut.history
+        cursor = history.cursor(history.triangles)
+        for count in (10_000, 500, 4, 5000, history.triangles, 4, history.triangles):
+            steps = (count - cursor.triangles) // 2
+            (cursor.finer if steps > 0 else cursor.coarser)(abs(steps))
+            assert_at(cursor, history, count)
+
+    def test_none(self, small_history):
+        cursor = small_history.cursor(60)
+        cursor.finer(0)
+        cursor.coarser(0)
+        assert_at(cursor, small_history, 60)
+
+
+class TestEnds:
+    @pytest.mark.parametrize("steps", [1, 2, 10**6])
+    def test_beyond_them_nothing_is_changed(self, small_history, steps):
+        cursor = small_history.cursor(4)
+        with pytest.raises(TriangleCountError) as caught:
+            cursor.coarser(steps)
+        assert caught.value.where == {"field": "steps"}
+        assert_at(cursor, small_history, 4)
+        cursor = small_history.cursor(small_history.triangles)
+        with pytest.raises(TriangleCountError):
+            cursor.finer(steps)
+        assert_at(cursor, small_history, small_history.triangles)
+
+    def test_too_many_steps_from_the_middle_change_nothing(self, small_history):
+        cursor = small_history.cursor(100)
+        for move in (cursor.finer, cursor.coarser):
+            with pytest.raises(TriangleCountError):
+                move(small_history.vertices)
+            assert_at(cursor, small_history, 100)
+        cursor.finer()
+        assert_at(cursor, small_history, 102)
+
+
+class TestCursor:
+    def test_leaves_the_history_as_it_was(self, small_history):
+        before = [array.copy() for array in small_history.splits]
+        levels = [small_history.level(n) for n in (4, 20, small_history.triangles)]
+        cursor = small_history.cursor(4)
+        cursor.finer(small_history.vertices - 4)
+        cursor.mesh.vertices[:] = 0
+        cursor.mesh.faces[:] = 0
+        for array, copy in zip(small_history.splits, before, strict=True):
+            np.testing.assert_array_equal(array, copy)
+        assert levels == [small_history.level(n) for n in (4, 20, small_history.triangles)]
+
+    def test_cursors_do_not_disturb_each_other(self, small_history):
+        one, other = small_history.cursor(40), small_history.cursor(40)
+        one.finer(20)
+        other.coarser(5)
+        assert_at(one, small_history, 80)
+        assert_at(other, small_history, 30)
+
+    def test_its_mesh_follows_it(self, small_history):
+        cursor = small_history.cursor(40)
+        mesh = cursor.mesh
+        assert np.shares_memory(mesh.vertices, cursor.mesh.vertices)
+        cursor.finer(10)
+        cursor.coarser(10)
+        assert mesh == small_history.level(40)
+
+
+def test_refining_and_coarsening_plain_arrays(small_history):
+    full = small_history.full()
+    positions = np.full((small_history.vertices, 3), np.nan, np.float32)
+    corners = np.full(3 * small_history.triangles, -1, np.int32)
+    level = small_history.level(4)
+    positions[:4], corners[:12] = level.vertices, level.faces.ravel()
+    refine(small_history.splits, positions, corners, 4, small_history.vertices)
+    np.testing.assert_array_equal(positions, full.vertices)
+    np.testing.assert_array_equal(corners.reshape(-1, 3), full.faces)
+    coarsen(small_history.splits, positions, corners, small_history.vertices, 4)
+    np.testing.assert_array_equal(positions[:4], level.vertices)
+    np.testing.assert_array_equal(corners[:12].reshape(-1, 3), level.faces)
