@@ -14,7 +14,6 @@ import contextlib
 import errno
 import json
 import logging
-import os
 import sys
 import time
 from collections import OrderedDict
@@ -114,9 +113,6 @@ class _Worker:
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
             limit=_LINE_LIMIT,
-            # One build uses one core: BLAS threads of its own would compete with other workers
-            # and with this process, and on two cores made a model fit take twice as long.
-            env={"OPENBLAS_NUM_THREADS": "1", **os.environ},
         )
         worker = cls(process)
         try:

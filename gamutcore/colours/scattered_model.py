@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import linalg
+from threadpoolctl import threadpool_limits
 
 from gamutcore.kernels import kernel
 
@@ -185,6 +186,13 @@ def scattered_model(device: FloatArray, colours: FloatArray) -> ScatteredModel:
     left out, is missed by weights_i / M_ii (Rippa, Advances in Computational Mathematics 11,
     1999, 193-210, equation 3).
     """
+    # How BLAS divides its sums among threads shows in their last bits, and a rerun must give the
+    # same gamut wherever it runs. Several builds share the cores better with one thread as well.
+    with threadpool_limits(limits=1, user_api="blas"):
+        return _fitted(device, colours)
+
+
+def _fitted(device: FloatArray, colours: FloatArray) -> ScatteredModel:
     count, channels = device.shape
     order = channels + 1
     if count <= order:
