@@ -43,9 +43,10 @@ EAGER_COLLAPSES = 2500
 """This many collapses before the end, errors that a collapse may have changed are evaluated at once
 instead of when their edge comes to the front: with few faces left, the order matters most."""
 
-EAGER_DEGREE = 64
-"""Around a vertex with more edges than this, none is evaluated at once: each evaluation visits all
-of them, which would make every collapse beside such a hub cost the square of their number."""
+HUB_DEGREE = 64
+"""A vertex with more edges than this is a hub. A cost that depends on the ring visits all faces
+around an edge, so evaluating the edges of a hub takes the square of their number: they wait at the
+end of the queue until the hub has lost enough of them to collapses among its neighbours."""
 
 REACH = 2.0
 """How far from the edge's midpoint a vertex may be placed, in radii of its star: beyond lie spikes
@@ -254,6 +255,26 @@ def _edge_ends(surface: Surface, edge: int) -> tuple[int, int]:
 
 
 @leaf_kernel
+def _is_hub(surface: Surface, vertex: int) -> bool:
+    first = surface.corner_at[vertex]
+    corner = first
+    for _ in range(HUB_DEGREE):
+        corner = swung(surface.opposite, corner)
+        if corner == first:
+            return False
+    return True
+
+
+@leaf_kernel
+def _error_of_optimum(cost: Any, surface: Surface, edge: int, place: FloatArray) -> float:  # noqa: ANN401
+    """Priority of an edge: the error of its optimum, infinite for the edges of hubs."""
+    one, two = _edge_ends(surface, edge)
+    if depends_on_ring(cost) and (_is_hub(surface, one) or _is_hub(surface, two)):
+        return np.inf
+    return optimum(cost, surface, one, two, place)
+
+
+@leaf_kernel
 def _requeue(
     cost: Any,  # noqa: ANN401
     surface: Surface,
@@ -261,11 +282,10 @@ def _requeue(
     edge: int,
 ) -> None:
     """Queue an edge, or move it, with the error of its optimum."""
-    one, two = _edge_ends(surface, edge)
     if work.queue.place[edge] < 0:
         work.parked[0] -= 1
     work.choice[edge], work.stale[edge] = 0, 0
-    enqueue(work.queue, edge, optimum(cost, surface, one, two, work.place))
+    enqueue(work.queue, edge, _error_of_optimum(cost, surface, edge, work.place))
 
 
 @leaf_kernel
@@ -395,15 +415,18 @@ def _refresh(
         if not depends_on_ring(cost):
             _requeue(cost, surface, work, surface.edge_of[preceding(spoke)])
         neighbour = surface.vertex[following(spoke)]
-        now = eager and _degree(surface, neighbour) <= EAGER_DEGREE
+        hub = depends_on_ring(cost) and _is_hub(surface, neighbour)
         begin = surface.corner_at[neighbour]
         around = begin
-        while work.parked[0] > 0 or depends_on_ring(cost):
+        while work.parked[0] > 0 or (depends_on_ring(cost) and not hub):
             edge = surface.edge_of[preceding(around)]
-            if now or work.queue.place[edge] < 0:
+            if work.queue.place[edge] < 0:
                 _requeue(cost, surface, work, edge)
-            elif depends_on_ring(cost):
-                work.stale[edge] = 1
+            elif depends_on_ring(cost) and not hub:
+                if eager or work.queue.priority[edge] == np.inf:
+                    _requeue(cost, surface, work, edge)
+                else:
+                    work.stale[edge] = 1
             around = swung(opposite, around)
             if around == begin:
                 break
@@ -453,8 +476,7 @@ def collapse_all(
     ring = np.empty((64, 2), np.int32)
     moved, filled = record.moved, 0
     for edge in range(edges):
-        kept, dead = _edge_ends(surface, edge)
-        work.queue.priority[edge] = optimum(cost, surface, kept, dead, work.place)
+        work.queue.priority[edge] = _error_of_optimum(cost, surface, edge, work.place)
     fill_queue(work.queue)
 
     collapses, wanted, query = 0, len(delivered) - 4, 0

@@ -3,6 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.interpolate import RBFInterpolator
+from threadpoolctl import threadpool_limits
 
 from gamutcore.characterisation import characterisation
 from gamutcore.colours.scattered_model import (
@@ -92,3 +93,14 @@ def test_held_out_patches_of_a_real_press(fogra39):
     errors = np.linalg.norm(model.colours(device[held_out]) - lab[held_out], axis=1)
     assert 0.1 < errors.mean() < 0.17
     assert scattered_model(device, lab).leave_out_errors.mean() == pytest.approx(0.13, abs=0.01)
+
+
+def test_the_fit_does_not_depend_on_the_number_of_blas_threads():
+    """A rerun gives the same gamut, bit for bit, whatever the environment gives BLAS."""
+    device, colours = scattered(1500, 4)
+    fits = []
+    for threads in (1, 2):
+        with threadpool_limits(limits=threads, user_api="blas"):
+            fits.append(scattered_model(device, colours))
+    np.testing.assert_array_equal(fits[0].weights, fits[1].weights)
+    np.testing.assert_array_equal(fits[0].linear, fits[1].linear)
