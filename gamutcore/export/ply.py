@@ -45,6 +45,7 @@ def ply(mesh: TriangleMesh, provenance: Mapping[str, str]) -> bytes:
         head, end, rest = exported.partition(b"1.0\n")
         head += end
     lines = "".join(f"comment {line}\n" for line in comment_lines(provenance))
+    lines = lines.replace("end_header", "end-header")  # trimesh ends the header wherever it says so
     return head + lines.encode("ascii", "backslashreplace") + rest
 
 
