@@ -16,6 +16,7 @@ import trimesh
 from gamutcore.boundary import Boundary, modified_convex_hull
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
+from gamutcore.colours.cielab import ICC_D50, colour_science
 from gamutcore.decimation import decimated
 from gamutcore.gamut import Gamut, Options, build_gamut
 from gamutcore.history import History, history_of
@@ -157,6 +158,26 @@ def fogra39_boundary(fogra39_points: np.ndarray) -> Boundary:
 def fogra39_quadric(fogra39_boundary: Boundary) -> History:
     """Return the history of FOGRA39L by the published cost."""
     return history_of(decimated(fogra39_boundary.mesh, fogra39_boundary.centre, "quadric"))
+
+
+@pytest.fixture(scope="session")
+def displayed() -> Callable[..., np.ndarray]:
+    """Return a function from CIELAB to what a display shows: clipped sRGB, encoded or linear.
+
+    Everything in it is colour-science's: the decoding of CIELAB, Bradford's adaptation to D65, and
+    the matrix from the chromaticities of the primaries (its stored one has four digits).
+    """
+    colour = colour_science()
+    white = colour.XYZ_to_xy(ICC_D50)
+    space = colour.RGB_COLOURSPACES["sRGB"].copy()
+    space.use_derived_matrix_XYZ_to_RGB = True
+
+    def convert(lab: ArrayLike, *, encoded: bool) -> np.ndarray:
+        xyz = colour.Lab_to_XYZ(np.asarray(lab, np.float64), white)
+        linear = np.clip(colour.XYZ_to_RGB(xyz, space, white, "Bradford"), 0.0, 1.0)
+        return np.asarray(space.cctf_encoding(linear) if encoded else linear)
+
+    return convert
 
 
 COMPONENTS = {5121: "<u1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}

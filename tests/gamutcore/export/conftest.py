@@ -1,0 +1,21 @@
+"""Meshes that the export tests write."""
+
+import pytest
+
+PROVENANCE = {
+    "title": "Fotopapier „glänzend“ — 印刷",
+    "conditions": "D50,\r\n2°\tM1",
+    "comment end_header": "end_header\nelement vertex 0",
+}
+
+
+@pytest.fixture(scope="session")
+def provenance():
+    """Return entries with all that text may hold: line breaks, other scripts, a format's words."""
+    return dict(PROVENANCE)
+
+
+@pytest.fixture(scope="session", params=[4, 10, 1000])
+def level(request, fogra39_gamut):
+    """Return a level of a real press."""
+    return fogra39_gamut.history.level(request.param)

@@ -1,0 +1,121 @@
+"""GLB and glTF: valid to Khronos' validator, and carrying what the design says a mesh carries."""
+
+import json
+
+import numpy as np
+import pygltflib
+import pytest
+
+from gamutcore.export import encoded_mesh
+from gamutcore.mesh import TriangleMesh
+
+
+def asset_of(data, kind):
+    if kind == "glb":
+        return pygltflib.GLTF2.load_from_bytes(data)
+    return pygltflib.GLTF2.gltf_from_json(data.decode())
+
+
+@pytest.fixture(params=["glb", "gltf"])
+def kind(request):
+    return request.param
+
+
+@pytest.fixture
+def written(level, kind, provenance):
+    return encoded_mesh(level, kind, provenance)
+
+
+class TestValidity:
+    def test_khronos_validator_finds_nothing(self, gltf_report, written, level):
+        report = gltf_report(written)
+        assert report["issues"]["numErrors"] == 0, report["issues"]["messages"]
+        assert report["issues"]["numWarnings"] == 0, report["issues"]["messages"]
+        assert report["info"]["totalTriangleCount"] == level.triangles
+        assert report["info"]["totalVertexCount"] == len(level.vertices)
+
+    def test_without_provenance_too(self, gltf_report, level, kind):
+        issues = gltf_report(encoded_mesh(level, kind))["issues"]
+        assert issues["numErrors"] == issues["numWarnings"] == 0, issues["messages"]
+
+    def test_reruns_are_bit_identical(self, level, kind, provenance, written):
+        assert encoded_mesh(level, kind, provenance) == written
+
+
+class TestGeometry:
+    def test_positions_and_faces_are_bit_equal(self, written, kind, level, gltf_accessor):
+        asset = asset_of(written, kind)
+        (primitive,) = asset.meshes[0].primitives
+        positions = gltf_accessor(asset, primitive.attributes.POSITION)
+        assert positions.astype("<f4").tobytes() == level.vertices.astype("<f4").tobytes()
+        faces = gltf_accessor(asset, primitive.indices).reshape(-1, 3)
+        np.testing.assert_array_equal(faces, level.faces)
+        assert primitive.mode in {None, 4}
+
+    def test_there_are_no_normals(self, written, kind):
+        (primitive,) = asset_of(written, kind).meshes[0].primitives
+        given = {name for name, number in vars(primitive.attributes).items() if number is not None}
+        assert given == {"POSITION", "COLOR_0"}
+
+    def test_lightness_is_shown_upwards_and_a_to_the_right(self, written, kind):
+        nodes = [node for node in asset_of(written, kind).nodes if node.mesh is not None]
+        (node,) = nodes
+        assert node.matrix is None
+        x, y, z, w = node.rotation
+        assert np.linalg.norm(node.rotation) == pytest.approx(1.0)
+
+        def rotated(vector):
+            # v + 2 q × (q × v + w v), the rotation that the quaternion (q, w) stands for
+            q = np.array([x, y, z])
+            return vector + 2 * np.cross(q, np.cross(q, vector) + w * np.asarray(vector))
+
+        np.testing.assert_allclose(rotated((1.0, 0, 0)), (0, 1, 0), atol=1e-12)  # L* → +Y
+        np.testing.assert_allclose(rotated((0, 1.0, 0)), (1, 0, 0), atol=1e-12)  # a* → +X
+        np.testing.assert_allclose(rotated((0, 0, 1.0)), (0, 0, -1), atol=1e-12)  # away from one
+
+
+class TestAppearance:
+    def test_colours_are_linear_16_bit_integers(
+        self, written, kind, level, gltf_accessor, displayed
+    ):
+        asset = asset_of(written, kind)
+        (primitive,) = asset.meshes[0].primitives
+        accessor = asset.accessors[primitive.attributes.COLOR_0]
+        assert (accessor.componentType, accessor.type, accessor.normalized) == (5123, "VEC4", True)
+        stored = gltf_accessor(asset, primitive.attributes.COLOR_0)
+        assert (stored[:, 3] == 65535).all()
+        linear = displayed(level.vertices, encoded=False)
+        np.testing.assert_allclose(stored[:, :3] / 65535, linear, atol=1e-5)
+
+    def test_it_needs_no_light(self, written, kind):
+        asset = asset_of(written, kind)
+        assert asset.extensionsUsed == ["KHR_materials_unlit"]
+        assert not asset.extensionsRequired
+        (primitive,) = asset.meshes[0].primitives
+        assert "KHR_materials_unlit" in asset.materials[primitive.material].extensions
+
+    def test_white_is_white(self, kind, gltf_accessor):
+        corners = [(100, 0, 0), (0, 0, 0), (50, 20, 0), (50, 0, 20)]
+        faces = [(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)]
+        mesh = TriangleMesh(np.array(corners, np.float32), np.array(faces, np.int32))
+        asset = asset_of(encoded_mesh(mesh, kind), kind)
+        (primitive,) = asset.meshes[0].primitives
+        stored = gltf_accessor(asset, primitive.attributes.COLOR_0)
+        assert stored[0].tolist() == [65535] * 4
+        assert stored[1].tolist() == [0, 0, 0, 65535]
+
+
+class TestProvenance:
+    def test_is_in_the_assets_extras(self, written, kind, provenance):
+        asset = asset_of(written, kind)
+        assert asset.asset.extras == provenance
+        assert asset.asset.generator.startswith("gamutcore ")
+
+    def test_is_absent_where_there_is_none(self, level, kind):
+        assert not asset_of(encoded_mesh(level, kind), kind).asset.extras
+
+
+def test_gltf_is_one_json_document_that_refers_to_no_file(level):
+    document = json.loads(encoded_mesh(level, "gltf"))
+    for buffer in document["buffers"]:
+        assert buffer["uri"].startswith("data:application/octet-stream;base64,")

@@ -1,0 +1,93 @@
+"""PLY: positions bit for bit, sRGB in eight bits, provenance as comments that break nothing."""
+
+import io
+import re
+
+import meshio
+import numpy as np
+import pytest
+import trimesh
+
+from gamutcore.export import encoded_mesh
+from gamutcore.export.ply import comment_lines
+
+
+def header_lines(data):
+    return data[: data.index(b"end_header\n")].decode("ascii").splitlines()
+
+
+@pytest.fixture
+def written(level, provenance):
+    return encoded_mesh(level, "ply", provenance)
+
+
+@pytest.mark.parametrize("reader", ["trimesh", "meshio"])
+def test_positions_and_faces_are_bit_equal(mesh_readers, level, written, reader):
+    assert mesh_readers["ply", reader](written) == level
+
+
+def test_the_header_says_what_the_design_says(level, written):
+    lines = [line for line in header_lines(written) if not line.startswith("comment")]
+    assert lines[:2] == ["ply", "format binary_little_endian 1.0"]
+    assert lines[2] == f"element vertex {len(level.vertices)}"
+    names = [line.split()[-1] for line in lines if line.startswith("property")]
+    assert names == ["x", "y", "z", "red", "green", "blue", "vertex_indices"]
+    assert f"element face {level.triangles}" in lines
+
+
+def test_the_arrays_are_where_the_header_puts_them(level, written):
+    """A reader of a dozen lines: fixed records of vertices, then of faces."""
+    body = written[written.index(b"end_header\n") + len("end_header\n") :]
+    vertex = np.dtype([("position", "<f4", 3), ("colour", "u1", 3)])
+    face = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
+    assert len(body) == len(level.vertices) * vertex.itemsize + level.triangles * face.itemsize
+    vertices = np.frombuffer(body, vertex, len(level.vertices))
+    faces = np.frombuffer(body, face, level.triangles, len(level.vertices) * vertex.itemsize)
+    np.testing.assert_array_equal(vertices["position"], level.vertices)
+    np.testing.assert_array_equal(faces["corners"], level.faces)
+    assert (faces["count"] == 3).all()
+
+
+def test_colours_are_srgb_in_eight_bits(level, written, displayed):
+    read = meshio.read(io.BytesIO(written), "ply")
+    stored = np.stack([read.point_data[name] for name in ("red", "green", "blue")], axis=1)
+    stored = stored.view(np.uint8)  # meshio takes uchar for signed
+    expected = 255 * displayed(level.vertices, encoded=True)
+    assert np.abs(stored - expected).max() <= 0.51
+    loaded = trimesh.load(io.BytesIO(written), "ply", process=False)
+    np.testing.assert_array_equal(loaded.visual.vertex_colors[:, :3], stored)
+
+
+class TestComments:
+    def test_have_every_entry_on_a_line_of_its_own(self, written, provenance):
+        comments = [line for line in header_lines(written) if line.startswith("comment ")]
+        assert len(comments) == len(provenance) + 1
+        assert comments[0].startswith("comment generator: gamutcore ")
+        assert "comment conditions: D50, 2\\xb0 M1" in comments
+
+    def test_keep_other_scripts_readable_in_ascii(self, written, provenance):
+        (line,) = [line for line in header_lines(written) if line.startswith("comment title")]
+        text = line.removeprefix("comment title: ")
+        assert text.encode("ascii").decode("unicode_escape") == provenance["title"]
+
+    def test_cannot_end_the_header_or_add_to_it(self, mesh_readers, level, written):
+        assert written.count(b"\nend_header\n") == 1
+        assert len(re.findall(rb"^element ", written.split(b"end_header\n")[0], re.MULTILINE)) == 2
+        assert mesh_readers["ply", "trimesh"](written) == level
+
+    def test_name_no_address(self, written):
+        assert b"http" not in written
+
+    def test_are_there_for_the_generator_alone(self, level):
+        comments = [line for line in header_lines(encoded_mesh(level, "ply")) if "comment" in line]
+        assert len(comments) == 1
+
+    @pytest.mark.parametrize("text", ["a\nb", "a\r\nb", "a\x0bb", "a\x0cb", "a\x85b", "a\u2028b"])
+    def test_no_line_break_is_left_in_a_line(self, text):
+        (_, line) = comment_lines({"name": text})
+        assert line == "name: a b"
+        assert len(line.splitlines()) == 1
+
+
+def test_reruns_are_bit_identical(level, written, provenance):
+    assert encoded_mesh(level, "ply", provenance) == written

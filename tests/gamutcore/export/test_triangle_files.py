@@ -1,0 +1,97 @@
+"""STL and OBJ, and the table of all formats."""
+
+import io
+
+import numpy as np
+import pytest
+import trimesh
+
+from gamutcore.colours.appearance import srgb
+from gamutcore.errors import OptionError
+from gamutcore.export import FORMATS, encoded_mesh
+from gamutcore.export.triangle_files import obj, stl
+
+
+class TestStl:
+    def test_is_the_triangles_bit_for_bit(self, level):
+        """80 bytes of anything, a count, then normal, three corners and two bytes per triangle."""
+        data = stl(level, {})
+        triangle = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])
+        assert int.from_bytes(data[80:84], "little") == level.triangles
+        assert len(data) == 84 + level.triangles * triangle.itemsize
+        read = np.frombuffer(data, triangle, level.triangles, 84)
+        np.testing.assert_array_equal(read["corners"], level.vertices[level.faces])
+
+    def test_does_not_begin_like_the_text_format(self, level):
+        assert not stl(level, {}).startswith(b"solid")
+
+    def test_normals_point_outwards(self, level):
+        read = trimesh.load(io.BytesIO(stl(level, {})), "stl", process=False)
+        assert read.volume == pytest.approx(level.volume, rel=1e-5)
+
+
+class TestObj:
+    @staticmethod
+    def rows(data, letter):
+        lines = data.decode("ascii").splitlines()
+        return [line.split()[1:] for line in lines if line.split()[:1] == [letter]]
+
+    def test_positions_are_bit_equal_and_faces_the_same(self, level, provenance):
+        data = obj(level, provenance)
+        vertices = np.array(self.rows(data, "v"), float)
+        np.testing.assert_array_equal(vertices[:, :3].astype(np.float32), level.vertices)
+        faces = np.array(
+            [[part.split("/")[0] for part in row] for row in self.rows(data, "f")], int
+        )
+        np.testing.assert_array_equal(faces - 1, level.faces)
+        assert not self.rows(data, "vn")
+
+    def test_trimesh_reads_it_back(self, level, provenance):
+        read = trimesh.load(
+            io.BytesIO(obj(level, provenance)), "obj", process=False, maintain_order=True
+        )
+        np.testing.assert_array_equal(read.vertices.astype(np.float32), level.vertices)
+        np.testing.assert_array_equal(read.faces, level.faces)
+
+    def test_colours_follow_the_positions(self, level):
+        vertices = np.array(self.rows(obj(level, {}), "v"), float)
+        assert vertices.shape[1] == 6
+        np.testing.assert_allclose(vertices[:, 3:], srgb(level.vertices), atol=0.5 / 255 + 1e-6)
+
+    def test_provenance_is_in_comments_and_nowhere_else(self, level, provenance):
+        lines = obj(level, provenance).decode("ascii").splitlines()
+        assert {line.split()[0] for line in lines if line.strip()} <= {"#", "v", "f", "o"}
+        comments = [line for line in lines if line.startswith("#")]
+        assert "# conditions: D50, 2\\xb0 M1" in comments
+        assert any("generator: gamutcore" in line for line in comments)
+
+
+class TestFormats:
+    def test_names_media_types_and_suffixes(self):
+        assert list(FORMATS) == ["glb", "gltf", "ply", "stl", "obj"]
+        for name, mesh_format in FORMATS.items():
+            assert mesh_format.name == name
+            assert mesh_format.suffix == f".{name}"
+        # registered with IANA
+        assert FORMATS["glb"].media_type == "model/gltf-binary"
+        assert FORMATS["gltf"].media_type == "model/gltf+json"
+        assert FORMATS["stl"].media_type == "model/stl"
+        assert FORMATS["obj"].media_type == "model/obj"
+
+    @pytest.mark.parametrize("name", FORMATS)
+    def test_reruns_are_bit_identical(self, level, name, provenance):
+        assert encoded_mesh(level, name, provenance) == encoded_mesh(level, name, provenance)
+
+    @pytest.mark.parametrize("name", FORMATS)
+    def test_writing_leaves_the_mesh_as_it_was(self, level, name):
+        vertices, faces = level.vertices.copy(), level.faces.copy()
+        encoded_mesh(level, name)
+        np.testing.assert_array_equal(level.vertices, vertices)
+        np.testing.assert_array_equal(level.faces, faces)
+
+    @pytest.mark.parametrize("name", ["", "GLB", "usdz", ".ply", "../glb"])
+    def test_another_is_refused(self, level, name):
+        with pytest.raises(OptionError) as caught:
+            encoded_mesh(level, name)
+        assert caught.value.where == {"field": "format"}
+        assert "glb" in caught.value.remedy
