@@ -64,9 +64,16 @@ def intersection_volume(one: TriangleMesh, other: TriangleMesh) -> float:
 
 def _volumes(one: TriangleMesh, other: TriangleMesh) -> tuple[float, float, float]:
     """Volumes of two meshes and of what they have in common, by the same arithmetic."""
+    if one.triangles == 0 or other.triangles == 0:
+        raise MeshError("a mesh has no faces", remedy="closed meshes, oriented outwards")
     # a common origin and scale keep the digits where the meshes differ
     lowest, highest = one.bounds
-    origin, scale = (lowest + highest) / 2, float((highest - lowest).max()) / 2
+    origin, scale = (lowest + highest) / 2, float(np.max(highest - lowest)) / 2
+    if not 0 < scale < np.inf:
+        raise MeshError(
+            f"the first mesh reaches from {lowest.tolist()} to {highest.tolist()}",
+            remedy="a closed mesh of finite numbers that encloses a volume",
+        )
     first, second = _manifold(one, origin, scale), _manifold(other, origin, scale)
     common = (first ^ second).volume()
     return first.volume() * scale**3, second.volume() * scale**3, common * scale**3
