@@ -128,8 +128,10 @@ def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -
     edge_of = np.empty(vertex.size, np.int32)
     corner_facing = np.empty(vertex.size // 2, np.int32)
     edges = 0
+    degree = np.zeros(len(positions), np.int32)
     for corner in range(vertex.size):
         corner_at[vertex[corner]] = corner
+        degree[vertex[corner]] += 1
         if corner < opposite[corner]:
             edge_of[corner] = edges
             edge_of[opposite[corner]] = edges
@@ -137,18 +139,15 @@ def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -
             edges += 1
     mark = np.full(len(positions), -1, np.int64)
     return Surface(
-        positions.copy(), vertex, opposite.copy(), corner_at, edge_of, corner_facing, mark
+        positions.copy(),
+        vertex,
+        opposite.copy(),
+        corner_at,
+        degree,
+        edge_of,
+        corner_facing,
+        mark,
     )
-
-
-@leaf_kernel
-def _degree(surface: Surface, vertex: int) -> int:
-    first = surface.corner_at[vertex]
-    corner, degree = swung(surface.opposite, first), 1
-    while corner != first:
-        corner = swung(surface.opposite, corner)
-        degree += 1
-    return degree
 
 
 @leaf_kernel
@@ -255,21 +254,10 @@ def _edge_ends(surface: Surface, edge: int) -> tuple[int, int]:
 
 
 @leaf_kernel
-def _is_hub(surface: Surface, vertex: int) -> bool:
-    first = surface.corner_at[vertex]
-    corner = first
-    for _ in range(HUB_DEGREE):
-        corner = swung(surface.opposite, corner)
-        if corner == first:
-            return False
-    return True
-
-
-@leaf_kernel
 def _error_of_optimum(cost: Any, surface: Surface, edge: int, place: FloatArray) -> float:  # noqa: ANN401
     """Priority of an edge: the error of its optimum, infinite for the edges of hubs."""
     one, two = _edge_ends(surface, edge)
-    if depends_on_ring(cost) and (_is_hub(surface, one) or _is_hub(surface, two)):
+    if depends_on_ring(cost) and max(surface.degree[one], surface.degree[two]) > HUB_DEGREE:
         return np.inf
     return optimum(cost, surface, one, two, place)
 
@@ -372,6 +360,7 @@ def _contract(
     work: Workspace,
     edge: int,
     kept: int,
+    dead: int,
     moved: IndexArray,
     start: int,
     end: int,
@@ -384,9 +373,11 @@ def _contract(
         surface.vertex[moved[index]] = kept
     corner = surface.corner_facing[edge]
     twin = surface.opposite[corner]
+    surface.degree[kept] += surface.degree[dead] - 4
     dequeue(work.queue, edge)
     surface.corner_facing[edge] = -1
     for side in (corner, twin):
+        surface.degree[surface.vertex[side]] -= 1
         gone = _glue(surface, side)
         if work.queue.place[gone] < 0:
             work.parked[0] -= 1
@@ -415,7 +406,7 @@ def _refresh(
         if not depends_on_ring(cost):
             _requeue(cost, surface, work, surface.edge_of[preceding(spoke)])
         neighbour = surface.vertex[following(spoke)]
-        hub = depends_on_ring(cost) and _is_hub(surface, neighbour)
+        hub = depends_on_ring(cost) and surface.degree[neighbour] > HUB_DEGREE
         begin = surface.corner_at[neighbour]
         around = begin
         while work.parked[0] > 0 or (depends_on_ring(cost) and not hub):
@@ -494,7 +485,7 @@ def collapse_all(
         if count > len(ring):
             ring = np.empty((2 * count, 2), np.int32)
             ring_faces(surface, kept, dead, ring)
-        if _degree(surface, dead) > _degree(surface, kept):
+        if surface.degree[dead] > surface.degree[kept]:
             kept, dead = dead, kept
         if not _place_is_valid(cost, surface, work, edge, kept, dead, ring, count, centre):
             _queue_next_candidate(cost, surface, work, edge, kept, dead, ring, count)
@@ -506,7 +497,7 @@ def collapse_all(
         moved, filled = _moved_corners(surface, kept, dead, moved, filled)
         record.moved_end[collapses] = filled
         merge(cost, surface, kept, dead, work.place)
-        _contract(surface, delivered, work, edge, kept, moved, start, filled)
+        _contract(surface, delivered, work, edge, kept, dead, moved, start, filled)
         collapses += 1
         eager = depends_on_ring(cost) and wanted - collapses < EAGER_COLLAPSES
         _refresh(cost, surface, work, kept, eager)

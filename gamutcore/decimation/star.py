@@ -39,6 +39,8 @@ class Surface(NamedTuple):
         The corner table.
     corner_at : (V,) int32
         Some corner at each vertex.
+    degree : (V,) int32
+        Number of edges at each vertex.
     edge_of : (3 F,) int32
         The edge that a corner faces.
     corner_facing : (E,) int32
@@ -51,6 +53,7 @@ class Surface(NamedTuple):
     vertex: IndexArray
     opposite: IndexArray
     corner_at: IndexArray
+    degree: IndexArray
     edge_of: IndexArray
     corner_facing: IndexArray
     mark: LongArray

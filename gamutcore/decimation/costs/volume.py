@@ -68,12 +68,13 @@ def _gather(cost: VolumeState, surface: Surface, kept: int, dead: int) -> None:
         ex, ey, ez = position[centre, 0] - mx, position[centre, 1] - my, position[centre, 2] - mz
         first = surface.corner_at[centre]
         corner = first
+        one = vertex[following(corner)]
+        ux, uy, uz = position[one, 0] - mx, position[one, 1] - my, position[one, 2] - mz
         while True:
-            one, two = vertex[following(corner)], vertex[preceding(corner)]
+            two = vertex[preceding(corner)]
+            vx, vy, vz = position[two, 0] - mx, position[two, 1] - my, position[two, 2] - mz
             shared = one == other or two == other
             if end == 0 or not shared:
-                ux, uy, uz = position[one, 0] - mx, position[one, 1] - my, position[one, 2] - mz
-                vx, vy, vz = position[two, 0] - mx, position[two, 1] - my, position[two, 2] - mz
                 px, py, pz = ux - ex, uy - ey, uz - ez
                 qx, qy, qz = vx - ex, vy - ey, vz - ez
                 nx, ny, nz = py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx
@@ -95,6 +96,8 @@ def _gather(cost: VolumeState, surface: Surface, kept: int, dead: int) -> None:
                     g1 += uz * vx - ux * vz
                     g2 += ux * vy - uy * vx
                     h += d
+            # the face across the edge to `two` comes next, and there `two` is the following vertex
+            one, ux, uy, uz = two, vx, vy, vz
             corner = swung(surface.opposite, corner)
             if corner == first:
                 break
