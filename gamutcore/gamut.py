@@ -15,7 +15,7 @@ from gamutcore.boundary import modified_convex_hull
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.decimation import decimated
-from gamutcore.errors import HistoryFileError
+from gamutcore.errors import HistoryFileError, OptionError
 from gamutcore.history import (
     MINIMUM_TRIANGLES,
     History,
@@ -200,7 +200,7 @@ def _description(metadata: dict[str, str]) -> dict[str, Any]:
         description = dict(json.loads(metadata[DESCRIPTION]))
         bytes.fromhex(description["id"])
         Options.from_mapping(description["options"])
-    except (KeyError, ValueError, TypeError, AttributeError, RecursionError) as cause:
+    except (KeyError, ValueError, TypeError, AttributeError, RecursionError, OptionError) as cause:
         raise HistoryFileError(
             "the history does not describe a gamut",
             where={"field": DESCRIPTION},
