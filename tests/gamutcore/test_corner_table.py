@@ -1,0 +1,74 @@
+"""The corner table against adjacency by brute force."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gamutcore.boundary import modified_convex_hull
+from gamutcore.corner_table import following, opposite_corners, preceding, swung
+
+
+def brute_force(faces):
+    """Opposite corner of every corner, by comparing all edges with each other; −1 if not unique."""
+    edges = {
+        3 * face + place: (corners[(place + 1) % 3], corners[(place + 2) % 3])
+        for face, corners in enumerate(faces)
+        for place in range(3)
+    }
+    result = []
+    for edge in edges.values():
+        across = [other for other, turned in edges.items() if turned == edge[::-1]]
+        same = [other for other, turned in edges.items() if turned == edge]
+        result.append(across[0] if len(across) == len(same) == 1 else -1)
+    return result
+
+
+def test_corners_of_a_face_follow_each_other():
+    for face in range(5):
+        corners = [3 * face, 3 * face + 1, 3 * face + 2]
+        assert [following(corner) for corner in corners] == [corners[1], corners[2], corners[0]]
+        assert [preceding(corner) for corner in corners] == [corners[2], corners[0], corners[1]]
+
+
+@settings(max_examples=20)
+@given(seed=st.integers(0, 10**6))
+def test_opposite_corners_of_boundaries(random_cloud, seed):
+    faces = modified_convex_hull(random_cloud(seed, 25)).mesh.faces
+    opposite = opposite_corners(faces, 25)
+    assert opposite.dtype == np.int32
+    assert opposite.tolist() == brute_force(faces.tolist())
+    assert (opposite[opposite] == np.arange(len(opposite))).all()
+
+
+@given(
+    st.lists(st.permutations(range(5)).map(lambda order: tuple(order[:3])), min_size=1, max_size=8)
+)
+def test_opposite_corners_of_anything(faces):
+    """Edges without a counterpart, or with more than one, have none."""
+    opposite = opposite_corners(np.array(faces, np.int32), 5)
+    assert opposite.tolist() == brute_force(faces)
+
+
+@pytest.mark.parametrize("face", range(4))
+def test_an_open_tetrahedron_has_three_corners_without_an_opposite(face):
+    tetrahedron = np.array([(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)], np.int32)
+    assert (opposite_corners(tetrahedron, 4) >= 0).all()
+    assert (opposite_corners(np.delete(tetrahedron, face, axis=0), 4) < 0).sum() == 3
+
+
+def test_swinging_goes_once_round_a_vertex(random_cloud):
+    faces = modified_convex_hull(random_cloud(1, 40)).mesh.faces
+    vertex, opposite = faces.ravel(), opposite_corners(faces, 40)
+    for start in range(len(vertex)):
+        round_trip, corner = [start], swung(opposite, start)
+        while corner != start:
+            round_trip.append(corner)
+            assert len(round_trip) <= len(vertex)
+            corner = swung(opposite, corner)
+        assert sorted(round_trip) == np.flatnonzero(vertex == vertex[start]).tolist()
+        for one, other in itertools.pairwise(round_trip):
+            # across the edge to the preceding corner
+            assert vertex[preceding(one)] == vertex[following(other)]

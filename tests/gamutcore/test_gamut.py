@@ -1,0 +1,243 @@
+"""The gamut: its identity, its description, its file, and the errors of a build."""
+
+import hashlib
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import gamutcore.gamut
+from gamutcore.errors import (
+    CentreError,
+    CharacterisationError,
+    FlatPointsError,
+    GamutError,
+    HistoryFileError,
+    TooFewPointsError,
+    UnrecognisedFormatError,
+)
+from gamutcore.gamut import STAGES, Gamut, Options, build_gamut, gamut_id, read_description
+from gamutcore.history import history_bytes
+from gamutcore.metric import mismatch
+
+DIGEST = hashlib.sha256(b"data").hexdigest()
+
+
+def bare(rows):
+    text = "\n".join(",".join(map(repr, row)) for row in np.asarray(rows, float).tolist())
+    return f"LAB_L,LAB_A,LAB_B\n{text}\n".encode()
+
+
+OCTAHEDRON = [(90, 0, 0), (10, 0, 0), (50, 40, 0), (50, -40, 0), (50, 0, 40), (50, 0, -40)]
+
+
+class TestId:
+    def test_is_a_sha256_of_what_it_says(self):
+        question = f"gamut 1\n{Options().canonical}\n{DIGEST}\n"
+        assert gamutcore.gamut.ALGORITHM_VERSION == 1
+        assert gamut_id(Options(), DIGEST) == hashlib.sha256(question.encode()).hexdigest()
+
+    def test_is_the_same_for_the_same_question(self):
+        spelled_out = Options.from_mapping(json.loads(Options().canonical))
+        assert gamut_id(spelled_out, DIGEST) == gamut_id(Options(), DIGEST)
+
+    @pytest.mark.parametrize(
+        "change",
+        [
+            {"gamma": 0.3},
+            {"boundary": "convex-hull"},
+            {"centre": (50, 0, 0)},
+            {"cost": "quadric"},
+            {"surface_samples": 99_999},
+            {"intent": "absolute"},
+        ],
+    )
+    def test_differs_with_every_option(self, change):
+        assert gamut_id(Options(**change), DIGEST) != gamut_id(Options(), DIGEST)
+
+    def test_differs_with_the_input_and_the_algorithm(self, monkeypatch):
+        before = gamut_id(Options(), DIGEST)
+        assert gamut_id(Options(), hashlib.sha256(b"date").hexdigest()) != before
+        monkeypatch.setattr(gamutcore.gamut, "ALGORITHM_VERSION", 2)
+        assert gamut_id(Options(), DIGEST) != before
+
+
+class TestDescription:
+    def test_is_json_and_comes_back_from_it(self, fogra39_gamut):
+        text = json.dumps(fogra39_gamut.description, allow_nan=False)
+        assert json.loads(text) == fogra39_gamut.description
+
+    def test_says_what_went_in(self, fogra39_gamut, fogra39):
+        description = fogra39_gamut.description
+        digest = hashlib.sha256(fogra39).hexdigest()
+        assert description["id"] == fogra39_gamut.id == gamut_id(Options(), digest)
+        assert description["options"] == Options().to_mapping()
+        assert fogra39_gamut.options == Options()
+        assert description["provenance"]["input"] == {"sha256": digest, "bytes": len(fogra39)}
+
+    def test_agrees_with_its_history(self, fogra39_gamut):
+        description, history = fogra39_gamut.description, fogra39_gamut.history
+        full = history.full()
+        assert description["counts"] == {
+            "triangles": history.triangles,
+            "vertices": history.vertices,
+            "minimum": 4,
+        }
+        assert history.triangles == 2 * history.vertices - 4
+        assert description["volume"] == pytest.approx(full.volume, rel=1e-9)
+        assert description["area"] == pytest.approx(full.area, rel=1e-9)
+        np.testing.assert_array_equal(description["bounds"], full.bounds)
+        np.testing.assert_array_equal(description["centre"], history.centre)
+        levels = description["levels"]
+        assert levels[0]["triangles"] == 4
+        assert levels[-1]["triangles"] == history.triangles
+        for level in levels:
+            read = history.level(level["triangles"])
+            assert level["volume"] == pytest.approx(read.volume, rel=1e-9)
+
+    def test_of_a_press_in_terms_that_its_printer_knows(self, fogra39_gamut):
+        """FOGRA39: paper white L* 95 (ISO 12647-2:2004), black below 20, a volume about 400,000."""
+        (darkest, *_), (lightest, *_) = fogra39_gamut.description["bounds"]
+        assert 0 <= darkest < 20
+        # relative to the medium: the paper is the white
+        assert lightest == pytest.approx(100, abs=0.5)
+        assert 350_000 < fogra39_gamut.description["volume"] < 500_000
+
+    def test_memory_is_the_historys(self, fogra39_gamut):
+        assert fogra39_gamut.nbytes == fogra39_gamut.history.nbytes > 0
+
+
+class TestFile:
+    def test_round_trip(self, fogra39_gamut):
+        read = Gamut.from_bytes(fogra39_gamut.to_bytes())
+        assert read.description == fogra39_gamut.description
+        assert (read.id, read.options) == (fogra39_gamut.id, fogra39_gamut.options)
+        for triangles in (4, 100, 5001, read.history.triangles):
+            assert read.history.level(triangles) == fogra39_gamut.history.level(triangles)
+        assert read.to_bytes() == fogra39_gamut.to_bytes()
+
+    def test_the_description_alone(self, small_gamut, tmp_path):
+        path = tmp_path / "gamut"
+        path.write_bytes(small_gamut.to_bytes())
+        assert read_description(path) == small_gamut.description
+
+    def test_the_description_is_read_without_the_arrays(self, small_gamut, tmp_path):
+        path = tmp_path / "gamut"
+        data = small_gamut.to_bytes()
+        path.write_bytes(data[: 8 + int.from_bytes(data[:8], "little")])
+        assert read_description(path) == small_gamut.description
+
+    @pytest.mark.parametrize(
+        "metadata",
+        [
+            {},
+            {"gamut": ""},
+            {"gamut": "null"},
+            {"gamut": "[]"},
+            {"gamut": "{}"},
+            {"gamut": '{"id": 5, "options": {}}'},
+            {"gamut": '{"id": "00"}'},
+            {"gamut": '{"id": "00", "options": null}'},
+            {"gamut": '{"id": "00", "options": []}'},
+            {"gamut": '{"id": "00", "options": {"gamma": 7}}'},
+            {"gamut": '{"id": "00", "options": {"5": 7}}'},
+            {"gamut": "[" * 100_000},
+        ],
+    )
+    def test_a_history_that_describes_no_gamut_is_refused(self, small_history, metadata, tmp_path):
+        data = history_bytes(small_history, metadata)
+        with pytest.raises(HistoryFileError):
+            Gamut.from_bytes(data)
+        path = tmp_path / "gamut"
+        path.write_bytes(data)
+        with pytest.raises(HistoryFileError):
+            read_description(path)
+
+    @settings(max_examples=150)
+    @given(place=st.floats(0, 1, exclude_max=True), flip=st.integers(1, 255))
+    def test_a_changed_byte_of_the_header_is_refused_or_read(self, small_gamut, place, flip):
+        data = bytearray(small_gamut.to_bytes())
+        data[int(place * (8 + int.from_bytes(data[:8], "little")))] ^= flip
+        outcome = attempt(lambda: Gamut.from_bytes(bytes(data)))
+        if isinstance(outcome, Gamut):
+            assert outcome.history.full() == small_gamut.history.full()
+        else:
+            assert isinstance(outcome, HistoryFileError)
+
+
+def attempt(action):
+    try:
+        return action()
+    except GamutError as error:
+        return error
+
+
+class TestBuild:
+    def test_reports_its_stages_in_order(self):
+        stages = []
+        build_gamut(bare(OCTAHEDRON), Options(), progress=lambda *stage: stages.append(stage))
+        assert stages == [(stage, 0.0) for stage in STAGES]
+
+    def test_of_a_body_with_a_known_volume(self, assert_every_invariant):
+        gamut = build_gamut(bare(OCTAHEDRON), Options())
+        assert gamut.description["counts"]["triangles"] == 8
+        assert gamut.description["volume"] == pytest.approx(4 / 3 * 40**3)
+        assert gamut.description["area"] == pytest.approx(2 * np.sqrt(3) * (40 * np.sqrt(2)) ** 2)
+        for level in gamut.history.levels():
+            assert_every_invariant(level, gamut.description["centre"], level.triangles)
+
+    def test_reruns_are_byte_identical(self, fogra39_gamut, fogra39):
+        assert build_gamut(fogra39, Options()).to_bytes() == fogra39_gamut.to_bytes()
+
+    def test_options_reach_their_stations(self, small_gamut, random_cloud):
+        data = bare(random_cloud(70))
+        default = build_gamut(data, Options())
+        hull = build_gamut(data, Options(boundary="convex-hull"))
+        assert hull.description["volume"] > default.description["volume"]
+        centred = build_gamut(data, Options(centre=(52, 1, -2)))
+        assert centred.description["centre"] == [52, 1, -2]
+        published = build_gamut(data, Options(cost="quadric"))
+        assert mismatch(published.history.full(), default.history.full()) < 1e-9
+        assert published.history.level(50) != default.history.level(50)
+        assert len({g.id for g in (small_gamut, default, hull, centred, published)}) == 5
+
+    @pytest.mark.parametrize(
+        ("data", "options", "kind"),
+        [
+            (b"", {}, CharacterisationError),
+            (b"\x00\x01\x02", {}, UnrecognisedFormatError),
+            (b"hello world", {}, CharacterisationError),
+            (bare(OCTAHEDRON[:3]), {}, GamutError),
+            (bare([(50, 0, 0)] * 20), {}, TooFewPointsError),
+            (bare([(50, i, 0) for i in range(20)]), {}, FlatPointsError),
+            (bare([(50, i % 5, i // 5) for i in range(20)]), {}, FlatPointsError),
+            (bare(OCTAHEDRON), {"centre": (95, 0, 0)}, CentreError),
+            (bare(OCTAHEDRON), {"centre": (75, 30, 30)}, CentreError),
+            (bare([*OCTAHEDRON, (50, 0, np.nan)]), {}, GamutError),
+            (bare([*OCTAHEDRON, (50, 0, 1e30)]), {}, GamutError),
+        ],
+    )
+    def test_what_cannot_be_built_is_a_named_error(self, data, options, kind):
+        with pytest.raises(kind) as caught:
+            build_gamut(data, Options(**options))
+        assert caught.value.message
+        assert caught.value.remedy or caught.value.where
+
+    @settings(max_examples=60)
+    @given(
+        rows=st.lists(
+            st.tuples(
+                *[st.sampled_from([0.0, 1.0, 50.0, 100.0, -40.0, 1e-9, 1e9, 33.3, -1e5])] * 3
+            ),
+            max_size=12,
+        )
+    )
+    def test_any_colours_are_a_gamut_or_a_named_error(self, assert_every_invariant, rows):
+        outcome = attempt(lambda: build_gamut(bare(rows), Options()))
+        if isinstance(outcome, Gamut):
+            for level in outcome.history.levels():
+                assert_every_invariant(level, outcome.history.centre, level.triangles)
+        else:
+            assert outcome.remedy
