@@ -1,0 +1,84 @@
+"""What the routes of an app share: made of its settings, forgotten and closed together."""
+
+import asyncio
+from types import SimpleNamespace
+
+import pytest
+
+from service.settings import Settings
+from service.state import Service, service_of
+
+
+@pytest.fixture
+def service(tmp_path):
+    return Service(Settings(data=tmp_path / "data"))
+
+
+def test_it_is_made_of_its_settings(service, tmp_path):
+    assert service.settings.data == tmp_path / "data"
+    assert not (tmp_path / "data").exists()  # nothing is opened before it runs
+
+
+@pytest.mark.parametrize(
+    ("warm", "workers", "ready"),
+    [(False, 0, False), (True, 0, False), (False, 1, False), (True, 1, True)],
+)
+def test_it_is_ready_when_it_and_its_workers_are_warm(service, monkeypatch, warm, workers, ready):
+    service.warm = warm
+    monkeypatch.setattr(service.builds, "warm_workers", workers)
+    assert service.ready is ready
+
+
+def test_a_deleted_gamut_is_forgotten_by_all_who_keep_it(service, monkeypatch):
+    forgotten = []
+    monkeypatch.setattr(service.library, "discard", lambda name: forgotten.append(("gamut", name)))
+    monkeypatch.setattr(
+        service.meshes, "discard_gamut", lambda name: forgotten.append(("meshes", name))
+    )
+    service.forget("ab" * 32)
+    assert forgotten == [("gamut", "ab" * 32), ("meshes", "ab" * 32)]
+
+
+def test_it_runs_warms_up_and_closes(service, monkeypatch):
+    stopped = []
+    monkeypatch.setattr(service.builds, "start", lambda: None)
+
+    async def stop():
+        stopped.append(True)
+
+    monkeypatch.setattr(service.builds, "stop", stop)
+
+    async def scenario():
+        warmed = asyncio.Event()
+        warm = service._warm
+
+        async def warm_and_say_so():
+            await warm()
+            warmed.set()
+
+        monkeypatch.setattr(service, "_warm", warm_and_say_so)
+        async with service.running():
+            assert service.settings.data.is_dir()
+            await warmed.wait()
+            assert service.warm
+        assert stopped == [True]
+
+    asyncio.run(asyncio.wait_for(scenario(), 300))
+
+
+def test_a_second_service_can_have_the_data_when_the_first_is_gone(service, monkeypatch):
+    other = Service(service.settings)
+    for each in (service, other):
+        monkeypatch.setattr(each.builds, "start", lambda: None)
+
+    async def scenario():
+        for each in (service, other):
+            async with each.running():
+                pass
+
+    asyncio.run(asyncio.wait_for(scenario(), 300))
+
+
+def test_a_request_finds_it_at_its_app(service):
+    request = SimpleNamespace(app=SimpleNamespace(state=SimpleNamespace(service=service)))
+    assert service_of(request) is service
