@@ -17,13 +17,7 @@ import numpy as np
 from gamutcore.arrays import ByteArray, Float32Array, FloatArray, IndexArray, LongArray
 from gamutcore.corner_table import following, preceding, swung
 from gamutcore.decimation.costs.interface import depends_on_ring, error, merge, optimum
-from gamutcore.decimation.edge_queue import (
-    EdgeQueue,
-    dequeue,
-    empty_queue,
-    enqueue,
-    fill_queue,
-)
+from gamutcore.decimation.edge_queue import EdgeQueue, dequeue, empty_queue, enqueue, fill_queue
 from gamutcore.decimation.star import (
     Surface,
     keeps_star_shape,
