@@ -125,12 +125,12 @@ class TestAccuracyOfFogra39:
         assert percent <= 1.1 * PUBLISHED[triangles]
 
     def test_at_10000_triangles_both_costs_follow_the_theory(self, fogra39_gamut, fogra39_quadric):
-        """There is no published figure; on smooth sides mismatch falls as 1/n (Böröczky; Ludwig)."""
+        """No published figure; on smooth sides mismatch falls as 1/n (Böröczky; Ludwig)."""
         for history in (fogra39_gamut.history, fogra39_quadric):
             percent = 100 * mismatch(history.full(), history.level(10_000))
             assert percent <= 1.1 * PUBLISHED[1000] / 10
 
-    def test_ten_triangles_of_the_published_cost_are_within_what_chance_gives(self, fogra39_points):
+    def test_ten_triangles_of_the_published_cost_are_a_matter_of_chance(self, fogra39_points):
         """Ten triangles are chaotic: points moved by 10⁻⁵ ΔE give anything from 17 to 32 %.
 
         Of 40 such copies 14 met 17.8 % plus 10 %; their median was 22.9 %. The published figure
