@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import errno
 import json
 import logging
 import sys
@@ -117,7 +116,7 @@ class _Worker:
         worker = cls(process)
         try:
             await worker.event()
-        except asyncio.CancelledError:
+        except BaseException:
             worker.kill()
             raise
         return worker
@@ -233,7 +232,11 @@ class Builds:
         """Raise the problem that a new build would be refused with: stopping, or a full queue."""
         if self._stopping:
             raise ProblemError(
-                Problem("shutting-down", "The service is stopping and accepts no new builds.")
+                Problem(
+                    "shutting-down",
+                    "The service is stopping and accepts no new builds.",
+                    headers={"Retry-After": "5"},
+                )
             )
         if self._queue.full():
             raise ProblemError(
@@ -286,6 +289,10 @@ class Builds:
                 failures += 1
                 logger.error("a build worker did not start: %s", error)  # noqa: TRY400 - no defect
                 continue
+            except Exception:
+                failures += 1
+                logger.exception("a build worker did not start")
+                continue
             failures = 0
             self.warm_workers += 1
             self.first_warm.set()
@@ -293,6 +300,9 @@ class Builds:
             try:
                 unfinished = await self._serve(worker, unfinished)
                 logger.warning("build worker %d is gone", worker.process.pid)
+            except Exception:
+                # Whatever it was, a slot that ends would leave its builds to nobody.
+                logger.exception("build worker %d is given up", worker.process.pid)
             finally:
                 self.warm_workers -= 1
                 worker.kill()
@@ -328,6 +338,7 @@ class Builds:
     async def _run(self, job: Job, worker: _Worker) -> bool:
         """Do one job; whether the worker can be given another."""
         output = self._store.temporary_path(".gamut")
+        idle = True
         request = {"input": str(job.source), "output": str(output), "options": job.options}
 
         def progress(stage: str, fraction: float) -> None:
@@ -344,8 +355,10 @@ class Builds:
             job.attempts += 1
             clock = time.monotonic()
             logger.info("build of %s started, attempt %d", job.id, job.attempts)
+            idle = False
             async with asyncio.timeout(self._settings.build_timeout):
                 event = await worker.result(request, progress)
+            idle = True
             problem = await self._outcome(job, event, output)
             seconds = time.monotonic() - clock
             outcome = "succeeded" if problem is None else f"failed ({problem.code})"
@@ -354,10 +367,16 @@ class Builds:
         except TimeoutError:
             logger.warning("build of %s exceeded its deadline", job.id)
             self._finish(job, self._timeout_problem())
-            return False
+        except _WorkerDiedError:
+            raise
+        except Exception as error:
+            # It must cost this build only: neither the slot nor those who wait for the job.
+            logger.exception("build of %s ended unexpectedly", job.id)
+            self._finish(job, _failure_problem(getattr(error, "errno", None)))
         finally:
-            output.unlink(missing_ok=True)
-        return True
+            with contextlib.suppress(OSError):
+                output.unlink(missing_ok=True)
+        return idle
 
     def _given_up(self, job: Job) -> bool:
         """Whether a job whose worker died was tried often enough; if so, it has failed."""
@@ -373,13 +392,13 @@ class Builds:
                 event["code"], event["message"], where=event["where"], remedy=event["remedy"]
             )
         if event["event"] == "failed":
-            return self._failure_problem(event["errno"])
+            return _failure_problem(event["errno"])
         record = Record(job.id, event["sha256"], event["nbytes"], now(), event["description"])
         try:
             await asyncio.to_thread(self._store.publish, record, output)
         except OSError as error:
             logger.exception("gamut %s could not be published", job.id)
-            return self._failure_problem(error.errno)
+            return _failure_problem(error.errno)
         self.completed += 1
         return None
 
@@ -387,13 +406,15 @@ class Builds:
         job.state = "succeeded" if problem is None else "failed"
         job.problem = problem
         job.finished = now()
-        job.source.unlink(missing_ok=True)
-        del self._active[job.id]
+        self._active.pop(job.id, None)
         self._finished.pop(job.id, None)
         self._finished[job.id] = job
         if len(self._finished) > self._settings.finished_jobs:
             self._finished.popitem(last=False)
         job.done.set()
+        # What stays in the temporary folder is removed at the next start.
+        with contextlib.suppress(OSError):
+            job.source.unlink(missing_ok=True)
 
     def _is_stored(self, gamut_id: str) -> bool:
         try:
@@ -409,8 +430,8 @@ class Builds:
             where={"field": "surface_samples"},
         )
 
-    @staticmethod
-    def _failure_problem(number: int | None) -> Problem:
-        if number in {errno.ENOSPC, errno.EDQUOT}:
-            return Problem("storage-full", "There is no space left in the data directory.")
-        return Problem("build-failed", "The build ended with an unexpected error.")
+
+def _failure_problem(number: int | None) -> Problem:
+    """Return the problem of a build that failed with an error number of the system, or none."""
+    problem = Problem.from_errno(number)
+    return problem or Problem("build-failed", "The build ended with an unexpected error.")

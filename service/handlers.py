@@ -7,7 +7,6 @@ unexpected exception reaches a client.
 
 from __future__ import annotations
 
-import errno
 import json
 import logging
 from typing import TYPE_CHECKING, Any
@@ -97,10 +96,8 @@ async def _disconnected(_request: Request, _error: Exception) -> Response:
 async def _system_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, OSError)  # noqa: S101 - registered for this class
     logger.error("%s %s", request.method, request.url.path, exc_info=error)
-    if error.errno in {errno.ENOSPC, errno.EDQUOT}:
-        detail = "There is no space left in the data directory."
-        return problem_response(Problem("storage-full", detail))
-    return await _defect(request, error)
+    problem = Problem.from_errno(error.errno)
+    return await _defect(request, error) if problem is None else problem_response(problem)
 
 
 async def _defect(_request: Request, _error: Exception) -> Response:

@@ -7,12 +7,12 @@ A code, once released, never changes its meaning.
 
 from __future__ import annotations
 
+import errno
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from fastapi.responses import JSONResponse
-
 from gamutcore import errors
+from service.responses import JsonResponse
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -332,6 +332,13 @@ _ROWS = (
         "The service is stopping and accepts no new builds.",
     ),
     Kind(
+        "overloaded",
+        503,
+        "The service is overloaded",
+        "Try again after the time in Retry-After, with fewer connections at the same time.",
+        "Too many files and connections are open.",
+    ),
+    Kind(
         "storage-full",
         507,
         "The store is full",
@@ -381,6 +388,16 @@ class Problem:
         """Return the problem that an error of `gamutcore` is for a client."""
         return cls(error.code, error.message, error.where, error.remedy)
 
+    @classmethod
+    def from_errno(cls, number: int | None) -> Problem | None:
+        """Return the problem that an error number of the system is; None for a defect."""
+        if number in {errno.ENOSPC, errno.EDQUOT}:
+            return cls("storage-full", "There is no space left in the data directory.")
+        if number in {errno.EMFILE, errno.ENFILE}:
+            detail = "Too many files and connections are open."
+            return cls("overloaded", detail, headers={"Retry-After": "5"})
+        return None
+
     @property
     def kind(self) -> Kind:
         """The row of the table."""
@@ -408,9 +425,9 @@ class ProblemError(Exception):
         self.problem = problem
 
 
-def problem_response(problem: Problem) -> JSONResponse:
+def problem_response(problem: Problem) -> JsonResponse:
     """Return the HTTP response of a problem; no cache keeps it."""
-    return JSONResponse(
+    return JsonResponse(
         problem.document(),
         status_code=problem.kind.status,
         media_type=MEDIA_TYPE,

@@ -3,12 +3,11 @@
 import asyncio
 import contextlib
 import hashlib
-import json
 from collections.abc import AsyncIterator
 from typing import IO, Annotated, Any
 
 from fastapi import APIRouter, Path, Query, Request
-from fastapi.responses import JSONResponse, Response, StreamingResponse
+from fastapi.responses import Response, StreamingResponse
 
 from gamutcore.gamut import gamut_id as identity
 from service.conditional import IMMUTABLE, byte_range, entity_tag, matches
@@ -26,6 +25,7 @@ from service.documentation import (
 from service.models import GamutDescription, GamutList, JobDescription, Levels
 from service.negotiation import preference
 from service.problems import BUILD_PROBLEMS, ProblemError
+from service.responses import JsonResponse
 from service.routes.jobs import job_document
 from service.state import service_of
 from service.store import GamutNotStoredError, Record
@@ -103,6 +103,7 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"])
             *BUILD_PROBLEMS,
             "queue-full",
             "shutting-down",
+            "overloaded",
             "storage-full",
         ),
     },
@@ -150,7 +151,7 @@ async def create_gamut(request: Request) -> Response:
     if not done:
         headers |= {"Location": f"/v1/jobs/{job.id}", "Retry-After": "1"}
         headers["Cache-Control"] = "no-store"
-        return JSONResponse(job_document(job), 202, headers)
+        return JsonResponse(job_document(job), 202, headers)
     if job.problem is not None:
         raise ProblemError(job.problem)
     record = await service.library.record(gamut_id)
@@ -191,7 +192,7 @@ async def list_gamuts(
     headers = {"Cache-Control": "no-cache"}
     if following:
         headers["Link"] = f'<{following}>; rel="next"'
-    return JSONResponse(
+    return JsonResponse(
         {"gamuts": [_summary(record) for record in shown], "next": following}, headers=headers
     )
 
@@ -327,16 +328,16 @@ async def _chunks(file: IO[bytes], start: int, end: int) -> AsyncIterator[bytes]
 
 
 def _conditional(request: Request, document: dict[str, Any], cache_control: str) -> Response:
-    content = json.dumps(document, allow_nan=False, separators=(",", ":")).encode()
-    headers = {"ETag": entity_tag(content), "Cache-Control": cache_control}
+    answer = JsonResponse(document, headers={"Cache-Control": cache_control})
+    etag = answer.headers["ETag"] = entity_tag(bytes(answer.body))
     known = request.headers.get("if-none-match")
-    if known is not None and matches(known, headers["ETag"]):
-        return Response(status_code=304, headers=headers)
-    return Response(content, headers=headers, media_type="application/json")
+    if known is not None and matches(known, etag):
+        return Response(status_code=304, headers={"ETag": etag, "Cache-Control": cache_control})
+    return answer
 
 
 def _described(record: Record, status: int, headers: dict[str, str]) -> Response:
-    return JSONResponse(_description(record), status, {"Cache-Control": "no-cache", **headers})
+    return JsonResponse(_description(record), status, {"Cache-Control": "no-cache", **headers})
 
 
 def _summary(record: Record) -> dict[str, Any]:

@@ -3,12 +3,13 @@
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Path, Request
-from fastapi.responses import JSONResponse, Response
+from fastapi.responses import Response
 
 from service.builds import Job
 from service.documentation import EXAMPLE_ID, EXAMPLE_JOB, header, json_response, problems
 from service.models import JobDescription
 from service.problems import Problem, ProblemError
+from service.responses import JsonResponse
 from service.state import service_of
 from service.store import GamutNotStoredError
 
@@ -51,7 +52,7 @@ async def describe_job(
     if job is not None and not job.done.is_set():
         headers["Retry-After"] = "1"
     if job is not None and job.state != "succeeded":
-        return JSONResponse(job_document(job), headers=headers)
+        return JsonResponse(job_document(job), headers=headers)
     # Whether a build has succeeded is for the store to say: the gamut may be deleted by now.
     try:
         record = await service.library.record(job_id)
@@ -59,22 +60,23 @@ async def describe_job(
         problem = Problem("job-not-found", f"There is no job {job_id}.", {"field": "job_id"})
         raise ProblemError(problem) from None
     document = job_document(job) if job is not None else _succeeded(job_id, record.created)
-    return JSONResponse(document, headers=headers)
+    return JsonResponse(document, headers=headers)
 
 
 def job_document(job: Job) -> dict[str, Any]:
     """Return the JSON of a job."""
+    succeeded = job.state == "succeeded"
     return {
         "id": job.id,
         "state": job.state,
-        "stage": job.stage,
-        "fraction": job.fraction,
+        "stage": "" if succeeded else job.stage,
+        "fraction": 1.0 if succeeded else job.fraction,
         "attempts": job.attempts,
         "created": job.created,
         "started": job.started,
         "finished": job.finished,
         "problem": None if job.problem is None else job.problem.document(),
-        "links": _links(job.id, built=job.state == "succeeded"),
+        "links": _links(job.id, built=succeeded),
     }
 
 

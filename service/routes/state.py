@@ -1,11 +1,12 @@
 """Whether the service lives and whether it is ready, for load balancers and people."""
 
 from fastapi import APIRouter, Request
-from fastapi.responses import JSONResponse, PlainTextResponse, Response
+from fastapi.responses import PlainTextResponse, Response
 
 from service.documentation import EXAMPLE_READINESS, header, json_response, problems
 from service.models import Readiness
 from service.problems import Problem, ProblemError
+from service.responses import JsonResponse
 from service.state import Service, service_of
 
 __all__ = ["readiness", "router"]
@@ -60,7 +61,7 @@ async def ready(request: Request) -> Response:
         raise ProblemError(
             Problem("not-ready", "The service is warming up.", where=state, headers=headers)
         )
-    return JSONResponse(state, headers=_NO_STORE)
+    return JsonResponse(state, headers=_NO_STORE)
 
 
 def readiness(service: Service) -> dict[str, object]:

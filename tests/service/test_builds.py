@@ -271,3 +271,51 @@ def test_a_worker_ends_with_the_service(run_scenario):
     run_scenario(scenario)
     with pytest.raises(ProcessLookupError):
         os.kill(pids[0], 0)
+
+
+@pytest.mark.parametrize("method", ["record", "publish"])
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (OSError(5, "a bad disk"), "build-failed"),
+        (RuntimeError("a defect"), "build-failed"),
+        (OSError(24, "Too many open files"), "overloaded"),
+    ],
+)
+def test_an_unexpected_error_costs_one_build_and_not_the_slot(
+    run_scenario, monkeypatch, method, error, code
+):
+    async def scenario(builds, store):
+        usual = getattr(store, method)
+        errors = [error]
+
+        def fails_once(*arguments):
+            if errors:
+                raise errors.pop()
+            return usual(*arguments)
+
+        source = store.write_temporary(".input", b"build")
+        monkeypatch.setattr(store, method, fails_once)
+        job = builds.submit("a" * 64, {}, source)
+        assert await job.wait(30)
+        assert (job.state, job.problem.code) == ("failed", code)
+        assert builds.active(job.id) is None
+        following = submit(builds, store, "build", "b")
+        assert await following.wait(30)
+        assert following.state == "succeeded"
+
+    run_scenario(scenario)
+
+
+def test_an_input_that_cannot_be_removed_does_not_hold_up_the_job(run_scenario):
+    async def scenario(builds, store):
+        folder = store.temporary_path(".input")
+        folder.mkdir()
+        job = builds.submit("a" * 64, {}, folder / ".." / folder.name)
+        assert await job.wait(30)
+        assert (job.state, job.problem.code) == ("failed", "build-crashed")
+        following = submit(builds, store, "build", "b")
+        assert await following.wait(30)
+        assert following.state == "succeeded"
+
+    run_scenario(scenario)

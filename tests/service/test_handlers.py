@@ -159,6 +159,8 @@ def test_any_body(send, content, kind, prefer):
         (RuntimeError("a secret of the service"), 500, "internal-error"),
         (OSError(5, "a secret of the disk"), 500, "internal-error"),
         (OSError(28, "No space left on device"), 507, "storage-full"),
+        (OSError(24, "Too many open files"), 503, "overloaded"),
+        (OSError(23, "Too many open files in system"), 503, "overloaded"),
     ],
 )
 def test_what_is_not_the_clients_fault_says_no_more_than_that(
@@ -177,3 +179,49 @@ def test_what_is_not_the_clients_fault_says_no_more_than_that(
     answer = asyncio.run(request())
     assert_problem(answer, status, code)
     assert "secret" not in answer.text
+    assert ("retry-after" in answer.headers) == (status == 503)
+
+
+SURROGATE = r"\ud800"
+"""As JSON writes it; what is read from it has no UTF-8."""
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        '{"samples": [[1, 2, 3]], "options": {"%s": 1}}',
+        '{"samples": [[1, 2, 3]], "options": {"space": "%s"}}',
+        '{"samples": [[1, 2, 3]], "columns": ["%s", "LAB_A", "LAB_B"]}',
+        '{"samples": [{"%s": 1, "LAB_A": 2, "LAB_B": 3}]}',
+        '{"samples": [["%s", 2, 3]]}',
+        '{"samples": "%s"}',
+    ],
+)
+def test_text_that_utf_8_cannot_express_is_refused_like_any_other(send, body):
+    content = (body % SURROGATE).encode()
+    for _ in range(2):
+        answer = send(
+            "POST", "/v1/gamuts", content=content, headers={"Content-Type": "application/json"}
+        )
+        assert 400 <= answer.status_code < 500
+        assert answer.content.isascii()
+        assert answer.content.endswith(b"}\n")
+
+
+def test_options_of_a_form_may_hold_what_utf_8_cannot_express(send):
+    files = [("file", ("f", b"0,0,0")), ("options", (None, f'{{"{SURROGATE}": 1}}'))]
+    assert send("POST", "/v1/gamuts", files=files).status_code == 422
+
+
+def test_conditions_may_hold_what_utf_8_cannot_express(send, sphere):
+    condition = json.dumps({"samples": sphere(seed=77), "conditions": {"NOTE": "\ud800"}})
+    headers = {"Content-Type": "application/json"}
+    first, again = (
+        send("POST", "/v1/gamuts", content=condition, headers=headers) for _ in range(2)
+    )
+    assert (first.status_code, again.status_code) == (201, 200)
+    assert "\\ud800" in first.text
+    address = first.json()["links"]["self"]
+    for path in (address, f"{address}/levels", f"{address}/mesh", "/v1/gamuts"):
+        assert send("GET", path).status_code == 200
+    assert send("GET", address.replace("gamuts", "jobs")).json()["fraction"] == 1.0
