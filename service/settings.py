@@ -42,11 +42,19 @@ class Settings(BaseSettings):
         int,
         Field(ge=1024, description="Largest request body; a larger one is answered with 413."),
     ] = 32 * _MEBIBYTE
+    max_inline_bytes: Annotated[
+        int,
+        Field(
+            ge=1024,
+            description="Largest JSON body with inline samples; larger data is sent as a file. "
+            "Decoding JSON holds up all other requests, about 0.1 s per mebibyte.",
+        ),
+    ] = _MEBIBYTE
     max_surface_samples: Annotated[
         int,
         Field(
             ge=100_000,  # the default of the option has to remain acceptable
-            description="Largest `surface_samples` that is accepted; bounds a build's memory.",
+            description="Largest `surface_samples` that is accepted.",
         ),
     ] = 1_000_000
     build_workers: Annotated[

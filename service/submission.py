@@ -71,7 +71,7 @@ async def submission(request: Request, settings: Settings) -> Submission:
     if media_type == "multipart/form-data":
         data, mapping = await _multipart(request)
     elif media_type == "application/json":
-        body = await request.body()
+        body = await _inline_body(request, settings.max_inline_bytes)
         data, mapping = await asyncio.to_thread(_inline, body)
     else:
         detail = f"The body is {media_type[:100] or 'of no stated media type'}."
@@ -87,6 +87,24 @@ async def submission(request: Request, settings: Settings) -> Submission:
             )
         )
     return Submission(data, options)
+
+
+async def _inline_body(request: Request, limit: int) -> bytes:
+    """Return a body that is small enough to be decoded while others wait."""
+    body = bytearray()
+    async for chunk in request.stream():
+        body += chunk
+        if len(body) > limit:
+            raise ProblemError(
+                Problem(
+                    "body-too-large",
+                    f"The JSON is larger than {limit} bytes.",
+                    {"limit": limit},
+                    "Send larger data as a file: multipart/form-data with a part `file`, which "
+                    "may hold the same JSON.",
+                )
+            )
+    return bytes(body)
 
 
 async def _multipart(request: Request) -> tuple[bytes, dict[str, Any]]:
@@ -114,9 +132,11 @@ async def _multipart(request: Request) -> tuple[bytes, dict[str, Any]]:
         file = form.get("file")
         if file is None:
             _refuse("There is no part named file.", "file")
-        options = form.get("options", "{}")
         data = await _content(file)
-        return data, _options(_decoded(await _content(options), "options"))
+        options = await _content(form.get("options", "{}"))
+        if len(options) > _OPTIONS_BYTES:
+            _refuse(f"The options are larger than {_OPTIONS_BYTES} bytes.", "options")
+        return data, _options(_decoded(options, "options"))
     finally:
         await form.close()
 

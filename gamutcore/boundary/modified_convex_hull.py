@@ -108,9 +108,9 @@ def modified_convex_hull(
     middle one of the three is then taken out of the set and the hull built again: it lies on the
     line between the other two within rounding, so nothing is lost.
     """
-    if not 0 < gamma <= 1:
+    if not _is_power(gamma):
         raise OptionError(
-            f"gamma is {gamma}", where={"field": "gamma"}, remedy="a number above 0, at most 1"
+            f"gamma is {gamma!r}", where={"field": "gamma"}, remedy="a number above 0, at most 1"
         )
     rounded = _checked_points(points)
     if isinstance(centre, str):
@@ -155,17 +155,24 @@ def modified_convex_hull(
     )
 
 
+def _is_power(gamma: object) -> bool:
+    real = isinstance(gamma, int | float | np.integer | np.floating) and not isinstance(gamma, bool)
+    return real and 0 < float(gamma) <= 1  # type: ignore[arg-type]
+
+
 def _checked_points(points: ArrayLike) -> FloatArray:
     """Return the points as float64 numbers that float32 can hold."""
     try:
-        given = np.asarray(points, np.float64)
+        # without this, NumPy drops imaginary parts and only warns
+        given = np.asarray(points, None if np.iscomplexobj(points) else np.float64)
     except (TypeError, ValueError) as cause:
         raise InvalidPointsError(
             f"the points are not numbers: {cause}", remedy="an (n, 3) array of numbers"
         ) from cause
-    if given.ndim != 2 or given.shape[1] != 3:
+    if given.ndim != 2 or given.shape[1] != 3 or given.dtype != np.float64:
         raise InvalidPointsError(
-            f"the points have the shape {given.shape}", remedy="an (n, 3) array of numbers"
+            f"the points have the shape {given.shape} and the type {given.dtype}",
+            remedy="an (n, 3) array of real numbers",
         )
     faulty = np.flatnonzero(~(np.abs(given) < LARGEST_COORDINATE).all(axis=1))
     if faulty.size:

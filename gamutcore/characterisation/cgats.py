@@ -30,6 +30,8 @@ _SPECIAL = re.compile(r"[\"#]|END_DATA", re.IGNORECASE)
 _COUNTS = ("NUMBER_OF_FIELDS", "NUMBER_OF_SETS")
 _STRUCTURE = frozenset({*_COUNTS, "BEGIN_DATA_FORMAT", "END_DATA_FORMAT", "BEGIN_DATA", "END_DATA"})
 _MAX_KEYWORDS = 10_000
+_MAX_TABLES = 100
+"""Tables in a file at most; real files have one or two, and each costs a look at its columns."""
 
 
 class _State(Enum):
@@ -110,6 +112,7 @@ class _Reader:
         self.refusal: MissingColumnError | None = None
         self.finished = False
         self.other_tables = 0
+        self.tables = 0
 
     def read(self, content: str, line: int) -> None:
         if self.state is _State.DATA and not _SPECIAL.search(content):
@@ -199,6 +202,13 @@ class _Reader:
 
     def _begin_data(self, line: int) -> None:
         self.state = _State.SKIPPED_DATA
+        self.tables += 1
+        if self.tables > _MAX_TABLES:
+            raise SampleLimitError(
+                f"The file has more than {_MAX_TABLES} tables.",
+                where={"line": line},
+                remedy="Send the table with the measurements alone.",
+            )
         if self.finished:
             self.other_tables += 1
             return

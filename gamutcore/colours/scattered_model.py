@@ -187,7 +187,8 @@ def scattered_model(device: FloatArray, colours: FloatArray) -> ScatteredModel:
     1999, 193-210, equation 3).
     """
     # How BLAS divides its sums among threads shows in their last bits, and a rerun must give the
-    # same gamut wherever it runs. Several builds share the cores better with one thread as well.
+    # same gamut. (Kinds of CPU for which BLAS has other kernels still differ in those bits.)
+    # Several builds share the cores better with one thread as well.
     with threadpool_limits(limits=1, user_api="blas"):
         return _fitted(device, colours)
 

@@ -4,8 +4,10 @@ A history file is a safetensors file (an 8-byte length, a JSON header that names
 place of every array, then the arrays' raw little-endian bytes), so any safetensors library reads
 it; the full description is in ``docs/history-format.md``. The splits are stored in groups that
 double the number of vertices, one group after the other: any prefix that ends with a group is a
-complete history of the coarser levels. Loading trusts nothing: every number that is used as an
-index is checked, and all splits are replayed on the way.
+complete history of the coarser levels. Loading never trusts the file: every number that is used as
+an index is checked, all splits are replayed on the way, and the coarsest and the finest level must
+be closed. Whether levels are star-shaped is not derived again; who wrote the file is known by its
+digest.
 """
 
 from __future__ import annotations

@@ -86,9 +86,10 @@ class History:
         TriangleCountError
             If there is no such level.
         """
-        if not MINIMUM_TRIANGLES <= triangles <= self.triangles:
+        whole = isinstance(triangles, int | np.integer) and not isinstance(triangles, bool)
+        if not whole or not MINIMUM_TRIANGLES <= triangles <= self.triangles:
             raise TriangleCountError(
-                f"{triangles} triangles were asked for; this gamut has levels of"
+                f"{triangles!r} triangles were asked for; this gamut has levels of"
                 f" {MINIMUM_TRIANGLES} to {self.triangles}",
                 where={"field": "triangles"},
                 remedy=f"a number from {MINIMUM_TRIANGLES} to {self.triangles}",

@@ -21,7 +21,8 @@ def post():
 
         @app.post("/")
         async def read(request: Request) -> None:
-            found.append(await submission(request, Settings(max_surface_samples=200_000)))
+            limits = Settings(max_surface_samples=200_000, max_inline_bytes=2**25)
+            found.append(await submission(request, limits))
 
         async def request():
             transport = httpx.ASGITransport(app)
@@ -66,3 +67,28 @@ def test_json_that_would_fill_the_memory_is_not_decoded(post, assert_problem, bo
     content = b'{"samples": [' + body + b"0]}"
     answer = post(content=content, headers={"Content-Type": "application/json"})
     assert_problem(answer, 422, "too-many-samples")
+
+
+def test_large_json_is_asked_for_as_a_file(assert_problem):
+    """Decoding it would hold up every other request."""
+    app = FastAPI()
+    add_exception_handlers(app)
+
+    @app.post("/")
+    async def read(request: Request) -> None:
+        await submission(request, Settings(max_inline_bytes=2000))
+
+    async def request():
+        transport = httpx.ASGITransport(app)
+        async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
+            return await client.post("/", json={"samples": [[50.0, 0.0, 0.0]] * 200})
+
+    document = assert_problem(asyncio.run(request()), 413, "body-too-large")
+    assert document["where"] == {"limit": 2000}
+    assert "file" in document["remedy"]
+
+
+def test_options_sent_as_a_file_are_bounded_like_others(post, assert_problem):
+    options = b'{"gamma": 0.5' + b" " * 70_000 + b"}"
+    answer = post(files={"file": b"x", "options": ("options.json", options)})
+    assert_problem(answer, 422, "invalid-body")

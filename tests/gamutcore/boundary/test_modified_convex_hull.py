@@ -412,3 +412,15 @@ class TestRefusals:
         with pytest.raises(OptionError) as caught:
             modified_convex_hull(cube_surface(4), gamma)
         assert caught.value.where["field"] == "gamma"
+
+
+@pytest.mark.parametrize("gamma", ["0.2", None, [0.2], True, float("nan"), 0, -1, 1.5])
+def test_a_power_that_is_none_is_an_option_error(gamma):
+    with pytest.raises(OptionError) as caught:
+        modified_convex_hull(np.eye(4, 3), gamma)
+    assert caught.value.where == {"field": "gamma"}
+
+
+def test_complex_points_are_refused():
+    with pytest.raises(InvalidPointsError):
+        modified_convex_hull(np.eye(4, 3) * 1j)

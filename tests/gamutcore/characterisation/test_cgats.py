@@ -231,3 +231,11 @@ def test_other_real_files(shared_data):
     assert len(phone) == 602
     assert phone.provenance["device_scale"] == 255
     assert phone.lab is None
+
+
+def test_many_tables_are_refused_in_time_linear_in_their_number():
+    """Each table costs a look at its columns, so their number is bounded."""
+    table = "BEGIN_DATA_FORMAT\nA B C\nEND_DATA_FORMAT\nBEGIN_DATA\nEND_DATA\n"
+    with pytest.raises(SampleLimitError, match="tables") as caught:
+        characterisation(("CGATS.17\n" + table * 50_000).encode())
+    assert caught.value.where["line"] > 0
