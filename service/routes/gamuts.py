@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import AsyncIterator
 from typing import IO, Annotated, Any
 
-from fastapi import APIRouter, Path, Query, Request
+from fastapi import APIRouter, Depends, Path, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
 from gamutcore.gamut import gamut_id as identity
@@ -24,6 +24,7 @@ from service.documentation import (
 )
 from service.models import GamutDescription, GamutList, JobDescription, Levels
 from service.negotiation import preference
+from service.parameters import WHOLE_NUMBER, check_query
 from service.problems import BUILD_PROBLEMS, ProblemError
 from service.responses import JsonResponse
 from service.routes.jobs import job_document
@@ -56,7 +57,7 @@ GamutId = Annotated[
     ),
 ]
 
-router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"])
+router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(check_query)])
 
 
 @router.post(
@@ -171,7 +172,9 @@ async def create_gamut(request: Request) -> Response:
 async def list_gamuts(
     request: Request,
     limit: Annotated[
-        int, Query(ge=1, description="Gamuts on a page at most; the service has a limit as well.")
+        int,
+        Query(ge=1, description="Gamuts on a page at most; the service has a limit as well."),
+        WHOLE_NUMBER,
     ] = 50,
     after: Annotated[
         str,

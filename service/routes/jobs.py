@@ -2,12 +2,13 @@
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Path, Request
+from fastapi import APIRouter, Depends, Path, Request
 from fastapi.responses import Response
 
 from service.builds import Job
 from service.documentation import EXAMPLE_ID, EXAMPLE_JOB, header, json_response, problems
 from service.models import JobDescription
+from service.parameters import check_query
 from service.problems import Problem, ProblemError
 from service.responses import JsonResponse
 from service.state import service_of
@@ -15,7 +16,7 @@ from service.store import GamutNotStoredError
 
 __all__ = ["job_document", "router"]
 
-router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
+router = APIRouter(prefix="/v1/jobs", tags=["jobs"], dependencies=[Depends(check_query)])
 
 
 @router.get(

@@ -2,20 +2,21 @@
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Path, Query, Request
+from fastapi import APIRouter, Depends, Path, Query, Request
 from fastapi.responses import Response
 
 from gamutcore.export import FORMATS
 from service.documentation import MESH_HEADERS, problems
 from service.meshes import DEFAULT_TRIANGLES, MEDIA_TYPES, SUFFIXES
 from service.negotiation import preferred_media_type
+from service.parameters import WHOLE_NUMBER, check_query
 from service.problems import Problem, ProblemError
 from service.routes.gamuts import GamutId
 from service.state import service_of
 
 __all__ = ["router"]
 
-router = APIRouter(prefix="/v1/gamuts", tags=["meshes"])
+router = APIRouter(prefix="/v1/gamuts", tags=["meshes"], dependencies=[Depends(check_query)])
 
 _PROBLEMS = ("gamut-not-found", "triangle-count", "invalid-parameter")
 
@@ -42,6 +43,7 @@ Triangles = Annotated[
         json_schema_extra={"minimum": 4},
         examples=[1000],
     ),
+    WHOLE_NUMBER,
 ]
 
 FormatName = Annotated[
