@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from service.store import GamutStore, Record
 
-__all__ = ["Library", "OpenGamut"]
+__all__ = ["Library", "OpenGamut", "mesh_provenance"]
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -114,12 +114,27 @@ class Library:
         except HistoryFileError as error:
             self._store.set_aside(gamut_id, str(error))
             raise GamutNotStoredError(gamut_id) from error
-        return OpenGamut(gamut, _mesh_provenance(gamut.id, gamut.description))
+        return OpenGamut(gamut, mesh_provenance(gamut.id, gamut.description))
 
 
-def _mesh_provenance(gamut_id: str, description: dict[str, Any]) -> dict[str, str]:
-    """Return the plain facts of a description: what a mesh file says about its origin."""
+def mesh_provenance(gamut_id: str, description: dict[str, Any]) -> dict[str, str]:
+    """Return the plain facts of a description: what a mesh file says about its origin.
+
+    Numbers are written as in the description, so they are read back without a loss; the centre is
+    the one that was found, not the option that asked for it.
+    """
+    provenance = description.get("provenance", {})
     facts = {"gamut": gamut_id}
+    for name, triple in (("centre", description.get("centre")), ("white", provenance.get("white"))):
+        if triple:
+            facts[name] = " ".join(map(repr, triple))
+    for name, part_name, member in (
+        ("input_sha256", "input", "sha256"),
+        ("algorithm_version", "algorithm", "version"),
+    ):
+        part = provenance.get(part_name, {})
+        if member in part:
+            facts[name] = str(part[member])
     for part in ("options", "provenance"):
         for name, value in description.get(part, {}).items():
             if isinstance(value, str | int | float):

@@ -120,7 +120,11 @@ class GamutStore:
             raise StoreInUseError(message) from error
         self._lock = lock
         for leftover in self.temporary.iterdir():
-            leftover.unlink()
+            if leftover.is_dir() and not leftover.is_symlink():
+                # None of this program's; what it is not sure of it does not remove.
+                logger.warning("%s is not the service's and stays", leftover)
+            else:
+                leftover.unlink()
 
     def close(self) -> None:
         """Give the directory up for another process."""
@@ -175,15 +179,16 @@ class GamutStore:
             content.unlink(missing_ok=True)
 
     def record(self, gamut_id: str) -> Record:
-        """Return a gamut's record.
+        """Return the record of a gamut whose history file is there, in its full size.
 
         Raises
         ------
         GamutNotStoredError
             There is none, or it was damaged (and is now in quarantine).
         """
+        content_path, record_path = self._paths(gamut_id)
         try:
-            data = self._paths(gamut_id)[1].read_bytes()
+            data = record_path.read_bytes()
         except FileNotFoundError:
             raise GamutNotStoredError(gamut_id) from None
         try:
@@ -193,6 +198,14 @@ class GamutStore:
             raise GamutNotStoredError(gamut_id) from error
         if record.id != gamut_id:
             self.set_aside(gamut_id, f"the record of {record.id} under another gamut's name")
+            raise GamutNotStoredError(gamut_id)
+        try:
+            size = content_path.stat().st_size
+        except FileNotFoundError:
+            self.set_aside(gamut_id, "a record without its history file")
+            raise GamutNotStoredError(gamut_id) from None
+        if size != record.nbytes:
+            self.set_aside(gamut_id, f"a history file of {size} instead of {record.nbytes} bytes")
             raise GamutNotStoredError(gamut_id)
         return record
 
@@ -222,7 +235,7 @@ class GamutStore:
         try:
             file = self._paths(gamut_id)[0].open("rb")
         except FileNotFoundError:
-            self.set_aside(gamut_id, "a record without its history file")
+            # Deleted since the look at its record.
             raise GamutNotStoredError(gamut_id) from None
         with contextlib.ExitStack() as closing:
             closing.enter_context(file)

@@ -1,9 +1,12 @@
 import asyncio
 import hashlib
+import json
 
 import pytest
 
-from service.library import Library
+from gamutcore.export import encoded_mesh
+from gamutcore.gamut import Options, build_gamut
+from service.library import Library, mesh_provenance
 from service.store import GamutNotStoredError, Record
 
 
@@ -74,6 +77,36 @@ def test_a_mesh_says_where_it_comes_from(filled_store, built):
         provenance = (await library.gamut(built[0].id)).provenance
         assert provenance["gamut"] == built[0].id
         assert provenance["space"] == "CIELAB"
+        description = built[0].description
+        centre = [float(number) for number in provenance["centre"].split()]
+        assert centre == description["centre"]
+        stated = description["provenance"]
+        assert provenance["input_sha256"] == stated["input"]["sha256"]
+        assert provenance["algorithm_version"] == str(stated["algorithm"]["version"])
         assert all(isinstance(value, str) for value in provenance.values())
 
     run(library, scenario())
+
+
+def test_glb_and_ply_carry_centre_white_input_and_algorithm(sphere):
+    white = [95.047, 100.0, 108.883]
+    source = json.dumps({"samples": sphere(21), "white": white}).encode()
+    gamut = build_gamut(source, Options())
+    provenance = mesh_provenance(gamut.id, gamut.description)
+    stated = gamut.description["provenance"]
+    expected = {
+        "centre": " ".join(map(repr, gamut.description["centre"])),
+        "white": " ".join(map(repr, stated["white"])),
+        "input_sha256": hashlib.sha256(source).hexdigest(),
+        "algorithm_version": str(stated["algorithm"]["version"]),
+    }
+    level = gamut.history.level(10)
+    glb = encoded_mesh(level, "glb", provenance)
+    length = int.from_bytes(glb[12:16], "little")
+    assert expected.items() <= json.loads(glb[20 : 20 + length])["asset"]["extras"].items()
+    header = encoded_mesh(level, "ply", provenance).partition(b"end_header")[0].decode()
+    for name, value in expected.items():
+        assert any(
+            line.startswith("comment") and name in line and value in line
+            for line in header.splitlines()
+        ), name

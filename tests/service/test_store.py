@@ -163,3 +163,27 @@ def test_a_full_disk_leaves_nothing_behind(store, monkeypatch):
     with pytest.raises(GamutNotStoredError):
         store.record(identity(0))
     assert store.content(publish(store).id)[1] == CONTENT
+
+
+@pytest.mark.parametrize("content", [None, b"", CONTENT[:-1]])
+def test_a_record_does_not_stand_for_a_history_file_that_is_gone(store, content):
+    record = publish(store)
+    path = files(store, record.id)[0]
+    path.unlink()
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(GamutNotStoredError):
+        store.record(record.id)
+    assert files(store, record.id) == []
+    assert store.page("", 10) == []
+    publish(store)
+    assert store.record(record.id) == record
+
+
+def test_a_folder_of_somebody_else_does_not_stop_the_start(store):
+    folder = store.temporary / "folder"
+    folder.mkdir()
+    store.write_temporary(".input", b"left behind")
+    store.close()
+    store.open()
+    assert list(store.temporary.iterdir()) == [folder]
