@@ -3,6 +3,7 @@
 import argparse
 import json
 import logging
+import resource
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,7 +18,13 @@ from service.application import create_app
 from service.settings import ENVIRONMENT_PREFIX, Settings
 from service.store import GamutStore, StoreInUseError
 
-__all__ = ["main", "openapi_document"]
+__all__ = ["main", "openapi_document", "raise_file_limit"]
+
+logger = logging.getLogger(__name__)
+
+_KEEP_ALIVE_SECONDS = 5
+"""How long a connection may idle between requests: a page's or a script's next one comes sooner,
+and every idle connection holds a file descriptor."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -55,6 +62,19 @@ def openapi_document() -> str:
     return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
 
 
+def raise_file_limit() -> None:
+    """Let the process open as many files and connections as the system permits at all.
+
+    The usual soft limit of 1024 is there for programs that use ``select``, which this one does not.
+    """
+    _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    try:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
+    except (OSError, ValueError) as error:
+        # Some systems state a hard limit that they do not grant.
+        logger.warning("the limit of open files stays as it is: %s", error)
+
+
 def _serve(overrides: dict[str, Any]) -> int:
     given = {name: value for name, value in overrides.items() if value is not None}
     try:
@@ -67,6 +87,7 @@ def _serve(overrides: dict[str, Any]) -> int:
     logging.basicConfig(
         level=settings.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s"
     )
+    raise_file_limit()
     app = create_app(settings)
     store: GamutStore = app.state.service.store
     try:
@@ -83,6 +104,7 @@ def _serve(overrides: dict[str, Any]) -> int:
         log_level=settings.log_level,
         access_log=settings.access_log,
         server_header=False,
+        timeout_keep_alive=_KEEP_ALIVE_SECONDS,
         timeout_graceful_shutdown=int(settings.drain_seconds) + 1,
     )
     return 0

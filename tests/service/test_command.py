@@ -1,3 +1,4 @@
+import resource
 import subprocess
 import sys
 
@@ -46,3 +47,37 @@ def test_the_worker_does_not_load_the_web():
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
     assert answer.stdout.strip() == "[]"
+
+
+def test_the_limit_of_open_files_is_raised_as_far_as_it_goes():
+    code = (
+        "import resource as r; from service.command import raise_file_limit;"
+        "_, hard = r.getrlimit(r.RLIMIT_NOFILE); r.setrlimit(r.RLIMIT_NOFILE, (200, hard));"
+        "raise_file_limit(); print(r.getrlimit(r.RLIMIT_NOFILE) == (hard, hard))"
+    )
+    answer = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert answer.stdout.strip() == "True"
+
+
+def test_a_server_raises_its_limit_of_open_files(server):
+    soft, hard = resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE)
+    assert soft == hard
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has prlimit")
+def test_exhausted_file_descriptors_are_a_problem_to_retry(start_server, sphere, assert_problem):
+    server = start_server()
+    server.wait_ready()
+    body = {"samples": sphere(seed=31)}
+    limits = resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE)
+    # No number below the limit is free: those in use begin at 0.
+    resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, (3, limits[1]))
+    refused = server.client.post("/v1/gamuts", json=body)
+    document = assert_problem(refused, 503, "overloaded")
+    assert int(refused.headers["retry-after"]) > 0
+    assert document["type"] == "/problems/overloaded"
+    resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, limits)
+    assert server.client.post("/v1/gamuts", json=body).status_code == 201
+    server.kill()

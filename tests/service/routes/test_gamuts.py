@@ -473,3 +473,15 @@ def test_a_build_beyond_its_deadline_is_a_problem(start_server, slow_build, sphe
     server.worker(2)
     assert server.client.post("/v1/gamuts", json={"samples": sphere()}).status_code == 201
     server.stop()
+
+
+def test_a_gamut_whose_history_is_gone_is_built_anew_by_posting(server, sphere, assert_problem):
+    body = {"samples": sphere(seed=41)}
+    first = server.client.post("/v1/gamuts", json=body).json()
+    (history,) = server.data.rglob(f"{first['id']}.gamut")
+    history.unlink()
+    assert_problem(server.client.get(first["links"]["self"]), 404, "gamut-not-found")
+    assert server.client.post("/v1/gamuts", json=body).status_code == 201
+    assert server.client.get(first["links"]["history"]).status_code == 200
+    history.unlink()
+    assert server.client.post("/v1/gamuts", json=body).status_code == 201
