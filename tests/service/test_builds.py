@@ -233,6 +233,7 @@ def test_stopping_lets_accepted_builds_finish_and_takes_no_more(run_scenario):
         with pytest.raises(ProblemError) as caught:
             submit(builds, store, "build", "c")
         assert caught.value.problem.code == "shutting-down"
+        assert int(caught.value.problem.headers["Retry-After"]) > 0
         await stopping
         assert [job.state for job in jobs] == ["succeeded", "succeeded"]
 
