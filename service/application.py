@@ -2,7 +2,7 @@
 
 Everything that lives as long as the app (store, workers, caches) is in `service.state.Service`,
 opened and closed by the app's lifespan. The ASGI layers are, from the outside: HEAD answered as
-GET, plain requests for meshes, the limit for bodies.
+GET, plain requests for meshes, the limit for bodies, the refusal of control characters in paths.
 """
 
 import contextlib
@@ -16,7 +16,7 @@ from gamutcore.version import __version__
 from service import models
 from service.front import MeshFront
 from service.handlers import add_exception_handlers
-from service.middleware import BodyLimit, HeadAsGet
+from service.middleware import BodyLimit, HeadAsGet, PlainPaths
 from service.routes import gamuts, jobs, meshes, pages, state
 from service.settings import Settings
 from service.state import Service
@@ -28,7 +28,7 @@ Send the measurements or the ICC profile of a device, and get the surface of its
 triangles as you ask for.
 
 Post the data to `/v1/gamuts`, then download any level from `/v1/gamuts/{id}/mesh`. A gamut's id is
-a digest of what it was made from, so everything below it is immutable. Every error is a problem
+a digest of what it was made from, so its levels and history are immutable. Every error is a problem
 document (RFC 9457); its codes are explained under [/problems](/problems).
 """
 
@@ -70,6 +70,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.state.routes = [route for router in routers for route in router.routes]
     add_exception_handlers(app)
     # The layer that is added last is the outermost.
+    app.add_middleware(PlainPaths)
     app.add_middleware(BodyLimit, limit=settings.max_body_bytes)
     app.add_middleware(MeshFront, meshes=service.meshes)
     app.add_middleware(HeadAsGet)

@@ -1,4 +1,4 @@
-"""Two small ASGI layers around the whole app: a limit for bodies, and HEAD for every GET.
+"""Small ASGI layers around the whole app: a limit for bodies, HEAD for every GET, plain paths.
 
 FastAPI's own ``max_body_size`` answers a declared length over the limit with plain text that no
 exception handler sees (0.165), so the limit is enforced here, where it becomes a problem document
@@ -7,6 +7,7 @@ for declared, chunked and multipart bodies alike.
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 from service.problems import Problem, ProblemError, problem_response
@@ -14,7 +15,9 @@ from service.problems import Problem, ProblemError, problem_response
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["BodyLimit", "HeadAsGet"]
+__all__ = ["BodyLimit", "HeadAsGet", "PlainPaths"]
+
+_CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 
 
 class BodyLimit:
@@ -77,3 +80,21 @@ class HeadAsGet:
             await send(message)
 
         await self.app({**scope, "method": "GET"}, receive, send_without_content)
+
+
+class PlainPaths:
+    """Answers that there is nothing at paths with control characters.
+
+    The router's patterns end in ``$``, which takes ``/v1/gamuts`` and a newline for the same.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on if its path is free of control characters."""
+        if scope["type"] == "http" and _CONTROL.search(scope["path"]):
+            detail = "There is nothing at a path with control characters."
+            await problem_response(Problem("not-found", detail))(scope, receive, send)
+            return
+        await self.app(scope, receive, send)

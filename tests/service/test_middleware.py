@@ -70,3 +70,11 @@ def test_head_is_not_allowed_where_get_is_not(call):
     response = call("HEAD", "/length")
     assert response.status_code == 405
     assert response.headers["allow"] == "POST"
+
+
+@pytest.mark.parametrize("character", ["%0a", "%00", "%0d", "%1f", "%7f"])
+@pytest.mark.parametrize(
+    "path", ["/", "/livez", "/v1/gamuts", f"/v1/gamuts/{'0' * 64}/mesh", "/problems"]
+)
+def test_there_is_nothing_at_paths_with_control_characters(server, assert_problem, path, character):
+    assert_problem(server.client.get(path + character), 404, "not-found")
