@@ -113,7 +113,7 @@ def start_server(tmp_path_factory):
 @pytest.fixture(scope="session")
 def server(start_server):
     """The server that most tests share; every test brings gamuts of its own."""
-    started = start_server(max_body_bytes=2_000_000)
+    started = start_server(max_body_bytes=2_000_000, max_inline_bytes=2_000_000)
     started.wait_ready()
     return started
 
