@@ -1,0 +1,60 @@
+"""The grid: fine enough, exact in float32, and a power of two whatever the scale."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gamutcore.grid import grid_step, rounded_to_grid
+
+CIELAB_BOXES = [
+    # lightness, a* and b* of a newsprint press, of sRGB and of ProPhoto RGB, roughly
+    [(27, -35, -42), (82, 48, 58)],
+    [(0, -86, -108), (100, 98, 95)],
+    [(0, -199, -200), (100, 163, 172)],
+]
+
+
+@pytest.mark.parametrize("box", CIELAB_BOXES)
+def test_a_gamut_in_cielab_lies_on_a_grid_of_at_most_a_thousandth(box):
+    step = grid_step(box)
+    assert 1e-4 < step <= 1e-3
+    assert math.frexp(step)[0] == 0.5
+
+
+@given(
+    st.lists(st.tuples(*[st.floats(-1.0, 1.0)] * 3), min_size=2, max_size=20),
+    st.sampled_from([1e-30, 1e-10, 1.0, 300.0, 1e9]),
+    st.sampled_from([0.0, 1.0, 5000.0]),
+)
+def test_rounded_points_are_exact_in_float32_and_near(points, scale, shift):
+    points = (np.array(points) + shift) * scale
+    if not np.abs(points).max() > 0:
+        return
+    step = grid_step(points)
+    rounded = rounded_to_grid(points, step)
+    assert math.frexp(step)[0] == 0.5
+    assert np.array_equal(rounded.astype(np.float32).astype(np.float64), rounded)
+    assert np.abs(rounded - points).max() <= step / 2
+    assert np.array_equal(np.rint(rounded / step), rounded / step)
+    assert np.array_equal(rounded_to_grid(rounded, step), rounded)
+    assert not np.signbit(rounded[rounded == 0]).any()
+
+
+@given(st.floats(1e-3, 1e3), st.integers(-10, 10))
+def test_the_step_scales_with_the_points(extent, power):
+    points = np.array([[0.0, 0.0, 0.0], [extent, 0.1 * extent, 0.0]])
+    assert grid_step(points * 2.0**power) == grid_step(points) * 2.0**power
+    assert extent * 2.0**-19 <= grid_step(points) < extent * 2.0**-18 * (1 + 1e-15)
+
+
+def test_far_from_the_origin_float32_sets_the_step():
+    points = np.array([[1e6, 1e6, 1e6], [1e6 + 1, 1e6, 1e6]])
+    assert grid_step(points) == 2.0**20 * 2.0**-24
+
+
+def test_a_single_point_has_a_step_too():
+    assert grid_step([[3.0, 0.0, 0.0]]) == 4.0 * 2.0**-19
+    assert grid_step([[0.0, 0.0, 0.0]]) > 0
