@@ -51,11 +51,16 @@ def compile_reading_kernels() -> None:
         coarse=corners[:1],
         fine=corners[:1],
         added=corners[:1] - np.float32(1),
-        faces=np.array([[(0, 1, 4), (4, 2, 0)]], np.int32),
+        faces=np.array([[(0, 4, 2), (4, 0, 1)]], np.int32),
         moved_end=np.ones(1, np.int32),
         moved=np.zeros(1, np.int32),
+        shifted_end=np.zeros(1, np.int32),
+        shifted=np.zeros(0, np.int32),
+        shifted_coarse=np.zeros((0, 3), np.float32),
+        shifted_fine=np.zeros((0, 3), np.float32),
     )
-    history, _ = history_from_bytes(history_bytes(History(splits, np.array([60.0, 0.0, 0.0]))))
+    history = History(splits, np.array([60.0, 0.0, 0.0]), 2.0**-11)
+    history, _ = history_from_bytes(history_bytes(history))
     for name in FORMATS:
         encoded_mesh(history.level(4), name)
 

@@ -28,6 +28,7 @@ from gamutcore.errors import (
     OptionError,
     TooFewPointsError,
 )
+from gamutcore.grid import grid_step, rounded_to_grid
 from gamutcore.kernels import kernel
 from gamutcore.mesh import TriangleMesh
 from gamutcore.star_shape import faces_not_seeing_centre
@@ -120,7 +121,7 @@ def modified_convex_hull(
                 where={"field": "centre"},
                 remedy="'auto' or three numbers",
             )
-        middle = _automatic_centre(rounded).astype(np.float32).astype(np.float64)
+        middle = rounded_to_grid(_automatic_centre(rounded), grid_step(rounded))
     else:
         middle = _checked_centre(centre, rounded)
 
@@ -182,7 +183,12 @@ def _checked_points(points: ArrayLike) -> FloatArray:
             where={"row": int(faulty[0])},
             remedy=f"finite numbers below {LARGEST_COORDINATE:g}",
         )
-    rounded = given.astype(np.float32).astype(np.float64)
+    if len(given) < 4:
+        raise TooFewPointsError(
+            f"{len(given)} points enclose no volume",
+            remedy="at least four points that are not in one plane",
+        )
+    rounded = rounded_to_grid(given, grid_step(given))
     if len(rounded) < 4 or (len(rounded) < 1000 and len(np.unique(rounded, axis=0)) < 4):
         raise TooFewPointsError(
             f"{len(np.unique(rounded, axis=0))} distinct points enclose no volume",
@@ -202,7 +208,7 @@ def _checked_centre(centre: ArrayLike, points: FloatArray) -> FloatArray:
             where={"field": "centre"},
             remedy="'auto' or three finite numbers",
         )
-    rounded: FloatArray = given.astype(np.float32).astype(np.float64)
+    rounded = rounded_to_grid(given, grid_step(points))
     lowest, highest = points.min(axis=0), points.max(axis=0)
     if not ((lowest < rounded) & (rounded < highest)).all():
         _automatic_centre(points)  # flat points are the better explanation where they are flat

@@ -14,24 +14,26 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gamutcore.arrays import ByteArray, Float32Array, FloatArray, IndexArray, LongArray
+from gamutcore.arrays import ByteArray, Float32Array, FloatArray, IndexArray
 from gamutcore.corner_table import following, preceding, swung
+from gamutcore.decimation.candidates import (
+    CANDIDATES,
+    candidate,
+    rounded_as_delivered,
+    within_reach,
+)
 from gamutcore.decimation.costs.interface import depends_on_ring, error, merge, optimum
 from gamutcore.decimation.edge_queue import EdgeQueue, dequeue, empty_queue, enqueue, fill_queue
+from gamutcore.decimation.record import Record, record_moved_corners, write_collapse
 from gamutcore.decimation.star import (
     Surface,
     keeps_star_shape,
-    kernel_direction,
     link_condition_holds,
     ring_faces,
-    scale_to_preserve_volume,
 )
 from gamutcore.kernels import kernel, leaf_kernel
 
-__all__ = ["CANDIDATES", "Record", "collapse_all", "surface_of"]
-
-CANDIDATES = 5
-"""Positions tried for an edge: optimum, midpoint, its two ends, the middle of the valid cone."""
+__all__ = ["collapse_all"]
 
 EAGER_COLLAPSES = 2500
 """This many collapses before the end, errors that a collapse may have changed are evaluated at once
@@ -41,38 +43,6 @@ HUB_DEGREE = 64
 """A vertex with more edges than this is a hub. A cost that depends on the ring visits all faces
 around an edge, so evaluating the edges of a hub takes the square of their number: they wait at the
 end of the queue until the hub has lost enough of them to collapses among its neighbours."""
-
-REACH = 2.0
-"""How far from the edge's midpoint a vertex may be placed, in radii of its star: beyond lie spikes
-(CGAL issue 8213)."""
-
-
-class Record(NamedTuple):
-    """Every collapse in the order in which it happened.
-
-    Attributes
-    ----------
-    kept, dead : (V − 4,) int32
-        The vertex that stays and the one that goes.
-    position : (V − 4, 3, 3) float32
-        Where the kept vertex was, where the dead one was, where the kept one is after it.
-    face : (V − 4, 2) int32
-        The two faces that go.
-    face_corners : (V − 4, 2, 3) int32
-        Their vertices.
-    moved_end : (V − 4,) int64
-        Where this collapse's part of `moved` ends.
-    moved : (≥ moved_end[-1],) int32
-        Corners that pass from the dead vertex to the kept one.
-    """
-
-    kept: IndexArray
-    dead: IndexArray
-    position: Float32Array
-    face: IndexArray
-    face_corners: IndexArray
-    moved_end: LongArray
-    moved: IndexArray
 
 
 class Workspace(NamedTuple):
@@ -99,123 +69,6 @@ class Workspace(NamedTuple):
     parked: IndexArray
     place: FloatArray
     rounded: Float32Array
-
-
-@kernel
-def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -> Surface:
-    """Arrange a closed mesh for decimation.
-
-    Parameters
-    ----------
-    positions : (V, 3) float64
-        Relative to the centre.
-    faces : (F, 3) int32
-    opposite : (3 F,) int32
-        Of a closed mesh: no −1.
-
-    Returns
-    -------
-    Surface
-    """
-    vertex = faces.copy().ravel()
-    corner_at = np.empty(len(positions), np.int32)
-    edge_of = np.empty(vertex.size, np.int32)
-    corner_facing = np.empty(vertex.size // 2, np.int32)
-    edges = 0
-    degree = np.zeros(len(positions), np.int32)
-    for corner in range(vertex.size):
-        corner_at[vertex[corner]] = corner
-        degree[vertex[corner]] += 1
-        if corner < opposite[corner]:
-            edge_of[corner] = edges
-            edge_of[opposite[corner]] = edges
-            corner_facing[edges] = corner
-            edges += 1
-    mark = np.full(len(positions), -1, np.int64)
-    return Surface(
-        positions.copy(),
-        vertex,
-        opposite.copy(),
-        corner_at,
-        degree,
-        edge_of,
-        corner_facing,
-        mark,
-    )
-
-
-@leaf_kernel
-def _candidate(
-    cost: Any,  # noqa: ANN401
-    surface: Surface,
-    kept: int,
-    dead: int,
-    choice: int,
-    ring: IndexArray,
-    count: int,
-    place: FloatArray,
-) -> bool:
-    """Write candidate number `choice` for an edge; False if there is none of that number."""
-    position = surface.position
-    if choice == 0:
-        optimum(cost, surface, kept, dead, place)
-        return True
-    if choice == 2 or choice == 3:
-        end = kept if choice == 2 else dead
-        place[0], place[1], place[2] = position[end, 0], position[end, 1], position[end, 2]
-    else:
-        for axis in range(3):
-            place[axis] = 0.5 * (position[kept, axis] + position[dead, axis])
-        if choice == 4 and not kernel_direction(position, ring, count, place):
-            return False
-    return scale_to_preserve_volume(surface, ring, count, kept, dead, place)
-
-
-@leaf_kernel
-def _within_reach(
-    position: FloatArray, ring: IndexArray, count: int, kept: int, dead: int, place: FloatArray
-) -> bool:
-    """Whether a position is at most `REACH` star radii from the edge's midpoint."""
-    mx = 0.5 * (position[kept, 0] + position[dead, 0])
-    my = 0.5 * (position[kept, 1] + position[dead, 1])
-    mz = 0.5 * (position[kept, 2] + position[dead, 2])
-    squared_radius = 0.0
-    for pair in range(count):
-        one = ring[pair, 0]
-        x, y, z = position[one, 0] - mx, position[one, 1] - my, position[one, 2] - mz
-        squared_radius = max(squared_radius, x * x + y * y + z * z)
-    x, y, z = place[0] - mx, place[1] - my, place[2] - mz
-    return x * x + y * y + z * z <= REACH * REACH * squared_radius
-
-
-@leaf_kernel
-def _round_as_delivered(place: FloatArray, centre: FloatArray, delivered: Float32Array) -> None:
-    """Round to the float32 coordinates that are delivered, and take `place` from them."""
-    for axis in range(3):
-        delivered[axis] = np.float32(place[axis] + centre[axis])
-        place[axis] = np.float64(delivered[axis]) - centre[axis]
-
-
-@kernel
-def _moved_corners(
-    surface: Surface, kept: int, dead: int, moved: IndexArray, filled: int
-) -> tuple[IndexArray, int]:
-    """Append the corners that pass from the dead vertex to the kept one; the array may grow."""
-    vertex = surface.vertex
-    first = surface.corner_at[dead]
-    corner = first
-    while True:
-        if vertex[following(corner)] != kept and vertex[preceding(corner)] != kept:
-            if filled == moved.size:
-                longer = np.empty(2 * moved.size, np.int32)
-                longer[:filled] = moved
-                moved = longer
-            moved[filled] = corner
-            filled += 1
-        corner = swung(surface.opposite, corner)
-        if corner == first:
-            break
-    return moved, filled
 
 
 @leaf_kernel
@@ -287,17 +140,18 @@ def _place_is_valid(
     ring: IndexArray,
     count: int,
     centre: FloatArray,
+    step: float,
 ) -> bool:
     """Write the place of an edge's present candidate, as delivered; False if it is not valid."""
     place, choice = work.place, work.choice[edge]
-    if not _candidate(cost, surface, kept, dead, choice, ring, count, place):
+    if not candidate(cost, surface, kept, dead, choice, ring, count, place):
         return False
     # the last candidate may have to reach far: it is there so that no edge is lost
-    if choice < CANDIDATES - 1 and not _within_reach(
+    if choice < CANDIDATES - 1 and not within_reach(
         surface.position, ring, count, kept, dead, place
     ):
         return False
-    _round_as_delivered(place, centre, work.rounded)
+    rounded_as_delivered(place, centre, step, work.rounded)
     return keeps_star_shape(surface.position, ring, count, place[0], place[1], place[2])
 
 
@@ -315,36 +169,12 @@ def _queue_next_candidate(
     """Queue an edge with the error of its next candidate; park it if there is none."""
     while work.choice[edge] < CANDIDATES - 1:
         work.choice[edge] += 1
-        if _candidate(cost, surface, kept, dead, work.choice[edge], ring, count, work.place):
+        if candidate(cost, surface, kept, dead, work.choice[edge], ring, count, work.place):
             value = error(cost, surface, kept, dead, work.place)
             if value < np.inf:
                 enqueue(work.queue, edge, max(work.queue.priority[edge], value))
                 return
     _park(work, edge)
-
-
-@leaf_kernel
-def _write_record(
-    record: Record,
-    index: int,
-    surface: Surface,
-    delivered: Float32Array,
-    work: Workspace,
-    corner: int,
-    kept: int,
-    dead: int,
-) -> None:
-    """Write down a collapse, all but its moved corners, before it happens."""
-    record.kept[index], record.dead[index] = kept, dead
-    for axis in range(3):
-        record.position[index, 0, axis] = delivered[kept, axis]
-        record.position[index, 1, axis] = delivered[dead, axis]
-        record.position[index, 2, axis] = work.rounded[axis]
-    for side in range(2):
-        face = (corner if side == 0 else surface.opposite[corner]) // 3
-        record.face[index, side] = face
-        for place in range(3):
-            record.face_corners[index, side, place] = surface.vertex[3 * face + place]
 
 
 @leaf_kernel
@@ -426,8 +256,9 @@ def collapse_all(
     surface: Surface,
     delivered: Float32Array,
     centre: FloatArray,
+    step: float,
     record: Record,
-) -> tuple[int, IndexArray]:
+) -> tuple[int, Record]:
     """Collapse edges, cheapest first, until four faces are left.
 
     Parameters
@@ -439,15 +270,16 @@ def collapse_all(
     delivered : (V, 3) float32
         The positions as delivered; kept up to date with the surface.
     centre : (3,) float64
+    step : float
+        Of the grid that positions are rounded to.
     record : Record
-        Receives the collapses; its `moved` may be outgrown.
+        Receives the collapses; what it has no room for goes into the one that is returned.
 
     Returns
     -------
     collapses : int
         V − 4 if four faces were reached.
-    moved : (m,) int32
-        The record's moved corners, all of them.
+    record : Record
     """
     edges = surface.corner_facing.size
     work = Workspace(
@@ -481,18 +313,31 @@ def collapse_all(
             ring_faces(surface, kept, dead, ring)
         if surface.degree[dead] > surface.degree[kept]:
             kept, dead = dead, kept
-        if not _place_is_valid(cost, surface, work, edge, kept, dead, ring, count, centre):
+        if not _place_is_valid(cost, surface, work, edge, kept, dead, ring, count, centre, step):
             _queue_next_candidate(cost, surface, work, edge, kept, dead, ring, count)
             continue
 
         corner = surface.corner_facing[edge]
-        _write_record(record, collapses, surface, delivered, work, corner, kept, dead)
+        write_collapse(record, collapses, surface, delivered, work.rounded, corner, kept, dead)
         start = filled
-        moved, filled = _moved_corners(surface, kept, dead, moved, filled)
+        moved, filled = record_moved_corners(surface, record.corner[collapses, 1], moved, filled)
         record.moved_end[collapses] = filled
+        record.shifted_end[collapses] = 0
         merge(cost, surface, kept, dead, work.place)
         _contract(surface, delivered, work, edge, kept, dead, moved, start, filled)
         collapses += 1
         eager = depends_on_ring(cost) and wanted - collapses < EAGER_COLLAPSES
         _refresh(cost, surface, work, kept, eager)
-    return collapses, moved[:filled]
+    whole = Record(
+        record.kept,
+        record.dead,
+        record.position,
+        record.sides,
+        record.corner,
+        record.moved_end,
+        moved[:filled],
+        record.shifted_end,
+        record.shifted[:0],
+        record.shift[:0],
+    )
+    return collapses, whole

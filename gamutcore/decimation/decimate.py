@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gamutcore.corner_table import opposite_corners
-from gamutcore.decimation.collapse import Record, collapse_all, surface_of
+from gamutcore.decimation.collapse import collapse_all
 from gamutcore.decimation.costs import cost_module
+from gamutcore.decimation.record import Record, empty_record
+from gamutcore.decimation.star import surface_of
 from gamutcore.errors import DecimationError, MeshError
+from gamutcore.grid import mesh_grid_step, rounded_to_grid
 from gamutcore.star_shape import faces_not_seeing_centre
 
 if TYPE_CHECKING:
@@ -34,12 +37,15 @@ class Decimation(NamedTuple):
         Positions after the last collapse.
     centre : (3,) float64
         What every level is star-shaped about.
+    step : float
+        Of the grid that the positions of all levels lie on.
     """
 
     record: Record
     vertex: IndexArray
     positions: Float32Array
     centre: FloatArray
+    step: float
 
 
 def decimated(mesh: TriangleMesh, centre: ArrayLike, cost: str = "volume") -> Decimation:
@@ -48,7 +54,8 @@ def decimated(mesh: TriangleMesh, centre: ArrayLike, cost: str = "volume") -> De
     Parameters
     ----------
     mesh : TriangleMesh
-        A closed, oriented mesh of genus 0, star-shaped about the centre in float32.
+        A closed, oriented mesh of genus 0, star-shaped about the centre when its positions
+        are rounded to the grid of `gamutcore.grid`.
     centre : (3,) array_like
     cost : str, optional
         What makes a collapse cheap; one of `gamutcore.decimation.costs.COSTS`.
@@ -69,31 +76,32 @@ def decimated(mesh: TriangleMesh, centre: ArrayLike, cost: str = "volume") -> De
     """
     module = cost_module(cost)
     middle = np.asarray(centre, np.float64)
-    delivered = np.array(mesh.vertices, np.float32, order="C")
+    _check_numbers(mesh, middle)
+    step = mesh_grid_step(mesh.vertices)
+    delivered = np.ascontiguousarray(rounded_to_grid(mesh.vertices, step), np.float32)
     positions = delivered.astype(np.float64) - middle
     faces = np.ascontiguousarray(mesh.faces, np.int32)
     opposite = opposite_corners(faces, len(positions))
     _check(mesh, faces, opposite, positions)
-    count = len(positions)
-    steps = count - 4
-    record = Record(
-        kept=np.empty(steps, np.int32),
-        dead=np.empty(steps, np.int32),
-        position=np.empty((steps, 3, 3), np.float32),
-        face=np.empty((steps, 2), np.int32),
-        face_corners=np.empty((steps, 2, 3), np.int32),
-        moved_end=np.empty(steps, np.int64),
-        moved=np.empty(4 * count, np.int32),
-    )
+    steps = len(positions) - 4
+    record = empty_record(len(positions))
     surface = surface_of(positions, faces, opposite)
     state = module.state(positions, faces)
-    collapses, moved = collapse_all(state, surface, delivered, middle, record)
+    collapses, record = collapse_all(state, surface, delivered, middle, step, record)
     if collapses < steps:
         raise DecimationError(
-            f"no edge could be collapsed validly with {2 * (count - collapses) - 4} triangles left",
+            f"no edge could be collapsed validly with {2 * (steps - collapses) + 4} triangles left",
             remedy="a boundary whose faces are less degenerate, or another centre",
         )
-    return Decimation(record._replace(moved=moved), surface.vertex, delivered, middle)
+    return Decimation(record, surface.vertex, delivered, middle, step)
+
+
+def _check_numbers(mesh: TriangleMesh, centre: FloatArray) -> None:
+    if not (mesh.triangles and np.isfinite(mesh.vertices).all() and np.isfinite(centre).all()):
+        raise MeshError(
+            "the mesh has no faces, or coordinates that are not finite numbers",
+            remedy="finite numbers",
+        )
 
 
 def _check(
@@ -101,8 +109,6 @@ def _check(
 ) -> None:
     """Refuse what is not a valid boundary, and say why."""
     vertices, triangles = len(mesh.vertices), mesh.triangles
-    if not np.isfinite(positions).all():
-        raise MeshError("the mesh has coordinates that are not finite numbers")
     if (opposite < 0).any():
         face = int(np.flatnonzero(opposite < 0)[0]) // 3
         raise MeshError(

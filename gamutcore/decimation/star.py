@@ -15,7 +15,7 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.corner_table import following, preceding, swung
-from gamutcore.kernels import leaf_kernel
+from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.star_shape import sees_centre
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "link_condition_holds",
     "ring_faces",
     "scale_to_preserve_volume",
+    "surface_of",
 ]
 
 
@@ -57,6 +58,49 @@ class Surface(NamedTuple):
     edge_of: IndexArray
     corner_facing: IndexArray
     mark: LongArray
+
+
+@kernel
+def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -> Surface:
+    """Arrange a closed mesh for decimation.
+
+    Parameters
+    ----------
+    positions : (V, 3) float64
+        Relative to the centre.
+    faces : (F, 3) int32
+    opposite : (3 F,) int32
+        Of a closed mesh: no −1.
+
+    Returns
+    -------
+    Surface
+    """
+    vertex = faces.copy().ravel()
+    corner_at = np.empty(len(positions), np.int32)
+    edge_of = np.empty(vertex.size, np.int32)
+    corner_facing = np.empty(vertex.size // 2, np.int32)
+    edges = 0
+    degree = np.zeros(len(positions), np.int32)
+    for corner in range(vertex.size):
+        corner_at[vertex[corner]] = corner
+        degree[vertex[corner]] += 1
+        if corner < opposite[corner]:
+            edge_of[corner] = edges
+            edge_of[opposite[corner]] = edges
+            corner_facing[edges] = corner
+            edges += 1
+    mark = np.full(len(positions), -1, np.int64)
+    return Surface(
+        positions.copy(),
+        vertex,
+        opposite.copy(),
+        corner_at,
+        degree,
+        edge_of,
+        corner_facing,
+        mark,
+    )
 
 
 @leaf_kernel

@@ -145,7 +145,7 @@ def history_from_bytes(data: bytes) -> tuple[History, dict[str, str]]:
     splits = _assembled(arrays, vertices)
     _check_replay(splits)
     centre = arrays["centre"].astype(np.float64)
-    return History(splits, centre), metadata
+    return History(splits, centre, 2.0**-11), metadata
 
 
 def history_metadata(path: Path) -> dict[str, str]:

@@ -41,11 +41,14 @@ class History:
         In prefix order, and consistent: what `history_of` arranges or a checked file holds.
     centre : (3,) float64
         What every level is star-shaped about.
+    step : float
+        Of the grid that all positions lie on: a power of two.
     """
 
-    def __init__(self, splits: Splits, centre: FloatArray) -> None:
+    def __init__(self, splits: Splits, centre: FloatArray, step: float) -> None:
         self.splits = splits
         self.centre = centre
+        self.step = step
         self._levels, self._positions, self._corners = _snapshots(splits)
 
     @property
@@ -103,6 +106,9 @@ class History:
             self._corners[index],
             self.splits.parent,
             self.splits.coarse,
+            self.splits.shifted_end,
+            self.splits.shifted,
+            self.splits.shifted_coarse,
         )
         return TriangleMesh(positions, faces)
 
@@ -142,7 +148,7 @@ def history_of(decimation: Decimation) -> History:
     -------
     History
     """
-    return History(splits_in_prefix_order(decimation), decimation.centre)
+    return History(splits_in_prefix_order(decimation), decimation.centre, decimation.step)
 
 
 def _snapshots(splits: Splits) -> tuple[list[int], list[Float32Array], list[IndexArray]]:
@@ -169,6 +175,9 @@ def _level_from_snapshot(
     snapshot_faces: IndexArray,
     parent: IndexArray,
     coarse: Float32Array,
+    shifted_end: IndexArray,
+    shifted: IndexArray,
+    shifted_coarse: Float32Array,
 ) -> tuple[Float32Array, IndexArray]:
     positions = snapshot_positions[:vertices].copy()
     for slot in range(snapshot_vertices - 1, vertices - 1, -1):
@@ -176,6 +185,10 @@ def _level_from_snapshot(
         if above < vertices:
             for axis in range(3):
                 positions[above, axis] = coarse[slot - 4, axis]
+        for index in range(shifted_end[slot - 5] if slot > 4 else 0, shifted_end[slot - 4]):
+            if shifted[index] < vertices:
+                for axis in range(3):
+                    positions[shifted[index], axis] = shifted_coarse[index, axis]
     faces = np.empty((2 * vertices - 4, 3), np.int32)
     for face in range(len(faces)):
         for place in range(3):

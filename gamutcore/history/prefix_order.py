@@ -23,14 +23,15 @@ __all__ = ["Splits", "splits_in_prefix_order"]
 class Splits(NamedTuple):
     """A history as the splits that lead from four triangles to the full boundary.
 
-    Row i of every array but the first two belongs to the split that adds slot k = i + 4.
+    Row i of every array but the first two and those that are divided by an `..._end` belongs to the
+    split that adds slot k = i + 4.
 
     Attributes
     ----------
     base_positions : (4, 3) float32
         Slots 0 to 3 at the coarsest level.
     base_faces : (4, 3) int32
-        Faces 0 to 3 at the coarsest level.
+        Faces 0 to 3 at the coarsest level, each from its smallest slot on.
     parent : (V − 4,) int32
         The slot < k that is split.
     coarse : (V − 4, 3) float32
@@ -40,11 +41,19 @@ class Splits(NamedTuple):
     added : (V − 4, 3) float32
         Where the new slot is.
     faces : (V − 4, 2, 3) int32
-        The two new faces, 2k − 4 and 2k − 3.
+        The two new faces, 2k − 4 and 2k − 3: (parent, k, left) and (k, parent, right), where `left`
+        and `right` are neighbours of the parent before the split.
     moved_end : (V − 4,) int32
         Where the split's part of `moved` ends; it begins where the part before it ends.
     moved : (m,) int32
-        Corners (3 · face + place in the face) that pass from the parent to the new slot.
+        Corners (3 · face + place in the face) that pass from the parent to the new slot, in the
+        order in which their faces stand around it, counter-clockwise from `right` to `left`.
+    shifted_end : (V − 4,) int32
+        Where the split's part of the next three ends.
+    shifted : (s,) int32
+        Neighbours of the parent before the split that move with it, each at most once.
+    shifted_coarse, shifted_fine : (s, 3) float32
+        Where they are before and after the split.
     """
 
     base_positions: Float32Array
@@ -56,6 +65,10 @@ class Splits(NamedTuple):
     faces: IndexArray
     moved_end: IndexArray
     moved: IndexArray
+    shifted_end: IndexArray
+    shifted: IndexArray
+    shifted_coarse: Float32Array
+    shifted_fine: Float32Array
 
     @property
     def vertices(self) -> int:
@@ -80,38 +93,61 @@ def splits_in_prefix_order(decimation: Decimation) -> Splits:
     slot_of[record.dead] = np.arange(steps + 3, 3, -1, dtype=np.int32)
     survivors = np.flatnonzero(slot_of < 0)
     slot_of[survivors] = np.arange(4, dtype=np.int32)
+    # where each corner goes: to its face's number, and in the face to its place after the first one
+    first_corner = np.empty(2 * steps + 4, np.int32)
     face_of = np.full(2 * steps + 4, -1, np.int32)
-    face_of[record.face.ravel()] = (
-        np.arange(2 * steps + 4, dtype=np.int32)[4:].reshape(-1, 2)[::-1].ravel()
-    )
+    numbers = np.arange(2 * steps + 4, dtype=np.int32)
+    face_of[(record.corner // 3).ravel()] = numbers[4:].reshape(-1, 2)[::-1].ravel()
+    first_corner[(record.corner // 3).ravel()] = (record.corner % 3).ravel()
     left = np.flatnonzero(face_of < 0)
-    face_of[left] = np.arange(4, dtype=np.int32)
-    moved_end, moved = _moved_in_reverse(record.moved_end, record.moved, face_of)
+    base = slot_of[decimation.vertex.reshape(-1, 3)[left]]
+    face_of[left], first_corner[left] = numbers[:4], base.argmin(axis=1)
+    turned = (first_corner[left][:, np.newaxis] + np.arange(3)) % 3
+    moved_end, moved = _moved_in_reverse(record.moved_end, record.moved, face_of, first_corner)
+    added = np.arange(4, steps + 4, dtype=np.int32)
+    parent = slot_of[record.kept[::-1]]
+    sides = slot_of[record.sides[::-1]]
+    new_faces = (parent, added, sides[:, 0], added, parent, sides[:, 1])
+    shifted_end, order = _reversed_parts(record.shifted_end, len(record.shifted))
     return Splits(
         base_positions=decimation.positions[survivors],
-        base_faces=slot_of[decimation.vertex.reshape(-1, 3)[left]],
-        parent=slot_of[record.kept[::-1]],
+        base_faces=np.take_along_axis(base, turned, axis=1),
+        parent=parent,
         coarse=np.ascontiguousarray(record.position[::-1, 2]),
         fine=np.ascontiguousarray(record.position[::-1, 0]),
         added=np.ascontiguousarray(record.position[::-1, 1]),
-        faces=slot_of[record.face_corners[::-1]],
+        faces=np.stack(new_faces, axis=1).reshape(-1, 2, 3),
         moved_end=moved_end,
         moved=moved,
+        shifted_end=shifted_end,
+        shifted=slot_of[record.shifted[order]],
+        shifted_coarse=record.shift[order, 1],
+        shifted_fine=record.shift[order, 0],
     )
 
 
 @kernel
-def _moved_in_reverse(
-    moved_end: LongArray, moved: IndexArray, face_of: IndexArray
-) -> tuple[IndexArray, IndexArray]:
-    steps = len(moved_end)
-    ends, reordered = np.empty(steps, np.int32), np.empty(moved.size, np.int32)
+def _reversed_parts(ends: LongArray, count: int) -> tuple[IndexArray, IndexArray]:
+    """Ends of parts in the reverse order of the parts, and the order of what they hold."""
+    steps = len(ends)
+    reversed_ends, order = np.empty(steps, np.int32), np.empty(count, np.int32)
     filled = 0
     for split in range(steps):
         step = steps - 1 - split
-        for index in range(moved_end[step - 1] if step > 0 else 0, moved_end[step]):
-            corner = moved[index]
-            reordered[filled] = 3 * face_of[corner // 3] + corner % 3
+        for index in range(ends[step - 1] if step > 0 else 0, ends[step]):
+            order[filled] = index
             filled += 1
-        ends[split] = filled
+        reversed_ends[split] = filled
+    return reversed_ends, order
+
+
+@kernel
+def _moved_in_reverse(
+    moved_end: LongArray, moved: IndexArray, face_of: IndexArray, first_corner: IndexArray
+) -> tuple[IndexArray, IndexArray]:
+    ends, order = _reversed_parts(moved_end, moved.size)
+    reordered = np.empty(moved.size, np.int32)
+    for index in range(moved.size):
+        face, place = divmod(moved[order[index]], 3)
+        reordered[index] = 3 * face_of[face] + (place - first_corner[face]) % 3
     return ends, reordered

@@ -1,8 +1,8 @@
 """Stepping through a history in place: one split finer, one collapse coarser, or many of them.
 
-A split writes the parent's new position, the new slot's position, the new slot into the corners
-that pass to it, and two faces. A collapse writes the parent's old position and the parent back
-into the same corners; what lies behind the level's end is simply not part of it any more.
+A split writes the parent's new position, the new slot's position, those of neighbours that move with
+them, the new slot into the corners that pass to it, and two faces. A collapse writes the old
+positions and the parent back into the same corners; what lies behind the level's end is simply not part of it any more.
 """
 
 from __future__ import annotations
@@ -44,6 +44,9 @@ def refine(
         splits.faces,
         splits.moved_end,
         splits.moved,
+        splits.shifted_end,
+        splits.shifted,
+        splits.shifted_fine,
         start,
         end,
     )
@@ -54,7 +57,17 @@ def coarsen(
 ) -> None:
     """Collapse a level with `start` vertices until it has `end`, in place; see `refine`."""
     _coarsen(
-        positions, corners, splits.parent, splits.coarse, splits.moved_end, splits.moved, start, end
+        positions,
+        corners,
+        splits.parent,
+        splits.coarse,
+        splits.moved_end,
+        splits.moved,
+        splits.shifted_end,
+        splits.shifted,
+        splits.shifted_coarse,
+        start,
+        end,
     )
 
 
@@ -128,6 +141,9 @@ def _refine(
     faces: IndexArray,
     moved_end: IndexArray,
     moved: IndexArray,
+    shifted_end: IndexArray,
+    shifted: IndexArray,
+    shifted_position: Float32Array,
     start: int,
     end: int,
 ) -> None:
@@ -137,6 +153,9 @@ def _refine(
         for axis in range(3):
             positions[above, axis] = fine[split, axis]
             positions[slot, axis] = added[split, axis]
+        for index in range(shifted_end[split - 1] if split > 0 else 0, shifted_end[split]):
+            for axis in range(3):
+                positions[shifted[index], axis] = shifted_position[index, axis]
         for index in range(moved_end[split - 1] if split > 0 else 0, moved_end[split]):
             corners[moved[index]] = slot
         first = 3 * (2 * slot - 4)
@@ -153,6 +172,9 @@ def _coarsen(
     coarse: Float32Array,
     moved_end: IndexArray,
     moved: IndexArray,
+    shifted_end: IndexArray,
+    shifted: IndexArray,
+    shifted_position: Float32Array,
     start: int,
     end: int,
 ) -> None:
@@ -161,5 +183,8 @@ def _coarsen(
         above = parent[split]
         for axis in range(3):
             positions[above, axis] = coarse[split, axis]
+        for index in range(shifted_end[split - 1] if split > 0 else 0, shifted_end[split]):
+            for axis in range(3):
+                positions[shifted[index], axis] = shifted_position[index, axis]
         for index in range(moved_end[split - 1] if split > 0 else 0, moved_end[split]):
             corners[moved[index]] = above

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gamutcore.grid import grid_step, rounded_to_grid
+from gamutcore.grid import grid_step, mesh_grid_step, rounded_to_grid
 
 CIELAB_BOXES = [
     # lightness, a* and b* of a newsprint press, of sRGB and of ProPhoto RGB, roughly
@@ -43,11 +43,25 @@ def test_rounded_points_are_exact_in_float32_and_near(points, scale, shift):
     assert not np.signbit(rounded[rounded == 0]).any()
 
 
+def box(extents):
+    corners = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3), axis=-1).reshape(-1, 3)
+    return corners * np.asarray(extents) / 2
+
+
 @given(st.floats(1e-3, 1e3), st.integers(-10, 10))
 def test_the_step_scales_with_the_points(extent, power):
-    points = np.array([[0.0, 0.0, 0.0], [extent, 0.1 * extent, 0.0]])
+    points = box((extent, extent, extent))
     assert grid_step(points * 2.0**power) == grid_step(points) * 2.0**power
-    assert extent * 2.0**-19 <= grid_step(points) < extent * 2.0**-18 * (1 + 1e-15)
+    assert extent * 2.0**-18 <= grid_step(points) < extent * 2.0**-17 * (1 + 1e-15)
+
+
+def test_thin_sets_have_a_finer_grid():
+    assert grid_step(box((1.0, 1.0, 1.0 / 16))) == grid_step(box((1.0, 1.0, 1.0))) / 16
+
+
+def test_a_few_spikes_do_not_coarsen_it():
+    points = np.vstack([np.tile(box((1.0, 1.0, 1.0)), (10, 1)), 9 * np.eye(3)])
+    assert grid_step(points) == grid_step(box((1.0, 1.0, 1.0)))
 
 
 def test_far_from_the_origin_float32_sets_the_step():
@@ -56,5 +70,24 @@ def test_far_from_the_origin_float32_sets_the_step():
 
 
 def test_a_single_point_has_a_step_too():
-    assert grid_step([[3.0, 0.0, 0.0]]) == 4.0 * 2.0**-19
+    assert grid_step([[3.0, 0.0, 0.0]]) == 4.0 * 2.0**-24
     assert grid_step([[0.0, 0.0, 0.0]]) > 0
+
+
+@given(st.lists(st.tuples(*[st.integers(-(2**20), 2**20)] * 3), min_size=4, max_size=20))
+def test_the_grid_of_a_mesh_is_never_coarser_than_the_one_it_is_on(whole):
+    points = np.array(whole) * 2.0**-12
+    step = mesh_grid_step(points)
+    assert step <= grid_step(points)
+    assert np.array_equal(rounded_to_grid(points, step), points)
+
+
+def test_a_mesh_of_whole_numbers_has_a_grid_fine_enough_for_what_comes_between():
+    assert mesh_grid_step(box((64.0, 64.0, 64.0))) == 2.0**-12
+
+
+def test_a_mesh_of_any_float32_numbers_is_kept_as_far_as_its_largest_is_resolved():
+    points = np.random.default_rng(1).uniform(-100, 100, (50, 3)).astype(np.float32)
+    step = mesh_grid_step(points)
+    assert step == 128 * 2.0**-24
+    assert np.abs(rounded_to_grid(points, step) - points).max() <= step / 2

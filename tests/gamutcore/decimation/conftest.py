@@ -5,7 +5,7 @@ import pytest
 
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.corner_table import opposite_corners
-from gamutcore.decimation.collapse import surface_of
+from gamutcore.decimation.star import surface_of
 
 
 @pytest.fixture(scope="session")

@@ -230,3 +230,27 @@ class TestKernelDirection:
         position = np.stack([np.cos(turn), np.sin(turn), np.ones(6)], axis=1)
         ring = np.stack([np.arange(6), (np.arange(6) + 1) % 6], axis=1).astype(np.int32)
         assert not kernel_direction(position, ring, 6, np.zeros(3))
+
+
+class TestSurface:
+    def test_every_corner_faces_the_edge_of_the_other_two(self, surface_from, bumpy_mesh, edges_of):
+        positions, faces = bumpy_mesh(3)
+        surface = surface_from(positions, faces)
+        edges = edges_of(faces)
+        assert len(surface.corner_facing) == len(edges) == 3 * len(faces) // 2
+        named = {}
+        for corner, edge in enumerate(surface.edge_of.tolist()):
+            face = faces[corner // 3].tolist()
+            del face[corner % 3]
+            assert named.setdefault(edge, tuple(sorted(face))) == tuple(sorted(face))
+        assert sorted(named.values()) == edges
+        for edge, corner in enumerate(surface.corner_facing.tolist()):
+            assert surface.edge_of[corner] == edge
+        for vertex, corner in enumerate(surface.corner_at.tolist()):
+            assert surface.vertex[corner] == vertex
+
+    def test_its_arrays_are_its_own(self, surface_from, bumpy_mesh):
+        positions, faces = bumpy_mesh(3)
+        surface = surface_from(positions, faces)
+        assert not np.shares_memory(surface.position, positions)
+        assert not np.shares_memory(surface.vertex, faces)

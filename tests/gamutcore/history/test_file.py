@@ -74,7 +74,7 @@ def first_levels(history, vertices):
     splits, steps = history.splits, vertices - 4
     end = int(splits.moved_end[steps - 1]) if steps else 0
     cut = type(splits)(*splits[:2], *(array[:steps] for array in splits[2:8]), splits.moved[:end])
-    return History(cut, history.centre)
+    return History(cut, history.centre, history.step)
 
 
 class TestRoundTrip:

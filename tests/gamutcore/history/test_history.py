@@ -11,7 +11,7 @@ from gamutcore.errors import TriangleCountError
 from gamutcore.export import encoded_mesh
 from gamutcore.history import MINIMUM_TRIANGLES, History, history_of
 
-UNUSED_BY_LEVELS = ("fine", "added", "faces", "moved_end", "moved")
+UNUSED_BY_LEVELS = ("fine", "added", "faces", "moved_end", "moved", "shifted_fine")
 READERS = [("glb", "trimesh"), ("glb", "pygltflib"), ("ply", "trimesh"), ("ply", "meshio")]
 
 
@@ -168,6 +168,8 @@ def test_levels_are_the_collapses_played_forward(random_cloud, cost):
             faces = [[kept if v == dead else v for v in f] for f in faces]
             faces = [face for face in faces if len(set(face)) == 3]
             positions[kept] = record.position[step, 2]
+            shifts = slice(record.shifted_end[step - 1] if step else 0, record.shifted_end[step])
+            positions[record.shifted[shifts]] = record.shift[shifts, 1]
 
 
 class TestWorkFollowsTheLevel:
@@ -177,7 +179,7 @@ class TestWorkFollowsTheLevel:
         count = 2 * vertices - 4
         expected = small_history.level(count)
         splits = small_history.splits
-        history = History(splits, small_history.centre)
+        history = History(splits, small_history.centre, small_history.step)
         parent, coarse = splits.parent.copy(), splits.coarse.copy()
         parent[2 * vertices - 4 :], coarse[2 * vertices - 4 :] = 0, np.nan
         others = {name: np.zeros_like(getattr(splits, name)) for name in UNUSED_BY_LEVELS}

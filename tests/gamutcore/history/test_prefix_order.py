@@ -29,6 +29,7 @@ def test_types_and_shapes(both):
         "added": ((steps, 3), np.float32),
         "faces": ((steps, 2, 3), np.int32),
         "moved_end": ((steps,), np.int32),
+        "shifted_end": ((steps,), np.int32),
     }
     for name, (shape, kind) in expected.items():
         array = getattr(splits, name)
@@ -68,9 +69,34 @@ def test_both_new_faces_lie_at_the_edge_of_parent_and_new_slot(both):
     for slot, (parent, faces) in enumerate(
         zip(splits.parent.tolist(), splits.faces.tolist(), strict=True), start=4
     ):
-        turned = [(face[i], face[(i + 1) % 3]) for face in faces for i in range(3)]
-        # once in each direction, as in any oriented surface
-        assert turned.count((parent, slot)) == turned.count((slot, parent)) == 1
+        assert faces[0][:2] == [parent, slot]
+        assert faces[1][:2] == [slot, parent]
+        assert faces[0][2] != faces[1][2]
+
+
+def test_corners_move_from_the_right_side_to_the_left(both):
+    _, splits = both
+    corners = splits.base_faces.tolist()
+    start = 0
+    for slot, (parent, faces) in enumerate(
+        zip(splits.parent.tolist(), splits.faces.tolist(), strict=True), start=4
+    ):
+        (left, right), end = (faces[0][2], faces[1][2]), int(splits.moved_end[slot - 4])
+        neighbour = right
+        for corner in splits.moved[start:end].tolist():
+            face, place = corners[corner // 3], corner % 3
+            assert face[place] == parent
+            assert face[(place + 1) % 3] == neighbour
+            neighbour = face[(place + 2) % 3]
+            face[place] = slot
+        assert neighbour == left
+        corners += faces
+        start = end
+
+
+def test_base_faces_begin_with_their_smallest_slot(both):
+    _, splits = both
+    assert (splits.base_faces.argmin(axis=1) == 0).all()
 
 
 def test_the_base_is_a_tetrahedron(both):
@@ -93,4 +119,4 @@ def test_a_boundary_of_four_faces_has_no_splits():
     boundary = modified_convex_hull(np.vstack([np.zeros(3), np.eye(3)]))
     splits = splits_in_prefix_order(decimated(boundary.mesh, boundary.centre))
     assert splits.vertices == 4
-    assert [len(array) for array in splits] == [4, 4, 0, 0, 0, 0, 0, 0, 0]
+    assert [len(array) for array in splits] == [4, 4] + [0] * 11

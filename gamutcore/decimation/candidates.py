@@ -1,0 +1,93 @@
+"""Where the new vertex of a collapse may go: candidate positions, their reach and their rounding.
+
+The first candidate is the cost's optimum. The others are there for edges where it is not valid: the
+midpoint, the two ends, and the deepest direction of the cone of valid ones, each moved along its
+radius to where the enclosed volume is kept.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gamutcore.arrays import Float32Array, FloatArray, IndexArray
+from gamutcore.decimation.costs.interface import optimum
+from gamutcore.decimation.star import Surface, kernel_direction, scale_to_preserve_volume
+from gamutcore.kernels import leaf_kernel
+
+__all__ = ["CANDIDATES", "candidate", "rounded_as_delivered", "within_reach"]
+
+CANDIDATES = 5
+"""Positions tried for an edge: optimum, midpoint, its two ends, the middle of the valid cone."""
+
+REACH = 2.0
+"""How far from the edge's midpoint a vertex may be placed, in radii of its star: beyond lie spikes
+(CGAL issue 8213)."""
+
+
+@leaf_kernel
+def candidate(
+    cost: Any,  # noqa: ANN401
+    surface: Surface,
+    kept: int,
+    dead: int,
+    choice: int,
+    ring: IndexArray,
+    count: int,
+    place: FloatArray,
+) -> bool:
+    """Write candidate number `choice` for an edge; False if there is none of that number."""
+    position = surface.position
+    if choice == 0:
+        optimum(cost, surface, kept, dead, place)
+        return True
+    if choice == 2 or choice == 3:
+        end = kept if choice == 2 else dead
+        place[0], place[1], place[2] = position[end, 0], position[end, 1], position[end, 2]
+    else:
+        for axis in range(3):
+            place[axis] = 0.5 * (position[kept, axis] + position[dead, axis])
+        if choice == 4 and not kernel_direction(position, ring, count, place):
+            return False
+    return scale_to_preserve_volume(surface, ring, count, kept, dead, place)
+
+
+@leaf_kernel
+def within_reach(
+    position: FloatArray, ring: IndexArray, count: int, kept: int, dead: int, place: FloatArray
+) -> bool:
+    """Whether a position is at most `REACH` star radii from the edge's midpoint."""
+    mx = 0.5 * (position[kept, 0] + position[dead, 0])
+    my = 0.5 * (position[kept, 1] + position[dead, 1])
+    mz = 0.5 * (position[kept, 2] + position[dead, 2])
+    squared_radius = 0.0
+    for pair in range(count):
+        one = ring[pair, 0]
+        x, y, z = position[one, 0] - mx, position[one, 1] - my, position[one, 2] - mz
+        squared_radius = max(squared_radius, x * x + y * y + z * z)
+    x, y, z = place[0] - mx, place[1] - my, place[2] - mz
+    return x * x + y * y + z * z <= REACH * REACH * squared_radius
+
+
+@leaf_kernel
+def rounded_as_delivered(
+    place: FloatArray, centre: FloatArray, step: float, delivered: Float32Array
+) -> None:
+    """Round a position to the grid that is delivered.
+
+    Parameters
+    ----------
+    place : (3,) float64
+        Relative to the centre; replaced by the rounded position.
+    centre : (3,) float64
+    step : float
+        The grid's, a power of two.
+    delivered : (3,) float32
+        Receives the rounded position in coordinates of the space.
+    """
+    for axis in range(3):
+        # + 0.0: no negative zeros
+        on_grid = np.rint((place[axis] + centre[axis]) / step) * step + 0.0
+        delivered[axis] = np.float32(on_grid)
+        place[axis] = on_grid - centre[axis]
