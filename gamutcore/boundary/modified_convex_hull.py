@@ -16,19 +16,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
-from gamutcore.corner_table import opposite_corners
-from gamutcore.errors import (
-    BoundaryError,
-    CentreError,
-    FlatPointsError,
-    InvalidPointsError,
-    OptionError,
-    TooFewPointsError,
-)
-from gamutcore.grid import grid_step, rounded_to_grid
+from gamutcore.boundary.centre import automatic_centre, checked_centre, checked_points
+from gamutcore.boundary.insertion_order import insertion_order, places_on_curve
+from gamutcore.boundary.radial_hull import radial_hull
+from gamutcore.errors import BoundaryError, CentreError, OptionError
 from gamutcore.kernels import kernel
 from gamutcore.mesh import TriangleMesh
 from gamutcore.star_shape import faces_not_seeing_centre
@@ -38,15 +31,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Boundary", "modified_convex_hull"]
 
-LARGEST_COORDINATE = 1e12
-"""Coordinates beyond this are refused: products of three and more must stay far from overflow."""
-
-FLATNESS = 1e-6
-"""Points are flat if their hull fills less than this part of the cube of their largest extent."""
-
-REPAIRS = 20
-"""How often slivers that rounding has turned over are taken out before giving up."""
-
 
 @dataclass(frozen=True, eq=False)
 class Boundary:
@@ -55,9 +39,10 @@ class Boundary:
     Attributes
     ----------
     mesh : TriangleMesh
-        Closed, oriented outwards, star-shaped about `centre`; vertices are float32.
+        Closed, oriented outwards, star-shaped about `centre`; vertices are float32, on the grid of
+        the points (`gamutcore.grid`).
     centre : (3,) float64
-        Representable in float32.
+        On the same grid.
     sources : (m,) int64
         For each vertex of the mesh, which of the given points it is.
     gamma : float
@@ -79,14 +64,14 @@ def modified_convex_hull(
     Parameters
     ----------
     points : (n, 3) array_like
-        Colours, in the order of the colour space. They are rounded to float32 first, the precision
+        Colours, in the order of the colour space. They are rounded to a grid first, the precision
         in which a gamut is delivered; duplicates and points at the centre do no harm.
     gamma : float, optional
         Power that radii are raised to, in (0, 1]; 0.2 unless told, 1 for the convex hull.
     centre : (3,) array_like or "auto", optional
         The point radii are taken from; it must lie strictly inside the convex hull of the points.
         "auto" takes the middle of the points' bounding box, or the centroid of their convex hull
-        where the middle is outside it or close to it. It is rounded to float32.
+        where the middle is outside it or close to it. It is rounded to the same grid.
 
     Returns
     -------
@@ -101,59 +86,39 @@ def modified_convex_hull(
     TooFewPointsError, FlatPointsError, CentreError
         If the points enclose no volume, or the centre is not inside it.
     BoundaryError
-        If no valid surface was found in spite of taking out slivers.
-
-    Notes
-    -----
-    Rounding can turn over a sliver whose three directions lie (nearly) on one great circle. The
-    middle one of the three is then taken out of the set and the hull built again: it lies on the
-    line between the other two within rounding, so nothing is lost.
+        If the surface is not valid, which is a fault of the program.
     """
     if not _is_power(gamma):
         raise OptionError(
             f"gamma is {gamma!r}", where={"field": "gamma"}, remedy="a number above 0, at most 1"
         )
-    rounded = _checked_points(points)
-    if isinstance(centre, str):
-        if centre != "auto":
-            raise OptionError(
-                f"the centre is {centre!r}",
-                where={"field": "centre"},
-                remedy="'auto' or three numbers",
-            )
-        middle = rounded_to_grid(_automatic_centre(rounded), grid_step(rounded))
-    else:
-        middle = _checked_centre(centre, rounded)
+    rounded, step = checked_points(points)
+    given = checked_centre(centre, rounded, step)
+    about = (rounded.min(axis=0) + rounded.max(axis=0)) / 2 if given is None else given
+    places = places_on_curve(rounded - about)
+    order = insertion_order(places)
+    ordered = rounded[order]
+    middle = automatic_centre(ordered, step) if given is None else given
 
-    relative = rounded - middle
-    radii = np.linalg.norm(relative, axis=1)
-    usable: LongArray = np.flatnonzero(radii > radii.max() * 1e-12).astype(np.int64)
-    for _ in range(REPAIRS):
-        if len(usable) < 4:
-            break
-        # radii relative to the largest: the power must not leave the range of floats
-        scaled = relative[usable] / radii.max()
-        transformed = scaled * np.linalg.norm(scaled, axis=1)[:, np.newaxis] ** (gamma - 1.0)
-        hull = _qhull(transformed)
-        if hull.equations[:, 3].max() > -1e-9:
-            raise CentreError(
-                f"the centre {tuple(middle.tolist())} is not strictly inside the convex hull of"
-                " the points",
-                where={"field": "centre"},
-                remedy="a point inside the gamut, or 'auto'",
-            )
-        faces = _outward_faces(hull.simplices, hull.equations, transformed)
-        spoilt = _spoilt_vertices(faces, relative[usable])
-        if spoilt.size == 0:
-            corners, packed = _coherent_order(faces, scaled)
-            sources = usable[corners]
-            mesh = TriangleMesh(rounded[sources].astype(np.float32), packed)
-            return Boundary(mesh, middle, sources, float(gamma))
-        usable = np.delete(usable, spoilt)
-    raise BoundaryError(
-        "no closed surface that is star-shaped about the centre could be wrapped around the points",
-        remedy="points that are not nearly in one plane, seen from a centre well inside them",
-    )
+    relative = ordered - middle
+    faces = radial_hull(_with_raised_radii(relative, float(gamma)))
+    if len(faces) == 0:
+        automatic_centre(ordered, step)  # flat points are the better explanation if they are flat
+        raise CentreError(
+            f"the centre {tuple(middle.tolist())} is not strictly inside the convex hull of"
+            " the points",
+            where={"field": "centre"},
+            remedy="a point inside the gamut, or 'auto'",
+        )
+    if faces_not_seeing_centre(relative, faces).size:
+        raise BoundaryError(
+            "no closed surface that is star-shaped about the centre could be wrapped around the"
+            " points",
+            remedy="points that are not nearly in one plane, seen from a centre well inside them",
+        )
+    corners, packed = _coherent_order(faces, places[order])
+    mesh = TriangleMesh(ordered[corners].astype(np.float32), packed)
+    return Boundary(mesh, middle, order[corners], float(gamma))
 
 
 def _is_power(gamma: object) -> bool:
@@ -161,136 +126,28 @@ def _is_power(gamma: object) -> bool:
     return real and 0 < float(gamma) <= 1  # type: ignore[arg-type]
 
 
-def _checked_points(points: ArrayLike) -> FloatArray:
-    """Return the points as float64 numbers that float32 can hold."""
-    try:
-        # without this, NumPy drops imaginary parts and only warns
-        given = np.asarray(points, None if np.iscomplexobj(points) else np.float64)
-    except (TypeError, ValueError) as cause:
-        raise InvalidPointsError(
-            f"the points are not numbers: {cause}", remedy="an (n, 3) array of numbers"
-        ) from cause
-    if given.ndim != 2 or given.shape[1] != 3 or given.dtype != np.float64:
-        raise InvalidPointsError(
-            f"the points have the shape {given.shape} and the type {given.dtype}",
-            remedy="an (n, 3) array of real numbers",
-        )
-    faulty = np.flatnonzero(~(np.abs(given) < LARGEST_COORDINATE).all(axis=1))
-    if faulty.size:
-        raise InvalidPointsError(
-            f"{faulty.size} of {len(given)} points are not finite or too large, the first of them"
-            f" number {faulty[0]}: {given[faulty[0]].tolist()}",
-            where={"row": int(faulty[0])},
-            remedy=f"finite numbers below {LARGEST_COORDINATE:g}",
-        )
-    if len(given) < 4:
-        raise TooFewPointsError(
-            f"{len(given)} points enclose no volume",
-            remedy="at least four points that are not in one plane",
-        )
-    rounded = rounded_to_grid(given, grid_step(given))
-    if len(rounded) < 4 or (len(rounded) < 1000 and len(np.unique(rounded, axis=0)) < 4):
-        raise TooFewPointsError(
-            f"{len(np.unique(rounded, axis=0))} distinct points enclose no volume",
-            remedy="at least four points that are not in one plane",
-        )
-    return rounded
+def _with_raised_radii(relative: FloatArray, gamma: float) -> FloatArray:
+    """Points around the origin with radii to a power, relative to the largest radius' magnitude.
 
-
-def _checked_centre(centre: ArrayLike, points: FloatArray) -> FloatArray:
-    try:
-        given = np.asarray(centre, np.float64)
-    except (TypeError, ValueError):
-        given = np.empty(0)
-    if given.shape != (3,) or not (np.abs(given) < LARGEST_COORDINATE).all():
-        raise OptionError(
-            f"the centre is {centre!r}",
-            where={"field": "centre"},
-            remedy="'auto' or three finite numbers",
-        )
-    rounded = rounded_to_grid(given, grid_step(points))
-    lowest, highest = points.min(axis=0), points.max(axis=0)
-    if not ((lowest < rounded) & (rounded < highest)).all():
-        _automatic_centre(points)  # flat points are the better explanation where they are flat
-        raise CentreError(
-            f"the centre {tuple(rounded.tolist())} is not inside the points, which reach from"
-            f" {lowest.tolist()} to {highest.tolist()}",
-            where={"field": "centre"},
-            remedy="a point inside the gamut, or 'auto'",
-        )
-    return rounded
-
-
-def _qhull(points: FloatArray) -> ConvexHull:
-    try:
-        return ConvexHull(points)
-    except QhullError as cause:
-        raise FlatPointsError(
-            "the points lie in one plane, on one line or in one point (within rounding)",
-            remedy="points that enclose a volume",
-        ) from cause
-
-
-def _automatic_centre(points: FloatArray) -> FloatArray:
-    """Middle of the points' bounding box if it is well inside their convex hull, else its centroid.
-
-    The middle of the box is halfway between black and white, and between the opponent hues: from
-    there radii meet the surface of a display or a press most squarely, and the modified hull
-    overshoots least (``docs/decisions/centre.md`` has the figures).
+    They are divided by a power of two first: the result neither leaves the range of floats nor
+    depends on the units of points that differ by such a factor.
     """
-    extent = float(np.ptp(points, axis=0).max())
-    origin = (points.min(axis=0) + points.max(axis=0)) / 2
-    if not extent > 0:
-        raise FlatPointsError("all points are the same", remedy="points that enclose a volume")
-    scaled = (points - origin) / extent
-    hull = _qhull(scaled)
-    if hull.volume < FLATNESS:
-        raise FlatPointsError(
-            f"the points are flat: their hull fills {hull.volume:.1e} of the cube of their extent",
-            remedy="points that enclose a volume",
-        )
-    inside = scaled[hull.vertices].mean(axis=0)
-    first, second, third = (scaled[hull.simplices[:, corner]] - inside for corner in range(3))
-    volumes = np.abs(np.einsum("ij,ij->i", first, np.cross(second, third)))
-    centroid = inside + ((first + second + third) * volumes[:, np.newaxis]).sum(axis=0) / (
-        4 * volumes.sum()
-    )
-    depth_of_middle = -hull.equations[:, 3].max()
-    depth_of_centroid = -(hull.equations[:, :3] @ centroid + hull.equations[:, 3]).max()
-    well_inside = depth_of_middle >= 0.5 * depth_of_centroid
-    return np.asarray(origin if well_inside else origin + centroid * extent)
+    squares = np.einsum("ij,ij->i", relative, relative)
+    scale = 2.0 ** -np.frexp(np.sqrt(squares.max()))[1]
+    with np.errstate(divide="ignore"):
+        factor = (squares * scale**2) ** ((gamma - 1.0) / 2.0) * scale
+    factor[squares == 0.0] = 0.0
+    return np.asarray(relative * factor[:, np.newaxis])
 
 
-@kernel
-def _outward_faces(simplices: IndexArray, equations: FloatArray, points: FloatArray) -> IndexArray:
-    """Triangles of a hull, counter-clockwise from outside, by the hull's own outward normals."""
-    faces = np.empty((len(simplices), 3), np.int32)
-    for face in range(len(simplices)):
-        one, two, three = simplices[face, 0], simplices[face, 1], simplices[face, 2]
-        ux = points[two, 0] - points[one, 0]
-        uy = points[two, 1] - points[one, 1]
-        uz = points[two, 2] - points[one, 2]
-        vx = points[three, 0] - points[one, 0]
-        vy = points[three, 1] - points[one, 1]
-        vz = points[three, 2] - points[one, 2]
-        outwards = (
-            (uy * vz - uz * vy) * equations[face, 0]
-            + (uz * vx - ux * vz) * equations[face, 1]
-            + (ux * vy - uy * vx) * equations[face, 2]
-        )
-        faces[face, 0] = one
-        faces[face, 1], faces[face, 2] = (two, three) if outwards >= 0.0 else (three, two)
-    return faces
-
-
-def _coherent_order(faces: IndexArray, points: FloatArray) -> tuple[LongArray, IndexArray]:
-    """Order vertices along a Morton curve, faces by first vertex: near in space, near in memory.
+def _coherent_order(faces: IndexArray, places: LongArray) -> tuple[LongArray, IndexArray]:
+    """Order vertices along a curve, faces by first vertex: near in space, near in memory.
 
     Parameters
     ----------
     faces : (n, 3) int32
-    points : (m, 3) float64
-        Within −1 to 1.
+    places : (m,) int64
+        Where the points are along the curve.
 
     Returns
     -------
@@ -299,35 +156,34 @@ def _coherent_order(faces: IndexArray, points: FloatArray) -> tuple[LongArray, I
     packed : (n, 3) int32
         The faces over them, each starting with its smallest vertex.
     """
-    corners = np.flatnonzero(np.bincount(faces.ravel(), minlength=len(points))).astype(np.int64)
-    cells = ((points[corners] + 1.0) * 511.5).astype(np.int64)
-    code = np.zeros(len(corners), np.int64)
-    for bit in range(10):
-        for axis in range(3):
-            code |= (cells[:, axis] >> bit & 1) << (3 * bit + axis)
-    corners = corners[np.argsort(code, kind="stable")]
-    place = np.empty(len(points), np.int32)
-    place[corners] = np.arange(len(corners), dtype=np.int32)
-    packed = place[faces]
-    start = packed.argmin(axis=1)[:, np.newaxis]
-    packed = np.take_along_axis(packed, (start + np.arange(3)) % 3, axis=1)
-    order = np.argsort(packed[:, 0].astype(np.int64) * len(corners) + packed[:, 1])
-    return corners, packed[order]
+    corners = np.flatnonzero(np.bincount(faces.ravel(), minlength=len(places))).astype(np.int64)
+    corners = corners[np.argsort(places[corners], kind="stable")]
+    number = np.empty(len(places), np.int32)
+    number[corners] = np.arange(len(corners), dtype=np.int32)
+    return corners, _faces_in_order(faces, number, len(corners))
 
 
-def _spoilt_vertices(faces: IndexArray, relative: FloatArray) -> IndexArray:
-    """Points to take out so that a valid surface remains; none if the faces make one already."""
-    bad = faces_not_seeing_centre(relative, faces)
-    if bad.size == 0:
-        opposite = opposite_corners(faces, len(relative))
-        bad = np.unique(np.flatnonzero(opposite < 0) // 3).astype(np.int32)
-        used = np.count_nonzero(np.bincount(faces.ravel()))
-        if bad.size == 0 and len(faces) == 2 * used - 4:
-            return np.empty(0, np.int32)
-        if bad.size == 0:  # closed, yet not a sphere: Qhull merged facets; nothing to single out
-            return np.unique(faces[:, 0])
-    # the middle one of three directions on a great circle faces the longest side
-    corners = relative[faces[bad]]
-    corners = corners / np.linalg.norm(corners, axis=2)[:, :, np.newaxis]
-    sides = np.linalg.norm(np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1), axis=2)
-    return np.unique(faces[bad, sides.argmax(axis=1)])
+@kernel
+def _faces_in_order(faces: IndexArray, number: IndexArray, vertices: int) -> IndexArray:
+    """Renumber the vertices of faces and order these by first and second vertex."""
+    count = len(faces)
+    turned = np.empty((count, 3), np.int32)
+    for face in range(count):
+        one, two, three = number[faces[face, 0]], number[faces[face, 1]], number[faces[face, 2]]
+        while one > two or one > three:
+            one, two, three = two, three, one
+        turned[face, 0], turned[face, 1], turned[face, 2] = one, two, three
+    source, target = turned, np.empty((count, 3), np.int32)
+    for column in (1, 0):  # a stable counting sort by the second vertex, then one by the first
+        next_place = np.zeros(vertices + 1, np.int64)
+        for face in range(count):
+            next_place[source[face, column] + 1] += 1
+        for vertex in range(vertices):
+            next_place[vertex + 1] += next_place[vertex]
+        for face in range(count):
+            place = next_place[source[face, column]]
+            next_place[source[face, column]] += 1
+            for corner in range(3):
+                target[place, corner] = source[face, corner]
+        source, target = target, source
+    return source

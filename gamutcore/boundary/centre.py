@@ -1,0 +1,239 @@
+"""The points and the centre that a gamut's radii are taken from: checked, rounded, or chosen.
+
+All boundaries take them from here, so that they refuse the same things in the same words.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.boundary.radial_hull import radial_hull
+from gamutcore.errors import (
+    CentreError,
+    FlatPointsError,
+    InvalidPointsError,
+    OptionError,
+    TooFewPointsError,
+)
+from gamutcore.grid import grid_step, rounded_to_grid
+from gamutcore.kernels import kernel
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+__all__ = ["automatic_centre", "checked_centre", "checked_points"]
+
+LARGEST_COORDINATE = 1e12
+"""Coordinates beyond this are refused: products of three and more must stay far from overflow."""
+
+FLATNESS = 1e-6
+"""Points are flat if their hull fills less than this part of the cube of their largest extent."""
+
+SIMPLEX_PART = 1 / 48
+"""A hull is at most so many times as large as the simplex of `_point_inside`: it lies within a box
+twice as long, wide and high as the simplex, of which a tetrahedron is a sixth."""
+
+
+def checked_points(points: ArrayLike) -> tuple[FloatArray, float]:
+    """Points on their grid.
+
+    Parameters
+    ----------
+    points : (n, 3) array_like
+
+    Returns
+    -------
+    rounded : (n, 3) float64
+    step : float
+        Of the grid.
+
+    Raises
+    ------
+    InvalidPointsError
+        If the points are not an (n, 3) array of finite numbers below 10¹².
+    TooFewPointsError
+        If there are not four different ones.
+    """
+    try:
+        # without this, NumPy drops imaginary parts and only warns
+        given = np.asarray(points, None if np.iscomplexobj(points) else np.float64)
+    except (TypeError, ValueError) as cause:
+        raise InvalidPointsError(
+            f"the points are not numbers: {cause}", remedy="an (n, 3) array of numbers"
+        ) from cause
+    if given.ndim != 2 or given.shape[1] != 3 or given.dtype != np.float64:
+        raise InvalidPointsError(
+            f"the points have the shape {given.shape} and the type {given.dtype}",
+            remedy="an (n, 3) array of real numbers",
+        )
+    faulty = np.flatnonzero(~(np.abs(given) < LARGEST_COORDINATE).all(axis=1))
+    if faulty.size:
+        raise InvalidPointsError(
+            f"{faulty.size} of {len(given)} points are not finite or too large, the first of them"
+            f" number {faulty[0]}: {given[faulty[0]].tolist()}",
+            where={"row": int(faulty[0])},
+            remedy=f"finite numbers below {LARGEST_COORDINATE:g}",
+        )
+    step = grid_step(given) if len(given) else 1.0
+    rounded = rounded_to_grid(given, step)
+    distinct = len(np.unique(rounded, axis=0)) if len(rounded) < 1000 else 4
+    if distinct < 4:
+        raise TooFewPointsError(
+            f"{distinct} distinct points enclose no volume",
+            remedy="at least four points that are not in one plane",
+        )
+    return rounded, step
+
+
+def checked_centre(centre: object, points: FloatArray, step: float) -> FloatArray | None:
+    """Return a given centre on the points' grid.
+
+    Parameters
+    ----------
+    centre : (3,) array_like or "auto"
+    points : (n, 3) float64
+        On their grid.
+    step : float
+        Of the grid.
+
+    Returns
+    -------
+    (3,) float64 or None
+        Inside the bounding box of the points, but not always inside their hull; None for "auto".
+
+    Raises
+    ------
+    OptionError
+        If it is neither "auto" nor three finite numbers.
+    CentreError
+        If it is not inside the bounding box.
+    FlatPointsError
+        If it is not, and the points are flat.
+    """
+    if isinstance(centre, str) and centre == "auto":
+        return None
+    try:
+        given = np.asarray(centre, np.float64)
+    except (TypeError, ValueError):
+        given = np.empty(0)
+    if given.shape != (3,) or not (np.abs(given) < LARGEST_COORDINATE).all():
+        raise OptionError(
+            f"the centre is {centre!r}",
+            where={"field": "centre"},
+            remedy="'auto' or three finite numbers",
+        )
+    rounded = rounded_to_grid(given, step)
+    lowest, highest = points.min(axis=0), points.max(axis=0)
+    if not ((lowest < rounded) & (rounded < highest)).all():
+        automatic_centre(points, step)  # flat points are the better explanation where they are flat
+        raise CentreError(
+            f"the centre {tuple(rounded.tolist())} is not inside the points, which reach from"
+            f" {lowest.tolist()} to {highest.tolist()}",
+            where={"field": "centre"},
+            remedy="a point inside the gamut, or 'auto'",
+        )
+    return rounded
+
+
+def automatic_centre(points: FloatArray, step: float) -> FloatArray:
+    """Middle of the points' bounding box if it is well inside their convex hull, else its centroid.
+
+    The middle of the box is halfway between black and white, and between the opponent hues: from
+    there radii meet the surface of a display or a press most squarely, and the modified hull
+    overshoots least (``docs/decisions/centre.md`` has the figures).
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        On their grid; best in the order of `gamutcore.boundary.insertion_order`.
+    step : float
+        Of the grid.
+
+    Returns
+    -------
+    (3,) float64
+        On the points' grid, strictly inside the hull unless that is only a few steps thick.
+
+    Raises
+    ------
+    FlatPointsError
+        If the hull has no volume to speak of.
+    """
+    extent = float(np.ptp(points, axis=0).max())
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    # a grid fine enough to stay inside, on which differences from points are exact: only then are
+    # faces in one plane seen to be
+    inside = rounded_to_grid(_point_inside(points, extent), step * 2.0**-20)
+    relative = points - inside
+    faces = radial_hull(relative)
+    volume, *moment = _moments(relative, faces)
+    if volume < FLATNESS * extent**3:
+        raise FlatPointsError(
+            f"the points are flat: their hull fills {volume / extent**3:.1e} of the cube of their"
+            " extent",
+            remedy="points that enclose a volume",
+        )
+    centroid = np.array(moment) / volume
+    depth_of_middle = _depth(relative, faces, middle - inside)
+    if depth_of_middle >= 0.5 * _depth(relative, faces, centroid):
+        return rounded_to_grid(middle, step)
+    return rounded_to_grid(inside + centroid, step)
+
+
+def _point_inside(points: FloatArray, extent: float) -> FloatArray:
+    """Centroid of a large simplex among the points.
+
+    From an extreme point to the one furthest from it, to that furthest from their line, to that
+    furthest from the plane of these three.
+    """
+    if not extent > 0:
+        raise FlatPointsError("all points are the same", remedy="points that enclose a volume")
+    start = points[points[:, int(np.ptp(points, axis=0).argmax())].argmin()]
+    relative = (points - start) / extent
+    squares = np.einsum("ij,ij->i", relative, relative)
+    second = relative[squares.argmax()]
+    third = relative[(squares - (relative @ second) ** 2 / (second @ second)).argmax()]
+    fourth = relative[np.abs(relative @ np.cross(second, third)).argmax()]
+    volume = abs(float(fourth @ np.cross(second, third))) / 6
+    if not volume > FLATNESS * SIMPLEX_PART:
+        raise FlatPointsError(
+            "the points lie in one plane or on one line, but for less than"
+            f" {FLATNESS:g} of the cube of their extent",
+            remedy="points that enclose a volume",
+        )
+    return np.asarray(start + (second + third + fourth) / 4 * extent)
+
+
+@kernel
+def _moments(points: FloatArray, faces: IndexArray) -> tuple[float, float, float, float]:
+    """Volume of a closed surface around the origin, and its integrals of x, y and z."""
+    volume, along_x, along_y, along_z = 0.0, 0.0, 0.0, 0.0
+    for face in range(len(faces)):
+        one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
+        ax, ay, az = points[one, 0], points[one, 1], points[one, 2]
+        bx, by, bz = points[two, 0], points[two, 1], points[two, 2]
+        x, y, z = points[three, 0], points[three, 1], points[three, 2]
+        part = (x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)) / 6.0
+        volume += part
+        along_x += part * (ax + bx + x) / 4.0
+        along_y += part * (ay + by + y) / 4.0
+        along_z += part * (az + bz + z) / 4.0
+    return volume, along_x, along_y, along_z
+
+
+@kernel
+def _depth(points: FloatArray, faces: IndexArray, place: FloatArray) -> float:
+    """Smallest distance of a place from the planes of a convex surface; negative outside."""
+    depth = np.inf
+    for face in range(len(faces)):
+        one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
+        x, y, z = points[one, 0], points[one, 1], points[one, 2]
+        ux, uy, uz = points[two, 0] - x, points[two, 1] - y, points[two, 2] - z
+        vx, vy, vz = points[three, 0] - x, points[three, 1] - y, points[three, 2] - z
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        below = nx * (x - place[0]) + ny * (y - place[1]) + nz * (z - place[2])
+        depth = min(depth, below / np.sqrt(nx * nx + ny * ny + nz * nz))
+    return depth
