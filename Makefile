@@ -45,6 +45,10 @@ help: ## list the targets
 	$(python) -m pip install -q -c constraints.txt -e '.[test,lint]'
 	@touch $@
 
+.venv/.installed-figures: .venv/.installed
+	$(python) -m pip install -q -c constraints.txt -e '.[peers,plots]'
+	@touch $@
+
 .venv/.compiled: .venv/.installed $(shell find gamutcore -name '*.py')
 	$(python) -m gamutcore.warm
 	@touch $@
@@ -72,6 +76,10 @@ test: install .venv/.installed-test tests/gltf/node_modules/.package-lock.json #
 .PHONY: bench
 bench: install ## measure what is claimed about speed and accuracy
 	$(python) -m benchmarks.bench
+
+.PHONY: figures
+figures: install .venv/.installed-figures ## repeat the published experiment and write docs/decimation.md
+	$(python) -m benchmarks.figures
 
 # --- checks ---------------------------------------------------------------------------------------
 
@@ -129,7 +137,7 @@ image-check: ## run the Dockerfile's own steps without a container engine (Linux
 constraints: ## pin the newest versions that pyproject.toml admits, from a clean venv, with Python 3.11
 	rm -rf build/constraints
 	python3.11 -m venv build/constraints
-	env -u PIP_CONSTRAINT -u PIP_BUILD_CONSTRAINT build/constraints/bin/python -m pip install -q -e '.[test,lint]' hatchling editables
+	env -u PIP_CONSTRAINT -u PIP_BUILD_CONSTRAINT build/constraints/bin/python -m pip install -q -e '.[test,lint,peers,plots]' hatchling editables
 	{ sed -n '/^#/p' constraints.txt; \
 	  build/constraints/bin/python -m pip freeze --exclude-editable --exclude pip --exclude setuptools; } > build/constraints.txt
 	mv build/constraints.txt constraints.txt

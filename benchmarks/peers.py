@@ -1,0 +1,284 @@
+"""The same boundaries through other mesh libraries, in the same run as our own costs.
+
+Needs the optional group ``peers``; each library is used through its Python package, with the
+settings that served it best here, and only its decimation is timed, not the conversion of arrays.
+They give one level for each run; a history gives all of them at once, and reading a level out of
+it is timed beside. GPL (PyMeshLab) and non-commercial (MeshLib) libraries are measured here and
+used nowhere else: the packages of the project import none of them.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from benchmarks.devices import Device, FloatArray, exact_mismatch, faults
+from gamutcore.history import History
+from gamutcore.mesh import TriangleMesh
+
+__all__ = ["COUNTS", "PEERS", "level_rows", "missing", "peer_rows"]
+
+COUNTS = (10_000, 1000, 500, 100, 50, 20, 10)
+"""Triangle counts that are compared."""
+
+IndexArray = np.ndarray[Any, np.dtype[np.int64]]
+Peer = Callable[[FloatArray, IndexArray, int], tuple[FloatArray, IndexArray, float]]
+
+
+def level_rows(
+    device: Device, histories: dict[str, History], counts: tuple[int, ...] = COUNTS
+) -> list[dict[str, Any]]:
+    """Measure levels of histories: one row for each cost and count.
+
+    Parameters
+    ----------
+    device : Device
+    histories : dict of History
+        By the name of the cost.
+    counts : tuple of int
+        Triangle counts asked for.
+
+    Returns
+    -------
+    list of dict
+        ``method``, ``asked``, ``triangles``, ``reached``, ``mismatch``, ``volume`` (relative to the
+        boundary's, less 1), ``faults`` and ``seconds``, the time that reading the level takes.
+    """
+    rows = []
+    for cost, history in histories.items():
+        for count in counts:
+            start = time.perf_counter()
+            level = history.level(count)
+            seconds = time.perf_counter() - start
+            rows.append(_row(device, cost, count, level, seconds))
+    return rows
+
+
+def peer_rows(device: Device) -> list[dict[str, Any]]:
+    """Measure what the installed peers make of a device's boundary.
+
+    A library that does not get down to a count is not asked for lower ones.
+
+    Parameters
+    ----------
+    device : Device
+
+    Returns
+    -------
+    list of dict
+        As from `level_rows`, ``seconds`` being the time of the decimation.
+    """
+    mesh = device.boundary.mesh
+    vertices = np.ascontiguousarray(mesh.vertices, np.float64)
+    faces = np.ascontiguousarray(mesh.faces, np.int64)
+    rows = []
+    for name, (package, peer) in PEERS.items():
+        if importlib.util.find_spec(package) is None:
+            continue
+        for count in COUNTS:
+            positions, triangles, seconds = peer(vertices, faces, count)
+            rows.append(_row(device, name, count, _compact(positions, triangles), seconds))
+            if not rows[-1]["reached"]:
+                break
+    return rows
+
+
+def missing() -> list[str]:
+    """Return the names of the peers that are not installed."""
+    return [name for name, (package, _) in PEERS.items() if not importlib.util.find_spec(package)]
+
+
+def _row(
+    device: Device, method: str, asked: int, mesh: TriangleMesh, seconds: float
+) -> dict[str, Any]:
+    return {
+        "device": device.name,
+        "method": method,
+        "asked": asked,
+        "triangles": mesh.triangles,
+        "reached": 4 <= mesh.triangles <= asked,
+        "mismatch": exact_mismatch(device.boundary.mesh, mesh),
+        "volume": mesh.volume / device.boundary.mesh.volume - 1,
+        "faults": faults(mesh, device.boundary.centre),
+        "seconds": seconds,
+    }
+
+
+def _compact(vertices: FloatArray, faces: IndexArray) -> TriangleMesh:
+    """Leave out vertices that no face uses: some libraries keep them."""
+    used, renumbered = np.unique(faces, return_inverse=True)
+    return TriangleMesh(
+        np.asarray(vertices, np.float64)[used], renumbered.reshape(-1, 3).astype(np.int64)
+    )
+
+
+# --- one function for each library: positions, faces and seconds ----------------------------------
+
+
+def _vtk_run(
+    decimation: Any,  # noqa: ANN401  # VTK's classes are made at run time
+    vertices: FloatArray,
+    faces: IndexArray,
+    count: int,
+) -> tuple[FloatArray, IndexArray, float]:
+    from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
+    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+
+    points, cells, surface = vtkPoints(), vtkCellArray(), vtkPolyData()
+    points.SetData(numpy_to_vtk(vertices, deep=True))
+    cells.SetData(3, numpy_to_vtkIdTypeArray(faces.ravel(), deep=True))
+    surface.SetPoints(points)
+    surface.SetPolys(cells)
+    decimation.SetInputData(surface)
+    decimation.SetTargetReduction(1 - count / len(faces))
+    start = time.perf_counter()
+    decimation.Update()
+    seconds = time.perf_counter() - start
+    result = decimation.GetOutput()
+    return (
+        vtk_to_numpy(result.GetPoints().GetData()).astype(np.float64),
+        vtk_to_numpy(result.GetPolys().GetConnectivityArray()).reshape(-1, 3).astype(np.int64),
+        seconds,
+    )
+
+
+def _vtk_quadric(
+    vertices: FloatArray, faces: IndexArray, count: int
+) -> tuple[FloatArray, IndexArray, float]:
+    from vtkmodules.vtkFiltersCore import vtkQuadricDecimation
+
+    return _vtk_run(vtkQuadricDecimation(), vertices, faces, count)
+
+
+def _vtk_pro(
+    vertices: FloatArray, faces: IndexArray, count: int
+) -> tuple[FloatArray, IndexArray, float]:
+    from vtkmodules.vtkFiltersCore import vtkDecimatePro
+
+    decimation = vtkDecimatePro()
+    decimation.PreserveTopologyOn()
+    return _vtk_run(decimation, vertices, faces, count)
+
+
+def _pymeshlab(*, topology: bool) -> Peer:
+    def run(
+        vertices: FloatArray, faces: IndexArray, count: int
+    ) -> tuple[FloatArray, IndexArray, float]:
+        import pymeshlab
+
+        meshes = pymeshlab.MeshSet()
+        meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+        start = time.perf_counter()
+        meshes.meshing_decimation_quadric_edge_collapse(
+            targetfacenum=count, preservetopology=topology
+        )
+        seconds = time.perf_counter() - start
+        result = meshes.current_mesh()
+        return result.vertex_matrix(), result.face_matrix().astype(np.int64), seconds
+
+    return run
+
+
+def _fast_simplification(
+    vertices: FloatArray, faces: IndexArray, count: int
+) -> tuple[FloatArray, IndexArray, float]:
+    import fast_simplification
+
+    start = time.perf_counter()
+    positions, triangles = fast_simplification.simplify(vertices, faces, target_count=count)
+    return positions, triangles, time.perf_counter() - start
+
+
+def _pyfqmr(
+    vertices: FloatArray, faces: IndexArray, count: int
+) -> tuple[FloatArray, IndexArray, float]:
+    import pyfqmr
+
+    mesh = pyfqmr.Simplify()
+    mesh.setMesh(vertices, faces)
+    start = time.perf_counter()
+    mesh.simplify_mesh(target_count=count, verbose=False)
+    seconds = time.perf_counter() - start
+    positions, triangles, _ = mesh.getMesh()
+    return positions, triangles.astype(np.int64), seconds
+
+
+def _meshlib(*, tuned: bool) -> Peer:
+    def run(
+        vertices: FloatArray, faces: IndexArray, count: int
+    ) -> tuple[FloatArray, IndexArray, float]:
+        from meshlib import mrmeshnumpy, mrmeshpy
+
+        mesh = mrmeshnumpy.meshFromFacesVerts(faces.astype(np.int32), vertices)
+        settings = mrmeshpy.DecimateSettings()
+        settings.maxDeletedFaces = len(faces) - count
+        settings.packMesh = True
+        if tuned:
+            settings.maxTriangleAspectRatio = 1e30
+            settings.stabilizer = 1e-6
+        start = time.perf_counter()
+        mrmeshpy.decimateMesh(mesh, settings)
+        seconds = time.perf_counter() - start
+        return (
+            mrmeshnumpy.getNumpyVerts(mesh),
+            mrmeshnumpy.getNumpyFaces(mesh.topology).astype(np.int64),
+            seconds,
+        )
+
+    return run
+
+
+def _manifold(
+    vertices: FloatArray, faces: IndexArray, count: int
+) -> tuple[FloatArray, IndexArray, float]:
+    """Manifold takes a tolerance: the smallest one that reaches the count is searched for.
+
+    The time is that of the last simplification alone, as if the tolerance had been known.
+    """
+    import manifold3d
+
+    solid = manifold3d.Manifold(manifold3d.Mesh64(vertices, faces.astype(np.uint64)))
+
+    def simplified(tolerance: float) -> tuple[Any, float]:
+        start = time.perf_counter()
+        simple = solid.simplify(tolerance)
+        simple.num_tri()  # evaluates it
+        return simple, time.perf_counter() - start
+
+    extent = float(np.ptp(vertices, axis=0).max())
+    coarse = 1e-5 * extent
+    best, seconds = simplified(coarse)
+    # larger tolerances do not always leave fewer triangles: the first that reaches the count is taken
+    while best.num_tri() > count and coarse < extent / 8:
+        coarse *= 2
+        best, seconds = simplified(coarse)
+    fine = coarse / 2
+    for _ in range(6 if best.num_tri() <= count else 0):
+        middle = (fine + coarse) / 2
+        simple, taken = simplified(middle)
+        if simple.num_tri() <= count:
+            coarse, best, seconds = middle, simple, taken
+        else:
+            fine = middle
+    mesh = best.to_mesh64()
+    positions = np.asarray(mesh.vert_properties)[:, :3]
+    return positions, np.asarray(mesh.tri_verts).astype(np.int64), seconds
+
+
+PEERS: dict[str, tuple[str, Peer]] = {
+    "VTK": ("vtkmodules", _vtk_quadric),
+    "VTK DecimatePro": ("vtkmodules", _vtk_pro),
+    "PyMeshLab": ("pymeshlab", _pymeshlab(topology=False)),
+    "PyMeshLab, topology kept": ("pymeshlab", _pymeshlab(topology=True)),
+    "MeshLib": ("meshlib", _meshlib(tuned=False)),
+    "MeshLib, tuned": ("meshlib", _meshlib(tuned=True)),
+    "fast-simplification": ("fast_simplification", _fast_simplification),
+    "pyfqmr": ("pyfqmr", _pyfqmr),
+    "Manifold": ("manifold3d", _manifold),
+}
+"""Name in tables → package and function."""
