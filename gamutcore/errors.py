@@ -30,6 +30,9 @@ __all__ = [
     "UnsupportedProfileError",
 ]
 
+LONGEST_SHOWN = 60
+"""Characters of a wrong value that a message repeats."""
+
 Where = dict[str, str | int | float | list[str]]
 
 
@@ -68,6 +71,26 @@ class OptionError(GamutError):
     """An option has a value that is not accepted; ``where["field"]`` names it."""
 
     code = "invalid-option"
+
+    @classmethod
+    def refusing(cls, name: str, value: object, accepted: str) -> OptionError:
+        """Return the error for an option's value, which is shown if it is short.
+
+        Parameters
+        ----------
+        name : str
+        value : object
+        accepted : str
+            What would be right.
+
+        Returns
+        -------
+        OptionError
+        """
+        shown = repr(value)
+        if len(shown) > LONGEST_SHOWN:
+            shown = f"{shown[:LONGEST_SHOWN]}…"
+        return cls(f"{name} is {shown}", where={"field": name}, remedy=accepted)
 
 
 class CharacterisationError(GamutError):

@@ -11,7 +11,7 @@ import json
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from gamutcore.boundary import modified_convex_hull
+from gamutcore.boundary import wrapped
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.decimation import decimated
@@ -166,7 +166,9 @@ def build_gamut(
         device, intent=options.intent, surface_samples=options.surface_samples
     )
     report("boundary", 0.0)
-    boundary = modified_convex_hull(colours.points, options.gamma, options.centre)
+    boundary = wrapped(
+        colours.points, options.boundary, options.centre, **options.boundary_parameters
+    )
     report("decimation", 0.0)
     history = history_of(decimated(boundary.mesh, boundary.centre, options.cost))
     report("metric", 0.0)
@@ -185,6 +187,7 @@ def build_gamut(
             "triangles": history.triangles,
             "vertices": history.vertices,
             "minimum": MINIMUM_TRIANGLES,
+            "constructed": int((boundary.sources < 0).sum()),
         },
         "volume": boundary.mesh.volume,
         "area": boundary.mesh.area,

@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
+from gamutcore.boundary import BOUNDARIES
 from gamutcore.colours.cube_surface import MAX_SURFACE_SAMPLES
 from gamutcore.colours.surface import INTENTS
 from gamutcore.decimation.costs import COSTS
@@ -20,15 +21,15 @@ from gamutcore.errors import OptionError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["BOUNDARIES", "SPACES", "Centre", "Options"]
+__all__ = ["SPACES", "Centre", "Options"]
 
 Centre: TypeAlias = "tuple[float, float, float] | str"
 
 SPACES = ("CIELAB",)
 """Colour spaces that a boundary can live in."""
 
-BOUNDARIES = ("modified-convex-hull", "convex-hull")
-"""Ways to wrap the colours."""
+METHOD_OPTIONS = ("gamma", "segments", "basis", "subdivisions")
+"""Options that not every boundary method has; `BOUNDARIES` says which has which."""
 
 FEWEST_SURFACE_SAMPLES = 8
 """The corners of the cube of three inks."""
@@ -43,10 +44,18 @@ class Options:
     space : str
         Colour space of the boundary; one of `SPACES`.
     boundary : str
-        How the colours are wrapped; one of `BOUNDARIES`. The convex hull is the modified one with
-        γ = 1, and its options say so.
-    gamma : float
-        Power that radii are raised to, in (0, 1].
+        How the colours are wrapped; one of `gamutcore.boundary.BOUNDARIES`. It decides which of
+        the next four apply. Those that do have their defaults where they are not given; those that
+        do not are None, and refused where they are given.
+    gamma : float or None
+        Power that radii are raised to, in (0, 1]: 0.2 for the modified convex hull, 0.05 for USV,
+        and always 1 for the convex hull, which is the modified one with that power.
+    segments : tuple of two int, or None
+        Polar and azimuth segments of segment maxima, (16, 16).
+    basis : str or None
+        The body whose faces USV splits into segments, "icosahedron".
+    subdivisions : int or None
+        How often USV splits them, 4.
     centre : "auto" or three floats
         The point that radii are taken from.
     cost : str
@@ -64,7 +73,10 @@ class Options:
 
     space: str = "CIELAB"
     boundary: str = "modified-convex-hull"
-    gamma: float = 0.2
+    gamma: float | None = None
+    segments: tuple[int, int] | None = None
+    basis: str | None = None
+    subdivisions: int | None = None
     centre: Centre = "auto"
     cost: str = "volume"
     surface_samples: int = 100_000
@@ -73,30 +85,36 @@ class Options:
     def __post_init__(self) -> None:
         for name, accepted in (
             ("space", SPACES),
-            ("boundary", BOUNDARIES),
+            ("boundary", tuple(BOUNDARIES)),
             ("cost", COSTS),
             ("intent", INTENTS),
         ):
             value = getattr(self, name)
             if not isinstance(value, str) or value not in accepted:
-                raise _refusal(name, value, f"one of {', '.join(accepted)}")
-        gamma = _number(self.gamma)
-        if gamma is None or not 0 < gamma <= 1:
-            raise _refusal("gamma", self.gamma, "a number above 0, at most 1")
+                raise OptionError.refusing(name, value, f"one of {', '.join(accepted)}")
         samples = self.surface_samples
         if (
             isinstance(samples, bool)
             or not isinstance(samples, int)
             or not FEWEST_SURFACE_SAMPLES <= samples <= MAX_SURFACE_SAMPLES
         ):
-            raise _refusal(
+            raise OptionError.refusing(
                 "surface_samples",
                 samples,
                 f"a whole number from {FEWEST_SURFACE_SAMPLES} to {MAX_SURFACE_SAMPLES}",
             )
         # frozen, so set this way: the canonical form of what was given
-        object.__setattr__(self, "gamma", 1.0 if self.boundary == "convex-hull" else gamma)
         object.__setattr__(self, "centre", _canonical_centre(self.centre))
+        parameters = BOUNDARIES[self.boundary].parameters
+        for name in METHOD_OPTIONS:
+            value = getattr(self, name)
+            if name in parameters:
+                given = parameters[name].default if value is None else value
+                object.__setattr__(self, name, parameters[name].checked(given))
+            elif value is not None:
+                raise OptionError.refusing(
+                    name, value, f"none: the boundary {self.boundary} has no {name}"
+                )
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, object]) -> Options:
@@ -116,21 +134,31 @@ class Options:
             If a name is unknown or a value is not accepted.
         """
         names = [field.name for field in dataclasses.fields(cls)]
-        for name in mapping:
+        for name, value in mapping.items():
             if name not in names:
                 raise OptionError(
                     f"there is no option {str(name)[:40]!r}",
                     where={"field": str(name)[:40]},
                     remedy=f"options are {', '.join(names)}",
                 )
+            if value is None:  # to the constructor it means: not given
+                raise OptionError.refusing(
+                    name, value, "a value, or no such member for the default"
+                )
         return cls(**mapping)  # type: ignore[arg-type]  # the constructor checks every value
 
     def to_mapping(self) -> dict[str, object]:
-        """Return all options by name, as JSON-able values; `from_mapping` reads them back."""
-        mapping = dataclasses.asdict(self)
-        if isinstance(self.centre, tuple):
-            mapping["centre"] = list(self.centre)
-        return mapping
+        """Return all options that apply, as JSON-able values; `from_mapping` reads them back."""
+        return {
+            name: list(value) if isinstance(value, tuple) else value
+            for name, value in dataclasses.asdict(self).items()
+            if value is not None
+        }
+
+    @property
+    def boundary_parameters(self) -> dict[str, object]:
+        """What the boundary method is called with beside the points and the centre."""
+        return {name: getattr(self, name) for name in BOUNDARIES[self.boundary].parameters}
 
     @property
     def canonical(self) -> str:
@@ -146,7 +174,7 @@ def _canonical_centre(centre: object) -> Centre:
         first, second, third = numbers
         if first is not None and second is not None and third is not None:
             return (first, second, third)
-    raise _refusal("centre", centre, "'auto' or three finite numbers")
+    raise OptionError.refusing("centre", centre, "'auto' or three finite numbers")
 
 
 def _number(value: object) -> float | None:
@@ -158,10 +186,3 @@ def _number(value: object) -> float | None:
     except OverflowError:
         return None
     return number + 0.0 if math.isfinite(number) else None
-
-
-def _refusal(name: str, value: object, remedy: str) -> OptionError:
-    shown = repr(value)
-    if len(shown) > 60:
-        shown = f"{shown[:60]}…"
-    return OptionError(f"{name} is {shown}", where={"field": name}, remedy=remedy)

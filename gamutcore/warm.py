@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gamutcore.boundary import modified_convex_hull
+from gamutcore.boundary import BOUNDARIES, wrapped
 from gamutcore.characterisation.icc.grid import Grid
 from gamutcore.decimation import COSTS, decimated
 from gamutcore.export import FORMATS, encoded_mesh
@@ -30,7 +30,8 @@ def compile_kernels() -> None:
     table = f"RGB_R,RGB_G,RGB_B,LAB_L,LAB_A,LAB_B\n{rows}\n"
     build_gamut(table.encode(), Options(surface_samples=1000))
     Grid((2, 2, 2), np.zeros((8, 3), np.uint16)).values(np.full((1, 3), 0.5))
-    boundary = modified_convex_hull(device)
+    for method in BOUNDARIES:
+        boundary = wrapped(device, method)
     for cost in COSTS:
         history = history_of(decimated(boundary.mesh, boundary.centre, cost))
     cursor = history.cursor(100)

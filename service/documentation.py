@@ -63,7 +63,7 @@ _SUMMARY = {
     "id": EXAMPLE_ID,
     "created": "2026-01-31T12:00:00.000Z",
     "options": _OPTIONS,
-    "counts": {"triangles": 89674, "vertices": 44839, "minimum": 4},
+    "counts": {"triangles": 89674, "vertices": 44839, "minimum": 4, "constructed": 0},
     "volume": 454898.0,
     "links": _LINKS,
 }

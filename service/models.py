@@ -30,25 +30,56 @@ __all__ = [
 Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
 
 
+def _without_default(schema: dict[str, Any]) -> None:
+    """Take out the null that stands for a default that depends on the boundary."""
+    del schema["default"]
+
+
 class GamutOptions(BaseModel):
-    """How a gamut is built. Every option has a default, and answers state all of them."""
+    """How a gamut is built. Every option has a default; answers state all that apply."""
 
     model_config = ConfigDict(extra="forbid")
 
     space: Annotated[str, Field(description="Colour space that the boundary lives in.")] = "CIELAB"
     boundary: Annotated[
-        Literal["modified-convex-hull", "convex-hull"],
-        Field(description="How the colours are wrapped."),
+        Literal["modified-convex-hull", "convex-hull", "segment-maxima", "usv"],
+        Field(
+            description="How the colours are wrapped. An option that only other boundaries have is "
+            "refused, and not in the answer."
+        ),
     ] = "modified-convex-hull"
     gamma: Annotated[
-        float,
+        Annotated[float, Field(gt=0, le=1)] | SkipJsonSchema[None],
         Field(
-            gt=0,
-            le=1,
             description="Power that radii are raised to before the hull is taken; 1 is the convex "
-            "hull, small values follow the colours into concave places.",
+            "hull, small values follow the colours into concave places. 0.2 unless given for "
+            "`modified-convex-hull`, 0.05 for `usv`, always 1 for `convex-hull`.",
+            json_schema_extra=_without_default,
         ),
-    ] = 0.2
+    ] = None
+    segments: Annotated[
+        tuple[Annotated[int, Field(ge=2, le=180)], Annotated[int, Field(ge=3, le=360)]]
+        | SkipJsonSchema[None],
+        Field(
+            description="Polar and azimuth segments of `segment-maxima`; [16, 16] unless given.",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
+    basis: Annotated[
+        Literal["tetrahedron", "octahedron", "icosahedron"] | SkipJsonSchema[None],
+        Field(
+            description="The body whose faces `usv` splits into segments; `icosahedron` unless "
+            "given.",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
+    subdivisions: Annotated[
+        Annotated[int, Field(ge=0, le=7)] | SkipJsonSchema[None],
+        Field(
+            description="How often `usv` splits each face into four; 4 unless given.",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
     centre: Annotated[
         Literal["auto"] | Triple,
         Field(description="Point that radii are taken from, in the space; inside the gamut."),
@@ -120,6 +151,13 @@ class Counts(BaseModel):
     triangles: Annotated[int, Field(description="The most triangles that can be asked for.")]
     vertices: Annotated[int, Field(description="Vertices of the full boundary.")]
     minimum: Annotated[int, Field(description="The fewest triangles that can be asked for.")] = 4
+    constructed: Annotated[
+        int,
+        Field(
+            description="Vertices of the full boundary that are none of the colours: of empty "
+            "segments and poles, and maxima that had to be turned, for `segment-maxima`."
+        ),
+    ] = 0
 
 
 class Level(BaseModel):

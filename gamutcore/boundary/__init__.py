@@ -1,5 +1,8 @@
 """Boundaries: closed surfaces around a device's colours, valid and star-shaped from the start."""
 
+from gamutcore.boundary.methods import BOUNDARIES, wrapped
 from gamutcore.boundary.modified_convex_hull import Boundary, modified_convex_hull
+from gamutcore.boundary.segment_maxima import segment_maxima
+from gamutcore.boundary.usv import usv
 
-__all__ = ["Boundary", "modified_convex_hull"]
+__all__ = ["BOUNDARIES", "Boundary", "modified_convex_hull", "segment_maxima", "usv", "wrapped"]

@@ -48,6 +48,12 @@ class TestId:
         [
             {"gamma": 0.3},
             {"boundary": "convex-hull"},
+            {"boundary": "segment-maxima"},
+            {"boundary": "segment-maxima", "segments": (16, 17)},
+            {"boundary": "usv"},
+            {"boundary": "usv", "basis": "octahedron"},
+            {"boundary": "usv", "subdivisions": 3},
+            {"boundary": "usv", "gamma": 0.1},
             {"centre": (50, 0, 0)},
             {"cost": "quadric"},
             {"surface_samples": 99_999},
@@ -77,6 +83,32 @@ class TestDescription:
         assert fogra39_gamut.options == Options()
         assert description["provenance"]["input"] == {"sha256": digest, "bytes": len(fogra39)}
 
+    @pytest.mark.parametrize(
+        "options",
+        [
+            {"boundary": "convex-hull"},
+            {"boundary": "segment-maxima", "segments": [12, 18]},
+            {"boundary": "usv", "basis": "tetrahedron", "subdivisions": 4},
+        ],
+    )
+    def test_of_every_boundary(self, fogra39, options):
+        """Counts by the methods' own definitions, and levels that keep the volume."""
+        given = Options.from_mapping({**options, "surface_samples": 20_000})
+        gamut = build_gamut(fogra39, given)
+        description = json.loads(json.dumps(gamut.description, allow_nan=False))
+        assert options.items() <= description["options"].items()
+        assert Gamut.from_bytes(gamut.to_bytes()).options == given
+        if given.boundary == "segment-maxima":
+            assert description["counts"]["triangles"] == 2 * 12 * 18
+            assert description["counts"]["constructed"] >= 2  # the poles
+        else:
+            assert description["counts"]["constructed"] == 0
+            assert description["counts"]["triangles"] <= 2 * 4 * 4**4 - 4
+        full = gamut.history.full()
+        level = gamut.history.level(100)
+        assert level.validity(gamut.history.centre).is_gamut
+        assert level.volume == pytest.approx(full.volume, rel=1e-4)
+
     def test_agrees_with_its_history(self, fogra39_gamut):
         description, history = fogra39_gamut.description, fogra39_gamut.history
         full = history.full()
@@ -84,6 +116,7 @@ class TestDescription:
             "triangles": history.triangles,
             "vertices": history.vertices,
             "minimum": 4,
+            "constructed": 0,
         }
         assert history.triangles == 2 * history.vertices - 4
         assert description["volume"] == pytest.approx(full.volume, rel=1e-9)

@@ -1,5 +1,6 @@
 """Options: defaults made explicit, one canonical form, and every refusal names its field."""
 
+import dataclasses
 import json
 import math
 
@@ -7,15 +8,25 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gamutcore.boundary import BOUNDARIES
 from gamutcore.decimation import COSTS
 from gamutcore.errors import OptionError
 from gamutcore.options import Options
 
-VALID = st.fixed_dictionaries(
+GAMMA = st.floats(0, 1, exclude_min=True)
+METHODS = {
+    "modified-convex-hull": {"gamma": GAMMA},
+    "convex-hull": {"gamma": st.just(1)},
+    "segment-maxima": {"segments": st.tuples(st.integers(2, 180), st.integers(3, 360)).map(list)},
+    "usv": {
+        "gamma": GAMMA,
+        "basis": st.sampled_from(["tetrahedron", "octahedron", "icosahedron"]),
+        "subdivisions": st.integers(0, 7),
+    },
+}
+COMMON = st.fixed_dictionaries(
     {},
     optional={
-        "boundary": st.sampled_from(["modified-convex-hull", "convex-hull"]),
-        "gamma": st.floats(0, 1, exclude_min=True),
         "centre": st.one_of(
             st.just("auto"), st.lists(st.floats(-1e6, 1e6), min_size=3, max_size=3)
         ),
@@ -25,6 +36,18 @@ VALID = st.fixed_dictionaries(
         "space": st.just("CIELAB"),
     },
 )
+
+
+@st.composite
+def valid(draw):
+    """Options of one method with those that all methods have."""
+    name = draw(st.sampled_from(sorted(METHODS)))
+    own = draw(st.fixed_dictionaries({}, optional=METHODS[name]))
+    named = {} if name == "modified-convex-hull" and draw(st.booleans()) else {"boundary": name}
+    return {**draw(COMMON), **own, **named}
+
+
+VALID = valid()
 JSON_VALUE = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=5), inner),
@@ -54,10 +77,11 @@ def test_a_mapping_survives_json(mapping):
 
 
 @given(VALID)
-def test_the_canonical_form_has_every_option_sorted_and_no_space(mapping):
+def test_the_canonical_form_has_every_option_that_applies_sorted_and_no_space(mapping):
     canonical = Options.from_mapping(mapping).canonical
     parsed = json.loads(canonical)
-    assert list(parsed) == sorted(Options().to_mapping())
+    common = set(Options().to_mapping()) - {"gamma"}
+    assert list(parsed) == sorted(common | set(METHODS[parsed["boundary"]]))
     assert canonical == json.dumps(parsed, sort_keys=True, separators=(",", ":"))
 
 
@@ -67,7 +91,18 @@ def test_the_canonical_form_has_every_option_sorted_and_no_space(mapping):
         ({}, {"gamma": 0.2, "centre": "auto"}),
         ({"gamma": 1}, {"gamma": 1.0}),
         ({"centre": [50, 0, 0]}, {"centre": (50.0, 0.0, -0.0)}),
-        ({"boundary": "convex-hull", "gamma": 0.3}, {"boundary": "convex-hull"}),
+        ({"boundary": "modified-convex-hull"}, {}),
+        ({"boundary": "convex-hull", "gamma": 1}, {"boundary": "convex-hull"}),
+        ({"boundary": "usv"}, {"boundary": "usv", "gamma": 0.05, "basis": "icosahedron"}),
+        ({"boundary": "usv", "subdivisions": 4}, {"boundary": "usv"}),
+        (
+            {"boundary": "segment-maxima"},
+            {"boundary": "segment-maxima", "segments": [16, 16]},
+        ),
+        (
+            {"boundary": "segment-maxima", "segments": (8, 9)},
+            {"boundary": "segment-maxima", "segments": [8, 9]},
+        ),
     ],
 )
 def test_equal_options_have_one_canonical_form(one, other):
@@ -76,7 +111,45 @@ def test_equal_options_have_one_canonical_form(one, other):
 
 
 def test_the_convex_hull_says_that_its_gamma_is_one():
-    assert Options(boundary="convex-hull", gamma=0.2).gamma == 1.0
+    assert Options(boundary="convex-hull").gamma == 1.0
+    assert Options(boundary="convex-hull").to_mapping()["gamma"] == 1.0
+
+
+def test_the_tests_know_every_method():
+    assert set(METHODS) == set(BOUNDARIES)
+
+
+@pytest.mark.parametrize(
+    ("boundary", "name", "value"),
+    [
+        ("modified-convex-hull", "segments", [16, 16]),
+        ("modified-convex-hull", "basis", "octahedron"),
+        ("modified-convex-hull", "subdivisions", 3),
+        ("convex-hull", "gamma", 0.2),
+        ("convex-hull", "segments", [16, 16]),
+        ("segment-maxima", "gamma", 0.2),
+        ("segment-maxima", "subdivisions", 3),
+        ("usv", "segments", [16, 16]),
+    ],
+)
+def test_an_option_of_other_boundaries_is_refused(boundary, name, value):
+    """Not ignored: whoever gives it expects it to matter."""
+    with pytest.raises(OptionError) as caught:
+        Options.from_mapping({"boundary": boundary, name: value})
+    assert caught.value.where == {"field": name}
+    assert boundary.replace("-", " ") in caught.value.remedy.replace("-", " ")
+    given = Options.from_mapping({"boundary": boundary})
+    assert name == "gamma" or name not in given.to_mapping()
+
+
+def test_the_boundary_is_called_with_what_applies():
+    assert Options().boundary_parameters == {"gamma": 0.2}
+    assert Options(boundary="segment-maxima").boundary_parameters == {"segments": (16, 16)}
+    assert Options(boundary="usv", subdivisions=2).boundary_parameters == {
+        "gamma": 0.05,
+        "basis": "icosahedron",
+        "subdivisions": 2,
+    }
 
 
 @pytest.mark.parametrize(
@@ -90,6 +163,11 @@ def test_the_convex_hull_says_that_its_gamma_is_one():
         *[("boundary", value) for value in ("hull", None, 1, ["convex-hull"])],
         *[("cost", value) for value in ("area", "interface", None, 2)],
         *[("intent", value) for value in ("media", None, 0)],
+        *[
+            ("segments", value) for value in ([16, 16], None, 16, "16")
+        ],
+        *[("basis", value) for value in ("icosahedron", None, 3)],
+        *[("subdivisions", value) for value in (3, None, "3")],
         *[
             ("surface_samples", value)
             for value in (7, 0, -1, 1e5, "100", None, True, 10**9, math.nan)
@@ -112,6 +190,26 @@ def test_a_value_that_is_not_accepted(field, value):
     assert len(caught.value.message) < 120
 
 
+@pytest.mark.parametrize(
+    ("boundary", "field", "value"),
+    [
+        ("segment-maxima", "segments", [1, 16]),
+        ("segment-maxima", "segments", [16, 100_000]),
+        ("segment-maxima", "segments", None),
+        ("usv", "basis", "cube"),
+        ("usv", "subdivisions", 20),
+        ("usv", "subdivisions", -1),
+        ("usv", "gamma", 0),
+    ],
+)
+def test_a_value_that_a_boundary_does_not_accept(boundary, field, value):
+    with pytest.raises(OptionError) as caught:
+        Options.from_mapping({"boundary": boundary, field: value})
+    assert caught.value.where == {"field": field}
+    assert caught.value.message.startswith(f"{field} is ")
+    assert caught.value.remedy
+
+
 @pytest.mark.parametrize("name", ["Gamma", "", "triangles", "__class__", "x" * 500, "self"])
 def test_an_unknown_name(name):
     with pytest.raises(OptionError) as caught:
@@ -123,7 +221,8 @@ def test_an_unknown_name(name):
 
 @given(
     st.dictionaries(
-        st.sampled_from(sorted(Options().to_mapping())) | st.text(max_size=8),
+        st.sampled_from([field.name for field in dataclasses.fields(Options)])
+        | st.text(max_size=8),
         JSON_VALUE,
         max_size=3,
     )

@@ -36,6 +36,8 @@ for path in ("examples/FOGRA39L.ti3", "tests/data/sRGB-v4.icc", "tests/data/Disp
     for options in (
         Options(surface_samples=2000),
         Options(surface_samples=2000, cost="quadric", boundary="convex-hull", intent="absolute"),
+        Options(surface_samples=2000, boundary="segment-maxima"),
+        Options(surface_samples=2000, boundary="usv"),
     ):
         gamut = build_gamut((root / path).read_bytes(), options)
 read = Gamut.from_bytes(gamut.to_bytes())

@@ -1,0 +1,71 @@
+"""What methods that divide directions into segments share: points, centre, farthest points.
+
+Points and centres are checked and rounded by the convex hull, so that all methods can be compared
+about one centre and refuse the same things in the same words.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from gamutcore.arrays import FloatArray, LongArray
+from gamutcore.boundary.modified_convex_hull import modified_convex_hull
+from gamutcore.grid import grid_step, rounded_to_grid
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+__all__ = ["centred_points", "farthest_points"]
+
+
+def centred_points(
+    points: ArrayLike, centre: ArrayLike | Literal["auto"]
+) -> tuple[FloatArray, FloatArray]:
+    """Points on the grid, and the centre: given and checked, or chosen.
+
+    Parameters
+    ----------
+    points : (n, 3) array_like
+    centre : (3,) array_like or "auto"
+
+    Returns
+    -------
+    rounded : (n, 3) float64
+        The points, rounded to their grid.
+    middle : (3,) float64
+        The centre on the same grid, strictly inside the convex hull of the points.
+
+    Raises
+    ------
+    InvalidPointsError, TooFewPointsError, FlatPointsError, CentreError, OptionError, BoundaryError
+        As `modified_convex_hull` does.
+    """
+    # the convex hull is needed in any case, to know whether the centre is inside
+    middle = modified_convex_hull(points, 1.0, centre).centre
+    given = np.asarray(points, np.float64)
+    return rounded_to_grid(given, grid_step(given)), middle
+
+
+def farthest_points(segment: LongArray, radii: FloatArray, count: int) -> LongArray:
+    """The farthest point of every segment.
+
+    Parameters
+    ----------
+    segment : (n,) int64
+        The segment that each point is in, 0 to `count` − 1.
+    radii : (n,) float64
+        Distances from the centre.
+    count : int
+        Number of segments.
+
+    Returns
+    -------
+    (count,) int64
+        Index of a point, the first of equally far ones; −1 for a segment without points.
+    """
+    outwards = np.lexsort((-np.arange(len(radii)), radii))
+    farthest = np.full(count, -1, np.int64)
+    farthest[segment[outwards]] = outwards  # of several assignments the last one stays
+    return farthest
