@@ -105,8 +105,9 @@ def sphere(vertices: int, *, random: bool = False) -> TriangleMesh:
         turn = np.pi * (1 + 5**0.5) * number
         flat = np.sqrt(1 - height**2)
         points = np.stack([height, flat * np.cos(turn), flat * np.sin(turn)], axis=1)
+    middle = np.array([50.0, 0.0, 0.0])
     points *= 50 / np.linalg.norm(points, axis=1)[:, np.newaxis]
-    return modified_convex_hull(points + [50.0, 0.0, 0.0], 1.0, (50.0, 0.0, 0.0)).mesh
+    return modified_convex_hull(points + middle, 1.0, middle).mesh
 
 
 def exact_mismatch(reference: TriangleMesh, mesh: TriangleMesh) -> float | None:

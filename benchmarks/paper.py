@@ -22,6 +22,7 @@ from gamutcore.boundary.usv import BASES, usv
 from gamutcore.decimation import COSTS, decimated
 from gamutcore.errors import BoundaryError, InvalidPointsError
 from gamutcore.history import History, history_of
+from gamutcore.metric import mismatch
 
 __all__ = ["CLAIMED", "CURVE_COUNTS", "SPHERE_LIMIT", "other_rows", "sphere_rows"]
 
@@ -97,11 +98,8 @@ def sphere_rows() -> list[dict[str, Any]]:
             history = history_of(decimated(mesh, (50.0, 0.0, 0.0), cost))
             for count in (2000, 1000, 500, 200, 100):
                 level = history.level(count)
-                error = exact_mismatch(mesh, level)
-                assert error is not None
-                rows.append(
-                    {"points": spread, "cost": cost, "asked": count, "product": error * count}
-                )
+                product = mismatch(mesh, level) * count
+                rows.append({"points": spread, "cost": cost, "asked": count, "product": product})
     return rows
 
 
@@ -109,7 +107,12 @@ def _boundaries(device: Device) -> Iterator[tuple[str, int, Boundary]]:
     """Boundaries of the other methods: name, size, boundary."""
     points, centre = device.points, device.boundary.centre
     makers: list[tuple[str, int, Callable[[], Boundary]]] = [
-        ("convex hull", len(points), lambda: modified_convex_hull(points, 1.0, centre))
+        ("convex hull", len(points), lambda: modified_convex_hull(points, 1.0, centre)),
+        (
+            "modified hull, γ = 0.05",
+            len(points),
+            lambda: modified_convex_hull(points, 0.05, centre),
+        ),
     ]
     for basis, segments in zip(BASES, (4, 8, 20), strict=True):
         for splits in range(8):

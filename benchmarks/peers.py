@@ -1,7 +1,8 @@
 """The same boundaries through other mesh libraries, in the same run as our own costs.
 
 Needs the optional group ``peers``; each library is used through its Python package, with the
-settings that served it best here, and only its decimation is timed, not the conversion of arrays.
+settings that served it best here, and only its decimation is timed, not the conversion of arrays:
+processor time of one core, which other work on the machine changes little.
 They give one level for each run; a history gives all of them at once, and reading a level out of
 it is timed beside. GPL (PyMeshLab) and non-commercial (MeshLib) libraries are measured here and
 used nowhere else: the packages of the project import none of them.
@@ -51,9 +52,9 @@ def level_rows(
     rows = []
     for cost, history in histories.items():
         for count in counts:
-            start = time.perf_counter()
+            start = time.process_time()
             level = history.level(count)
-            seconds = time.perf_counter() - start
+            seconds = time.process_time() - start
             rows.append(_row(device, cost, count, level, seconds))
     return rows
 
@@ -136,9 +137,9 @@ def _vtk_run(
     surface.SetPolys(cells)
     decimation.SetInputData(surface)
     decimation.SetTargetReduction(1 - count / len(faces))
-    start = time.perf_counter()
+    start = time.process_time()
     decimation.Update()
-    seconds = time.perf_counter() - start
+    seconds = time.process_time() - start
     result = decimation.GetOutput()
     return (
         vtk_to_numpy(result.GetPoints().GetData()).astype(np.float64),
@@ -173,11 +174,11 @@ def _pymeshlab(*, topology: bool) -> Peer:
 
         meshes = pymeshlab.MeshSet()
         meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
-        start = time.perf_counter()
+        start = time.process_time()
         meshes.meshing_decimation_quadric_edge_collapse(
             targetfacenum=count, preservetopology=topology
         )
-        seconds = time.perf_counter() - start
+        seconds = time.process_time() - start
         result = meshes.current_mesh()
         return result.vertex_matrix(), result.face_matrix().astype(np.int64), seconds
 
@@ -189,9 +190,9 @@ def _fast_simplification(
 ) -> tuple[FloatArray, IndexArray, float]:
     import fast_simplification
 
-    start = time.perf_counter()
+    start = time.process_time()
     positions, triangles = fast_simplification.simplify(vertices, faces, target_count=count)
-    return positions, triangles, time.perf_counter() - start
+    return positions, triangles, time.process_time() - start
 
 
 def _pyfqmr(
@@ -201,9 +202,9 @@ def _pyfqmr(
 
     mesh = pyfqmr.Simplify()
     mesh.setMesh(vertices, faces)
-    start = time.perf_counter()
+    start = time.process_time()
     mesh.simplify_mesh(target_count=count, verbose=False)
-    seconds = time.perf_counter() - start
+    seconds = time.process_time() - start
     positions, triangles, _ = mesh.getMesh()
     return positions, triangles.astype(np.int64), seconds
 
@@ -221,9 +222,9 @@ def _meshlib(*, tuned: bool) -> Peer:
         if tuned:
             settings.maxTriangleAspectRatio = 1e30
             settings.stabilizer = 1e-6
-        start = time.perf_counter()
+        start = time.process_time()
         mrmeshpy.decimateMesh(mesh, settings)
-        seconds = time.perf_counter() - start
+        seconds = time.process_time() - start
         return (
             mrmeshnumpy.getNumpyVerts(mesh),
             mrmeshnumpy.getNumpyFaces(mesh.topology).astype(np.int64),
@@ -245,15 +246,15 @@ def _manifold(
     solid = manifold3d.Manifold(manifold3d.Mesh64(vertices, faces.astype(np.uint64)))
 
     def simplified(tolerance: float) -> tuple[Any, float]:
-        start = time.perf_counter()
+        start = time.process_time()
         simple = solid.simplify(tolerance)
         simple.num_tri()  # evaluates it
-        return simple, time.perf_counter() - start
+        return simple, time.process_time() - start
 
     extent = float(np.ptp(vertices, axis=0).max())
     coarse = 1e-5 * extent
     best, seconds = simplified(coarse)
-    # larger tolerances do not always leave fewer triangles: the first that reaches the count is taken
+    # larger tolerances do not always leave fewer triangles: take the first that reaches the count
     while best.num_tri() > count and coarse < extent / 8:
         coarse *= 2
         best, seconds = simplified(coarse)

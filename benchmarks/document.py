@@ -1,0 +1,396 @@
+"""The documents made from the measurements: ``docs/decimation.md`` and a table in the README.
+
+Every number in them is written here from ``benchmarks/decimation.json``; the words around them are
+templates, and where a sentence depends on what was measured, so does the template.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from statistics import mean
+from typing import Any
+
+from benchmarks.experiment import experiment_text, pictures_text
+from benchmarks.markdown import count_text, percent, table
+from benchmarks.paper import SPHERE_LIMIT
+from benchmarks.peers import COUNTS
+from benchmarks.summary import (
+    GOAL_COUNTS,
+    YARDSTICK,
+    Measured,
+    best_peer,
+    costs_by_accuracy,
+    goals,
+    level_errors,
+    mean_errors,
+    ratios,
+)
+
+__all__ = ["DOCUMENT", "README", "json_text", "page", "readme_table", "with_table", "write"]
+
+ROOT = Path(__file__).parent.parent
+DOCUMENT = ROOT / "docs" / "decimation.md"
+README = ROOT / "README.md"
+
+BEGIN, END = "<!-- decimation table -->", "<!-- end of decimation table -->"
+"""The README's table is between these."""
+
+
+def write(measured: Measured) -> None:
+    """Write ``docs/decimation.md`` and the README's table."""
+    DOCUMENT.write_text(page(measured))
+    README.write_text(with_table(README.read_text(), readme_table(measured)))
+
+
+def json_text(measured: Measured) -> str:
+    """Measurements as JSON: a row of a table on a line, numbers to six significant digits."""
+
+    def rounded(value: Any) -> Any:  # noqa: ANN401  # whatever JSON holds
+        if isinstance(value, float):
+            return float(f"{value:.6g}")
+        if isinstance(value, dict):
+            return {name: rounded(each) for name, each in value.items()}
+        return [rounded(each) for each in value] if isinstance(value, list) else value
+
+    parts = []
+    for name, value in rounded(measured).items():
+        if isinstance(value, list) and value and isinstance(value[0], dict):
+            rows = ",\n  ".join(json.dumps(row, ensure_ascii=False) for row in value)
+            parts.append(f"{json.dumps(name)}: [\n  {rows}\n ]")
+        else:
+            parts.append(f"{json.dumps(name)}: {json.dumps(value, ensure_ascii=False)}")
+    return "{\n " + ",\n ".join(parts) + "\n}\n"
+
+
+def with_table(text: str, table: str) -> str:
+    """Replace what is between the markers of a text.
+
+    Parameters
+    ----------
+    text, table : str
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    ValueError
+        If the text does not have both markers once.
+    """
+    if text.count(BEGIN) != 1 or text.count(END) != 1:
+        raise ValueError(f"the text has not one {BEGIN} and one {END}")
+    found = re.compile(f"{BEGIN}.*{END}", re.DOTALL)
+    return found.sub(lambda _: f"{BEGIN}\n{table}\n{END}", text)
+
+
+def readme_table(measured: Measured) -> str:
+    """Return the README's table: mean mismatches at the counts that accuracy is claimed for."""
+    counts = GOAL_COUNTS
+    rows = []
+    for cost in reversed(costs_by_accuracy(measured)):
+        name = f"`{cost}`" + (" (published)" if cost == YARDSTICK else "")
+        rows.append([name, *map(percent, mean_errors(measured, cost, counts).values())])
+    peers = [_peer_mean(measured, count) for count in counts]
+    if all(error is not None for error in peers):
+        rows.append(["best of other libraries", *(percent(error or 0.0) for error in peers)])
+    return table(["mean mismatch, %", *(f"{count} triangles" for count in counts)], rows)
+
+
+def page(measured: Measured) -> str:
+    """Return the whole of ``docs/decimation.md``."""
+    return "\n".join(
+        [
+            _introduction(measured),
+            _goals(measured),
+            _accuracy(measured),
+            _sphere(measured),
+            _peers(measured),
+            _speed(measured),
+            experiment_text(measured),
+            pictures_text(measured),
+        ]
+    )
+
+
+# --- sections -------------------------------------------------------------------------------------
+
+
+def _introduction(measured: Measured) -> str:
+    about = measured["machine"]
+    versions = ", ".join(
+        f"{name} {about[name]}"
+        for name in (
+            "numpy", "numba", "vtk", "pymeshlab", "meshlib", "fast-simplification", "pyfqmr",
+            "manifold3d",
+        )
+        if name in about
+    )  # fmt: skip
+    rows = [
+        [each["name"], each["kind"], f"{each['points']:,}", f"{each['triangles']:,}"]
+        for each in measured["devices"]
+    ]
+    return f"""\
+# Decimation: accuracy, speed, and the published experiment
+
+Written by `make figures` (benchmarks/figures.py) on {about["date"]}: {about["cpu"]}, one core,
+{about["system"]}, Python {about["python"]}, {versions}. The same figures, unrounded, are in
+[benchmarks/decimation.json](../benchmarks/decimation.json).
+
+*Mismatch* is the volume of the symmetric difference of a simplified boundary and its full boundary,
+as a part of the latter's volume; all of them here are exact (boolean operations on the meshes). Times
+are processor time, warm, the shortest of several runs. The full boundary of each device is the
+modified convex hull (γ = 0.2) of about 100,000 colours of its surface:
+
+{table(["device", "what it is", "colours", "triangles"], rows)}
+"""
+
+
+def _goals(measured: Measured) -> str:
+    rows = [[goal, found, "yes" if met else "**no**"] for goal, found, met in goals(measured)]
+    return f"""\
+## What was set out for
+
+{table(["goal", "measured", "met"], rows)}
+"""
+
+
+def _accuracy(measured: Measured) -> str:
+    costs = costs_by_accuracy(measured)
+    counts = COUNTS
+    relative = []
+    for cost in costs:
+        found = [list(ratios(measured, cost, count).values()) for count in counts]
+        relative.append([f"`{cost}`", *(f"{mean(each):.3f}" for each in found)])
+    sums = mean_errors(measured, YARDSTICK, counts)
+    relative += [
+        [
+            f"`{cost}`, of the means",
+            *(f"{error / sums[n]:.3f}" for n, error in mean_errors(measured, cost, counts).items()),
+        ]
+        for cost in costs[1:]
+    ]
+    absolute = []
+    for device in measured["devices"]:
+        for cost in costs:
+            errors = [level_errors(measured, cost, n).get(device["name"]) for n in counts]
+            absolute.append([device["name"], f"`{cost}`", *map(percent, errors)])
+    invalid = sum(bool(row["faults"]) for row in measured["levels"])
+    return f"""\
+## Accuracy of the costs
+
+Mismatch relative to `{YARDSTICK}`, the published cost, which is 1: mean over the devices of the
+ratios, and below them the ratios of the mean mismatches.
+
+{table(["triangles", *map(count_text, counts)], relative)}
+
+![Mismatch relative to the published cost](pictures/relative.svg)
+
+In %, for each device:
+
+{table(["device", "cost", *map(count_text, counts)], absolute)}
+
+Of the {len(measured["levels"])} levels measured for this document {invalid or "none"} breaks an
+invariant (closed, manifold, genus 0, no degenerate or duplicate face, star-shaped about the centre,
+and so free of self-intersections), and each has the triangle count asked for.
+"""
+
+
+def _sphere(measured: Measured) -> str:
+    counts = sorted({row["asked"] for row in measured["sphere"]}, reverse=True)
+    rows = []
+    for cost in costs_by_accuracy(measured):
+        for spread in ("spiral", "random"):
+            found = {
+                row["asked"]: row["product"]
+                for row in measured["sphere"]
+                if row["cost"] == cost and row["points"] == spread
+            }
+            rows.append([f"`{cost}`", spread, *(f"{found[count]:.2f}" for count in counts)])
+    return f"""\
+## How far from the limit
+
+On a smooth convex body the least possible mismatch with n triangles falls as C ÷ n. For a sphere,
+C = 12π·(1/(6√3) − 1/(8π)) = {SPHERE_LIMIT:.3f} (Ludwig, Böröczky). Mismatch × n for spheres of 10,000
+vertices, spread evenly along a spiral or at random:
+
+{table(["cost", "vertices", *map(count_text, counts)], rows)}
+"""
+
+
+def _peers(measured: Measured) -> str:
+    if not measured["peers"]:
+        return """\
+## Beside other libraries
+
+None was installed: `make figures` installs them (the group `peers` of pyproject.toml).
+"""
+    costs = costs_by_accuracy(measured)
+    counts = COUNTS
+    beside = []
+    for device in measured["devices"]:
+        name = device["name"]
+        beside.append(
+            [
+                name,
+                "best other",
+                *(
+                    "–" if best is None else f"{percent(best[1])} {best[0]}"
+                    for best in (best_peer(measured, name, count) for count in counts)
+                ),
+            ]
+        )
+        for cost in costs[1:]:
+            errors = [level_errors(measured, cost, count).get(name) for count in counts]
+            beside.append([name, f"`{cost}`", *map(percent, errors)])
+    names = list(dict.fromkeys(row["method"] for row in measured["peers"]))
+    means, reached = [], []
+    for method in [*costs, *names]:
+        found = [level_errors(measured, method, count) for count in counts]
+        everywhere = [
+            percent(mean(each.values())) if len(each) == len(measured["devices"]) else "–"
+            for each in found
+        ]
+        means.append([f"`{method}`" if method in costs else method, *everywhere])
+        rows = [
+            row
+            for row in [*measured["levels"], *measured["peers"]]
+            if row["method"] == method and row["asked"] in counts
+        ]
+        asked = len(measured["devices"]) * len(counts)
+        got = [row for row in rows if row["reached"]]
+        said = [" ".join(row["faults"]) for row in got]
+        reached.append(
+            [
+                f"`{method}`" if method in costs else method,
+                f"{len(got)} of {asked}",
+                str(sum(not text for text in said)),
+                str(sum("not closed" in text or "not manifold" in text for text in said)),
+                str(sum("crossings" in text for text in said)),
+                str(sum("turned away" in text for text in said)),
+                str(sum("genus" in text or "faces" in re.sub(r"\d+ faces turned away", "", text)
+                        or "pieces" in text for text in said)),
+            ]
+        )  # fmt: skip
+    return f"""\
+## Beside other libraries
+
+The same full boundaries through other libraries, in the same run, each with the settings that served
+it best here. A library is taken to reach a count if it returns at most so many triangles; whoever
+stalls above a count is not asked for smaller ones. The best of the others at each count, whatever the
+validity of its mesh, beside our costs, in %:
+
+{table(["device", "method", *map(count_text, counts)], beside)}
+
+Mean over the devices, in %, where a library reaches the count and encloses a volume on all of them:
+
+{table(["method", *map(count_text, counts)], means)}
+
+Validity: of {len(measured["devices"])} devices × {len(counts)} counts, how many are reached; of
+these, how many are valid in every respect, not a closed manifold, cross themselves, have faces turned
+away from the centre (so that directions meet the surface more than once), or have handles, pieces,
+degenerate or duplicate faces. A mesh can be counted under several.
+
+{
+        table(
+            [
+                "method",
+                "reached",
+                "valid",
+                "not a closed manifold",
+                "crosses itself",
+                "turned away",
+                "handles, pieces, faulty faces",
+            ],
+            reached,
+        )
+    }
+
+No other library gives more than one level for a run or promises validity. A history gives all of them:
+
+![Processor time of all levels and of one](pictures/times.svg)
+"""
+
+
+def _speed(measured: Measured) -> str:
+    times = [
+        [
+            f"`{row['cost']}`", f"{row['triangles']:,}", f"{row['seconds']:.2f}",
+            f"{row['median_s']:.2f}", f"{row['us_per_triangle']:.2f}", f"{row['curve_s']:.3f}",
+            f"{100 * row['curve_part']:.0f} %",
+        ]
+        for row in measured["history"]
+        if "cost" in row
+    ]  # fmt: skip
+    libraries = [
+        [row["peer"], f"{row['seconds']:.2f}", f"{row['median_s']:.2f}"]
+        for row in measured["history"]
+        if "peer" in row
+    ]
+    scaling = [
+        [
+            f"`{row['cost']}`", f"{row['triangles']:,}", f"{row['seconds']:.2f}",
+            f"{row['us_per_triangle']:.2f}", f"{row['bytes_per_triangle']:.0f}",
+        ]
+        for row in measured["scaling"]
+    ]  # fmt: skip
+    storage = [
+        [
+            f"`{row['cost']}`", f"{row['triangles']:,}", f"{row['bytes']:,}",
+            f"{row['bits_per_vertex']:.1f}", f"{row['first_level_ms']:.1f}",
+        ]
+        for row in measured["storage"]
+    ]  # fmt: skip
+    million = measured["million"]
+    others = ""
+    if libraries:
+        others = f"""
+Other libraries on the same boundary, one level of 1,000 triangles:
+
+{table(["library", "s", "median, s"], libraries)}
+"""
+    return f"""\
+## Speed and memory
+
+The complete history of the sRGB boundary, all levels down to four triangles, and the error curve that
+every build has:
+
+{
+        table(
+            [
+                "cost",
+                "triangles",
+                "s",
+                "median, s",
+                "µs per triangle",
+                "error curve, s",
+                "its part",
+            ],
+            times,
+        )
+    }
+{others}
+By size of the boundary, the time for the boundary itself aside; memory is the growth of a fresh
+process at its peak, everything that the history holds included:
+
+{table(["cost", "triangles", "s", "µs per triangle", "bytes per triangle"], scaling)}
+
+From {million["points"]:,} surface colours to a boundary of {
+        million["triangles"]:,} triangles it takes
+{million["boundary_s"]:.1f} s, to its complete history with the default cost {
+        million["history_s"]:.1f} s
+more: {million["total_s"]:.1f} s.
+
+History files, and the time from their bytes to the first level:
+
+{table(["cost", "triangles", "bytes", "bits per vertex", "first level, ms"], storage)}
+"""
+
+
+def _peer_mean(measured: Measured, count: int) -> float | None:
+    """Mean over the devices of the best peer's mismatch; None if a device has none."""
+    found = [best_peer(measured, each["name"], count) for each in measured["devices"]]
+    errors = [best[1] for best in found if best is not None]
+    return mean(errors) if len(errors) == len(found) else None

@@ -1,0 +1,213 @@
+"""Time and memory of complete histories, of boundaries of up to two million triangles.
+
+Times are processor time (user and system) of one core with warm kernels, the shortest and the
+median of several runs: what else the machine does at the same time counts little. Memory is the
+growth of a fresh process around the decimation: ``python -m benchmarks.speed FILE COST`` measures
+it and is run from here.
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from benchmarks.devices import ROOT, FloatArray
+from benchmarks.peers import PEERS
+from gamutcore.boundary import Boundary, modified_convex_hull
+from gamutcore.characterisation import characterisation
+from gamutcore.colours import surface_colours
+from gamutcore.decimation import COSTS, decimated
+from gamutcore.history import History, history_bytes, history_from_bytes, history_of
+from gamutcore.mesh import TriangleMesh
+from gamutcore.metric.error_curve import error_curve, round_counts
+
+__all__ = ["history_times", "measured_histories", "million_points", "scaling", "storage"]
+
+SIZES = (105_000, 380_000, 1_750_000)
+"""Surface colours that give boundaries of about 150,000, 500,000 and 2,000,000 triangles."""
+
+SRGB = ROOT / "tests" / "data" / "sRGB-v4.icc"
+
+
+def shortest_and_median(function: Callable[[], object], runs: int) -> tuple[float, float]:
+    """Return the shortest and the median time of a call in seconds, after one that warms up."""
+    function()
+    times = []
+    for _ in range(runs):
+        start = time.process_time()
+        function()
+        times.append(time.process_time() - start)
+    return min(times), median(times)
+
+
+def measured_histories(
+    boundary: Boundary, runs: int
+) -> tuple[dict[str, History], list[dict[str, Any]]]:
+    """Make the complete history of a boundary with every cost, and time it.
+
+    Parameters
+    ----------
+    boundary : Boundary
+    runs : int
+
+    Returns
+    -------
+    histories : dict of History
+        By the name of the cost.
+    rows : list of dict
+        ``cost``, ``triangles``, ``seconds`` (shortest), ``median_s`` and ``us_per_triangle``.
+    """
+    histories, rows = {}, []
+    for cost in COSTS:
+
+        def build(cost: str = cost) -> None:
+            histories[cost] = history_of(decimated(boundary.mesh, boundary.centre, cost))
+
+        shortest, middle = shortest_and_median(build, runs)
+        rows.append(
+            {
+                "cost": cost,
+                "triangles": boundary.mesh.triangles,
+                "seconds": shortest,
+                "median_s": middle,
+                "us_per_triangle": 1e6 * shortest / boundary.mesh.triangles,
+            }
+        )
+    return histories, rows
+
+
+def history_times(runs: int) -> list[dict[str, Any]]:
+    """Complete histories of the sRGB boundary, the error curve, and one level from each peer."""
+    boundary = srgb_boundary(100_000)
+    histories, rows = measured_histories(boundary, runs)
+    for row in rows:
+        history = histories[row["cost"]]
+        curve = functools.partial(error_curve, history, round_counts(history.triangles))
+        row["curve_s"] = shortest_and_median(curve, runs)[0]
+        row["curve_part"] = row["curve_s"] / row["seconds"]
+    vertices = boundary.mesh.vertices.astype(np.float64)
+    faces = boundary.mesh.faces.astype(np.int64)
+    for name, (_, peer) in PEERS.items():
+        try:
+            seconds = [peer(vertices, faces, 1000)[2] for _ in range(3)]
+        except ImportError:
+            continue
+        rows.append({"peer": name, "seconds": min(seconds), "median_s": median(seconds)})
+    return rows
+
+
+def scaling(runs: int) -> list[dict[str, Any]]:
+    """Time and memory of decimations by size of the boundary, the boundary's own aside."""
+    rows = []
+    for points in SIZES:
+        boundary = srgb_boundary(points)
+        _, timed = measured_histories(boundary, runs if points < 1_000_000 else 1)
+        for row in timed:
+            row["bytes_per_triangle"] = growth(boundary, row["cost"]) / row["triangles"]
+            print(f"  {row}", flush=True)
+        rows += timed
+    return rows
+
+
+def million_points() -> dict[str, Any]:
+    """Return the times from 1,000,000 surface colours to boundary and history."""
+    points = srgb_points(1_000_000)
+    start = time.process_time()
+    boundary = modified_convex_hull(points)
+    hull = time.process_time() - start
+    history_of(decimated(boundary.mesh, boundary.centre))
+    total = time.process_time() - start
+    return {
+        "points": len(points),
+        "triangles": boundary.mesh.triangles,
+        "boundary_s": hull,
+        "history_s": total - hull,
+        "total_s": total,
+    }
+
+
+def storage(runs: int) -> list[dict[str, Any]]:
+    """Size of history files of about 200,000 triangles, and the time to their first level."""
+    boundary = srgb_boundary(135_000)
+    rows = []
+    for cost in COSTS:
+        history = history_of(decimated(boundary.mesh, boundary.centre, cost))
+        data = history_bytes(history)
+        opening = shortest_and_median(lambda d=data: history_from_bytes(d)[0].level(4), runs)
+        rows.append(
+            {
+                "cost": cost,
+                "triangles": history.triangles,
+                "bytes": len(data),
+                "bits_per_vertex": 8 * len(data) / history.vertices,
+                "first_level_ms": 1e3 * opening[0],
+            }
+        )
+    return rows
+
+
+def srgb_points(samples: int) -> FloatArray:
+    """CIELAB colours of the sRGB cube's surface, at most so many."""
+    return surface_colours(characterisation(SRGB.read_bytes()), surface_samples=samples).points
+
+
+def srgb_boundary(samples: int) -> Boundary:
+    """Full boundary around those."""
+    return modified_convex_hull(srgb_points(samples))
+
+
+def growth(boundary: Boundary, cost: str) -> int:
+    """Largest growth of a process while it decimates a boundary, in bytes."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "boundary.npz"
+        np.savez(
+            file,
+            vertices=boundary.mesh.vertices,
+            faces=boundary.mesh.faces,
+            centre=boundary.centre,
+        )
+        done = subprocess.run(
+            [sys.executable, "-m", "benchmarks.speed", str(file), cost],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+    return int(json.loads(done.stdout))
+
+
+def main() -> None:
+    """Print by how many bytes this process grows while it decimates the boundary in a file."""
+    file, cost = sys.argv[1:]
+    small = srgb_boundary(200)
+    history_of(decimated(small.mesh, small.centre, cost))  # loads the kernels
+    with np.load(file) as arrays:
+        mesh = TriangleMesh(arrays["vertices"], arrays["faces"])
+        centre = arrays["centre"]
+    Path("/proc/self/clear_refs").write_text("5")  # the peak begins anew (man 5 proc)
+    before = resident("VmRSS")
+    history_of(decimated(mesh, centre, cost))
+    print(resident("VmHWM") - before)
+
+
+def resident(name: str) -> int:
+    """Resident size of this process in bytes: now (VmRSS) or at most (VmHWM)."""
+    found = re.search(rf"^{name}:\s+(\d+) kB", Path("/proc/self/status").read_text(), re.MULTILINE)
+    if found is None:
+        raise RuntimeError(f"/proc/self/status has no {name}")
+    return 1024 * int(found[1])
+
+
+if __name__ == "__main__":
+    main()
