@@ -35,6 +35,11 @@ def _without_default(schema: dict[str, Any]) -> None:
     del schema["default"]
 
 
+def _without_nulls(schema: dict[str, Any]) -> None:
+    """The same in the default of all options."""
+    schema["default"] = {k: v for k, v in schema["default"].items() if v is not None}
+
+
 class GamutOptions(BaseModel):
     """How a gamut is built. Every option has a default; answers state all that apply."""
 
@@ -124,7 +129,10 @@ class InlineSamples(BaseModel):
         dict[str, str | float] | SkipJsonSchema[None],
         Field(description="Measurement conditions by keyword, kept in the provenance."),
     ] = None
-    options: Annotated[GamutOptions, Field(description="How the gamut is built.")] = GamutOptions()
+    options: Annotated[
+        GamutOptions,
+        Field(description="How the gamut is built.", json_schema_extra=_without_nulls),
+    ] = GamutOptions()
 
 
 class MultipartSubmission(BaseModel):
@@ -140,7 +148,10 @@ class MultipartSubmission(BaseModel):
             json_schema_extra={"format": "binary"},
         ),
     ]
-    options: Annotated[GamutOptions, Field(description="How the gamut is built.")] = GamutOptions()
+    options: Annotated[
+        GamutOptions,
+        Field(description="How the gamut is built.", json_schema_extra=_without_nulls),
+    ] = GamutOptions()
 
 
 class Counts(BaseModel):
