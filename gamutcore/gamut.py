@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from gamutcore.boundary import wrapped
@@ -24,7 +24,7 @@ from gamutcore.history import (
     history_metadata,
     history_of,
 )
-from gamutcore.metric.error_curve import error_curve, round_counts
+from gamutcore.metric.error_curve import curve_counts, error_curve
 from gamutcore.options import Options
 from gamutcore.version import ALGORITHM_VERSION, __version__
 
@@ -172,7 +172,7 @@ def build_gamut(
     report("decimation", 0.0)
     history = history_of(decimated(boundary.mesh, boundary.centre, options.cost))
     report("metric", 0.0)
-    curve = error_curve(history, round_counts(history.triangles))
+    curve = error_curve(history, curve_counts(history.triangles))
     digest = hashlib.sha256(data).hexdigest()
     description: dict[str, Any] = {
         "id": gamut_id(options, digest),
@@ -193,7 +193,7 @@ def build_gamut(
         "area": boundary.mesh.area,
         "centre": boundary.centre.tolist(),
         "bounds": boundary.mesh.bounds.tolist(),
-        "levels": [asdict(level) for level in curve],
+        "levels": [level.to_mapping() for level in curve],
     }
     return Gamut(description, history)
 

@@ -1,34 +1,56 @@
-"""The error of a history's levels against its full boundary, cheap enough for every build.
+"""The error of a history's levels against its full boundary, with bounds, for every build.
 
-All levels are star-shaped about the same centre, so each is a radius as a function of direction,
-and the symmetric difference of two of them is an integral over the sphere. It is taken here as a
-sum over the vertices of the full boundary: along each vertex's direction the level's radius is
-found, and the vertex stands for a third of the volume of the cones over its faces. `mismatch` in
-this package gives the exact value for a single pair of meshes, at several thousand times the cost
-per level.
+All levels are star-shaped about one centre, so two of them are compared exactly by cutting one
+along the other (`gamutcore.metric.radial_overlay`). A coarse level is not compared with the full
+boundary but with a reference, a level about 16 times finer. Volumes of symmetric differences and
+largest distances obey the triangle inequality, so what the reference itself may be off is added: a
+sixteenth or so. The times of all comparisons are then a geometric series.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from decimal import ROUND_CEILING, Context, Decimal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.corner_table import following, opposite_corners, preceding
-from gamutcore.kernels import kernel
+from gamutcore.metric.farthest import faces_of
+from gamutcore.metric.radial_overlay import Distances, overlaid
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
+    from gamutcore.arrays import FloatArray
     from gamutcore.history import History
+    from gamutcore.mesh import TriangleMesh
+    from gamutcore.metric.farthest import Faces
 
-__all__ = ["LevelError", "error_curve", "round_counts"]
+__all__ = ["LevelError", "curve_counts", "error_curve", "level_within"]
 
-ON_EDGE = 1e-12
-"""Part of a face that a direction may lie beyond its edge and still count as in it: vertices that a
-level shares with the full boundary lie on edges up to rounding."""
+EVEN_UP_TO = 32
+"""Up to here all levels are in the curve."""
+
+DENSE = 2.0**0.25
+"""Ratio of the counts that follow: a promise is kept with at most 19 % more than were needed."""
+
+SPARSE = ((2_000, DENSE, 2), (20_000, 2.0, 2), (2**62, 4.0, 16))
+"""From a 128th of the full count on: up to which full count, the ratio of the counts, and the full
+count's part that the finest of them is. These levels are compared with the full boundary itself,
+which takes 10 % of the time of the decimation each if there are many triangles, and none to speak
+of if there are few."""
+
+DENSE_PART = 128
+"""The dense part of the curve ends at this part of the full count."""
+
+FINER = 16
+"""How much finer than a level its reference should be."""
+
+FINER_AT_LEAST = 8
+"""How much finer the finest level of the curve must be to serve in place of the full boundary."""
+
+DIGITS = 6
+"""Significant digits of errors in a description; bounds are rounded up."""
 
 
 @dataclass(frozen=True)
@@ -41,38 +63,65 @@ class LevelError:
     volume : float
         Enclosed volume, exact (cubic units of the space).
     mismatch : float
-        Volume of the symmetric difference ÷ volume of the full boundary, by quadrature over the
-        full boundary's vertices.
-    maximum_distance, mean_distance : float
-        Distance between a vertex of the full boundary and the level along the radius from the
-        centre: the largest, which bounds the distance of every such vertex from the level, and
-        the mean weighted by volume (units of the space).
+        Volume of the symmetric difference ÷ volume of the full boundary. Exact against the level's
+        reference; at most by `mismatch_bound` less it is from that against the full boundary.
+    mismatch_bound : float
+        What the mismatch of this level, and of every finer one in the curve, is at most.
+    distance_bound : float
+        What the distance of any point of either surface from the other is at most, for this level
+        and every finer one in the curve (units of the space).
+    from_full : Distances
+        Of the full boundary's points from the level (units of the space). The maximum is a bound;
+        the mean is an estimate, taken over the reference.
+    to_full : Distances
+        Of the level's points from the full boundary, likewise.
     """
 
     triangles: int
     volume: float
     mismatch: float
-    maximum_distance: float
-    mean_distance: float
+    mismatch_bound: float
+    distance_bound: float
+    from_full: Distances
+    to_full: Distances
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the errors as they are described: few digits, bounds rounded up."""
+        return {
+            "triangles": self.triangles,
+            "volume": float(f"{self.volume:.10g}"),
+            "mismatch": _rounded(self.mismatch),
+            "mismatch_bound": _rounded_up(self.mismatch_bound),
+            "distance_bound": _rounded_up(self.distance_bound),
+            "from_full": _described(self.from_full),
+            "to_full": _described(self.to_full),
+        }
 
 
-def round_counts(maximum: int) -> list[int]:
-    """Triangle counts in steps of 1, 2, 5 from 4 to the full boundary's, which ends the list.
+def curve_counts(full: int) -> list[int]:
+    """Triangle counts of the curve of a full boundary.
 
     Parameters
     ----------
-    maximum : int
+    full : int
+        The full boundary's triangle count.
 
     Returns
     -------
     list of int
+        Even and ascending; from 4 to `full`.
     """
-    counts = [4, 6, 8]
-    decade = 10
-    while decade < maximum:
-        counts += [decade, 2 * decade, 5 * decade]
-        decade *= 10
-    return [count for count in counts if count < maximum] + [maximum]
+    counts = {*range(4, min(EVEN_UP_TO, full) + 1, 2), full}
+    count = EVEN_UP_TO * DENSE
+    while count <= full / DENSE_PART:
+        counts.add(_even(count))
+        count *= DENSE
+    _, ratio, part = next(row for row in SPARSE if full <= row[0])
+    count = full / part
+    while count > max(full / DENSE_PART, EVEN_UP_TO):
+        counts.add(_even(count))
+        count /= ratio
+    return sorted(counts)
 
 
 def error_curve(history: History, counts: Iterable[int]) -> list[LevelError]:
@@ -82,12 +131,13 @@ def error_curve(history: History, counts: Iterable[int]) -> list[LevelError]:
     ----------
     history : History
     counts : iterable of int
-        Triangle counts that the history has.
+        Triangle counts that the history has. The promise of a level holds for the finer ones among
+        these as well, and the levels among them are each other's references.
 
     Returns
     -------
     list of LevelError
-        By ascending triangle count.
+        By ascending triangle count; the full boundary is in it if it was asked for.
 
     Raises
     ------
@@ -95,136 +145,98 @@ def error_curve(history: History, counts: Iterable[int]) -> list[LevelError]:
         If there is no such level.
     """
     full = history.full()
-    positions = full.vertices.astype(np.float64) - history.centre
-    weights = _vertex_volumes(positions, full.faces)
-    volume = float(weights.sum())
-    ancestors = np.arange(history.vertices, dtype=np.int32)
-    curve = []
-    # from fine to coarse, so that each vertex's ancestor is found from the one in the level before
-    for count in sorted(set(counts), reverse=True):
-        level = history.level(count)
-        vertices = level.vertices.astype(np.float64) - history.centre
-        _follow(ancestors, history.splits.parent, len(vertices))
-        opposite = opposite_corners(level.faces, len(vertices))
-        difference, largest, mean = _radial_differences(
-            positions, weights, ancestors, vertices, level.faces.ravel(), opposite
+    volume = float(full.determinants(history.centre).sum() / 6.0)
+    none = Distances(0.0, 0.0)
+    curve = {full.triangles: LevelError(full.triangles, volume, 0.0, 0.0, 0.0, none, none)}
+    surfaces = {full.triangles: _surface(full, history.centre)}
+    mismatch_bound = distance_bound = 0.0
+    asked = sorted({history.level(count).triangles for count in counts})
+    for count in reversed(asked):
+        if count == full.triangles:
+            continue
+        surfaces[count] = _surface(history.level(count), history.centre)
+        reference = _reference(count, asked, full.triangles)
+        finer, off = surfaces[reference], curve[reference]
+        order = np.arange(len(finer.position), dtype=np.int32)
+        near = np.zeros(len(order), np.int32)
+        near[4:] = history.splits.parent[: len(order) - 4]
+        found = overlaid(finer, surfaces[count], order, near)
+        from_full = _beyond(found.from_reference, off.from_full)
+        to_full = _beyond(found.to_reference, off.to_full)
+        mismatch = found.difference / volume
+        mismatch_bound = max(mismatch_bound, mismatch + off.mismatch_bound)
+        distance_bound = max(distance_bound, from_full.maximum, to_full.maximum)
+        curve[count] = LevelError(
+            triangles=count,
+            volume=found.other_volume,
+            mismatch=mismatch,
+            mismatch_bound=mismatch_bound,
+            distance_bound=distance_bound,
+            from_full=from_full,
+            to_full=to_full,
         )
-        curve.append(
-            LevelError(
-                triangles=level.triangles,
-                volume=float(level.determinants(history.centre).sum() / 6.0),
-                mismatch=float(difference) / volume,
-                maximum_distance=float(largest),
-                mean_distance=float(mean) / volume,
-            )
-        )
-    return curve[::-1]
+    return [curve[count] for count in asked]
 
 
-@kernel
-def _vertex_volumes(positions: FloatArray, faces: IndexArray) -> FloatArray:
-    """A third of the volume of the cones over each vertex's faces."""
-    volumes = np.zeros(len(positions), np.float64)
-    for face in range(len(faces)):
-        one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
-        share = _determinant(positions, one, positions, two, positions, three) / 18.0
-        volumes[one] += share
-        volumes[two] += share
-        volumes[three] += share
-    return volumes
+def level_within(
+    levels: Iterable[Mapping[str, Any]],
+    max_error: float | None = None,
+    max_mismatch: float | None = None,
+) -> int | None:
+    """Triangle count of the smallest level that promises to keep limits.
 
+    Parameters
+    ----------
+    levels : iterable of mapping
+        Described errors (`LevelError.to_mapping`).
+    max_error : float, optional
+        The largest distance between the surfaces that is accepted.
+    max_mismatch : float, optional
+        The largest mismatch that is accepted.
 
-@kernel
-def _determinant(
-    first: FloatArray, one: int, second: FloatArray, two: int, third: FloatArray, three: int
-) -> float:
-    ax, ay, az = first[one, 0], first[one, 1], first[one, 2]
-    bx, by, bz = second[two, 0], second[two, 1], second[two, 2]
-    cx, cy, cz = third[three, 0], third[three, 1], third[three, 2]
-    return ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
-
-
-@kernel
-def _follow(ancestors: IndexArray, parent: IndexArray, vertices: int) -> None:
-    """Replace every slot by the one that it has been merged into at a level."""
-    for index in range(len(ancestors)):
-        slot = ancestors[index]
-        while slot >= vertices:
-            slot = parent[slot - 4]
-        ancestors[index] = slot
-
-
-@kernel
-def _radial_differences(
-    positions: FloatArray,
-    weights: FloatArray,
-    ancestors: IndexArray,
-    vertices: FloatArray,
-    corners: IndexArray,
-    opposite: IndexArray,
-) -> tuple[float, float, float]:
-    """Sum of |1 − t³| by weight, largest |1 − t| r, and sum of |1 − t| r by weight.
-
-    t is the level's radius ÷ the full boundary's radius r in the direction of a vertex of the
-    latter.
+    Returns
+    -------
+    int or None
+        None if no level promises it.
     """
-    corner_at = np.empty(len(vertices), np.int32)
-    for corner in range(len(corners)):
-        corner_at[corners[corner]] = corner
-    difference, largest, total = 0.0, 0.0, 0.0
-    for vertex in range(len(positions)):
-        face = _face_in_direction(
-            positions, vertex, vertices, corners, opposite, corner_at[ancestors[vertex]] // 3
-        )
-        one, two, three = corners[3 * face], corners[3 * face + 1], corners[3 * face + 2]
-        along = (
-            _determinant(positions, vertex, vertices, one, vertices, two)
-            + _determinant(positions, vertex, vertices, two, vertices, three)
-            + _determinant(positions, vertex, vertices, three, vertices, one)
-        )
-        ratio = _determinant(vertices, one, vertices, two, vertices, three) / along
-        x, y, z = positions[vertex, 0], positions[vertex, 1], positions[vertex, 2]
-        distance = abs(1.0 - ratio) * np.sqrt(x * x + y * y + z * z)
-        difference += weights[vertex] * abs(1.0 - ratio * ratio * ratio)
-        largest = max(largest, distance)
-        total += weights[vertex] * distance
-    return difference, largest, total
+    counts = [
+        int(level["triangles"])
+        for level in levels
+        if (max_error is None or level.get("distance_bound", np.inf) <= max_error)
+        and (max_mismatch is None or level.get("mismatch_bound", np.inf) <= max_mismatch)
+    ]
+    return min(counts, default=None)
 
 
-@kernel
-def _face_in_direction(
-    positions: FloatArray,
-    vertex: int,
-    vertices: FloatArray,
-    corners: IndexArray,
-    opposite: IndexArray,
-    face: int,
-) -> int:
-    """Face of a star-shaped mesh that a vertex's direction passes, walking from a face near it.
+def _even(count: float) -> int:
+    return int(count) // 2 * 2
 
-    Each step crosses the edge that the direction lies furthest behind. Such a walk can go in
-    circles in a triangulation that is not Delaunay's; after as many steps as would cross the mesh
-    several times all faces are looked at instead.
-    """
-    for _ in range(100 + 8 * int(np.sqrt(len(corners)))):
-        furthest, through, extent = 0.0, -1, 0.0
-        for place in range(3):
-            corner = 3 * face + place
-            one, two = corners[following(corner)], corners[preceding(corner)]
-            side = _determinant(positions, vertex, vertices, one, vertices, two)
-            extent += abs(side)
-            if side < furthest:
-                furthest, through = side, corner
-        if furthest >= -ON_EDGE * extent:
-            return face
-        face = opposite[through] // 3
-    best, chosen = -np.inf, face
-    for candidate in range(len(corners) // 3):
-        least = np.inf
-        for place in range(3):
-            corner = 3 * candidate + place
-            one, two = corners[following(corner)], corners[preceding(corner)]
-            least = min(least, _determinant(positions, vertex, vertices, one, vertices, two))
-        if least > best:
-            best, chosen = least, candidate
-    return chosen
+
+def _surface(level: TriangleMesh, centre: FloatArray) -> Faces:
+    return faces_of(level.vertices.astype(np.float64) - centre, level.faces.ravel())
+
+
+def _reference(count: int, counts: list[int], full: int) -> int:
+    """Count of the level that one is compared with."""
+    finest = max(other for other in counts if other < full)
+    finer = [other for other in counts if other >= FINER * count]
+    if finest >= FINER * count:
+        return min(finer)
+    return finest if finest >= FINER_AT_LEAST * count else full
+
+
+def _beyond(found: Distances, off: Distances) -> Distances:
+    """Distances from the full boundary by those from a reference, and the reference's from it."""
+    return Distances(found.mean, found.maximum + off.maximum)
+
+
+def _described(distances: Distances) -> dict[str, float]:
+    return {"mean": _rounded(distances.mean), "maximum": _rounded_up(distances.maximum)}
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")
+
+
+def _rounded_up(value: float) -> float:
+    return float(Context(DIGITS, ROUND_CEILING).create_decimal(Decimal(value)))

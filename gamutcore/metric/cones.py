@@ -1,0 +1,190 @@
+"""The cones of a star-shaped surface's faces, and which of them points of another surface are in.
+
+The cone of a face is all that the centre sees through it, near or far. The cones of a star-shaped
+surface fill space without a gap, so every other point is in one of them: found by walking from cone
+to adjacent cone. All positions are relative to the centre.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.corner_table import opposite_corners
+from gamutcore.kernels import kernel, leaf_kernel
+
+if TYPE_CHECKING:
+    from gamutcore.metric.farthest import Faces
+
+__all__ = ["MOVES", "Cones", "Places", "cones_of", "located"]
+
+ROUNDING = 1e-15
+"""A determinant of three points counts as zero up to this part of the product of their lengths: it
+is computed to a few times 2⁻⁵³ of it."""
+
+MOVES = 1000
+"""Steps of a walk before all cones are tried: walks can go in circles where a triangulation is not
+Delaunay's, and a straight one across the millions of faces of the largest gamuts is not longer."""
+
+
+class Cones(NamedTuple):
+    """The cones of a star-shaped surface's faces.
+
+    Attributes
+    ----------
+    neighbour : (F, 3) int32
+        The face across the edge that is opposite to each corner.
+    planes : (F, 9) float64
+        Per corner, the vector product of the two other corners: the scalar product of a point with
+        it is positive on the cone's side of the plane through the centre and the opposite edge.
+    normal : (F, 3) float64
+        The vector N for which N · p = 1 on the face.
+    slope : (F,) float64
+        The length of N: the reciprocal of the distance of the face's plane from the centre.
+    rounding : (F,) float64
+        Products of the planes with unit vectors count as zero up to this.
+    """
+
+    neighbour: IndexArray
+    planes: FloatArray
+    normal: FloatArray
+    slope: FloatArray
+    rounding: FloatArray
+
+
+class Places(NamedTuple):
+    """Where points are in relation to a star-shaped surface.
+
+    Attributes
+    ----------
+    face : (n,) int32
+        The face in whose cone a point is.
+    beyond : (n,) float64
+        N · p − 1: the point's distance from the centre ÷ that of the face on the same ray, less 1.
+    along : (n,) float64
+        Distance from the face along the ray.
+    """
+
+    face: IndexArray
+    beyond: FloatArray
+    along: FloatArray
+
+
+def cones_of(surface: Faces) -> Cones:
+    """Return the cones of a surface.
+
+    Parameters
+    ----------
+    surface : Faces
+        Closed, oriented and star-shaped about the origin.
+
+    Returns
+    -------
+    Cones
+    """
+    opposite = opposite_corners(surface.corner.reshape(-1, 3), len(surface.position))
+    return Cones(opposite.reshape(-1, 3) // 3, *_cones(surface.position, surface.corner))
+
+
+@kernel
+def _cones(
+    position: FloatArray, corner: IndexArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    faces = len(corner) // 3
+    planes, normal = np.empty((faces, 9)), np.empty((faces, 3))
+    slope, rounding = np.empty(faces), np.empty(faces)
+    for face in range(faces):
+        one, two, three = corner[3 * face], corner[3 * face + 1], corner[3 * face + 2]
+        ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
+        bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
+        cx, cy, cz = position[three, 0], position[three, 1], position[three, 2]
+        planes[face, 0] = by * cz - bz * cy
+        planes[face, 1] = bz * cx - bx * cz
+        planes[face, 2] = bx * cy - by * cx
+        planes[face, 3] = cy * az - cz * ay
+        planes[face, 4] = cz * ax - cx * az
+        planes[face, 5] = cx * ay - cy * ax
+        planes[face, 6] = ay * bz - az * by
+        planes[face, 7] = az * bx - ax * bz
+        planes[face, 8] = ax * by - ay * bx
+        rounding[face] = ROUNDING * max(
+            ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz, cx * cx + cy * cy + cz * cz
+        )
+        # by the edges, which keeps the digits that a sum of the three planes would lose
+        bx, by, bz, cx, cy, cz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
+        x, y, z = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
+        height = ax * x + ay * y + az * z
+        normal[face, 0], normal[face, 1], normal[face, 2] = x / height, y / height, z / height
+        slope[face] = np.sqrt(x * x + y * y + z * z) / height
+    return planes, normal, slope, rounding
+
+
+def located(
+    position: FloatArray, order: IndexArray, near: IndexArray, cones: Cones, moves: int = MOVES
+) -> Places:
+    """Find out in which cones points are.
+
+    Parameters
+    ----------
+    position : (n, 3) float64
+        None of them the origin.
+    order : (n,) int32
+        The points in the order in which they are looked for.
+    near : (n,) int32
+        A point that comes before in this order, and better is close; unused for the first one.
+    cones : Cones
+    moves : int
+        Steps of a walk before all cones are tried.
+
+    Returns
+    -------
+    Places
+    """
+    return Places(*_located(position, order, near, cones, moves))
+
+
+@kernel
+def _located(
+    position: FloatArray, order: IndexArray, near: IndexArray, cones: Cones, moves: int
+) -> tuple[IndexArray, FloatArray, FloatArray]:
+    count = len(position)
+    face, beyond, along = np.empty(count, np.int32), np.empty(count), np.empty(count)
+    for index in range(count):
+        point = order[index]
+        x, y, z = position[point, 0], position[point, 1], position[point, 2]
+        radius = np.sqrt(x * x + y * y + z * z)
+        start = face[near[point]] if index > 0 else 0
+        found = _walk(x, y, z, radius, start, cones, moves)
+        ratio = cones.normal[found, 0] * x + cones.normal[found, 1] * y + cones.normal[found, 2] * z
+        face[point], beyond[point] = found, ratio - 1.0
+        along[point] = abs(1.0 - 1.0 / ratio) * radius
+    return face, beyond, along
+
+
+@leaf_kernel
+def _walk(x: float, y: float, z: float, radius: float, face: int, cones: Cones, moves: int) -> int:
+    """Face in whose cone a point is; each step crosses the plane that it is furthest behind."""
+    planes = cones.planes
+    for _ in range(moves):
+        one = planes[face, 0] * x + planes[face, 1] * y + planes[face, 2] * z
+        two = planes[face, 3] * x + planes[face, 4] * y + planes[face, 5] * z
+        three = planes[face, 6] * x + planes[face, 7] * y + planes[face, 8] * z
+        through, least = 0, one
+        if two < least:
+            through, least = 1, two
+        if three < least:
+            through, least = 2, three
+        if least >= -cones.rounding[face] * radius:
+            return face
+        face = cones.neighbour[face, through]
+    chosen, best = face, -np.inf
+    for face in range(len(planes)):
+        one = planes[face, 0] * x + planes[face, 1] * y + planes[face, 2] * z
+        two = planes[face, 3] * x + planes[face, 4] * y + planes[face, 5] * z
+        three = planes[face, 6] * x + planes[face, 7] * y + planes[face, 8] * z
+        least = min(one, two, three) / (abs(one) + abs(two) + abs(three))
+        if least > best:
+            chosen, best = face, least
+    return chosen

@@ -1,0 +1,499 @@
+"""What two surfaces that are star-shaped about one centre differ by.
+
+Every ray from the centre meets each of the two once. The faces of one are cut along the planes
+through the centre and the edges of the other, so that each piece is seen through a single face of
+the other, whose plane is N · p = 1. For a point p of the piece the other surface is 1 ÷ (N · p)
+times as far from the centre: N · p is linear on the piece, so volumes are closed forms, and exact.
+Most faces are seen through one face or cross a single edge; the rest is cut as polygons.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.errors import MeshError
+from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.metric.clipping import Clipping, begin, clipping, next_piece
+from gamutcore.metric.cones import MOVES, Cones, Places, cones_of, located
+from gamutcore.metric.farthest import SLACK, STACK, Faces, faces_of, nearest_face, raise_bound
+from gamutcore.star_shape import faces_not_seeing_centre
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from gamutcore.mesh import TriangleMesh
+
+__all__ = ["Distances", "RadialDifference", "overlaid", "radial_difference"]
+
+
+@dataclass(frozen=True)
+class Distances:
+    """Distances of the points of one surface from another.
+
+    Attributes
+    ----------
+    mean : float
+        Over the area of the one surface, the mean distance from the plane of the face of the other
+        that the same ray passes. That is the distance from the surface where the foot of the
+        perpendicular is in this face: nearly everywhere, if the surfaces are close.
+    maximum : float
+        An upper bound of the largest distance from the surface, usually within a few per cent.
+    """
+
+    mean: float
+    maximum: float
+
+
+@dataclass(frozen=True)
+class RadialDifference:
+    """How two surfaces differ.
+
+    Attributes
+    ----------
+    volume : float
+        Volume within the reference.
+    other_volume : float
+        Volume within the other surface.
+    difference : float
+        Volume of the symmetric difference, exact but for rounding.
+    from_reference : Distances
+        Of the reference's points from the other surface.
+    to_reference : Distances
+        Of the other surface's points from the reference.
+    """
+
+    volume: float
+    other_volume: float
+    difference: float
+    from_reference: Distances
+    to_reference: Distances
+
+    @property
+    def mismatch(self) -> float:
+        """Volume of the symmetric difference, as a part of the reference's volume."""
+        return self.difference / self.volume
+
+
+def radial_difference(
+    reference: TriangleMesh, other: TriangleMesh, centre: ArrayLike
+) -> RadialDifference:
+    """Compare two surfaces that are star-shaped about the same centre.
+
+    Parameters
+    ----------
+    reference, other : TriangleMesh
+        Closed, oriented, of genus 0; all faces see the centre from inside.
+    centre : (3,) array_like
+
+    Returns
+    -------
+    RadialDifference
+
+    Raises
+    ------
+    MeshError
+        If a mesh is not star-shaped about the centre.
+    """
+    origin = np.asarray(centre, np.float64)
+    one, two = _star_shaped(reference, origin), _star_shaped(other, origin)
+    # the finer one is cut by the coarser one, which is cheaper than the other way round
+    swapped = len(two.corner) > len(one.corner)
+    if swapped:
+        one, two = two, one
+    found = overlaid(one, two, *_breadth_first(one))
+    if not swapped:
+        return found
+    return RadialDifference(
+        volume=found.other_volume,
+        other_volume=found.volume,
+        difference=found.difference,
+        from_reference=found.to_reference,
+        to_reference=found.from_reference,
+    )
+
+
+def overlaid(
+    reference: Faces, other: Faces, order: IndexArray, near: IndexArray, *, moves: int = MOVES
+) -> RadialDifference:
+    """Compare two surfaces that are star-shaped about the origin.
+
+    Parameters
+    ----------
+    reference : Faces
+        The finer one.
+    other : Faces
+        The coarser one. The result does not depend on which is finer, but the time does.
+    order, near : (V,) int32
+        For the reference's vertices, as for `located`.
+    moves : int
+        As for `located`.
+
+    Returns
+    -------
+    RadialDifference
+    """
+    cones = cones_of(other)
+    places = located(reference.position, order, near, cones, moves)
+    bounds = np.zeros(4)
+    volume, area, difference, first, second = _overlaid(
+        reference, other, cones, places, clipping(), np.empty(STACK), bounds, moves
+    )
+    other_volume, other_area = _size(other)
+    return RadialDifference(
+        volume=volume,
+        other_volume=other_volume,
+        difference=difference,
+        from_reference=Distances(first / area, float(bounds[1])),
+        to_reference=Distances(second / other_area, float(bounds[3])),
+    )
+
+
+def _star_shaped(mesh: TriangleMesh, centre: FloatArray) -> Faces:
+    position = np.ascontiguousarray(mesh.vertices.astype(np.float64) - centre)
+    corner = np.ascontiguousarray(mesh.faces, np.int32).ravel()
+    hidden = faces_not_seeing_centre(position, corner.reshape(-1, 3))
+    used = len(np.unique(corner))
+    if len(hidden) or not used == len(position) == len(mesh.faces) // 2 + 2:
+        raise MeshError(
+            f"a mesh of {used} vertices and {mesh.triangles} faces is not star-shaped:"
+            f" {len(hidden)} faces do not see the centre from inside",
+            remedy="closed meshes of genus 0 without other vertices, and a centre in their kernels",
+        )
+    return faces_of(position, corner)
+
+
+@kernel
+def _breadth_first(surface: Faces) -> tuple[IndexArray, IndexArray]:
+    """Vertices in an order in which each is next to one before it, and which one that is."""
+    count = len(surface.position)
+    order, near = np.zeros(count, np.int32), np.full(count, -1, np.int32)
+    near[0] = 0
+    filled = 1
+    for index in range(count):
+        vertex = order[index]
+        for entry in range(
+            surface.fan_end[vertex - 1] if vertex > 0 else 0, surface.fan_end[vertex]
+        ):
+            for place in range(3):
+                beside = surface.corner[3 * surface.fan[entry] + place]
+                if near[beside] < 0:
+                    near[beside] = vertex
+                    order[filled] = beside
+                    filled += 1
+    return order, near
+
+
+@leaf_kernel
+def _size(surface: Faces) -> tuple[float, float]:
+    """Volume and area."""
+    position, corner = surface.position, surface.corner
+    volume, area = 0.0, 0.0
+    for face in range(len(corner) // 3):
+        part, whole = _extent(
+            position, corner[3 * face], corner[3 * face + 1], corner[3 * face + 2]
+        )
+        volume += part
+        area += whole
+    return volume, area
+
+
+@leaf_kernel
+def _extent(position: FloatArray, one: int, two: int, three: int) -> tuple[float, float]:
+    """Volume between a face and the centre, and the face's area."""
+    ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
+    bx, by, bz = position[two, 0] - ax, position[two, 1] - ay, position[two, 2] - az
+    cx, cy, cz = position[three, 0] - ax, position[three, 1] - ay, position[three, 2] - az
+    x, y, z = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
+    return (ax * x + ay * y + az * z) / 6.0, 0.5 * np.sqrt(x * x + y * y + z * z)
+
+
+@leaf_kernel
+def _differences(one: float, two: float, three: float) -> tuple[float, float, float]:
+    """Integrals over a triangle that is seen through one face, each per volume below the triangle.
+
+    With d = N · p − 1 at its corners and t = 1 ÷ (N · p), the other surface's part of the same
+    cone has t₁ t₂ t₃ times the volume.
+
+    Returns
+    -------
+    difference : float
+        Volume between the triangle and the face.
+    first : float
+        Mean of |d| over the triangle.
+    second : float
+        Mean of |t − 1| over the part of the face through which it is seen, times t₁ t₂ t₃.
+    """
+    product = 1.0 / ((1.0 + one) * (1.0 + two) * (1.0 + three))
+    if (one >= 0.0) == (two >= 0.0) and (two >= 0.0) == (three >= 0.0):
+        t_sum = product * (
+            (1.0 + two) * (1.0 + three) + (1.0 + one) * (1.0 + three) + (1.0 + one) * (1.0 + two)
+        )
+        return (
+            abs(1.0 - product),
+            abs(one + two + three) / 3.0,
+            product * abs(t_sum - 3.0) / 3.0,
+        )
+    # turned so that the first corner is alone on its side of the face; the cut is where d = 0
+    if (one >= 0.0) == (two >= 0.0):
+        one, two, three = three, one, two
+    elif (one >= 0.0) == (three >= 0.0):
+        one, two, three = two, three, one
+    part = one * one / ((one - two) * (one - three))
+    t = 1.0 / (1.0 + one)
+    corner = part * (1.0 - t)
+    difference = abs(1.0 - product - corner) + abs(corner)
+    corner = part * one / 3.0
+    first = abs((one + two + three) / 3.0 - corner) + abs(corner)
+    one, two, three = one * t, two / (1.0 + two), three / (1.0 + three)
+    corner = one * one * one / ((one - two) * (one - three) * 3.0)
+    second = product * (abs((one + two + three) / 3.0 - corner) + abs(corner))
+    return difference, first, second
+
+
+@leaf_kernel
+def _attained(reference: Faces, other: Faces, places: Places, bounds: FloatArray) -> float:
+    """Set lower bounds by the reference's vertices and the points of the other on the same rays.
+
+    Returns the largest distance of a vertex from the centre.
+    """
+    position, reach = reference.position, 0.0
+    for vertex in range(len(position)):
+        x, y, z = position[vertex, 0], position[vertex, 1], position[vertex, 2]
+        reach = max(reach, x * x + y * y + z * z)
+        if places.along[vertex] > bounds[0]:
+            _, squared = nearest_face(x, y, z, other, places.face[vertex])
+            bounds[0] = max(bounds[0], np.sqrt(squared))
+        if places.along[vertex] > bounds[2]:
+            t = 1.0 / (1.0 + places.beyond[vertex])
+            face = reference.fan[reference.fan_end[vertex] - 1]
+            _, squared = nearest_face(t * x, t * y, t * z, reference, face)
+            bounds[2] = max(bounds[2], np.sqrt(squared))
+    bounds[1], bounds[3] = SLACK * bounds[0], SLACK * bounds[2]
+    return float(np.sqrt(reach))
+
+
+@leaf_kernel
+def _raise_bounds(
+    triangle: FloatArray,
+    stack: FloatArray,
+    reference: Faces,
+    face: int,
+    other: Faces,
+    through: int,
+    bounds: FloatArray,
+) -> None:
+    """Raise the bounds so that they hold for a triangle of the reference, seen through a face.
+
+    A corner's distance along its ray is at least its distance from the face, in either direction,
+    and the largest of the corners' distances holds for the whole triangle.
+    """
+    furthest = 0.0
+    for row in range(3):
+        x, y, z = triangle[row, 0], triangle[row, 1], triangle[row, 2]
+        shift = 1.0 - 1.0 / (1.0 + triangle[row, 3])
+        furthest = max(furthest, shift * shift * (x * x + y * y + z * z))
+    if furthest > bounds[1] * bounds[1]:
+        for row in range(3):
+            for axis in range(3):
+                stack[0, 3 * row + axis] = triangle[row, axis]
+        bounds[0], bounds[1] = raise_bound(stack, other, through, bounds[0], bounds[1])
+    if furthest > bounds[3] * bounds[3]:
+        for row in range(3):
+            for axis in range(3):
+                stack[0, 3 * row + axis] = triangle[row, axis] / (1.0 + triangle[row, 3])
+        bounds[2], bounds[3] = raise_bound(stack, reference, face, bounds[2], bounds[3])
+
+
+@leaf_kernel
+def _corner(triangle: FloatArray, row: int, position: FloatArray, vertex: int, d: float) -> None:
+    for axis in range(3):
+        triangle[row, axis] = position[vertex, axis]
+    triangle[row, 3] = d
+
+
+@leaf_kernel
+def _between(
+    triangle: FloatArray, row: int, position: FloatArray, one: int, two: int, share: float, d: float
+) -> None:
+    for axis in range(3):
+        start = position[one, axis]
+        triangle[row, axis] = start + share * (position[two, axis] - start)
+    triangle[row, 3] = d
+
+
+@leaf_kernel
+def _side(planes: FloatArray, face: int, place: int, position: FloatArray, vertex: int) -> float:
+    """Product of a vertex with one of a cone's planes, positive on the side of the cone."""
+    side: float = (
+        planes[face, 3 * place] * position[vertex, 0]
+        + planes[face, 3 * place + 1] * position[vertex, 1]
+        + planes[face, 3 * place + 2] * position[vertex, 2]
+    )
+    return side
+
+
+@leaf_kernel
+def _crossing(
+    position: FloatArray, one: int, two: int, three: int, face: int, beyond: int, cones: Cones
+) -> tuple[bool, float, float]:
+    """Where a triangle with two corners in the cone of a face leaves it, if by a single edge.
+
+    Returns
+    -------
+    single : bool
+        Whether the whole triangle is in the cones of `face` and `beyond`.
+    from_two, from_one : float
+        The parts of the edges from the second and from the first to the third corner that are in
+        the cone of `face`.
+    """
+    place = -1
+    for candidate in range(3):
+        if cones.neighbour[face, candidate] == beyond:
+            place = candidate
+    if place < 0:
+        return False, 0.0, 0.0
+    planes = cones.planes
+    start_one = _side(planes, face, place, position, one)
+    start_two = _side(planes, face, place, position, two)
+    end = _side(planes, face, place, position, three)
+    if not (start_one > 0.0 and start_two > 0.0 and end < 0.0):
+        return False, 0.0, 0.0
+    from_one, from_two = start_one / (start_one - end), start_two / (start_two - end)
+    for turn in range(1, 3):
+        other = (place + turn) % 3
+        start_one = _side(planes, face, other, position, one)
+        start_two = _side(planes, face, other, position, two)
+        end = _side(planes, face, other, position, three)
+        if (
+            start_one + from_one * (end - start_one) < 0.0
+            or start_two + from_two * (end - start_two) < 0.0
+        ):
+            return False, 0.0, 0.0
+    return True, from_two, from_one
+
+
+@leaf_kernel
+def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
+    reference: Faces,
+    other: Faces,
+    cones: Cones,
+    places: Places,
+    work: Clipping,
+    stack: FloatArray,
+    bounds: FloatArray,
+    moves: int,
+) -> tuple[float, float, float, float, float]:
+    """Sum over all pieces.
+
+    Parameters
+    ----------
+    places : Places
+        Where the reference's vertices are in the other's cones.
+    bounds : (4,) float64
+        Written: lower and upper bound of the distances from the reference, and to it.
+
+    Returns
+    -------
+    volume, area : float
+        Of the reference.
+    difference : float
+        Volume of the symmetric difference.
+    first, second : float
+        Integrals of the distances from planes over the reference and over the other surface.
+    """
+    position, corner, triangle = reference.position, reference.corner, work.triangle
+    beyond, along, slope = places.beyond, places.along, cones.slope
+    reach = _attained(reference, other, places, bounds)
+    volume, area, difference, first, second = 0.0, 0.0, 0.0, 0.0, 0.0
+    for face in range(len(corner) // 3):
+        one, two, three = corner[3 * face], corner[3 * face + 1], corner[3 * face + 2]
+        # turned so that the first two are seen through the same face if any two are
+        if places.face[two] == places.face[three]:
+            one, two, three = two, three, one
+        elif places.face[three] == places.face[one]:
+            one, two, three = three, one, two
+        through, last = places.face[one], places.face[three]
+        part, whole = _extent(position, one, two, three)
+        volume += part
+        area += whole
+        # of the integral over a piece, per volume below it and per plane that it is seen through
+        weight, height = 3.0 * part, 3.0 * part / whole
+        d1, d2, d3 = beyond[one], beyond[two], beyond[three]
+        pending = max(along[one], along[two], along[three])
+        if through == last == places.face[two]:
+            gap, mean, mean_back = _differences(d1, d2, d3)
+            difference += part * gap
+            first += whole * mean / slope[through]
+            second += weight * height * mean_back * slope[through]
+            if pending > min(bounds[1], bounds[3]):
+                _corner(triangle, 0, position, one, d1)
+                _corner(triangle, 1, position, two, d2)
+                _corner(triangle, 2, position, three, d3)
+                _raise_bounds(triangle, stack, reference, face, other, through, bounds)
+            continue
+        if through == places.face[two]:
+            single, from_two, from_one = _crossing(position, one, two, three, through, last, cones)
+            if single:
+                x, y, z = position[three, 0], position[three, 1], position[three, 2]
+                normal = cones.normal
+                d = normal[through, 0] * x + normal[through, 1] * y + normal[through, 2] * z - 1.0
+                d4, d5 = d2 + from_two * (d - d2), d1 + from_one * (d - d1)
+                gap1, mean1, back1 = _differences(d1, d2, d4)
+                gap2, mean2, back2 = _differences(d1, d4, d5)
+                gap3, mean3, back3 = _differences(d4, d3, d5)
+                share1, share2 = from_two, from_one * (1.0 - from_two)
+                share3 = (1.0 - from_two) * (1.0 - from_one)
+                difference += part * (share1 * gap1 + share2 * gap2 + share3 * gap3)
+                first += whole * (
+                    (share1 * mean1 + share2 * mean2) / slope[through]
+                    + share3 * mean3 / slope[last]
+                )
+                second += (weight * height) * (
+                    (share1 * back1 + share2 * back2) * slope[through]
+                    + share3 * back3 * slope[last]
+                )
+                pending = max(pending, reach * abs(d4) / (1.0 + d4), reach * abs(d5) / (1.0 + d5))
+                if pending > min(bounds[1], bounds[3]):
+                    _corner(triangle, 0, position, one, d1)
+                    _corner(triangle, 1, position, two, d2)
+                    _between(triangle, 2, position, two, three, from_two, d4)
+                    _raise_bounds(triangle, stack, reference, face, other, through, bounds)
+                    _between(triangle, 1, position, one, three, from_one, d5)
+                    _raise_bounds(triangle, stack, reference, face, other, through, bounds)
+                    _corner(triangle, 0, position, three, d3)
+                    _raise_bounds(triangle, stack, reference, face, other, last, bounds)
+                continue
+        top = begin(work, position, one, two, three, through)
+        piece, frame = work.piece, work.frame
+        while True:
+            through, count, top = next_piece(work, top, cones, reach, moves)
+            if through < 0:
+                break
+            pending = 0.0
+            for index in range(count):
+                pending = max(pending, reach * abs(piece[index, 2]) / (1.0 + piece[index, 2]))
+            for index in range(1, count - 1):
+                share = (piece[index, 0] - piece[0, 0]) * (piece[index + 1, 1] - piece[0, 1]) - (
+                    piece[index, 1] - piece[0, 1]
+                ) * (piece[index + 1, 0] - piece[0, 0])
+                gap, mean, mean_back = _differences(
+                    piece[0, 2], piece[index, 2], piece[index + 1, 2]
+                )
+                difference += part * share * gap
+                first += whole * share * mean / slope[through]
+                second += weight * height * share * mean_back * slope[through]
+                if pending > min(bounds[1], bounds[3]):
+                    for row in range(3):
+                        number = 0 if row == 0 else index + row - 1
+                        u, v = piece[number, 0], piece[number, 1]
+                        for axis in range(3):
+                            triangle[row, axis] = (
+                                frame[0, axis] + u * frame[1, axis] + v * frame[2, axis]
+                            )
+                        triangle[row, 3] = piece[number, 2]
+                    _raise_bounds(triangle, stack, reference, face, other, through, bounds)
+    return volume, area, difference, first, second
