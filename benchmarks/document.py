@@ -140,8 +140,10 @@ Written by `make figures` (benchmarks/figures.py) on {about["date"]}: {about["cp
 [benchmarks/decimation.json](../benchmarks/decimation.json).
 
 *Mismatch* is the volume of the symmetric difference of a simplified boundary and its full boundary,
-as a part of the latter's volume; all of them here are exact (boolean operations on the meshes). Times
-are processor time, warm, the shortest of several runs. The full boundary of each device is the
+as a part of the latter's volume. All of them here are exact: by laying surfaces that are star-shaped
+about one centre over each other, and by boolean operations on the meshes (Manifold) for all others; at
+levels of 1,000 and 50 triangles the two ways agree within {measured["disagreement"]:.0e} of the value.
+Times are processor time, warm, the shortest of several runs. The full boundary of each device is the
 modified convex hull (γ = 0.2) of about 100,000 colours of its surface:
 
 {table(["device", "what it is", "colours", "triangles"], rows)}

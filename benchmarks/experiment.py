@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from statistics import mean
+
 from benchmarks.markdown import percent, table
 from benchmarks.paper import CURVE_COUNTS
 from benchmarks.summary import YARDSTICK, Measured, costs_by_accuracy, families, mean_errors
@@ -76,7 +78,9 @@ def _verdicts(measured: Measured) -> str:
     few, many = usv[0], usv[-1]
     gaps = [100 * (row["mismatch"] - row["decimated"][YARDSTICK]) for row in usv]
     factors = [row["mismatch"] / row["decimated"][YARDSTICK] for row in usv]
-    floor = found["modified hull, γ = 0.05"][0]
+    floor = {
+        name: 100 * mean(row[name] for row in measured["floors"]) for name in ("mismatch", "volume")
+    }
     hull = found["convex hull"][0]
     drawn = {row["size"]: row for row in found["subsampled modified hull"]}
     segments = min(found["segment maxima"], key=lambda row: row["mismatch"])
@@ -95,7 +99,7 @@ def _verdicts(measured: Measured) -> str:
   (from {100 * errors[100]:.2g} % at 100 triangles to {100 * errors[10_000]:.2g} % at 10,000) while USV
   levels off.
 - *Why USV levels off.* It wraps its points with γ = 0.05, the reference with γ = 0.2: the two differ by
-  {100 * floor["mismatch"]:.2f} % in the mean even with all colours ({100 * floor["volume"]:+.2f} % of
+  {floor["mismatch"]:.2f} % in the mean even with all colours ({floor["volume"]:+.2f} % of
   volume), so no number of segments gets below that. Above it USV is limited by its even segments, which
   meet edges and corners of a gamut only by chance; below about 1,000 triangles it is this that counts.
 - *The convex hull overstates gamuts:* by {100 * hull["volume"]:.1f} % in the mean with

@@ -22,7 +22,7 @@ from typing import Any
 
 from benchmarks import document, paper, peers, plots, speed
 from benchmarks.bench import machine
-from benchmarks.devices import ROOT, Device, devices
+from benchmarks.devices import ROOT, Device, devices, disagreement
 from benchmarks.render import levels_picture, methods_picture
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.boundary.segment_maxima import segment_maxima
@@ -92,6 +92,8 @@ def measure(*, again: bool) -> dict[str, Any]:
         "levels": [row for each in found for row in each["levels"]],
         "peers": [row for each in found for row in each["peers"]],
         "others": [row for each in found for row in each["others"]],
+        "floors": [each["floor"] for each in found],
+        "disagreement": max(each["disagreement"] for each in found),
         "sphere": kept("sphere", paper.sphere_rows),
         "million": kept("million", speed.million_points),
         "history": kept("history", lambda: speed.history_times(5)),
@@ -103,6 +105,7 @@ def measure(*, again: bool) -> dict[str, Any]:
 def measured_device(device: Device) -> dict[str, Any]:
     """All that is measured on one device."""
     histories, times = speed.measured_histories(device.boundary, 3)
+    levels = peers.level_rows(device, histories, paper.CURVE_COUNTS)
     return {
         "device": {
             "name": device.name,
@@ -112,9 +115,15 @@ def measured_device(device: Device) -> dict[str, Any]:
             "volume": device.boundary.mesh.volume,
             "histories": times,
         },
-        "levels": peers.level_rows(device, histories, paper.CURVE_COUNTS),
+        "levels": levels,
         "peers": peers.peer_rows(device),
-        "others": paper.other_rows(device, histories),
+        "others": paper.other_rows(device, histories, levels),
+        "floor": paper.floor_row(device),
+        "disagreement": max(
+            disagreement(device.boundary.mesh, histories[cost].level(count), device.boundary.centre)
+            for cost in histories
+            for count in (1000, 50)
+        ),
     }
 
 

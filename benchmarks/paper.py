@@ -24,7 +24,7 @@ from gamutcore.errors import BoundaryError, InvalidPointsError
 from gamutcore.history import History, history_of
 from gamutcore.metric import mismatch
 
-__all__ = ["CLAIMED", "CURVE_COUNTS", "SPHERE_LIMIT", "other_rows", "sphere_rows"]
+__all__ = ["CLAIMED", "CURVE_COUNTS", "SPHERE_LIMIT", "floor_row", "other_rows", "sphere_rows"]
 
 CURVE_COUNTS = (10_000, 5000, 2000, 1000, 500, 200, 100, 50, 20, 10)
 """Triangle counts of the curves."""
@@ -37,6 +37,9 @@ CLAIMED = (
 
 SPHERE_LIMIT = 12 * np.pi * (1 / (6 * 3**0.5) - 1 / (8 * np.pi))
 """Least mismatch × triangles on a sphere for many triangles: Ludwig's and Böröczky's constants."""
+
+USV_GAMMA = 0.05
+"""γ of the modified hull that USV wraps its points with, as published."""
 
 LARGEST = 12_000
 """Sizes of the other methods go up to so many triangles."""
@@ -51,7 +54,9 @@ MOST_DRAWS = 60
 """Subsamples drawn before giving up: few colours often do not surround the centre."""
 
 
-def other_rows(device: Device, histories: dict[str, History]) -> list[dict[str, Any]]:
+def other_rows(
+    device: Device, histories: dict[str, History], levels: list[dict[str, Any]]
+) -> list[dict[str, Any]]:
     """Measure the other methods, and decimation at the triangle counts that they came out with.
 
     Parameters
@@ -59,6 +64,8 @@ def other_rows(device: Device, histories: dict[str, History]) -> list[dict[str, 
     device : Device
     histories : dict of History
         By the name of the cost.
+    levels : list of dict
+        What `peers.level_rows` has measured already.
 
     Returns
     -------
@@ -67,26 +74,40 @@ def other_rows(device: Device, histories: dict[str, History]) -> list[dict[str, 
         ``volume`` (relative to the reference's, less 1), and ``decimated``: mismatch at the same
         count by cost.
     """
-    reference = device.boundary.mesh
+    reference, centre = device.boundary.mesh, device.boundary.centre
     rows = []
+    errors = {(row["method"], row["triangles"]): row["mismatch"] for row in levels}
     for method, size, boundary in _boundaries(device):
         mesh = boundary.mesh
-        at = {
-            cost: exact_mismatch(reference, history.level(mesh.triangles))
-            for cost, history in histories.items()
-        }
+        for cost, history in histories.items():
+            if (cost, mesh.triangles) not in errors:
+                level = history.level(mesh.triangles)
+                errors[cost, mesh.triangles] = exact_mismatch(reference, level, centre)
         rows.append(
             {
                 "device": device.name,
                 "method": method,
                 "size": size,
                 "triangles": mesh.triangles,
-                "mismatch": exact_mismatch(reference, mesh),
+                "mismatch": exact_mismatch(reference, mesh, centre),
                 "volume": mesh.volume / reference.volume - 1,
-                "decimated": at,
+                "decimated": {cost: errors[cost, mesh.triangles] for cost in histories},
             }
         )
     return rows
+
+
+def floor_row(device: Device) -> dict[str, Any]:
+    """Measure the modified hull of all colours with USV's γ: USV cannot come closer than that."""
+    reference, centre = device.boundary.mesh, device.boundary.centre
+    mesh = modified_convex_hull(device.points, USV_GAMMA, centre).mesh
+    return {
+        "device": device.name,
+        "gamma": USV_GAMMA,
+        "triangles": mesh.triangles,
+        "mismatch": exact_mismatch(reference, mesh, centre),
+        "volume": mesh.volume / reference.volume - 1,
+    }
 
 
 def sphere_rows() -> list[dict[str, Any]]:
@@ -108,11 +129,6 @@ def _boundaries(device: Device) -> Iterator[tuple[str, int, Boundary]]:
     points, centre = device.points, device.boundary.centre
     makers: list[tuple[str, int, Callable[[], Boundary]]] = [
         ("convex hull", len(points), lambda: modified_convex_hull(points, 1.0, centre)),
-        (
-            "modified hull, γ = 0.05",
-            len(points),
-            lambda: modified_convex_hull(points, 0.05, centre),
-        ),
     ]
     for basis, segments in zip(BASES, (4, 8, 20), strict=True):
         for splits in range(8):
@@ -122,7 +138,7 @@ def _boundaries(device: Device) -> Iterator[tuple[str, int, Boundary]]:
                     (
                         f"USV, {basis}",
                         size,
-                        lambda b=basis, s=splits: usv(points, b, s, 0.05, centre),
+                        lambda b=basis, s=splits: usv(points, b, s, USV_GAMMA, centre),
                     )
                 )
     makers += [

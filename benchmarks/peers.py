@@ -102,7 +102,7 @@ def _row(
         "asked": asked,
         "triangles": mesh.triangles,
         "reached": 4 <= mesh.triangles <= asked,
-        "mismatch": exact_mismatch(device.boundary.mesh, mesh),
+        "mismatch": exact_mismatch(device.boundary.mesh, mesh, device.boundary.centre),
         "volume": mesh.volume / device.boundary.mesh.volume - 1,
         "faults": faults(mesh, device.boundary.centre),
         "seconds": seconds,

@@ -52,7 +52,7 @@ def levels_picture(device: Device, history: History, name: str) -> Path:
     panels = []
     for count in LEVELS:
         level = history.level(count)
-        error = exact_mismatch(full, level)
+        error = exact_mismatch(full, level, device.boundary.centre)
         panels.append((f"{count:,} triangles", f"mismatch {percent(error or 0.0)}", level))
     return _panels(panels, View(full), name, 3)
 
@@ -78,7 +78,7 @@ def methods_picture(
     full = device.boundary.mesh
     titled = []
     for title, mesh in panels:
-        error = exact_mismatch(full, mesh)
+        error = exact_mismatch(full, mesh, device.boundary.centre)
         shown = "" if mesh is full else f", mismatch {percent(error or 0.0)}"
         titled.append((title, f"{mesh.triangles:,} triangles{shown}", mesh))
     return _panels(titled, View(full), name, columns)

@@ -30,7 +30,7 @@ from gamutcore.colours import surface_colours
 from gamutcore.decimation import COSTS, decimated
 from gamutcore.history import History, history_bytes, history_from_bytes, history_of
 from gamutcore.mesh import TriangleMesh
-from gamutcore.metric.error_curve import error_curve, round_counts
+from gamutcore.metric.error_curve import curve_counts, error_curve
 
 __all__ = ["history_times", "measured_histories", "million_points", "scaling", "storage"]
 
@@ -93,7 +93,7 @@ def history_times(runs: int) -> list[dict[str, Any]]:
     histories, rows = measured_histories(boundary, runs)
     for row in rows:
         history = histories[row["cost"]]
-        curve = functools.partial(error_curve, history, round_counts(history.triangles))
+        curve = functools.partial(error_curve, history, curve_counts(history.triangles))
         row["curve_s"] = shortest_and_median(curve, runs)[0]
         row["curve_part"] = row["curve_s"] / row["seconds"]
     vertices = boundary.mesh.vertices.astype(np.float64)

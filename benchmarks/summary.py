@@ -100,7 +100,7 @@ def families(measured: Measured) -> dict[str, list[dict[str, Any]]]:
     groups: dict[tuple[str, int], list[dict[str, Any]]] = {}
     for row in measured["others"]:
         # all colours are all colours: devices have slightly different numbers of them
-        whole = row["method"] in {"convex hull", "modified hull, γ = 0.05"}
+        whole = row["method"] == "convex hull"
         groups.setdefault((row["method"], 0 if whole else row["size"]), []).append(row)
     names = {each["name"] for each in measured["devices"]}
     found: dict[str, list[dict[str, Any]]] = {}
