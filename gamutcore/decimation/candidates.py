@@ -12,11 +12,23 @@ from typing import Any
 import numpy as np
 
 from gamutcore.arrays import Float32Array, FloatArray, IndexArray
+from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.costs.interface import optimum
-from gamutcore.decimation.star import Surface, kernel_direction, scale_to_preserve_volume
+from gamutcore.decimation.star import (
+    Surface,
+    kernel_direction,
+    scale_to_preserve_volume,
+    volume_slope,
+)
 from gamutcore.kernels import leaf_kernel
 
-__all__ = ["CANDIDATES", "candidate", "rounded_as_delivered", "within_reach"]
+__all__ = [
+    "CANDIDATES",
+    "candidate",
+    "rounded_as_delivered",
+    "rounded_to_volume",
+    "within_reach",
+]
 
 CANDIDATES = 5
 """Positions tried for an edge: optimum, midpoint, its two ends, the middle of the valid cone."""
@@ -30,18 +42,40 @@ REACH = 2.0
 def candidate(
     cost: Any,  # noqa: ANN401
     surface: Surface,
-    kept: int,
-    dead: int,
+    corner: int,
     choice: int,
     ring: IndexArray,
     count: int,
+    slope: FloatArray,
     place: FloatArray,
 ) -> bool:
-    """Write candidate number `choice` for an edge; False if there is none of that number."""
+    """Write candidate number `choice` for an edge; False if there is none of that number.
+
+    Parameters
+    ----------
+    cost : NamedTuple of arrays
+    surface : Surface
+    corner : int
+        One of the two corners that face the edge.
+    choice : int
+        0 to `CANDIDATES` − 1.
+    ring : (m, 2) int32
+        The edge's directed link, `count` pairs of it.
+    count : int
+    slope : (3,) float64
+        Scratch.
+    place : (3,) float64
+        Receives the position, relative to the centre.
+
+    Returns
+    -------
+    bool
+    """
     position = surface.position
     if choice == 0:
-        optimum(cost, surface, kept, dead, place)
+        optimum(cost, surface, corner, place)
         return True
+    kept, dead = surface.vertex[following(corner)], surface.vertex[preceding(corner)]
     if choice == 2 or choice == 3:
         end = kept if choice == 2 else dead
         place[0], place[1], place[2] = position[end, 0], position[end, 1], position[end, 2]
@@ -50,7 +84,8 @@ def candidate(
             place[axis] = 0.5 * (position[kept, axis] + position[dead, axis])
         if choice == 4 and not kernel_direction(position, ring, count, place):
             return False
-    return scale_to_preserve_volume(surface, ring, count, kept, dead, place)
+    volume_slope(position, ring, count, slope)
+    return scale_to_preserve_volume(surface, kept, dead, slope, place)
 
 
 @leaf_kernel
@@ -89,5 +124,43 @@ def rounded_as_delivered(
     for axis in range(3):
         # + 0.0: no negative zeros
         on_grid = np.rint((place[axis] + centre[axis]) / step) * step + 0.0
+        delivered[axis] = np.float32(on_grid)
+        place[axis] = on_grid - centre[axis]
+
+
+@leaf_kernel
+def rounded_to_volume(
+    place: FloatArray,
+    centre: FloatArray,
+    step: float,
+    slope: FloatArray,
+    volume: float,
+    delivered: Float32Array,
+) -> None:
+    """Round a position to that corner of its cell of the grid which comes closest to a volume.
+
+    Parameters
+    ----------
+    place, centre, step, delivered
+        As for `rounded_as_delivered`.
+    slope : (3,) float64
+        `volume_slope` of the ring around the position.
+    volume : float
+        Six times the volume that should be enclosed between the ring, the position and the centre.
+    """
+    x, y, z = (place[0] + centre[0]) / step, (place[1] + centre[1]) / step, 0.0
+    z = (place[2] + centre[2]) / step
+    x, y, z = np.floor(x), np.floor(y), np.floor(z)
+    best, chosen = np.inf, 0
+    for corner in range(8):
+        px = (x + (corner & 1)) * step - centre[0]
+        py = (y + (corner >> 1 & 1)) * step - centre[1]
+        pz = (z + (corner >> 2)) * step - centre[2]
+        miss = abs(px * slope[0] + py * slope[1] + pz * slope[2] - volume)
+        if miss < best:
+            best, chosen = miss, corner
+    for axis in range(3):
+        below = x if axis == 0 else (y if axis == 1 else z)
+        on_grid = (below + (chosen >> axis & 1)) * step + 0.0
         delivered[axis] = np.float32(on_grid)
         place[axis] = on_grid - centre[axis]

@@ -91,13 +91,19 @@ def _sift_down(
 
 
 @leaf_kernel
-def fill_queue(queue: EdgeQueue) -> None:
-    """Queue all edges at once by the priorities that stand there already, in time linear in E."""
+def fill_queue(queue: EdgeQueue, count: int) -> None:
+    """Queue edges by the priorities that stand there already, in time linear in their number.
+
+    Parameters
+    ----------
+    queue : EdgeQueue
+        Empty, but for the edges to queue at the beginning of `heap`.
+    count : int
+        How many they are.
+    """
     heap, place, priority = queue.heap, queue.place, queue.priority
-    count = heap.size
-    for edge in range(count):
-        heap[edge] = edge
-        place[edge] = edge
+    for position in range(count):
+        place[heap[position]] = position
     queue.size[0] = count
     for position in range((count - 2) >> 2, -1, -1):
         _sift_down(heap, place, priority, position, count)

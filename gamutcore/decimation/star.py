@@ -25,7 +25,10 @@ __all__ = [
     "link_condition_holds",
     "ring_faces",
     "scale_to_preserve_volume",
+    "star_volume",
     "surface_of",
+    "vertex_ring",
+    "volume_slope",
 ]
 
 
@@ -48,6 +51,8 @@ class Surface(NamedTuple):
         One of the two corners that face an edge; −1: the edge is gone.
     mark : (V,) int64
         Scratch: the last query that touched a vertex.
+    deficit : (1,) float64
+        Six times the volume that is missing to the one to be preserved.
     """
 
     position: FloatArray
@@ -58,6 +63,7 @@ class Surface(NamedTuple):
     edge_of: IndexArray
     corner_facing: IndexArray
     mark: LongArray
+    deficit: FloatArray
 
 
 @kernel
@@ -100,6 +106,7 @@ def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -
         edge_of,
         corner_facing,
         mark,
+        np.zeros(1, np.float64),
     )
 
 
@@ -166,6 +173,23 @@ def ring_faces(surface: Surface, kept: int, dead: int, ring: IndexArray) -> int:
 
 
 @leaf_kernel
+def vertex_ring(surface: Surface, centre: int, ring: IndexArray) -> int:
+    """Write the directed link of a vertex; parameters and result as for `ring_faces`."""
+    count = 0
+    first = surface.corner_at[centre]
+    corner = first
+    while True:
+        if count < len(ring):
+            ring[count, 0] = surface.vertex[following(corner)]
+            ring[count, 1] = surface.vertex[preceding(corner)]
+        count += 1
+        corner = swung(surface.opposite, corner)
+        if corner == first:
+            break
+    return count
+
+
+@leaf_kernel
 def keeps_star_shape(
     position: FloatArray, ring: IndexArray, count: int, x: float, y: float, z: float
 ) -> bool:
@@ -180,21 +204,31 @@ def keeps_star_shape(
 
 
 @leaf_kernel
-def _cone_volume(
-    position: FloatArray, ring: IndexArray, count: int, x: float, y: float, z: float
-) -> float:
-    """Six times the volume between the centre and the faces of (x, y, z) with the ring's pairs."""
-    total = 0.0
+def volume_slope(position: FloatArray, ring: IndexArray, count: int, slope: FloatArray) -> None:
+    """Write the vector g: a vertex at x encloses the volume g·x ÷ 6 with the ring and the centre.
+
+    Parameters
+    ----------
+    position : (V, 3) float64
+    ring : (m, 2) int32
+        The directed link, `count` pairs of it.
+    count : int
+    slope : (3,) float64
+        Receives the sum of the pairs' cross products.
+    """
+    gx, gy, gz = 0.0, 0.0, 0.0
     for pair in range(count):
         one, two = ring[pair, 0], ring[pair, 1]
         ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
         bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
-        total += x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
-    return total
+        gx += ay * bz - az * by
+        gy += az * bx - ax * bz
+        gz += ax * by - ay * bx
+    slope[0], slope[1], slope[2] = gx, gy, gz
 
 
 @leaf_kernel
-def _star_volume(surface: Surface, kept: int, dead: int) -> float:
+def star_volume(surface: Surface, kept: int, dead: int) -> float:
     """Six times the volume between the centre and the faces around an edge."""
     position, vertex = surface.position, surface.vertex
     total = 0.0
@@ -218,9 +252,13 @@ def _star_volume(surface: Surface, kept: int, dead: int) -> float:
 
 @leaf_kernel
 def scale_to_preserve_volume(
-    surface: Surface, ring: IndexArray, count: int, kept: int, dead: int, place: FloatArray
+    surface: Surface,
+    kept: int,
+    dead: int,
+    slope: FloatArray,
+    place: FloatArray,
 ) -> bool:
-    """Move a new vertex along its radius to where the enclosed volume is what it was.
+    """Move a new vertex along its radius to where the enclosed volume is the one to be preserved.
 
     The star's volume is linear in the radius of its vertex, so there is exactly one such place;
     it lies in front of the centre for every direction that keeps the star shape.
@@ -228,9 +266,10 @@ def scale_to_preserve_volume(
     Parameters
     ----------
     surface : Surface
-    ring : (m, 2) int32
-        The edge's directed link, `count` pairs of it.
-    count, kept, dead : int
+    kept, dead : int
+        The ends of the edge that the vertex replaces.
+    slope : (3,) float64
+        `volume_slope` of the edge's link.
     place : (3,) float64
         A position relative to the centre; scaled.
 
@@ -239,8 +278,8 @@ def scale_to_preserve_volume(
     bool
         Whether there is such a place; `place` is left alone if not.
     """
-    slope = _cone_volume(surface.position, ring, count, place[0], place[1], place[2])
-    scale = _star_volume(surface, kept, dead) / slope
+    volume = place[0] * slope[0] + place[1] * slope[1] + place[2] * slope[2]
+    scale = (star_volume(surface, kept, dead) + surface.deficit[0]) / volume
     if not (scale > 0.0 and scale < np.inf):
         return False
     place[0], place[1], place[2] = scale * place[0], scale * place[1], scale * place[2]

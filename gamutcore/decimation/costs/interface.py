@@ -1,8 +1,9 @@
-"""What decimation asks of a cost: four functions, overloaded for each cost's state.
+"""What decimation asks of a cost: functions that are overloaded for each cost's state.
 
 The functions here are only names. A cost's module registers its compiled implementations with
 `implement` for its own NamedTuple of arrays, and the decimation kernel is compiled
 once for every such type: the choice costs nothing at run time, and the machine code can be cached.
+Costs only propose positions: that they are valid is tested by the kernel.
 """
 
 from __future__ import annotations
@@ -13,22 +14,37 @@ from typing import TYPE_CHECKING, Any
 from numba import types
 from numba.extending import overload
 
+from gamutcore.kernels import leaf_kernel
+
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.decimation.star import Surface
 
-__all__ = ["depends_on_ring", "error", "implement", "merge", "optimum"]
+__all__ = [
+    "depends_on_ring",
+    "error",
+    "implement",
+    "improve",
+    "merge",
+    "moves_vertices",
+    "optimum",
+    "preserves_volume",
+    "reach",
+    "settle",
+]
+
+UNKNOWN = "no implementation for {}; compiled code calls its overloads"
 
 
-def optimum(cost: Any, surface: Surface, kept: int, dead: int, place: FloatArray) -> float:  # noqa: ANN401
+def optimum(cost: Any, surface: Surface, at: int, place: FloatArray) -> float:  # noqa: ANN401
     """Write the best position of the vertex that replaces an edge, and return its error.
 
     Parameters
     ----------
     cost : NamedTuple of arrays
     surface : Surface
-    kept, dead : int
-        The edge's ends.
+    at : int
+        One of the two corners that face the edge.
     place : (3,) float64
         Receives the position, relative to the centre.
 
@@ -37,22 +53,54 @@ def optimum(cost: Any, surface: Surface, kept: int, dead: int, place: FloatArray
     float
         As `error` gives it for that position.
     """
-    raise TypeError(f"no implementation for {type(cost)}; compiled code calls its overloads")
+    raise TypeError(UNKNOWN.format(type(cost)))
 
 
-def error(cost: Any, surface: Surface, kept: int, dead: int, place: FloatArray) -> float:  # noqa: ANN401
-    """Cost of replacing an edge by a vertex at a position: the priority, smaller is better."""
-    raise TypeError(f"no implementation for {type(cost)}; compiled code calls its overloads")
+def error(cost: Any, surface: Surface, at: int, place: FloatArray) -> float:  # noqa: ANN401
+    """Cost of replacing the edge that a corner faces by a vertex at a place: smaller is better."""
+    raise TypeError(UNKNOWN.format(type(cost)))
 
 
-def merge(cost: Any, surface: Surface, kept: int, dead: int, place: FloatArray) -> None:  # noqa: ANN401
-    """Bring the state up to date for a collapse; both ends are still where they were."""
-    raise TypeError(f"no implementation for {type(cost)}; compiled code calls its overloads")
+def merge(
+    cost: Any,  # noqa: ANN401
+    surface: Surface,
+    at: int,
+    kept: int,
+    dead: int,
+    place: FloatArray,
+) -> None:
+    """Bring the state up to date for a collapse that is about to happen."""
+    raise TypeError(UNKNOWN.format(type(cost)))
+
+
+def settle(cost: Any, surface: Surface, at: int) -> None:  # noqa: ANN401
+    """Bring the state up to date after a collapse to the vertex `at`, or a move of it."""
+    raise TypeError(UNKNOWN.format(type(cost)))
+
+
+def reach(cost: Any, surface: Surface, at: int) -> bool:  # noqa: ANN401
+    """Prepare for levels with `at` vertices and fewer; whether all errors have changed by that."""
+    raise TypeError(UNKNOWN.format(type(cost)))
+
+
+def improve(cost: Any, surface: Surface, at: int, place: FloatArray) -> bool:  # noqa: ANN401
+    """Write a better position for the vertex `at` than it has; whether there is one."""
+    raise TypeError(UNKNOWN.format(type(cost)))
 
 
 def depends_on_ring(cost: Any) -> bool:  # noqa: ANN401
     """Whether an edge's error changes when faces around it change, not only when its ends do."""
-    raise TypeError(f"no implementation for {type(cost)}; compiled code calls its overloads")
+    raise TypeError(UNKNOWN.format(type(cost)))
+
+
+def preserves_volume(cost: Any) -> bool:  # noqa: ANN401
+    """Whether positions are rounded, and later ones placed, so that the volume stays what it was."""
+    raise TypeError(UNKNOWN.format(type(cost)))
+
+
+def moves_vertices(cost: Any) -> bool:  # noqa: ANN401
+    """Whether vertices around a collapse are moved after it, to what `improve` proposes."""
+    raise TypeError(UNKNOWN.format(type(cost)))
 
 
 def implement(
@@ -61,7 +109,11 @@ def implement(
     optimum: Callable[..., float],
     error: Callable[..., float],
     merge: Callable[..., None],
-    depends_on_ring: bool,
+    settle: Callable[..., None] | None = None,
+    reach: Callable[..., bool] | None = None,
+    improve: Callable[..., bool] | None = None,
+    depends_on_ring: bool = False,
+    preserves_volume: bool = False,
 ) -> None:
     """Register a cost's kernels as the implementation of this interface.
 
@@ -71,25 +123,76 @@ def implement(
         The NamedTuple that the kernels take as their first argument.
     optimum, error, merge : callable
         Kernels with the signatures of the functions of this module.
-    depends_on_ring : bool
-        What the function of that name returns for this cost.
+    settle, reach, improve : callable, optional
+        The same; without them nothing happens, nothing changes and no vertex is moved.
+    depends_on_ring, preserves_volume : bool, optional
+        What the functions of these names return for this cost.
     """
     functions = globals()
-    for name, implementation in (("optimum", optimum), ("error", error), ("merge", merge)):
-        overload(functions[name])(_implementation_for(state, implementation))
-    overload(functions["depends_on_ring"])(_constant_for(state, value=depends_on_ring))
+    for name, kernel, adapted in (
+        ("optimum", optimum, _adapted_to_place),
+        ("error", error, _adapted_to_place),
+        ("merge", merge, _adapted_to_edge),
+        ("settle", settle or _nothing, _adapted),
+        ("reach", reach or _no, _adapted),
+        ("improve", improve or _no_place, _adapted_to_place),
+    ):
+        overload(functions[name])(adapted(state, kernel))
+    for name, value in (
+        ("depends_on_ring", depends_on_ring),
+        ("preserves_volume", preserves_volume),
+        ("moves_vertices", improve is not None),
+    ):
+        overload(functions[name])(_constant_for(state, value=value))
+
+
+@leaf_kernel
+def _nothing(cost: Any, surface: Surface, at: int) -> None:  # noqa: ANN401
+    pass
+
+
+@leaf_kernel
+def _no(cost: Any, surface: Surface, at: int) -> bool:  # noqa: ANN401
+    return False
+
+
+@leaf_kernel
+def _no_place(cost: Any, surface: Surface, at: int, place: FloatArray) -> bool:  # noqa: ANN401
+    return False
 
 
 def _is_state(cost: object, state: type) -> bool:
     return isinstance(cost, types.BaseNamedTuple) and getattr(cost, "instance_class", None) is state
 
 
-def _implementation_for(state: type, implementation: Callable[..., Any]) -> Callable[..., Any]:
-    # numba wants both functions to have the same parameters, annotations included
-    def called(cost: Any, surface: Any, kept: Any, dead: Any, place: Any) -> Any:  # noqa: ANN401
-        return implementation(cost, surface, kept, dead, place)
+# numba wants an overload to have the parameters of what it overloads, names and annotations included
 
-    def chosen(cost: Any, surface: Any, kept: Any, dead: Any, place: Any) -> Any:  # noqa: ANN401
+
+def _adapted(state: type, kernel: Callable[..., Any]) -> Callable[..., Any]:
+    def called(cost: Any, surface: Any, at: Any) -> Any:  # noqa: ANN401
+        return kernel(cost, surface, at)
+
+    def chosen(cost: Any, surface: Any, at: Any) -> Any:  # noqa: ANN401
+        return called if _is_state(cost, state) else None
+
+    return chosen
+
+
+def _adapted_to_place(state: type, kernel: Callable[..., Any]) -> Callable[..., Any]:
+    def called(cost: Any, surface: Any, at: Any, place: Any) -> Any:  # noqa: ANN401
+        return kernel(cost, surface, at, place)
+
+    def chosen(cost: Any, surface: Any, at: Any, place: Any) -> Any:  # noqa: ANN401
+        return called if _is_state(cost, state) else None
+
+    return chosen
+
+
+def _adapted_to_edge(state: type, kernel: Callable[..., Any]) -> Callable[..., Any]:
+    def called(cost: Any, surface: Any, at: Any, kept: Any, dead: Any, place: Any) -> Any:  # noqa: ANN401
+        return kernel(cost, surface, at, kept, dead, place)
+
+    def chosen(cost: Any, surface: Any, at: Any, kept: Any, dead: Any, place: Any) -> Any:  # noqa: ANN401
         return called if _is_state(cost, state) else None
 
     return chosen

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.costs import interface
 from gamutcore.decimation.star import Surface
 from gamutcore.kernels import kernel, leaf_kernel
@@ -131,9 +132,10 @@ def _shortness(surface: Surface, kept: int, dead: int, pair: FloatArray) -> floa
 
 @leaf_kernel
 def _optimum(
-    cost: QuadricState, surface: Surface, kept: int, dead: int, place: FloatArray
+    cost: QuadricState, surface: Surface, corner: int, place: FloatArray
 ) -> float:
     pair, position = cost.pair, surface.position
+    kept, dead = surface.vertex[following(corner)], surface.vertex[preceding(corner)]
     for axis in range(3):
         place[axis] = 0.5 * (position[kept, axis] + position[dead, axis])
     _sum_about(cost, surface, kept, dead, place)
@@ -164,18 +166,19 @@ def _optimum(
 
 
 @leaf_kernel
-def _error(cost: QuadricState, surface: Surface, kept: int, dead: int, place: FloatArray) -> float:
+def _error(cost: QuadricState, surface: Surface, corner: int, place: FloatArray) -> float:
+    kept, dead = surface.vertex[following(corner)], surface.vertex[preceding(corner)]
     _sum_about(cost, surface, kept, dead, place)
     return max(cost.pair[9], 0.0) + _shortness(surface, kept, dead, cost.pair)
 
 
 @leaf_kernel
-def _merge(cost: QuadricState, surface: Surface, kept: int, dead: int, place: FloatArray) -> None:
+def _merge(
+    cost: QuadricState, surface: Surface, corner: int, kept: int, dead: int, place: FloatArray
+) -> None:
     _sum_about(cost, surface, kept, dead, place)
     for index in range(10):
         cost.quadric[kept, index] = cost.pair[index]
 
 
-interface.implement(
-    QuadricState, optimum=_optimum, error=_error, merge=_merge, depends_on_ring=False
-)
+interface.implement(QuadricState, optimum=_optimum, error=_error, merge=_merge)
