@@ -14,7 +14,7 @@ from gamutcore.decimation import COSTS, decimated
 from gamutcore.export import FORMATS, encoded_mesh
 from gamutcore.gamut import Options, build_gamut
 from gamutcore.history import History, Splits, history_bytes, history_from_bytes, history_of
-from gamutcore.metric import mismatch
+from gamutcore.metric import mismatch, voxel_mismatch
 
 __all__ = ["compile_kernels", "compile_reading_kernels"]
 
@@ -37,7 +37,8 @@ def compile_kernels() -> None:
     cursor = history.cursor(100)
     cursor.finer()
     cursor.coarser()
-    mismatch(history.full(), history.level(50))
+    for function in (mismatch, voxel_mismatch):
+        function(history.full(), history.level(50))
     compile_reading_kernels()
 
 

@@ -202,10 +202,9 @@ def _first_centre(coordinate: float, count: int) -> int:
 def _crossing(vertices: FloatArray, one: int, other: int, height: float) -> tuple[float, float]:
     """Where an edge crosses a height of the third axis: first and second coordinate.
 
-    The edge is taken from the smaller to the larger vertex number, so that the two faces at it
-    get the same numbers, to the last bit.
+    The edge is taken upwards, so that the faces at it get the same numbers, to the last bit.
     """
-    start, end = min(one, other), max(one, other)
+    start, end = (one, other) if vertices[one, 2] < vertices[other, 2] else (other, one)
     part = (height - vertices[start, 2]) / (vertices[end, 2] - vertices[start, 2])
     return (
         vertices[start, 0] + part * (vertices[end, 0] - vertices[start, 0]),

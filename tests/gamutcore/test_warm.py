@@ -30,7 +30,7 @@ compile_kernels()
 before = signatures()
 from gamutcore.export import FORMATS, encoded_mesh
 from gamutcore.gamut import Gamut, Options, build_gamut
-from gamutcore.metric import mismatch
+from gamutcore.metric import mismatch, voxel_mismatch
 root = Path(sys.argv[1])
 for path in ("examples/FOGRA39L.ti3", "tests/data/sRGB-v4.icc", "tests/data/DisplayP3-v4.icc"):
     for options in (
@@ -47,6 +47,7 @@ cursor = read.history.cursor(100)
 cursor.finer(20)
 cursor.coarser(30)
 mismatch(read.history.full(), cursor.mesh)
+voxel_mismatch(read.history.full(), cursor.mesh)
 print(json.dumps({"compiled": sum(before.values()), "new": changed(before)}))
 """
 

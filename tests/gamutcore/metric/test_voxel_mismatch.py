@@ -1,0 +1,251 @@
+"""The mismatch in voxels: counted one by one, against analysis, and beside the exact figure."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gamutcore.boundary import modified_convex_hull, segment_maxima, usv
+from gamutcore.characterisation import characterisation
+from gamutcore.colours import surface_colours
+from gamutcore.decimation import decimated
+from gamutcore.errors import MeshError, OptionError
+from gamutcore.history import history_of
+from gamutcore.mesh import TriangleMesh
+from gamutcore.metric import mismatch, voxel_mismatch
+
+
+def box(lowest, highest):
+    solid = trimesh.creation.box(bounds=[lowest, highest])
+    return TriangleMesh(np.asarray(solid.vertices), np.asarray(solid.faces))
+
+
+def voxels_inside(mesh, edge):
+    """Return the voxels whose centres a mesh goes round, one by one, by its solid angle there."""
+    lowest, highest = np.floor(mesh.bounds / edge).astype(int)
+    found = set()
+    for place in itertools.product(*map(range, lowest, highest + 1)):
+        corners = mesh.vertices[mesh.faces] - (np.array(place) + 0.5) * edge
+        lengths = np.linalg.norm(corners, axis=2)
+        a, b, c = corners.transpose(1, 0, 2)
+        la, lb, lc = lengths.T
+        cosines = (
+            la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
+        )  # fmt: skip
+        if np.arctan2(np.linalg.det(corners), cosines).sum() > np.pi:
+            found.add(place)
+    return found
+
+
+class TestCounting:
+    @settings(max_examples=8)
+    @given(seed=st.integers(0, 10**6))
+    def test_is_that_of_voxels_one_by_one(self, random_cloud, seed):
+        """Of bumpy, concave bodies; the other one is shifted."""
+        one = modified_convex_hull(random_cloud(seed, 60)).mesh
+        other = modified_convex_hull(random_cloud(seed + 1, 60) + np.array([3, -5, 7])).mesh
+        found = voxel_mismatch(one, other, 9.7)
+        inside = [voxels_inside(mesh, 9.7) for mesh in (one, other)]
+        assert found.reference_voxels == len(inside[0])
+        assert found.differing_voxels == len(inside[0] ^ inside[1])
+        assert found.mismatch == found.differing_voxels / found.reference_voxels
+        assert found.edge == 9.7
+
+    @pytest.mark.parametrize("shift", [0.0, 0.25, 0.5, 0.75])
+    def test_of_a_box_whose_sides_go_through_centres(self, shift):
+        """Centres on lower sides are inside, those on upper sides not: always 4 · 5 · 6."""
+        solid = box(np.full(3, shift), np.array([4, 5, 6]) + shift)
+        assert voxel_mismatch(solid, solid, 1.0).reference_voxels == 120
+
+    @settings(max_examples=30)
+    @given(
+        places=st.lists(
+            st.tuples(*[st.integers(-9, 9).map(lambda n: n / 2)] * 3),
+            min_size=6,
+            max_size=14,
+            unique=True,
+        )
+    )
+    def test_parts_that_share_sides_share_no_voxel_and_leave_none_out(self, places):
+        """Cones from the centre to the faces, with corners and sides through centres of voxels."""
+        corners = [(x, y, z) for x in (-4.5, 4.5) for y in (-3.5, 3.5) for z in (-2.5, 2.5)]
+        boundary = modified_convex_hull(np.array(places + corners), 0.3)
+        mesh = boundary.mesh
+        whole = box(*(np.array([[-1, -1, -1], [1, 1, 1]]) * 5.0))
+        total = voxel_mismatch(whole, mesh, 1.0)
+        outside = total.differing_voxels
+        parts = 0
+        for face in mesh.faces:
+            corners = np.vstack([boundary.centre, mesh.vertices[face]]).astype(float)
+            cone = TriangleMesh(corners, np.array([(1, 2, 3), (0, 2, 1), (0, 3, 2), (0, 1, 3)]))
+            parts += total.reference_voxels - voxel_mismatch(whole, cone, 1.0).differing_voxels
+        assert parts == total.reference_voxels - outside
+
+    def test_the_order_changes_the_reference_alone(self, random_cloud):
+        one, other = (modified_convex_hull(random_cloud(seed)).mesh for seed in (60, 61))
+        there, back = voxel_mismatch(one, other, 1.0), voxel_mismatch(other, one, 1.0)
+        assert there.differing_voxels == back.differing_voxels
+        assert there.reference_voxels != back.reference_voxels
+
+    def test_of_a_body_with_itself_is_zero(self, icosphere):
+        sphere = icosphere(4, 40.0, (50.0, 1.0, 2.0))
+        assert voxel_mismatch(sphere, sphere).mismatch == 0
+
+    def test_by_default_the_longest_axis_has_256_voxels(self):
+        reference, other = box((0, 0, 0), (10, 64, 20)), box((-30, 0, 0), (10, 90, 20))
+        assert voxel_mismatch(reference, other).edge == 0.25
+
+    def test_of_disjoint_bodies(self):
+        found = voxel_mismatch(box((0, 0, 0), (1, 1, 1)), box((5, 5, 5), (7, 7, 7)), 0.125)
+        assert found.mismatch == 9.0
+
+    def test_what_a_line_enters_twice_is_outside(self):
+        """A box with a cavity: two closed surfaces in one mesh."""
+        outer, inner = box((0, 0, 0), (4, 4, 4)), box((1, 1, 1), (3, 3, 3))
+        hollow = TriangleMesh(
+            np.vstack([outer.vertices, inner.vertices]),
+            np.vstack([outer.faces, inner.faces[:, ::-1] + len(outer.vertices)]),
+        )
+        assert voxel_mismatch(hollow, outer, 0.5).reference_voxels == 8**3 - 4**3
+
+    @pytest.mark.parametrize("scale", [1e-9, 1e9])
+    def test_scale_does_not_matter(self, random_cloud, scale):
+        one, other = (modified_convex_hull(random_cloud(seed)).mesh for seed in (62, 63))
+        scaled = [TriangleMesh(mesh.vertices * scale, mesh.faces) for mesh in (one, other)]
+        assert voxel_mismatch(*scaled, 2 * scale).mismatch == pytest.approx(
+            voxel_mismatch(one, other, 2.0).mismatch, abs=1e-3
+        )
+
+
+class TestAgainstAnalysis:
+    @pytest.mark.parametrize("ratio", [0.5, 0.9, 0.99])
+    @pytest.mark.parametrize("edge", [None, 0.5, 3.0])
+    def test_concentric_spheres(self, icosphere, ratio, edge):
+        """1 − (r/R)³, within the bound; with 256 voxels across within a thousandth."""
+        outer, inner = (icosphere(5, r, (50.0, 0.0, 0.0)) for r in (50.0, 50.0 * ratio))
+        found = voxel_mismatch(outer, inner, edge)
+        assert abs(found.mismatch - (1 - ratio**3)) <= found.bound
+        if edge is None:
+            assert found.mismatch == pytest.approx(1 - ratio**3, abs=1e-3)
+
+    @settings(max_examples=100)
+    @given(
+        corner=st.tuples(*[st.floats(-3, 3)] * 3),
+        sides=st.tuples(*[st.floats(0.5, 4)] * 3),
+        shift=st.tuples(*[st.floats(-1, 1)] * 3),
+        edge=st.floats(0.2, 0.5),
+    )
+    def test_boxes_are_within_the_bound(self, corner, sides, shift, edge):
+        low, high = np.array(corner), np.array(corner) + sides
+        moved = low + shift, high + shift
+        common = np.maximum(np.minimum(high, moved[1]) - np.maximum(low, moved[0]), 0).prod()
+        exact = 2 * (np.prod(sides) - common) / np.prod(sides)
+        try:
+            found = voxel_mismatch(box(low, high), box(*moved), edge)
+        except MeshError:
+            assert min(sides) < edge  # not a single centre inside
+        else:
+            assert abs(found.mismatch - exact) <= found.bound
+
+    def test_the_bound_counts_the_voxels_that_the_surface_meets(self):
+        """Sides in the middle between borders: 12³ voxels of which 10³ are wholly inside."""
+        solid = box((0.3, 0.3, 0.3), (11.7, 11.7, 11.7))
+        found = voxel_mismatch(solid, solid, 1.0)
+        surface, volume = 12**3 - 10**3, 11.4**3
+        expected = (surface + surface / volume * surface) / 12**3
+        assert found.bound == pytest.approx(expected, rel=1e-12)
+
+    def test_the_bound_falls_with_the_edge(self, icosphere):
+        one, other = icosphere(4, 50.0), icosphere(4, 45.0)
+        bounds = [voxel_mismatch(one, other, edge).bound for edge in (2.0, 1.0, 0.5)]
+        # voxels at a surface by those in a body: as the edge
+        assert bounds[1] / bounds[0] == pytest.approx(0.5, abs=0.06)
+        assert bounds[2] / bounds[1] == pytest.approx(0.5, abs=0.03)
+
+
+def agree(reference, other):
+    """Check that the figure in voxels is the exact one, within the bound and better.
+
+    Centres are spread more evenly than points thrown at random, and n hits of these have a
+    standard deviation of √n.
+    """
+    found, exact = voxel_mismatch(reference, other), mismatch(reference, other)
+    assert abs(found.mismatch - exact) <= found.bound
+    deviation = math.sqrt(found.differing_voxels) / found.reference_voxels
+    assert abs(found.mismatch - exact) <= 5 * deviation
+
+
+class TestDevices:
+    @pytest.mark.parametrize("triangles", [10_000, 1000, 100, 20, 4])
+    def test_levels_of_fogra39(self, fogra39_gamut, triangles):
+        agree(fogra39_gamut.history.full(), fogra39_gamut.history.level(triangles))
+
+    @pytest.mark.parametrize(
+        "path",
+        [
+            "press/TR002.ti3",
+            "display/phone_RGBW_LCD_602.txt",
+            "display/Canon_projector.icc",
+            "display/Panasonic-TV_2014.icc",
+        ],
+    )
+    def test_of_other_devices_and_boundaries(self, shared_data, path):
+        device = characterisation((shared_data / path).read_bytes())
+        points = surface_colours(device, surface_samples=20_000).points
+        boundary = modified_convex_hull(points)
+        history = history_of(decimated(boundary.mesh, boundary.centre))
+        for other in (
+            history.level(100),
+            usv(points, subdivisions=2).mesh,
+            segment_maxima(points).mesh,
+            modified_convex_hull(points, 1.0).mesh,
+        ):
+            agree(boundary.mesh, other)
+
+
+class TestRefusals:
+    def test_of_an_open_mesh_or_a_turned_face(self, icosphere):
+        sphere = icosphere(1)
+        faces = sphere.faces.copy()
+        faces[0] = faces[0, ::-1]
+        nothing = TriangleMesh(np.empty((0, 3)), np.empty((0, 3), int))
+        for bad in (
+            TriangleMesh(sphere.vertices, sphere.faces[1:]),
+            TriangleMesh(sphere.vertices, faces),
+            nothing,
+        ):
+            for pair in ((bad, sphere), (sphere, bad)):
+                with pytest.raises(MeshError) as caught:
+                    voxel_mismatch(*pair, 0.1)
+                assert caught.value.remedy
+
+    @pytest.mark.parametrize("value", [np.nan, np.inf])
+    def test_of_numbers_that_are_not_finite(self, icosphere, value):
+        sphere = icosphere(1)
+        sphere.vertices[0, 0] = value
+        for pair in ((icosphere(1), sphere), (sphere, icosphere(1))):
+            with pytest.raises(MeshError):
+                voxel_mismatch(*pair)
+
+    def test_of_a_reference_without_a_voxel(self, icosphere):
+        with pytest.raises(MeshError) as caught:
+            voxel_mismatch(icosphere(1, 0.1), icosphere(1), 0.5)
+        assert "smaller" in caught.value.remedy
+
+    @pytest.mark.parametrize("edge", [0, -1.0, np.nan, np.inf, 1e-5, 1e-300])
+    def test_of_an_edge(self, icosphere, edge):
+        with pytest.raises(OptionError) as caught:
+            voxel_mismatch(icosphere(1), icosphere(2), edge)
+        assert caught.value.where == {"field": "edge"}
+        assert "2048" in caught.value.remedy
+
+    def test_of_a_point(self):
+        point = TriangleMesh(
+            np.ones((4, 3)), np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)])
+        )
+        with pytest.raises((MeshError, OptionError)):
+            voxel_mismatch(point, point)
