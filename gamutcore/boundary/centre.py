@@ -24,7 +24,7 @@ from gamutcore.kernels import kernel
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = ["automatic_centre", "checked_centre", "checked_points"]
+__all__ = ["automatic_centre", "bounds", "checked_centre", "checked_points"]
 
 LARGEST_COORDINATE = 1e12
 """Coordinates beyond this are refused: products of three and more must stay far from overflow."""
@@ -33,8 +33,11 @@ FLATNESS = 1e-6
 """Points are flat if their hull fills less than this part of the cube of their largest extent."""
 
 SIMPLEX_PART = 1 / 48
-"""A hull is at most so many times as large as the simplex of `_point_inside`: it lies within a box
+"""A hull is at most 48 times as large as the simplex of `_point_inside`: it lies within a box
 twice as long, wide and high as the simplex, of which a tetrahedron is a sixth."""
+
+SAMPLE = 1000
+"""Points among which a simplex is nearly always found, in an order that is drawn by chance."""
 
 
 def checked_points(points: ArrayLike) -> tuple[FloatArray, float]:
@@ -88,6 +91,27 @@ def checked_points(points: ArrayLike) -> tuple[FloatArray, float]:
     return rounded, step
 
 
+@kernel
+def bounds(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Lowest and highest coordinates, each (3,); many times faster than NumPy's reductions.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        At least one.
+
+    Returns
+    -------
+    lowest, highest : (3,) float64
+    """
+    lowest, highest = points[0].copy(), points[0].copy()
+    for index in range(len(points)):
+        for axis in range(3):
+            lowest[axis] = min(lowest[axis], points[index, axis])
+            highest[axis] = max(highest[axis], points[index, axis])
+    return lowest, highest
+
+
 def checked_centre(centre: object, points: FloatArray, step: float) -> FloatArray | None:
     """Return a given centre on the points' grid.
 
@@ -126,7 +150,7 @@ def checked_centre(centre: object, points: FloatArray, step: float) -> FloatArra
             remedy="'auto' or three finite numbers",
         )
     rounded = rounded_to_grid(given, step)
-    lowest, highest = points.min(axis=0), points.max(axis=0)
+    lowest, highest = bounds(points)
     if not ((lowest < rounded) & (rounded < highest)).all():
         automatic_centre(points, step)  # flat points are the better explanation where they are flat
         raise CentreError(
@@ -162,11 +186,20 @@ def automatic_centre(points: FloatArray, step: float) -> FloatArray:
     FlatPointsError
         If the hull has no volume to speak of.
     """
-    extent = float(np.ptp(points, axis=0).max())
-    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    lowest, highest = bounds(points)
+    extent, middle = float((highest - lowest).max()), (lowest + highest) / 2
     # a grid fine enough to stay inside, on which differences from points are exact: only then are
     # faces in one plane seen to be
-    inside = rounded_to_grid(_point_inside(points, extent), step * 2.0**-20)
+    inside = _point_inside(points[:SAMPLE], extent)
+    if inside is None:
+        inside = _point_inside(points, extent)
+    if inside is None:
+        raise FlatPointsError(
+            "the points are in one place, on one line or in one plane, but for less than"
+            f" {FLATNESS:g} of the cube of their extent",
+            remedy="points that enclose a volume",
+        )
+    inside = rounded_to_grid(inside, step * 2.0**-20)
     relative = points - inside
     faces = radial_hull(relative)
     volume, *moment = _moments(relative, faces)
@@ -183,27 +216,27 @@ def automatic_centre(points: FloatArray, step: float) -> FloatArray:
     return rounded_to_grid(inside + centroid, step)
 
 
-def _point_inside(points: FloatArray, extent: float) -> FloatArray:
-    """Centroid of a large simplex among the points.
+def _point_inside(points: FloatArray, extent: float) -> FloatArray | None:
+    """Centroid of a large simplex among the points; None if it is flat.
 
     From an extreme point to the one furthest from it, to that furthest from their line, to that
     furthest from the plane of these three.
     """
     if not extent > 0:
-        raise FlatPointsError("all points are the same", remedy="points that enclose a volume")
-    start = points[points[:, int(np.ptp(points, axis=0).argmax())].argmin()]
+        return None
+    lowest, highest = bounds(points)
+    start = points[points[:, (highest - lowest).argmax()].argmin()]
     relative = (points - start) / extent
     squares = np.einsum("ij,ij->i", relative, relative)
     second = relative[squares.argmax()]
+    if not second.any():
+        return None
     third = relative[(squares - (relative @ second) ** 2 / (second @ second)).argmax()]
-    fourth = relative[np.abs(relative @ np.cross(second, third)).argmax()]
-    volume = abs(float(fourth @ np.cross(second, third))) / 6
-    if not volume > FLATNESS * SIMPLEX_PART:
-        raise FlatPointsError(
-            "the points lie in one plane or on one line, but for less than"
-            f" {FLATNESS:g} of the cube of their extent",
-            remedy="points that enclose a volume",
-        )
+    normal = np.cross(second, third)
+    heights = np.abs(relative @ normal)
+    fourth = relative[heights.argmax()]
+    if heights.max() / 6 < FLATNESS * SIMPLEX_PART:
+        return None
     return np.asarray(start + (second + third + fourth) / 4 * extent)
 
 

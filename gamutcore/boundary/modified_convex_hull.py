@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
-from gamutcore.boundary.centre import automatic_centre, checked_centre, checked_points
+from gamutcore.boundary.centre import automatic_centre, bounds, checked_centre, checked_points
 from gamutcore.boundary.insertion_order import insertion_order, places_on_curve
 from gamutcore.boundary.radial_hull import radial_hull
-from gamutcore.errors import BoundaryError, CentreError, OptionError
+from gamutcore.errors import BoundaryError, CentreError, FlatPointsError, OptionError
 from gamutcore.kernels import kernel
 from gamutcore.mesh import TriangleMesh
 from gamutcore.star_shape import faces_not_seeing_centre
@@ -94,7 +94,7 @@ def modified_convex_hull(
         )
     rounded, step = checked_points(points)
     given = checked_centre(centre, rounded, step)
-    about = (rounded.min(axis=0) + rounded.max(axis=0)) / 2 if given is None else given
+    about = sum(bounds(rounded)) / 2 if given is None else given
     places = places_on_curve(rounded - about)
     order = insertion_order(places)
     ordered = rounded[order]
@@ -103,6 +103,11 @@ def modified_convex_hull(
     relative = ordered - middle
     faces = radial_hull(_with_raised_radii(relative, float(gamma)))
     if len(faces) == 0:
+        if given is None:
+            raise FlatPointsError(
+                f"the points are so flat that no centre on their grid, of {step:g}, is inside",
+                remedy="points that enclose a volume",
+            )
         automatic_centre(ordered, step)  # flat points are the better explanation if they are flat
         raise CentreError(
             f"the centre {tuple(middle.tolist())} is not strictly inside the convex hull of"

@@ -177,7 +177,7 @@ def _seeds(points: FloatArray) -> Hull:
             position[seed, axis] = CLEARANCE * largest * SEEDS[seed, axis]
         position[seed, 3] = CLEARANCE * largest
     room = 2 * count
-    vertex = np.full(3 * room, -1, np.int32)
+    vertex = np.empty(3 * room, np.int32)
     opposite = np.empty(3 * room, np.int32)
     for corner in range(12):
         vertex[corner] = SEED_FACES[corner]

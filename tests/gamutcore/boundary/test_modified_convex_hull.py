@@ -1,6 +1,7 @@
 """The modified convex hull: published volumes, its definition, and all that may be thrown at it."""
 
 import itertools
+import sys
 
 import numpy as np
 import pytest
@@ -9,7 +10,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from gamutcore.boundary import modified_convex_hull
+from gamutcore.boundary.radial_hull import radial_hull
 from gamutcore.errors import (
+    BoundaryError,
     CentreError,
     FlatPointsError,
     GamutError,
@@ -423,6 +426,23 @@ def test_a_power_that_is_none_is_an_option_error(gamma):
     with pytest.raises(OptionError) as caught:
         modified_convex_hull(np.eye(4, 3), gamma)
     assert caught.value.where == {"field": "gamma"}
+
+
+def test_a_plate_as_thin_as_its_grid_is_flat():
+    random = np.random.default_rng(0)
+    rotation = np.linalg.qr(random.normal(size=(3, 3)))[0]
+    plate = random.random((3000, 3)) * (1, 1, 3e-6) @ rotation
+    with pytest.raises(FlatPointsError):
+        modified_convex_hull(plate)
+
+
+def test_a_hull_that_does_not_see_the_centre_would_not_get_through(monkeypatch):
+    defined_in = sys.modules[modified_convex_hull.__module__]
+    monkeypatch.setattr(
+        defined_in, "radial_hull", lambda points: radial_hull(points)[:, ::-1].copy()
+    )
+    with pytest.raises(BoundaryError):
+        modified_convex_hull(cube_surface(3))
 
 
 def test_complex_points_are_refused():
