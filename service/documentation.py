@@ -45,17 +45,21 @@ _OPTIONS = {
 _CURVE = [
     {
         "triangles": 4,
-        "volume": 73300.0,
-        "mismatch": 0.843,
-        "maximum_distance": 82.1,
-        "mean_distance": 31.2,
+        "volume": 454918.2825,
+        "mismatch": 0.556262,
+        "mismatch_bound": 0.565395,
+        "distance_bound": 68.8089,
+        "from_full": {"mean": 6.94433, "maximum": 38.0549},
+        "to_full": {"mean": 8.45846, "maximum": 68.8089},
     },
     {
-        "triangles": 1000,
-        "volume": 454700.0,
-        "mismatch": 0.0026,
-        "maximum_distance": 1.1,
-        "mean_distance": 0.06,
+        "triangles": 510,
+        "volume": 454918.3687,
+        "mismatch": 0.00117308,
+        "mismatch_bound": 0.00132536,
+        "distance_bound": 0.355713,
+        "from_full": {"mean": 0.0140091, "maximum": 0.349785},
+        "to_full": {"mean": 0.014024, "maximum": 0.355713},
     },
 ]
 
@@ -64,7 +68,7 @@ _SUMMARY = {
     "created": "2026-01-31T12:00:00.000Z",
     "options": _OPTIONS,
     "counts": {"triangles": 89674, "vertices": 44839, "minimum": 4, "constructed": 0},
-    "volume": 454898.0,
+    "volume": 454918.0,
     "links": _LINKS,
 }
 
@@ -140,8 +144,16 @@ def header(description: str, example: str | int) -> dict[str, Any]:
 
 
 MESH_HEADERS: dict[str, Any] = {
-    "Gamut-Triangles": header("Triangles of the mesh.", 1000),
-    "Gamut-Vertices": header("Vertices of the mesh.", 502),
+    "Gamut-Triangles": header("Triangles of the mesh.", 510),
+    "Gamut-Vertices": header("Vertices of the mesh.", 257),
+    "Gamut-Max-Error": header(
+        "What the distance from the full boundary is at most, in the space's unit; only for levels "
+        "of the error curve.",
+        "0.355713",
+    ),
+    "Gamut-Max-Mismatch": header(
+        "What the mismatch is at most; only for levels of the error curve.", "0.00132536"
+    ),
     "ETag": header("Strong entity tag: the SHA-256 of the content.", f'"{EXAMPLE_ID}"'),
     "Cache-Control": header("The content never changes.", "public, max-age=31536000, immutable"),
     "Vary": header("What the content depends on besides the address.", "Accept"),

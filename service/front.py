@@ -13,8 +13,9 @@ import re
 from typing import TYPE_CHECKING
 
 from gamutcore.export import FORMATS
-from service.meshes import MEDIA_TYPES, SUFFIXES
+from service.meshes import MEDIA_TYPES, SUFFIXES, Wanted
 from service.negotiation import preferred_media_type
+from service.parameters import DECIMAL_PATTERN
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Receive, Scope, Send
@@ -24,7 +25,11 @@ if TYPE_CHECKING:
 __all__ = ["MeshFront"]
 
 _PATH = re.compile(r"/v1/gamuts/([0-9a-f]{64})/mesh(?:\.([a-z]+))?\Z", re.ASCII)
-_QUERY = re.compile(rb"(?:triangles=(\d{1,9}))?(?:(?:^|&)format=([a-z]+))?\Z")
+_LIMIT = DECIMAL_PATTERN.encode()
+_QUERY = re.compile(
+    rb"(?:triangles=([0-9]{1,9})|(?:max_error=(%b))?(?:(?:^|&)max_mismatch=(%b))?)"
+    rb"(?:(?:^|&)format=([a-z]+))?\Z" % (_LIMIT, _LIMIT)
+)
 
 
 class MeshFront:
@@ -64,7 +69,7 @@ class MeshFront:
             if name in fields:
                 fields[name] = fields[name] + b"," + value if fields[name] else value
         gamut_id, suffix = path.groups()
-        triangles, format_field = query.groups()
+        triangles, max_error, max_mismatch, format_field = query.groups()
         if suffix is not None and suffix not in SUFFIXES:
             return None, None
         if format_field is not None:
@@ -75,9 +80,13 @@ class MeshFront:
             name = _negotiated(fields[b"accept"])
         if name not in FORMATS:
             return None, None
-        count = None if triangles is None else int(triangles)
+        wanted = Wanted(
+            None if triangles is None else int(triangles),
+            None if max_error is None else float(max_error),
+            None if max_mismatch is None else float(max_mismatch),
+        )
         known = fields[b"if-none-match"].decode("latin-1")
-        return self.meshes.at_once(gamut_id, count, name), known or None
+        return self.meshes.at_once(gamut_id, wanted, name), known or None
 
 
 @functools.lru_cache(maxsize=256)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from gamutcore.export import FORMATS, encoded_mesh
 from gamutcore.history import MINIMUM_TRIANGLES
+from gamutcore.metric.error_curve import level_within
 from service.cache import ByteBoundedCache
 from service.conditional import IMMUTABLE, entity_tag, matches
 from service.single_flight import SingleFlight
@@ -18,7 +19,15 @@ from service.single_flight import SingleFlight
 if TYPE_CHECKING:
     from service.library import Library, OpenGamut
 
-__all__ = ["DEFAULT_TRIANGLES", "MEDIA_TYPES", "SUFFIXES", "EncodedMesh", "MeshKey", "Meshes"]
+__all__ = [
+    "DEFAULT_TRIANGLES",
+    "MEDIA_TYPES",
+    "SUFFIXES",
+    "EncodedMesh",
+    "MeshKey",
+    "Meshes",
+    "Wanted",
+]
 
 DEFAULT_TRIANGLES = 1000
 """Triangles of a mesh when none are asked for: 26 kB as GLB, and looks smooth on a screen."""
@@ -34,6 +43,29 @@ _INLINE_TRIANGLES = {"glb": 4000, "gltf": 1000, "ply": 4000, "stl": 4000}
 
 _ENTRY_BYTES = 1024
 """Rough cost of a mesh in the cache besides its content: key, header fields, bookkeeping."""
+
+
+class Wanted(NamedTuple):
+    """Which level is asked for: by its triangles or by limits to its error, else the default.
+
+    Attributes
+    ----------
+    triangles : int or None
+        The most triangles that it may have.
+    max_error : float or None
+        The largest distance from the full boundary that is accepted, in the space's unit.
+    max_mismatch : float or None
+        The largest mismatch that is accepted.
+    """
+
+    triangles: int | None = None
+    max_error: float | None = None
+    max_mismatch: float | None = None
+
+    @property
+    def limited(self) -> bool:
+        """Whether there is a limit to the error."""
+        return self.max_error is not None or self.max_mismatch is not None
 
 
 class MeshKey(NamedTuple):
@@ -63,14 +95,22 @@ class EncodedMesh:
     headers: list[tuple[bytes, bytes]] = field(repr=False)
 
     @classmethod
-    def of(cls, body: bytes, media_type: str, triangles: int, vertices: int) -> EncodedMesh:
-        """Return the encoded mesh of a file with its counts."""
+    def of(
+        cls,
+        body: bytes,
+        media_type: str,
+        triangles: int,
+        vertices: int,
+        promises: dict[str, str] | None = None,
+    ) -> EncodedMesh:
+        """Return the encoded mesh of a file with its counts and what is promised of it."""
         etag = entity_tag(body)
         fields = {
             "content-type": media_type,
             "content-length": str(len(body)),
             "gamut-triangles": str(triangles),
             "gamut-vertices": str(vertices),
+            **(promises or {}),
             "etag": etag,
             "cache-control": IMMUTABLE,
             "vary": "Accept",
@@ -101,15 +141,15 @@ class Meshes:
         self._cache: ByteBoundedCache[MeshKey, EncodedMesh] = ByteBoundedCache(capacity)
         self._encoding: SingleFlight[MeshKey, EncodedMesh] = SingleFlight()
 
-    def at_once(self, gamut_id: str, triangles: int | None, format_name: str) -> EncodedMesh | None:
+    def at_once(self, gamut_id: str, wanted: Wanted, format_name: str) -> EncodedMesh | None:
         """Return a mesh if it is there, or can be there within a millisecond.
 
         Parameters
         ----------
         gamut_id : str
             The gamut.
-        triangles : int or None
-            The most triangles that it may have; `DEFAULT_TRIANGLES`, or all if there are fewer.
+        wanted : Wanted
+            Without a count or a limit: `DEFAULT_TRIANGLES`, or all if there are fewer.
         format_name : str
             A key of `FORMATS`.
 
@@ -121,10 +161,10 @@ class Meshes:
         opened = self._library.opened(gamut_id)
         if opened is None:
             # Whether an odd count is above the largest level only the gamut itself can tell.
-            if triangles is None or triangles % 2:
+            if wanted.triangles is None or wanted.triangles % 2:
                 return None
-            return self._cache.get(MeshKey(gamut_id, triangles, format_name))
-        count = _count(opened, triangles)
+            return self._cache.get(MeshKey(gamut_id, wanted.triangles, format_name))
+        count = _count(opened, wanted)
         if not MINIMUM_TRIANGLES <= count <= opened.gamut.history.triangles:
             return None
         key = _key(gamut_id, count, format_name)
@@ -134,7 +174,7 @@ class Meshes:
             self._keep(key, mesh)
         return mesh
 
-    async def mesh(self, gamut_id: str, triangles: int | None, format_name: str) -> EncodedMesh:
+    async def mesh(self, gamut_id: str, wanted: Wanted, format_name: str) -> EncodedMesh:
         """Return a mesh; parameters as for `at_once`.
 
         Raises
@@ -144,11 +184,11 @@ class Meshes:
         TriangleCountError
             The gamut has no such level.
         """
-        mesh = self.at_once(gamut_id, triangles, format_name)
+        mesh = self.at_once(gamut_id, wanted, format_name)
         if mesh is not None:
             return mesh
         opened = await self._library.gamut(gamut_id)
-        count = _count(opened, triangles)
+        count = _count(opened, wanted)
         if not MINIMUM_TRIANGLES <= count <= opened.gamut.history.triangles:
             opened.gamut.history.level(count)  # raises, and knows best what to say
         key = _key(gamut_id, count, format_name)
@@ -169,10 +209,27 @@ class Meshes:
         self._cache.put(key, mesh, len(mesh.body) + _ENTRY_BYTES)
 
 
-def _count(opened: OpenGamut, triangles: int | None) -> int:
-    if triangles is None:
-        return min(DEFAULT_TRIANGLES, opened.gamut.history.triangles)
-    return triangles
+def _count(opened: OpenGamut, wanted: Wanted) -> int:
+    largest = opened.gamut.history.triangles
+    if wanted.limited:
+        levels = opened.gamut.description["levels"]
+        # The full boundary keeps every limit: it has no error.
+        return level_within(levels, wanted.max_error, wanted.max_mismatch) or largest
+    return min(DEFAULT_TRIANGLES, largest) if wanted.triangles is None else wanted.triangles
+
+
+def _promises(opened: OpenGamut, triangles: int) -> dict[str, str]:
+    """Return the header fields that say what a level of the error curve promises."""
+    return {
+        name: f"{level[bound]:g}"
+        for level in opened.gamut.description["levels"]
+        if level["triangles"] == triangles
+        for name, bound in (
+            ("gamut-max-error", "distance_bound"),
+            ("gamut-max-mismatch", "mismatch_bound"),
+        )
+        if bound in level
+    }
 
 
 def _key(gamut_id: str, count: int, format_name: str) -> MeshKey:
@@ -184,4 +241,5 @@ def _encoded(opened: OpenGamut, key: MeshKey) -> EncodedMesh:
     mesh = opened.gamut.history.level(key.triangles)
     body = encoded_mesh(mesh, key.format_name, opened.provenance)
     media_type = FORMATS[key.format_name].media_type
-    return EncodedMesh.of(body, media_type, len(mesh.faces), len(mesh.vertices))
+    promises = _promises(opened, len(mesh.faces))
+    return EncodedMesh.of(body, media_type, len(mesh.faces), len(mesh.vertices), promises)

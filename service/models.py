@@ -12,6 +12,7 @@ from pydantic.json_schema import SkipJsonSchema
 
 __all__ = [
     "Counts",
+    "Distances",
     "GamutDescription",
     "GamutLinks",
     "GamutList",
@@ -171,6 +172,15 @@ class Counts(BaseModel):
     ] = 0
 
 
+class Distances(BaseModel):
+    """Distances of the points of one surface from another, in the space's unit."""
+
+    model_config = ConfigDict(extra="allow")
+
+    mean: Annotated[float, Field(description="Over the surface's area; an estimate.")]
+    maximum: Annotated[float, Field(description="No point is further away than this.")]
+
+
 class Level(BaseModel):
     """What is lost at one triangle count, against the full boundary."""
 
@@ -180,15 +190,28 @@ class Level(BaseModel):
     volume: float
     mismatch: Annotated[
         float,
-        Field(description="Volume of the symmetric difference, as a part of the full volume."),
-    ]
-    maximum_distance: Annotated[
-        float,
         Field(
-            description="Largest distance along the radius from the centre, in the space's unit."
+            description="Volume of the symmetric difference, as a part of the full volume: as good "
+            "as exact, and at most by `mismatch_bound - mismatch` from it."
         ),
     ]
-    mean_distance: Annotated[float, Field(description="The same, as a mean weighted by volume.")]
+    mismatch_bound: Annotated[
+        float,
+        Field(description="What the mismatch of this level and of all finer ones here is at most."),
+    ]
+    distance_bound: Annotated[
+        float,
+        Field(
+            description="What the distance between this level, or a finer one here, and the full "
+            "boundary is at most: of any point of either surface, in the space's unit."
+        ),
+    ]
+    from_full: Annotated[
+        Distances, Field(description="Of the full boundary's points from the level.")
+    ]
+    to_full: Annotated[
+        Distances, Field(description="Of the level's points from the full boundary.")
+    ]
 
 
 class GamutLinks(BaseModel):

@@ -13,10 +13,15 @@ from pydantic_core import PydanticCustomError
 
 from service.problems import Problem, ProblemError
 
-__all__ = ["WHOLE_NUMBER", "check_query"]
+__all__ = ["DECIMAL_NUMBER", "DECIMAL_PATTERN", "WHOLE_NUMBER", "check_query"]
 
 _DIGITS = re.compile(r"[0-9]{1,12}\Z")
 """No sign, no space, no other script's digits; twelve are more than any count here needs."""
+
+DECIMAL_PATTERN = r"[0-9]{1,12}(?:\.[0-9]{1,20})?(?:[eE]-?[0-9]{1,2})?"
+"""No sign, no infinity, no NaN; as many digits as a double is written with."""
+
+_DECIMAL = re.compile(DECIMAL_PATTERN + r"\Z")
 
 _LONGEST_NAME = 40
 """Characters of a parameter's name that a problem repeats."""
@@ -32,6 +37,18 @@ def _digits(value: object) -> object:
 
 WHOLE_NUMBER = BeforeValidator(_digits)
 """Annotation of an integer in a query: decimal digits of ASCII only."""
+
+
+def _decimal(value: object) -> object:
+    if isinstance(value, str) and not _DECIMAL.match(value):
+        raise PydanticCustomError(
+            "decimal_number", "The value is not a decimal number from 0 on, such as 0.5 or 1e-4"
+        )
+    return value
+
+
+DECIMAL_NUMBER = BeforeValidator(_decimal)
+"""Annotation of a number in a query: decimal digits of ASCII, not negative."""
 
 
 async def check_query(request: Request) -> None:

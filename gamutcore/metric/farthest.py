@@ -225,7 +225,6 @@ def raise_bound(
         attained = max(attained, distance)
         three, distance = nearest_face(stack[top, 6], stack[top, 7], stack[top, 8], surface, face)
         attained = max(attained, distance)
-        lower = max(lower, np.sqrt(attained))
         bound = np.sqrt(
             min(
                 _bound(stack, top, surface, one),
@@ -233,6 +232,8 @@ def raise_bound(
                 _bound(stack, top, surface, three),
             )
         )
+        # where descent ended too early, the bound by another corner's face may be the better one
+        lower = max(lower, min(np.sqrt(attained), bound))
         if bound <= max(upper, SLACK * lower) or stack[top, 10] >= HALVINGS:
             upper = max(upper, bound)
             continue

@@ -247,7 +247,8 @@ async def delete_gamut(request: Request, gamut_id: GamutId) -> Response:
     "/{gamut_id}/levels",
     operation_id="describeLevels",
     summary="Read the error curve",
-    description="Mismatch, maximum distance and volume by triangle count, for choosing a level.",
+    description="Volume, mismatch and distances in both directions by triangle count, with bounds "
+    "that hold for a level and all finer ones here: what `max_error` and `max_mismatch` choose by.",
     responses={
         200: json_response("The error curve.", Levels, EXAMPLE_LEVELS, _ENTITY_HEADERS),
         **_NOT_MODIFIED,

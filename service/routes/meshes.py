@@ -7,9 +7,9 @@ from fastapi.responses import Response
 
 from gamutcore.export import FORMATS
 from service.documentation import MESH_HEADERS, problems
-from service.meshes import DEFAULT_TRIANGLES, MEDIA_TYPES, SUFFIXES
+from service.meshes import DEFAULT_TRIANGLES, MEDIA_TYPES, SUFFIXES, Wanted
 from service.negotiation import preferred_media_type
-from service.parameters import WHOLE_NUMBER, check_query
+from service.parameters import DECIMAL_NUMBER, WHOLE_NUMBER, check_query
 from service.problems import Problem, ProblemError
 from service.routes.gamuts import GamutId
 from service.state import service_of
@@ -39,11 +39,34 @@ Triangles = Annotated[
     int | None,
     Query(
         description="The most triangles that the mesh may have, from 4 up to the gamut's largest "
-        f"count. Without it: {DEFAULT_TRIANGLES}, or all if there are fewer.",
+        f"count. Without it and without a limit: {DEFAULT_TRIANGLES}, or all if there are fewer.",
         json_schema_extra={"minimum": 4},
         examples=[1000],
     ),
     WHOLE_NUMBER,
+]
+
+MaxError = Annotated[
+    float | None,
+    Query(
+        description="The largest distance from the full boundary that is accepted, of any point of "
+        "either surface, in the space's unit (CIELAB: ΔE). The smallest level of the error curve "
+        "that promises it is sent, and the full boundary if none does.",
+        json_schema_extra={"minimum": 0},
+        examples=[0.5],
+    ),
+    DECIMAL_NUMBER,
+]
+
+MaxMismatch = Annotated[
+    float | None,
+    Query(
+        description="The largest mismatch that is accepted: volume of the symmetric difference ÷ "
+        "volume of the full boundary. Together with `max_error` both are kept.",
+        json_schema_extra={"minimum": 0},
+        examples=[0.001],
+    ),
+    DECIMAL_NUMBER,
 ]
 
 FormatName = Annotated[
@@ -61,9 +84,9 @@ FormatName = Annotated[
     "/{gamut_id}/mesh",
     operation_id="downloadMesh",
     summary="Download a mesh",
-    description="The gamut's surface with at most as many triangles as are asked for, in the "
-    "coordinates of its colour space. The format is that of `format=`, else the one that `Accept` "
-    "likes best, else `model/gltf-binary`.",
+    description="The gamut's surface with at most as many triangles, or at most as large an error, "
+    "as is asked for, in the coordinates of its colour space. The format is that of `format=`, "
+    "else the one that `Accept` likes best, else `model/gltf-binary`.",
     response_class=Response,
     responses={**_RESPONSES, **problems(*_PROBLEMS, "not-acceptable")},
 )
@@ -71,6 +94,8 @@ async def download_mesh(
     request: Request,
     gamut_id: GamutId,
     triangles: Triangles = None,
+    max_error: MaxError = None,
+    max_mismatch: MaxMismatch = None,
     format_name: FormatName = None,
 ) -> Response:
     """Download a mesh in the format that is negotiated."""
@@ -86,7 +111,8 @@ async def download_mesh(
                 )
             )
         format_name = MEDIA_TYPES[media_type]
-    return await _mesh(request, gamut_id, triangles, format_name)
+    wanted = Wanted(triangles, max_error, max_mismatch)
+    return await _mesh(request, gamut_id, wanted, format_name)
 
 
 @router.get(
@@ -109,6 +135,8 @@ async def download_mesh_file(
         ),
     ],
     triangles: Triangles = None,
+    max_error: MaxError = None,
+    max_mismatch: MaxMismatch = None,
     format_name: FormatName = None,
 ) -> Response:
     """Download a mesh in the format that the suffix names."""
@@ -118,12 +146,20 @@ async def download_mesh_file(
         raise ProblemError(
             Problem("not-found", detail, {"field": "suffix"}, f"Use one of {known}.")
         )
-    return await _mesh(request, gamut_id, triangles, format_name or SUFFIXES[suffix])
+    wanted = Wanted(triangles, max_error, max_mismatch)
+    return await _mesh(request, gamut_id, wanted, format_name or SUFFIXES[suffix])
 
 
-async def _mesh(
-    request: Request, gamut_id: str, triangles: int | None, format_name: str
-) -> Response:
+async def _mesh(request: Request, gamut_id: str, wanted: Wanted, format_name: str) -> Response:
+    if wanted.triangles is not None and wanted.limited:
+        raise ProblemError(
+            Problem(
+                "invalid-parameter",
+                "A number of triangles is given together with a limit to the error.",
+                {"in": "query", "field": "triangles"},
+                "Give either triangles, or max_error, max_mismatch or both of these.",
+            )
+        )
     if format_name not in FORMATS:
         raise ProblemError(
             Problem(
@@ -133,7 +169,7 @@ async def _mesh(
                 f"Use one of {', '.join(FORMATS)}.",
             )
         )
-    mesh = await service_of(request).meshes.mesh(gamut_id, triangles, format_name)
+    mesh = await service_of(request).meshes.mesh(gamut_id, wanted, format_name)
     known = request.headers.getlist("if-none-match")
     status, headers, body = mesh.response(",".join(known) or None)
     response = Response(body, status)

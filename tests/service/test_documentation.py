@@ -59,7 +59,24 @@ class TestExamples:
             assert low < middle < high
         # no body of an area holds more than a sphere: 36 π V² ≤ A³
         assert 36 * 3.1416 * example["volume"] ** 2 < example["area"] ** 3
-        assert [level["triangles"] for level in example["levels"]] == [4, 1000]
+        levels = example["levels"]
+        assert [level["triangles"] for level in levels] == [4, 510]
+        for level in levels:
+            assert level["mismatch"] <= level["mismatch_bound"]
+            for direction in ("from_full", "to_full"):
+                distances = level[direction]
+                assert distances["mean"] <= distances["maximum"] <= level["distance_bound"]
+
+    def test_of_a_mesh_s_headers_is_a_level_of_the_example(self):
+        shown = {name: field["example"] for name, field in documentation.MESH_HEADERS.items()}
+        (level,) = (
+            level
+            for level in documentation.EXAMPLE_LEVELS["levels"]
+            if level["triangles"] == shown["Gamut-Triangles"]
+        )
+        assert shown["Gamut-Vertices"] == level["triangles"] // 2 + 2
+        assert float(shown["Gamut-Max-Error"]) == level["distance_bound"]
+        assert float(shown["Gamut-Max-Mismatch"]) == level["mismatch_bound"]
 
     def test_options_are_the_defaults(self):
         assert documentation.EXAMPLE_GAMUT["options"] == CoreOptions().to_mapping()

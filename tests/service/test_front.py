@@ -3,7 +3,7 @@ import asyncio
 import pytest
 
 from service.front import MeshFront
-from service.meshes import EncodedMesh
+from service.meshes import EncodedMesh, Wanted
 
 NAME = "0a" * 32
 MESH = EncodedMesh.of(b"body", "model/stl", 4, 4)
@@ -49,14 +49,18 @@ def ask():
 @pytest.mark.parametrize(
     ("suffix", "query", "headers", "question"),
     [
-        ("", "", [], (None, "glb")),
-        ("", "triangles=100", [], (100, "glb")),
-        ("", "triangles=100&format=ply", [], (100, "ply")),
-        ("", "format=ply", [], (None, "ply")),
-        (".obj", "triangles=7", [], (7, "obj")),
-        (".obj", "format=stl", [], (None, "stl")),
-        ("", "", [(b"accept", b"model/stl")], (None, "stl")),
-        ("", "", [(b"accept", b"text/html"), (b"accept", b"model/stl")], (None, "stl")),
+        ("", "", [], (Wanted(), "glb")),
+        ("", "triangles=100", [], (Wanted(100), "glb")),
+        ("", "triangles=100&format=ply", [], (Wanted(100), "ply")),
+        ("", "format=ply", [], (Wanted(), "ply")),
+        (".obj", "triangles=7", [], (Wanted(7), "obj")),
+        (".obj", "format=stl", [], (Wanted(), "stl")),
+        ("", "max_error=0.5", [], (Wanted(None, 0.5), "glb")),
+        ("", "max_error=5e-1&format=ply", [], (Wanted(None, 0.5), "ply")),
+        ("", "max_mismatch=0.001", [], (Wanted(None, None, 0.001), "glb")),
+        (".ply", "max_error=0&max_mismatch=1E-3", [], (Wanted(None, 0.0, 0.001), "ply")),
+        ("", "", [(b"accept", b"model/stl")], (Wanted(), "stl")),
+        ("", "", [(b"accept", b"text/html"), (b"accept", b"model/stl")], (Wanted(), "stl")),
     ],
 )
 def test_plain_requests_are_answered_here(ask, suffix, query, headers, question):
@@ -90,6 +94,13 @@ def test_what_the_client_has_is_not_sent_again(ask):
         (f"/v1/gamuts/{NAME}/mesh", "triangles=10&triangles=20"),
         (f"/v1/gamuts/{NAME}/mesh", "triangles=10format=ply"),
         (f"/v1/gamuts/{NAME}/mesh", "other=1"),
+        (f"/v1/gamuts/{NAME}/mesh", "max_error="),
+        (f"/v1/gamuts/{NAME}/mesh", "max_error=-1"),
+        (f"/v1/gamuts/{NAME}/mesh", "max_error=nan"),
+        (f"/v1/gamuts/{NAME}/mesh", "max_error=1e+1"),
+        (f"/v1/gamuts/{NAME}/mesh", "max_error=0.5max_mismatch=1"),
+        (f"/v1/gamuts/{NAME}/mesh", "triangles=10&max_error=0.5"),
+        (f"/v1/gamuts/{NAME}/mesh", "max_error=0.5&triangles=10"),
         (f"/v1/gamuts/{NAME}/mesh", f"triangles={'9' * 10}"),
     ],
 )

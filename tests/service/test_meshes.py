@@ -5,7 +5,7 @@ import pytest
 from gamutcore.errors import TriangleCountError
 from gamutcore.export import FORMATS
 from service.library import Library
-from service.meshes import MEDIA_TYPES, SUFFIXES, EncodedMesh, Meshes
+from service.meshes import MEDIA_TYPES, SUFFIXES, EncodedMesh, Meshes, Wanted
 from service.store import GamutNotStoredError
 
 
@@ -31,11 +31,11 @@ def test_every_format_has_a_media_type_and_a_suffix_of_its_own():
 def test_a_mesh_is_at_hand_once_its_gamut_is_open(run, built):
     async def scenario(library, meshes):
         name = built[0].id
-        assert meshes.at_once(name, 100, "glb") is None
+        assert meshes.at_once(name, Wanted(100), "glb") is None
         await library.gamut(name)
-        mesh = meshes.at_once(name, 101, "glb")
-        assert mesh is meshes.at_once(name, 100, "glb")
-        assert mesh is await meshes.mesh(name, 100, "glb")
+        mesh = meshes.at_once(name, Wanted(101), "glb")
+        assert mesh is meshes.at_once(name, Wanted(100), "glb")
+        assert mesh is await meshes.mesh(name, Wanted(100), "glb")
 
     run(scenario)
 
@@ -43,28 +43,108 @@ def test_a_mesh_is_at_hand_once_its_gamut_is_open(run, built):
 def test_a_mesh_outlives_its_closed_gamut_but_not_its_deleted_one(run, built):
     async def scenario(library, meshes):
         name = built[0].id
-        mesh = await meshes.mesh(name, 100, "glb")
+        mesh = await meshes.mesh(name, Wanted(100), "glb")
         library.discard(name)
-        assert meshes.at_once(name, 100, "glb") is mesh
-        assert meshes.at_once(name, 101, "glb") is None
-        assert meshes.at_once(name, None, "glb") is None
+        assert meshes.at_once(name, Wanted(100), "glb") is mesh
+        assert meshes.at_once(name, Wanted(101), "glb") is None
+        assert meshes.at_once(name, Wanted(), "glb") is None
         meshes.discard_gamut(name)
-        assert meshes.at_once(name, 100, "glb") is None
+        assert meshes.at_once(name, Wanted(100), "glb") is None
 
     run(scenario)
+
+
+class TestLimits:
+    """A limit is kept with the fewest triangles that promise it, by the described curve."""
+
+    @pytest.mark.parametrize(
+        ("name", "bound"), [("max_error", "distance_bound"), ("max_mismatch", "mismatch_bound")]
+    )
+    def test_that_levels_promise_exactly(self, run, built, name, bound):
+        levels = built[0].description["levels"]
+
+        async def scenario(library, meshes):
+            await library.gamut(built[0].id)
+            for level in levels:
+                limit = level[bound]
+                expected = min(each["triangles"] for each in levels if each[bound] <= limit)
+                mesh = meshes.at_once(built[0].id, Wanted(**{name: limit}), "glb")
+                assert mesh is meshes.at_once(built[0].id, Wanted(expected), "glb")
+                # a little less is promised by finer levels only
+                if limit > 0:
+                    closer = Wanted(**{name: limit * (1 - 1e-9)})
+                    assert triangles(meshes.at_once(built[0].id, closer, "glb")) > expected
+
+        run(scenario)
+
+    def test_of_both_kinds_are_both_kept(self, run, built):
+        levels = built[0].description["levels"]
+        errors = [level["distance_bound"] for level in levels[2::3]]
+        mismatches = [level["mismatch_bound"] for level in levels[2::3]]
+
+        async def count(meshes, *limits):
+            return triangles(await meshes.mesh(built[0].id, Wanted(None, *limits), "glb"))
+
+        async def scenario(_library, meshes):
+            for error in errors:
+                for mismatch in mismatches:
+                    alone = await count(meshes, error, None), await count(meshes, None, mismatch)
+                    assert await count(meshes, error, mismatch) == max(alone)
+
+        run(scenario)
+
+    def test_of_zero_only_the_full_boundary_keeps(self, run, built):
+        async def scenario(_library, meshes):
+            for wanted in (Wanted(max_error=0.0), Wanted(max_mismatch=0.0)):
+                mesh = await meshes.mesh(built[0].id, wanted, "glb")
+                assert triangles(mesh) == built[0].history.triangles
+
+        run(scenario)
+
+    def test_without_a_curve_that_promises_anything_give_the_full_boundary(self, run, built):
+        async def scenario(library, meshes):
+            opened = await library.gamut(built[0].id)
+            for level in opened.gamut.description["levels"]:
+                del level["distance_bound"], level["mismatch_bound"]
+            mesh = await meshes.mesh(built[0].id, Wanted(max_error=50.0), "ply")
+            assert triangles(mesh) == built[0].history.triangles
+            assert b"gamut-max-error" not in dict(mesh.headers)
+
+        run(scenario)
+
+    def test_are_in_the_headers_of_the_curve_s_levels_alone(self, run, built):
+        levels = built[0].description["levels"]
+
+        async def scenario(_library, meshes):
+            for level in levels:
+                headers = dict((await meshes.mesh(*question(level["triangles"]))).headers)
+                assert float(headers[b"gamut-max-error"]) == level["distance_bound"]
+                assert float(headers[b"gamut-max-mismatch"]) == level["mismatch_bound"]
+            other = levels[-2]["triangles"] + 2
+            headers = dict((await meshes.mesh(*question(other))).headers)
+            assert {b"gamut-max-error", b"gamut-max-mismatch"}.isdisjoint(headers)
+
+        def question(count):
+            return built[0].id, Wanted(count), "glb"
+
+        run(scenario)
+
+
+def triangles(mesh):
+    return int(dict(mesh.headers)[b"gamut-triangles"])
 
 
 def test_levels_that_are_not_there_are_never_answered(run, built):
     async def scenario(_library, meshes):
         gamut = built[0]
         largest = gamut.history.triangles
-        await meshes.mesh(gamut.id, largest, "glb")
+        await meshes.mesh(gamut.id, Wanted(largest), "glb")
         for count in (3, 0, -1, largest + 1):
-            assert meshes.at_once(gamut.id, count, "glb") is None
+            assert meshes.at_once(gamut.id, Wanted(count), "glb") is None
             with pytest.raises(TriangleCountError):
-                await meshes.mesh(gamut.id, count, "glb")
+                await meshes.mesh(gamut.id, Wanted(count), "glb")
         with pytest.raises(GamutNotStoredError):
-            await meshes.mesh("0" * 64, 100, "glb")
+            await meshes.mesh("0" * 64, Wanted(100), "glb")
 
     run(scenario)
 
@@ -73,10 +153,10 @@ def test_a_slow_format_is_left_to_a_thread_and_made_once(run, built):
     async def scenario(library, meshes):
         name = built[0].id
         await library.gamut(name)
-        assert meshes.at_once(name, 100, "obj") is None
-        both = await asyncio.gather(*(meshes.mesh(name, 100, "obj") for _ in range(5)))
+        assert meshes.at_once(name, Wanted(100), "obj") is None
+        both = await asyncio.gather(*(meshes.mesh(name, Wanted(100), "obj") for _ in range(5)))
         assert len({id(mesh) for mesh in both}) == 1
-        assert meshes.at_once(name, 100, "obj") is both[0]
+        assert meshes.at_once(name, Wanted(100), "obj") is both[0]
 
     run(scenario)
 
@@ -85,12 +165,12 @@ def test_what_is_deleted_while_it_is_encoded_is_not_kept(run, built):
     async def scenario(library, meshes):
         name = built[0].id
         await library.gamut(name)
-        encoding = asyncio.create_task(meshes.mesh(name, 100, "obj"))
+        encoding = asyncio.create_task(meshes.mesh(name, Wanted(100), "obj"))
         await asyncio.sleep(0)
         library.discard(name)
         meshes.discard_gamut(name)
         await encoding
-        assert meshes.at_once(name, 100, "obj") is None
+        assert meshes.at_once(name, Wanted(100), "obj") is None
 
     run(scenario)
 
@@ -98,10 +178,10 @@ def test_what_is_deleted_while_it_is_encoded_is_not_kept(run, built):
 def test_a_cache_without_room_keeps_nothing_and_hinders_nobody(run, built):
     async def scenario(library, meshes):
         name = built[0].id
-        first = await meshes.mesh(name, 100, "ply")
-        assert meshes.at_once(name, 100, "ply") == first
+        first = await meshes.mesh(name, Wanted(100), "ply")
+        assert meshes.at_once(name, Wanted(100), "ply") == first
         library.discard(name)
-        assert meshes.at_once(name, 100, "ply") is None
+        assert meshes.at_once(name, Wanted(100), "ply") is None
 
     run(scenario, capacity=0)
 

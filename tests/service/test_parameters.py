@@ -2,15 +2,18 @@ import pytest
 
 ID = "0" * 64
 
+MESH = ["triangles", "max_error", "max_mismatch", "format"]
+
 
 @pytest.mark.parametrize(
     ("method", "path", "query", "field", "known"),
     [
-        ("GET", f"/v1/gamuts/{ID}/mesh", "triangle=10", "triangle", ["triangles", "format"]),
-        ("GET", f"/v1/gamuts/{ID}/mesh", "Triangles=10", "Triangles", ["triangles", "format"]),
-        ("GET", f"/v1/gamuts/{ID}/mesh.ply", "triangles=4&x", "x", ["triangles", "format"]),
+        ("GET", f"/v1/gamuts/{ID}/mesh", "triangle=10", "triangle", MESH),
+        ("GET", f"/v1/gamuts/{ID}/mesh", "Triangles=10", "Triangles", MESH),
+        ("GET", f"/v1/gamuts/{ID}/mesh.ply", "triangles=4&x", "x", MESH),
         ("GET", f"/v1/gamuts/{ID}/mesh", "triangles=4&triangles=8", "triangles", None),
         ("GET", f"/v1/gamuts/{ID}/mesh", "triangles=4&triangles=4", "triangles", None),
+        ("GET", f"/v1/gamuts/{ID}/mesh", "max_error=1&max_error=2", "max_error", None),
         ("GET", f"/v1/gamuts/{ID}/mesh.obj", "format=ply&format=stl", "format", None),
         ("GET", "/v1/gamuts", "page=2", "page", ["limit", "after"]),
         ("GET", "/v1/gamuts", "limit=1&limit=2", "limit", None),
@@ -61,6 +64,44 @@ def test_numbers_are_plain_digits(server, gamut, assert_problem, value):
         answer = server.client.get(path, params={name: value})
         document = assert_problem(answer, 422, "invalid-parameter")
         assert document["where"] == {"in": "query", "field": name}
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        "",
+        " 1",
+        "+1",
+        "-1",
+        "-0",
+        "1_0",
+        ".5",
+        "5.",
+        "1e",
+        "1e+2",
+        "1e999",
+        "nan",
+        "inf",
+        "0x1",
+        "1,5",
+        "\u0661",
+        "9" * 13,
+        "0." + "9" * 21,
+        "9" * 5000,
+    ],
+)
+def test_limits_are_plain_decimals(server, gamut, assert_problem, value):
+    for name in ("max_error", "max_mismatch"):
+        answer = server.client.get(gamut["links"]["mesh"], params={name: value})
+        document = assert_problem(answer, 422, "invalid-parameter")
+        assert document["where"] == {"in": "query", "field": name}
+
+
+@pytest.mark.parametrize("value", ["0", "0.0", "1", "00.5", "1e-4", "1E2", repr(1 / 3), "9" * 12])
+def test_decimals_of_the_usual_forms_are_taken(server, gamut, value):
+    for name in ("max_error", "max_mismatch"):
+        answer = server.client.get(gamut["links"]["mesh"], params={name: value})
+        assert answer.status_code == 200
 
 
 def test_known_parameters_in_any_order_are_taken(server, gamut):

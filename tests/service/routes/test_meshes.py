@@ -56,6 +56,35 @@ def test_without_a_count_it_is_a_thousand_or_all(server, gamut, sphere):
     assert answer.headers["gamut-triangles"] == "1000"
 
 
+def test_a_limit_chooses_the_smallest_level_that_promises_it(server, gamut):
+    levels = server.client.get(gamut["links"]["levels"]).json()["levels"]
+    for name, bound in (("max_error", "distance_bound"), ("max_mismatch", "mismatch_bound")):
+        limit = levels[5][bound] * 1.01
+        expected = min(level["triangles"] for level in levels if level[bound] <= limit)
+        for address in (gamut["links"]["mesh"], gamut["links"]["mesh"] + ".ply"):
+            answer = server.client.get(address, params={name: limit})
+            assert answer.headers["gamut-triangles"] == str(expected)
+            assert float(answer.headers[f"gamut-{name.replace('_', '-')}"]) <= limit
+            same = server.client.get(address, params={"triangles": expected})
+            assert (same.content, same.headers["etag"]) == (answer.content, answer.headers["etag"])
+
+
+def test_a_limit_that_no_level_keeps_gives_the_full_boundary(server, gamut):
+    for query in ("max_error=0", "max_mismatch=0", "max_mismatch=1&max_error=0", "max_error=1e-99"):
+        answer = server.client.get(f"{gamut['links']['mesh']}?{query}")
+        assert answer.headers["gamut-triangles"] == str(gamut["counts"]["triangles"])
+        assert answer.headers["gamut-max-error"] == answer.headers["gamut-max-mismatch"] == "0"
+
+
+@pytest.mark.parametrize("limit", ["max_error=1", "max_mismatch=1", "max_error=1&max_mismatch=1"])
+def test_a_count_and_a_limit_exclude_each_other(server, assert_problem, gamut, limit):
+    for query in (f"triangles=10&{limit}", f"{limit}&triangles=10"):
+        document = assert_problem(
+            server.client.get(f"{gamut['links']['mesh']}?{query}"), 422, "invalid-parameter"
+        )
+        assert document["where"] == {"in": "query", "field": "triangles"}
+
+
 @pytest.mark.parametrize("name", FORMATS)
 def test_a_format_is_named_in_three_ways(server, gamut, name):
     mesh = gamut["links"]["mesh"]

@@ -1,0 +1,66 @@
+"""Distances by brute force, and pairs of surfaces, for the tests of the metrics."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+import trimesh
+
+from gamutcore.boundary import modified_convex_hull
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from gamutcore.mesh import TriangleMesh
+
+
+@pytest.fixture(scope="session")
+def distances_to() -> Callable[[np.ndarray, TriangleMesh], np.ndarray]:
+    """Return a function from points and a mesh to their distances, by trimesh's closest points.
+
+    A face is left out only if the sphere around it is further away than some face's centroid.
+    """
+
+    def measure(points: np.ndarray, mesh: TriangleMesh) -> np.ndarray:
+        triangles = mesh.vertices.astype(np.float64)[mesh.faces]
+        centroids = triangles.mean(axis=1)
+        reach = np.linalg.norm(triangles - centroids[:, None], axis=2).max(axis=1)
+        found = []
+        for point in np.asarray(points, np.float64):
+            to_centroid = np.linalg.norm(centroids - point, axis=1)
+            near = triangles[to_centroid - reach <= to_centroid.min()]
+            closest = trimesh.triangles.closest_point(near, np.tile(point, (len(near), 1)))
+            found.append(np.linalg.norm(closest - point, axis=1).min())
+        return np.array(found)
+
+    return measure
+
+
+@pytest.fixture(scope="session")
+def sampled() -> Callable[..., np.ndarray]:
+    """Return a function from a mesh to points spread evenly over its area."""
+
+    def draw(mesh: TriangleMesh, count: int, seed: int = 0) -> np.ndarray:
+        random = np.random.default_rng(seed)
+        triangles = mesh.vertices.astype(np.float64)[mesh.faces]
+        edges = triangles[:, 1:] - triangles[:, :1]
+        area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+        share = (np.arange(count) + random.random(count)) / count
+        face = np.searchsorted(np.cumsum(area), share * area.sum()).clip(max=len(area) - 1)
+        u, v = random.random((2, count))
+        u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
+        return triangles[face, 0] + u[:, None] * edges[face, 0] + v[:, None] * edges[face, 1]
+
+    return draw
+
+
+@pytest.fixture(scope="session")
+def star_shaped(random_cloud: Callable[..., np.ndarray]) -> Callable[..., TriangleMesh]:
+    """Return a function from a seed to a bumpy surface that is star-shaped about (50, 0, 0)."""
+
+    def make(seed: int, count: int = 200) -> TriangleMesh:
+        return modified_convex_hull(random_cloud(seed, count), 0.3, (50.0, 0.0, 0.0)).mesh
+
+    return make

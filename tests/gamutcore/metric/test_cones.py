@@ -1,0 +1,76 @@
+"""Cones: what they are made of, and in which of them points are, by solving for all faces."""
+
+import numpy as np
+import pytest
+
+from gamutcore.metric.cones import MOVES, cones_of, located
+from gamutcore.metric.farthest import faces_of
+
+CENTRE = (50.0, 0.0, 0.0)
+
+
+def surface_of(mesh):
+    return faces_of(mesh.vertices.astype(np.float64) - CENTRE, mesh.faces.astype(np.int32).ravel())
+
+
+@pytest.fixture(scope="module")
+def mesh(star_shaped):
+    return star_shaped(11, 300)
+
+
+class TestConesOf:
+    def test_normals_are_one_at_every_corner(self, mesh):
+        cones = cones_of(surface_of(mesh))
+        corners = np.stack(mesh.corners(CENTRE), axis=1)
+        np.testing.assert_allclose(np.einsum("fx,fcx->fc", cones.normal, corners), 1, rtol=1e-12)
+        np.testing.assert_allclose(cones.slope, np.linalg.norm(cones.normal, axis=1), rtol=1e-12)
+
+    def test_planes_hold_the_edges_and_see_the_corner_across(self, mesh):
+        cones = cones_of(surface_of(mesh))
+        corners = np.stack(mesh.corners(CENTRE), axis=1)
+        products = np.einsum("fpx,fcx->fpc", cones.planes.reshape(-1, 3, 3), corners)
+        determinants = mesh.determinants(CENTRE)[:, None, None]
+        expected = np.tile(np.eye(3), (mesh.triangles, 1, 1))
+        np.testing.assert_allclose(products / determinants, expected, atol=1e-9)
+
+    def test_neighbours_share_the_edge(self, mesh):
+        neighbour = cones_of(surface_of(mesh)).neighbour
+        for face in range(mesh.triangles):
+            for place in range(3):
+                edge = set(mesh.faces[face].tolist()) - {int(mesh.faces[face, place])}
+                assert edge < set(mesh.faces[neighbour[face, place]].tolist())
+                assert face in neighbour[neighbour[face, place]]
+
+
+class TestLocated:
+    def points(self, count=500):
+        random = np.random.default_rng(3)
+        return random.normal(size=(count, 3)) * random.uniform(1, 100, (count, 1))
+
+    def by_solving(self, mesh, points):
+        """The face with the largest least share, and 1 ÷ the sum of shares: the ray's p = Σ s c."""
+        inverse = np.linalg.inv(np.stack(mesh.corners(CENTRE), axis=2))
+        shares = np.einsum("fij,pj->pfi", inverse, points)
+        face = shares.min(axis=2).argmax(axis=1)
+        return face, shares[np.arange(len(points)), face].sum(axis=1)
+
+    @pytest.mark.parametrize("moves", [MOVES, 2, 0])
+    def test_is_what_solving_for_all_faces_finds(self, mesh, moves):
+        points = self.points()
+        order = np.random.default_rng(1).permutation(len(points)).astype(np.int32)
+        near = np.full(len(points), order[0], np.int32)
+        places = located(points, order, near, cones_of(surface_of(mesh)), moves)
+        face, ratio = self.by_solving(mesh, points)
+        np.testing.assert_array_equal(places.face, face)
+        np.testing.assert_allclose(places.beyond, ratio - 1, rtol=1e-9, atol=1e-12)
+        radius = np.linalg.norm(points, axis=1)
+        np.testing.assert_allclose(places.along, abs(radius - radius / ratio), rtol=1e-8)
+
+    def test_of_the_surface_s_own_vertices_is_on_it(self, mesh):
+        surface = surface_of(mesh)
+        count = len(surface.position)
+        order = np.arange(count, dtype=np.int32)
+        places = located(surface.position, order, np.zeros(count, np.int32), cones_of(surface))
+        assert abs(places.beyond).max() < 1e-12
+        for vertex, face in enumerate(places.face):
+            assert vertex in mesh.faces[face]
