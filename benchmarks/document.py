@@ -136,7 +136,9 @@ def _introduction(measured: Measured) -> str:
 # Decimation: accuracy, speed, and the published experiment
 
 Written by `make figures` (benchmarks/figures.py) on {about["date"]}: {about["cpu"]}, one core,
-{about["system"]}, Python {about["python"]}, {versions}. The same figures, unrounded, are in
+{about["system"]}, Python {about["python"]}.
+{versions}.
+The same figures, unrounded, are in
 [benchmarks/decimation.json](../benchmarks/decimation.json).
 
 *Mismatch* is the volume of the symmetric difference of a simplified boundary and its full boundary,
@@ -194,7 +196,7 @@ In %, for each device:
 
 {table(["device", "cost", *map(count_text, counts)], absolute)}
 
-Of the {len(measured["levels"])} levels measured for this document {invalid or "none"} breaks an
+Of the {len(measured["levels"])} levels measured for this document {f"{invalid} break an" if invalid else "none breaks an"}
 invariant (closed, manifold, genus 0, no degenerate or duplicate face, star-shaped about the centre,
 and so free of self-intersections), and each has the triangle count asked for.
 """

@@ -24,6 +24,7 @@ from benchmarks import document, paper, peers, plots, speed
 from benchmarks.bench import machine
 from benchmarks.devices import ROOT, Device, devices, disagreement
 from benchmarks.render import levels_picture, methods_picture
+from benchmarks.summary import costs_by_accuracy
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.boundary.segment_maxima import segment_maxima
 from gamutcore.boundary.usv import usv
@@ -63,7 +64,7 @@ def main() -> int:
         compile_kernels()
         measured = measure(again=asked.again)
         RESULTS.write_text(document.json_text(measured))
-        draw()
+        draw(costs_by_accuracy(measured))
     plots.write(measured)
     document.write(measured)
     return 0
@@ -93,6 +94,7 @@ def measure(*, again: bool) -> dict[str, Any]:
         "peers": [row for each in found for row in each["peers"]],
         "others": [row for each in found for row in each["others"]],
         "floors": [each["floor"] for each in found],
+        "voxels": [row for each in found for row in each["voxels"]],
         "disagreement": max(each["disagreement"] for each in found),
         "sphere": kept("sphere", paper.sphere_rows),
         "million": kept("million", speed.million_points),
@@ -119,6 +121,7 @@ def measured_device(device: Device) -> dict[str, Any]:
         "peers": peers.peer_rows(device),
         "others": paper.other_rows(device, histories, levels),
         "floor": paper.floor_row(device),
+        "voxels": paper.voxel_rows(device, histories["quadric"]),
         "disagreement": max(
             disagreement(device.boundary.mesh, histories[cost].level(count), device.boundary.centre)
             for cost in histories
@@ -127,18 +130,20 @@ def measured_device(device: Device) -> dict[str, Any]:
     }
 
 
-def draw() -> None:
-    """Draw the pictures: the levels of three devices with the finest cost, and the methods."""
+def draw(costs: list[str]) -> None:
+    """Draw the pictures: levels of three devices with the default cost, and one by all methods."""
     for device in devices():
         if device.name in DRAWN:
-            history = history_of(decimated(device.boundary.mesh, device.boundary.centre, COSTS[-1]))
+            history = history_of(decimated(device.boundary.mesh, device.boundary.centre))
             levels_picture(device, history, DRAWN[device.name])
     device = devices()[0]
     boundary, points = device.boundary, device.points
-    history = history_of(decimated(boundary.mesh, boundary.centre, COSTS[-1]))
-    quadric = history_of(decimated(boundary.mesh, boundary.centre, "quadric"))
     by_usv = usv(points, "icosahedron", 1, 0.05, boundary.centre).mesh
     count = by_usv.triangles
+    decimations = [
+        (f"decimation, {cost}", history_of(decimated(boundary.mesh, boundary.centre, cost)))
+        for cost in costs
+    ]
     methods_picture(
         device,
         [
@@ -146,11 +151,11 @@ def draw() -> None:
             ("convex hull", modified_convex_hull(points, 1.0, boundary.centre).mesh),
             ("segment maxima", segment_maxima(points, (6, 13), boundary.centre).mesh),
             ("USV, icosahedron", by_usv),
-            ("decimation, published cost", quadric.level(count)),
-            (f"decimation, {COSTS[-1]}", history.level(count)),
+            ("subsampled modified hull", paper.subsampled(points, boundary.centre, count).mesh),
+            *((name, history.level(count)) for name, history in decimations),
         ],
         "methods-fogra39l",
-        3,
+        4,
     )
 
 

@@ -18,7 +18,7 @@ def percent(part: float | None) -> str:
     if part is None:
         return "–"
     value = 100 * part
-    return f"{value:.1f}" if value >= 10 else f"{value:.3g}"
+    return f"{value:.1f}" if value >= 10 else f"{value:#.3g}"
 
 
 def count_text(count: int) -> str:

@@ -23,17 +23,20 @@ from gamutcore.decimation import COSTS, decimated
 from gamutcore.errors import BoundaryError, InvalidPointsError
 from gamutcore.history import History, history_of
 from gamutcore.metric import mismatch
+from gamutcore.metric.voxel_mismatch import voxel_mismatch
 
-__all__ = ["CLAIMED", "CURVE_COUNTS", "SPHERE_LIMIT", "floor_row", "other_rows", "sphere_rows"]
+__all__ = [
+    "CURVE_COUNTS",
+    "SPHERE_LIMIT",
+    "floor_row",
+    "other_rows",
+    "sphere_rows",
+    "subsampled",
+    "voxel_rows",
+]
 
 CURVE_COUNTS = (10_000, 5000, 2000, 1000, 500, 200, 100, 50, 20, 10)
 """Triangle counts of the curves."""
-
-CLAIMED = (
-    "Decimation is more accurate than USV at every triangle count.",
-    "Its advantage is largest at few triangles.",
-)
-"""What the publication concludes."""
 
 SPHERE_LIMIT = 12 * np.pi * (1 / (6 * 3**0.5) - 1 / (8 * np.pi))
 """Least mismatch × triangles on a sphere for many triangles: Ludwig's and Böröczky's constants."""
@@ -44,7 +47,7 @@ USV_GAMMA = 0.05
 LARGEST = 12_000
 """Sizes of the other methods go up to so many triangles."""
 
-SEGMENTS = (3, 4, 5, 7, 9, 11, 16, 22, 35, 50, 70)
+SEGMENTS = (3, 4, 5, 7, 9, 11, 16, 22, 35, 50)
 """Polar segments of segment maxima; twice as many azimuth segments make them even."""
 
 DRAWS = 3
@@ -110,6 +113,26 @@ def floor_row(device: Device) -> dict[str, Any]:
     }
 
 
+def voxel_rows(device: Device, history: History) -> list[dict[str, Any]]:
+    """Measure levels as the publication does, in voxels, beside the exact mismatch."""
+    reference = device.boundary.mesh
+    rows = []
+    for count in CURVE_COUNTS:
+        level = history.level(count)
+        voxels = voxel_mismatch(reference, level)
+        rows.append(
+            {
+                "device": device.name,
+                "asked": count,
+                "mismatch": exact_mismatch(reference, level, device.boundary.centre),
+                "voxel_mismatch": voxels.mismatch,
+                "bound": voxels.bound,
+                "edge": voxels.edge,
+            }
+        )
+    return rows
+
+
 def sphere_rows() -> list[dict[str, Any]]:
     """Measure mismatch × triangles on spheres of 10,000 vertices, where the limit is known."""
     rows = []
@@ -122,6 +145,11 @@ def sphere_rows() -> list[dict[str, Any]]:
                 product = mismatch(mesh, level) * count
                 rows.append({"points": spread, "cost": cost, "asked": count, "product": product})
     return rows
+
+
+def subsampled(points: FloatArray, centre: FloatArray, triangles: int) -> Boundary:
+    """Wrap a random subsample of colours in a modified hull of so many triangles or just less."""
+    return next(_subsamples(points, centre, triangles))
 
 
 def _boundaries(device: Device) -> Iterator[tuple[str, int, Boundary]]:
@@ -155,11 +183,11 @@ def _boundaries(device: Device) -> Iterator[tuple[str, int, Boundary]]:
         except (BoundaryError, InvalidPointsError):
             print(f"  {method} of {size} gives no boundary that surrounds the centre")
     for count in CURVE_COUNTS:
-        for boundary in _subsampled(points, centre, count):
+        for boundary in _subsamples(points, centre, count):
             yield "subsampled modified hull", count, boundary
 
 
-def _subsampled(points: FloatArray, centre: FloatArray, triangles: int) -> Iterator[Boundary]:
+def _subsamples(points: FloatArray, centre: FloatArray, triangles: int) -> Iterator[Boundary]:
     """Modified hulls of as many colours, drawn at random, as give the triangle count or just less.
 
     Not every drawn colour becomes a vertex, so the number to draw is searched for.

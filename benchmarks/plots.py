@@ -109,12 +109,31 @@ def _named(axes: Any, marks: list[tuple[float, str, str]], gap: float) -> None: 
     gap : float
         Least distance, as a part of the axes' height.
     """
-    placed: list[float] = []
-    for height, _, _ in sorted(marks):
-        placed.append(max(height, placed[-1] + gap) if placed else height)
-    shift = mean(p - m[0] for p, m in zip(placed, sorted(marks), strict=True))
-    for height, (_, name, colour) in zip(placed, sorted(marks), strict=True):
-        axes.text(1.015, height - shift, name, transform=axes.transAxes, va="center", color=colour)
+    groups: list[list[tuple[float, str, str]]] = []
+    for mark in sorted(marks):
+        groups.append([mark])
+        # a group stands around the mean of its heights; groups that overlap become one
+        while len(groups) > 1 and _middle(groups[-1]) - _middle(groups[-2]) < gap / 2 * (
+            len(groups[-1]) + len(groups[-2])
+        ):
+            groups[-2:] = [groups[-2] + groups[-1]]
+    for group in groups:
+        for place, (_, name, colour) in enumerate(group):
+            height = _middle(group) + gap * (place - (len(group) - 1) / 2)
+            axes.text(
+                1.015, height, name, transform=axes.transAxes, va="center", color=_darker(colour)
+            )
+
+
+def _middle(group: list[tuple[float, str, str]]) -> float:
+    return mean(height for height, _, _ in group)
+
+
+def _darker(colour: str) -> tuple[float, ...]:
+    """A colour as text on white needs it."""
+    from matplotlib.colors import to_rgb
+
+    return tuple(0.72 * channel for channel in to_rgb(colour))
 
 
 def _mismatch(measured: Measured) -> Any:  # noqa: ANN401  # a matplotlib figure

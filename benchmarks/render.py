@@ -81,7 +81,7 @@ def methods_picture(
         error = exact_mismatch(full, mesh, device.boundary.centre)
         shown = "" if mesh is full else f", mismatch {percent(error or 0.0)}"
         titled.append((title, f"{mesh.triangles:,} triangles{shown}", mesh))
-    return _panels(titled, View(full), name, columns)
+    return _panels(titled, View(full, width=340), name, columns)
 
 
 def _panels(
@@ -124,5 +124,9 @@ def _panels(
     path = PICTURES / f"{name}.png"
     # 256 colours, dithered with the palette made beforehand: a third of the size
     palette = image.quantize(256, method=Image.Quantize.MEDIANCUT)
-    image.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(path, optimize=True)
+    small = image.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
+    colours = small.getpalette() or []
+    paper = 3 * int(small.getpixel((0, 0)))  # type: ignore[arg-type]  # of a palette's picture
+    small.putpalette([*colours[:paper], 255, 255, 255, *colours[paper + 3 :]])
+    small.save(path, optimize=True)
     return path
