@@ -47,7 +47,7 @@ TURNS = 8
 """Steps in which a vertex is turned from its own direction to the middle of its segment."""
 
 ATTEMPTS = 100
-"""How often faces are looked for that do not see the centre; real gamuts need less than ten."""
+"""How often faces that do not see the centre are looked for; on real devices hardly ever twice."""
 
 RESOLVED = 8.0
 """A vertex is told apart from its neighbours if it is this many grid steps away from them: rounding
