@@ -14,7 +14,7 @@ from gamutcore.decimation import COSTS, decimated
 from gamutcore.export import FORMATS, encoded_mesh
 from gamutcore.gamut import Options, build_gamut
 from gamutcore.history import History, Splits, history_bytes, history_from_bytes, history_of
-from gamutcore.metric import mismatch, voxel_mismatch
+from gamutcore.metric import mismatch, radial_difference, voxel_mismatch
 
 __all__ = ["compile_kernels", "compile_reading_kernels"]
 
@@ -39,6 +39,7 @@ def compile_kernels() -> None:
     cursor.coarser()
     for function in (mismatch, voxel_mismatch):
         function(history.full(), history.level(50))
+    radial_difference(history.full(), history.level(50), history.centre)
     compile_reading_kernels()
 
 

@@ -1,74 +1,146 @@
-"""The error curve: against exact boolean volumes, and against what is known of spheres."""
+"""The error curve: what it promises holds for exact volumes and for distances of samples."""
+
+import itertools
+import json
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gamutcore.decimation import decimated
+from gamutcore.boundary import modified_convex_hull
+from gamutcore.decimation import COSTS, decimated
 from gamutcore.errors import TriangleCountError
 from gamutcore.history import history_of
 from gamutcore.metric import mismatch
-from gamutcore.metric.error_curve import error_curve, round_counts
+from gamutcore.metric.error_curve import LevelError, curve_counts, error_curve, level_within
+from gamutcore.metric.radial_overlay import Distances, radial_difference
 
-COUNTS = [10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000]
+
+def furthest(points, mesh, distances_to, most=150):
+    """The largest distance of some points: those with the largest ones from the mesh's vertices."""
+    if len(points) > most:
+        points = points[np.random.default_rng(0).permutation(len(points))[:most]]
+    return distances_to(points, mesh).max()
+
+
+@pytest.fixture(scope="module", params=["volume", "quadric"])
+def fogra39_history(request, fogra39_gamut, fogra39_quadric):
+    return fogra39_gamut.history if request.param == "volume" else fogra39_quadric
 
 
 @pytest.fixture(scope="module")
-def curve(fogra39_gamut):
-    return {level.triangles: level for level in error_curve(fogra39_gamut.history, COUNTS)}
+def fogra39_curve(fogra39_history):
+    return error_curve(fogra39_history, curve_counts(fogra39_history.triangles))
 
 
 class TestOfFogra39:
-    @pytest.mark.parametrize("triangles", COUNTS)
-    def test_mismatch_is_within_12_percent_of_the_exact_one(self, curve, fogra39_gamut, triangles):
-        history = fogra39_gamut.history
-        exact = mismatch(history.full(), history.level(triangles))
-        assert curve[triangles].mismatch == pytest.approx(exact, rel=0.12)
+    def test_mismatch_is_within_its_bounds_of_that_against_the_full_boundary(
+        self, fogra39_history, fogra39_curve
+    ):
+        """Against the exact overlay with the full boundary, which the booleans confirm."""
+        full = fogra39_history.full()
+        for level in fogra39_curve[:-1]:
+            mesh = fogra39_history.level(level.triangles)
+            exact = radial_difference(full, mesh, fogra39_history.centre).mismatch
+            off = level.mismatch_bound - level.mismatch
+            assert level.mismatch - off <= exact * (1 + 1e-9)
+            assert exact <= level.mismatch_bound * (1 + 1e-9)
+            # what the bounds leave open, and how good the figure is in truth
+            assert level.mismatch_bound <= 1.2 * exact
+            assert level.mismatch == pytest.approx(exact, rel=0.02)
 
-    @pytest.mark.parametrize("triangles", COUNTS)
-    def test_volume_is_exact(self, curve, fogra39_gamut, triangles):
-        level = fogra39_gamut.history.level(triangles)
-        assert curve[triangles].volume == pytest.approx(level.volume, rel=1e-9)
+    @pytest.mark.parametrize("count", [10, 108, 724])
+    def test_mismatch_is_that_of_boolean_operations(self, fogra39_history, fogra39_curve, count):
+        level = min(fogra39_curve, key=lambda level: abs(level.triangles - count))
+        full, mesh = fogra39_history.full(), fogra39_history.level(level.triangles)
+        assert level.mismatch == pytest.approx(mismatch(full, mesh), rel=0.02)
 
-    @pytest.mark.parametrize("triangles", [10, 100, 1000])
-    def test_distances_are_those_along_rays(self, curve, fogra39_gamut, triangles):
-        """Every ray from the centre against every face, by solving for barycentric coordinates."""
-        history = fogra39_gamut.history
-        level = history.level(triangles)
-        first, second, third = level.corners(history.centre)
-        inverse = np.linalg.inv(np.stack([first, second, third], axis=2))
-        points = history.full().vertices.astype(float) - history.centre
-        points = points[:: max(1, len(points) // 3000)]
-        shares = np.einsum("fij,pj->pfi", inverse, points)
-        face = shares.min(axis=2).argmax(axis=1)
-        # a point p = Σ shares · corners; on the face the shares sum to one
-        ratio = 1 / shares[np.arange(len(points)), face].sum(axis=1)
-        distance = np.abs(1 - ratio) * np.linalg.norm(points, axis=1)
-        assert distance.max() <= curve[triangles].maximum_distance * (1 + 1e-9)
-        assert curve[triangles].mean_distance == pytest.approx(distance.mean(), rel=0.25)
-        assert curve[triangles].mean_distance < curve[triangles].maximum_distance
+    def test_no_sample_is_further_away_than_the_bounds(
+        self, fogra39_history, fogra39_curve, distances_to, sampled
+    ):
+        full = fogra39_history.full()
+        for level in fogra39_curve[:-1:3]:
+            mesh = fogra39_history.level(level.triangles)
+            there = furthest(sampled(full, 150), mesh, distances_to)
+            back = furthest(np.vstack([mesh.vertices, sampled(mesh, 150)]), full, distances_to)
+            assert there <= level.from_full.maximum
+            assert back <= level.to_full.maximum
 
-    def test_errors_fall_with_the_count(self, curve):
-        mismatches = [curve[count].mismatch for count in COUNTS]
+    def test_bounds_of_distance_are_tight(self, fogra39_history, fogra39_curve):
+        """Against the direct comparison with the full boundary, itself within 3 % or so."""
+        full = fogra39_history.full()
+        for level in fogra39_curve[10:-1:4]:
+            mesh = fogra39_history.level(level.triangles)
+            direct = radial_difference(full, mesh, fogra39_history.centre)
+            assert level.from_full.maximum <= 1.3 * direct.from_reference.maximum
+            assert level.to_full.maximum <= 1.3 * direct.to_reference.maximum
+            assert level.from_full.mean == pytest.approx(direct.from_reference.mean, rel=0.05)
+            assert level.to_full.mean == pytest.approx(direct.to_reference.mean, rel=0.05)
+
+    def test_volume_is_exact(self, fogra39_history, fogra39_curve):
+        for level in fogra39_curve:
+            mesh = fogra39_history.level(level.triangles)
+            assert level.volume == pytest.approx(mesh.volume, rel=1e-9)
+
+    def test_errors_fall_with_the_count(self, fogra39_curve):
+        mismatches = [level.mismatch for level in fogra39_curve if level.triangles >= 100]
         assert mismatches == sorted(mismatches, reverse=True)
 
 
-class TestOrder:
-    def test_is_ascending_whatever_was_asked_for(self, small_history):
-        counts = [50, 4, 20, 50, 4]
-        assert [level.triangles for level in error_curve(small_history, counts)] == [4, 20, 50]
+def assert_promises_hold(history, curve, distances_to):
+    full = history.full()
+    for level in curve:
+        mesh = history.level(level.triangles)
+        exact = mismatch(full, mesh)
+        assert exact <= level.mismatch_bound + 1e-9
+        assert exact >= 2 * level.mismatch - level.mismatch_bound - 1e-9
+        there = distances_to(full.vertices, mesh).max()
+        back = distances_to(mesh.vertices, full).max()
+        assert there <= level.from_full.maximum + 1e-9
+        assert back <= level.to_full.maximum + 1e-9
+        assert max(there, back) <= level.distance_bound + 1e-9
 
-    def test_one_count_gives_what_many_do(self, small_history):
-        together = error_curve(small_history, range(4, small_history.triangles, 10))
-        for level in together:
-            assert error_curve(small_history, [level.triangles]) == [level]
+
+class TestOfAnything:
+    @settings(max_examples=12, deadline=None)
+    @given(
+        st.integers(0, 10**6),
+        st.integers(8, 150),
+        st.sampled_from(sorted(COSTS)),
+        st.sampled_from([0.1, 0.5, 1.0]),
+    )
+    def test_promises_hold(self, random_cloud, distances_to, seed, count, cost, gamma):
+        boundary = modified_convex_hull(random_cloud(seed, count), gamma)
+        history = history_of(decimated(boundary.mesh, boundary.centre, cost))
+        curve = error_curve(history, curve_counts(history.triangles))
+        assert_promises_hold(history, curve, distances_to)
+
+    def test_promises_never_fall_with_the_count(self, small_history):
+        curve = error_curve(small_history, range(4, small_history.triangles + 1, 2))
+        for coarse, fine in itertools.pairwise(curve):
+            assert coarse.distance_bound >= fine.distance_bound
+            assert coarse.mismatch_bound >= fine.mismatch_bound
+        for level in curve:
+            assert level.mismatch_bound >= level.mismatch
+            for distances in (level.from_full, level.to_full):
+                assert distances.mean <= distances.maximum <= level.distance_bound
 
     def test_the_full_boundary_has_no_error(self, small_history):
         (level,) = error_curve(small_history, [small_history.triangles])
-        assert level.mismatch == pytest.approx(0.0, abs=1e-12)
-        assert level.maximum_distance == pytest.approx(0.0, abs=1e-10)
-        assert level.volume == pytest.approx(small_history.full().volume, rel=1e-9)
+        nothing = Distances(0.0, 0.0)
+        volume = pytest.approx(small_history.full().volume, rel=1e-9)
+        assert level == LevelError(small_history.triangles, volume, 0.0, 0.0, 0.0, nothing, nothing)
+
+    def test_of_one_level_alone_is_against_the_full_boundary(self, small_history):
+        for count in (4, 20, 50):
+            (level,) = error_curve(small_history, [count])
+            exact = mismatch(small_history.full(), small_history.level(count))
+            assert level.mismatch == level.mismatch_bound == pytest.approx(exact, rel=1e-6)
+
+    def test_is_ascending_whatever_was_asked_for(self, small_history):
+        counts = [50, 4, 21, 20, 50, 4]
+        assert [level.triangles for level in error_curve(small_history, counts)] == [4, 20, 50]
 
     @pytest.mark.parametrize("count", [3, 10**7])
     def test_a_count_that_is_not_there_is_refused(self, small_history, count):
@@ -77,33 +149,113 @@ class TestOrder:
 
 
 def test_of_a_sphere(icosphere):
-    """The distance of a volume-preserving level from a sphere is of the order of its sagitta.
+    """A level that keeps the volume of a sphere: both directions alike, mismatch 3 × the mean.
 
-    A face with circumradius ρ of a unit sphere lies 1 − √(1 − ρ²) deep; with n equal faces of
-    4π/n that is ρ²/2 = (4/√27)(4π/n)/… below 8/n. Preserving volume splits it between both sides.
+    Volume differs by area times distance, on a unit sphere 3 × the mean distance. A face with
+    circumradius ρ lies 1 − √(1 − ρ²) deep; with n equal faces of 4π ÷ n that is 4.8 ÷ n.
     """
-    history = history_of(decimated(icosphere(5), (0, 0, 0)))
+    sphere = icosphere(5)
+    history = history_of(decimated(sphere, (0, 0, 0)))
     for level in error_curve(history, [100, 1000, 4000]):
-        assert level.maximum_distance < 4 * 8 / level.triangles
-        assert level.mean_distance < level.maximum_distance
-        # volume differs by area times distance, on a unit sphere 3 × the mean distance
-        assert level.mismatch == pytest.approx(3 * level.mean_distance, rel=0.1)
+        assert level.distance_bound < 4 * 4.8 / level.triangles
+        assert level.mismatch == pytest.approx(3 * level.from_full.mean, rel=0.1)
+        assert level.from_full.mean == pytest.approx(level.to_full.mean, rel=0.05)
 
 
-class TestRoundCounts:
+class TestDescription:
+    ERROR = LevelError(
+        1000,
+        454321.123456789,
+        0.00123456789,
+        0.00123456111,
+        1 / 3,
+        Distances(0.0123456789, 0.2),
+        Distances(0.0123456111, 1e-7 / 3),
+    )
+
+    def test_rounds_bounds_up_and_the_rest_to_the_nearest(self):
+        assert self.ERROR.to_mapping() == {
+            "triangles": 1000,
+            "volume": 454321.1235,
+            "mismatch": 0.00123457,
+            "mismatch_bound": 0.00123457,
+            "distance_bound": 0.333334,
+            "from_full": {"mean": 0.0123457, "maximum": 0.200001},
+            "to_full": {"mean": 0.0123456, "maximum": 3.33334e-8},
+        }
+
+    @given(st.floats(0, 1e6))
+    def test_bounds_are_never_rounded_down(self, value):
+        error = LevelError(4, 1.0, value, value, value, Distances(0, value), Distances(0, value))
+        described = json.loads(json.dumps(error.to_mapping()))
+        for bound in (described["mismatch_bound"], described["distance_bound"]):
+            assert value <= bound <= value * (1 + 1e-5) + 1e-300
+        assert described["to_full"]["maximum"] >= value
+
+    def test_of_a_curve_is_small(self, fogra39_curve):
+        text = json.dumps([level.to_mapping() for level in fogra39_curve], separators=(",", ":"))
+        assert len(text) < 10_000
+
+
+class TestCurveCounts:
     @given(st.integers(2, 10**7).map(lambda half: 2 * half))
-    def test_ascend_from_four_to_the_maximum(self, maximum):
-        counts = round_counts(maximum)
+    def test_ascend_from_four_to_the_full_count(self, full):
+        counts = curve_counts(full)
         assert counts == sorted(set(counts))
         assert counts[0] == 4
-        assert counts[-1] == maximum
+        assert counts[-1] == full
         assert all(count % 2 == 0 for count in counts)
-        assert all(
-            str(count).rstrip("0") in {"1", "2", "4", "5", "6", "8"} for count in counts[:-1]
-        )
+        assert set(range(4, min(full, 32) + 1, 2)) <= set(counts)
 
-    def test_steps_are_one_two_five(self):
-        assert round_counts(1234) == [4, 6, 8, 10, 20, 50, 100, 200, 500, 1000, 1234]
-        assert round_counts(100) == [4, 6, 8, 10, 20, 50, 100]
-        assert round_counts(4) == [4]
-        assert round_counts(6) == [4, 6]
+    @given(st.integers(2, 10**7).map(lambda half: 2 * half))
+    def test_leave_no_wide_gap(self, full):
+        """Up to a 128th by the fourth root of two; then at most by 4, and 16 to the full count."""
+        counts = curve_counts(full)
+        for coarse, fine in itertools.pairwise(counts):
+            widest = 16 if fine == full else 4
+            if full <= 20_000:
+                widest = 2
+            if full <= 2_000 or fine <= full / 128:
+                widest = 2**0.25
+            # counts are even: up to two triangles more
+            assert fine <= widest * (coarse + 2) + 2
+
+    @pytest.mark.parametrize(("full", "most"), [(2_000, 50), (20_000, 50), (10**7, 75)])
+    def test_are_not_many(self, full, most):
+        assert len(curve_counts(full)) <= most
+
+
+class TestLevelWithin:
+    LEVELS = (
+        {"triangles": 4, "distance_bound": 80.0, "mismatch_bound": 0.5},
+        {"triangles": 20, "distance_bound": 5.0, "mismatch_bound": 0.05},
+        {"triangles": 50, "distance_bound": 5.0, "mismatch_bound": 0.02},
+        {"triangles": 900, "distance_bound": 0.0, "mismatch_bound": 0.0},
+    )
+
+    @pytest.mark.parametrize(
+        ("error", "mismatched", "expected"),
+        [
+            (None, None, 4),
+            (100.0, None, 4),
+            (80.0, None, 4),
+            (79.999, None, 20),
+            (5.0, None, 20),
+            (4.9, None, 900),
+            (0.0, None, 900),
+            (None, 0.5, 4),
+            (None, 0.02, 50),
+            (None, 0.0, 900),
+            (100.0, 0.02, 50),
+            (5.0, 1.0, 20),
+            (1.0, 1.0, 900),
+        ],
+    )
+    def test_is_the_smallest_that_keeps_all_limits(self, error, mismatched, expected):
+        assert level_within(self.LEVELS, error, mismatched) == expected
+        assert level_within(reversed(self.LEVELS), error, mismatched) == expected
+
+    def test_is_none_if_none_keeps_them(self):
+        assert level_within(self.LEVELS[:2], 1.0) is None
+        assert level_within([{"triangles": 4}], 100.0) is None
+        assert level_within([{"triangles": 4}], None, 1.0) is None

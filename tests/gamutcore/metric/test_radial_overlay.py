@@ -1,0 +1,173 @@
+"""The overlay: against boolean operations, similar bodies, and distances by dense sampling."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gamutcore.errors import MeshError
+from gamutcore.mesh import TriangleMesh
+from gamutcore.metric import intersection_volume, mismatch
+from gamutcore.metric.farthest import SLACK, faces_of
+from gamutcore.metric.radial_overlay import overlaid, radial_difference
+
+CENTRE = (50.0, 0.0, 0.0)
+
+
+def scaled(mesh, ratio, centre=CENTRE):
+    vertices = (mesh.vertices.astype(float) - centre) * ratio + centre
+    return TriangleMesh(vertices, mesh.faces)
+
+
+def turned(mesh, seed, centre=CENTRE):
+    turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+    turn *= np.linalg.det(turn)
+    return TriangleMesh((mesh.vertices.astype(float) - centre) @ turn.T + centre, mesh.faces)
+
+
+class TestVolume:
+    """The booleans of Manifold round to about 1e-12 of the extent; far below the tolerance here."""
+
+    @pytest.mark.parametrize("seeds", [(1, 2), (3, 4), (5, 6)])
+    @pytest.mark.parametrize("count", [8, 60, 400])
+    def test_is_that_of_boolean_operations(self, star_shaped, seeds, count):
+        one, two = (star_shaped(seed, count) for seed in seeds)
+        found = radial_difference(one, two, CENTRE)
+        assert found.mismatch == pytest.approx(mismatch(one, two), rel=1e-6)
+        assert found.volume == pytest.approx(one.volume, rel=1e-9)
+        assert found.other_volume == pytest.approx(two.volume, rel=1e-9)
+        common = (found.volume + found.other_volume - found.difference) / 2
+        assert common == pytest.approx(intersection_volume(one, two), rel=1e-6)
+
+    @settings(max_examples=40, deadline=None)
+    @given(
+        st.integers(0, 10**6),
+        st.integers(6, 120),
+        st.integers(6, 120),
+        st.sampled_from([1e-6, 1.0, 1e6]),
+    )
+    def test_is_so_for_any_two(self, star_shaped, seed, count, other_count, scale):
+        one, two = star_shaped(seed, count), star_shaped(seed + 1, other_count)
+        expected = mismatch(one, two)
+        one, two = scaled(one, scale, (0, 0, 0)), scaled(two, scale, (0, 0, 0))
+        found = radial_difference(one, two, np.multiply(CENTRE, scale))
+        assert found.mismatch == pytest.approx(expected, rel=1e-6)
+
+    @pytest.mark.parametrize("triangles", [4, 30, 300, 3000, 20_000])
+    def test_of_real_levels_is_that_of_boolean_operations(
+        self, fogra39_gamut, fogra39_quadric, triangles
+    ):
+        for history in (fogra39_gamut.history, fogra39_quadric):
+            full, level = history.full(), history.level(triangles)
+            found = radial_difference(full, level, history.centre)
+            assert found.mismatch == pytest.approx(mismatch(full, level), rel=1e-6)
+
+    @pytest.mark.parametrize("ratio", [0.5, 0.999, 1.001, 2.0])
+    def test_of_similar_bodies(self, icosphere, ratio):
+        """|1 − ratio³| whatever the body; turning one of the spheres moves its facets only."""
+        sphere = icosphere(3, 40.0, CENTRE)
+        found = radial_difference(sphere, scaled(sphere, ratio), CENTRE)
+        assert found.mismatch == pytest.approx(abs(1 - ratio**3), rel=1e-9)
+        if abs(ratio - 1) > 0.1:
+            other = turned(scaled(sphere, ratio), 1)
+            found = radial_difference(sphere, other, CENTRE)
+            assert found.mismatch == pytest.approx(abs(1 - ratio**3), rel=1e-9)
+
+    def test_of_a_body_with_itself_is_nothing(self, star_shaped):
+        mesh = star_shaped(9, 500)
+        found = radial_difference(mesh, mesh, CENTRE)
+        assert found.difference == pytest.approx(0, abs=1e-9 * found.volume)
+        for distances in (found.from_reference, found.to_reference):
+            assert distances.mean == pytest.approx(0, abs=1e-9)
+            assert distances.maximum == pytest.approx(0, abs=1e-6)
+
+    def test_does_not_depend_on_the_order(self, star_shaped):
+        one, two = star_shaped(1, 300), star_shaped(2, 50)
+        there, back = radial_difference(one, two, CENTRE), radial_difference(two, one, CENTRE)
+        assert there.difference == back.difference
+        assert (there.volume, there.other_volume) == (back.other_volume, back.volume)
+        assert there.from_reference == back.to_reference
+        assert there.to_reference == back.from_reference
+
+    def test_does_not_depend_on_the_way(self, star_shaped):
+        """Cut by the coarser or by the finer one, walking or trying all cones."""
+        coarse, fine = (
+            faces_of(mesh.vertices - np.array(CENTRE), mesh.faces.astype(np.int32).ravel())
+            for mesh in (star_shaped(1, 50), star_shaped(2, 300))
+        )
+        found = []
+        for one, two, moves in ((fine, coarse, 1000), (coarse, fine, 1000), (fine, coarse, 0)):
+            order = np.arange(len(one.position), dtype=np.int32)
+            near = np.zeros(len(order), np.int32)
+            found.append(overlaid(one, two, order, near, moves=moves).difference)
+        np.testing.assert_allclose(found, found[0], rtol=1e-9)
+
+
+class TestDistances:
+    @pytest.mark.parametrize("ratio", [0.7, 1.3])
+    def test_of_similar_convex_bodies(self, icosphere, ratio):
+        """Planes at distance m move by |ratio − 1| m; the area-weighted mean of m is 3 V ÷ A.
+
+        The furthest points are vertices of the larger one over the smaller one's: |ratio − 1| R.
+        """
+        sphere = icosphere(2, 40.0, CENTRE)
+        found = radial_difference(sphere, scaled(sphere, ratio), CENTRE)
+        mean = abs(ratio - 1) * 3 * sphere.volume / sphere.area
+        for distances in (found.from_reference, found.to_reference):
+            assert distances.mean == pytest.approx(mean, rel=1e-6)
+        outer = found.to_reference if ratio > 1 else found.from_reference
+        assert abs(ratio - 1) * 40 * (1 - 1e-6) <= outer.maximum
+        assert outer.maximum <= SLACK * abs(ratio - 1) * 40 * (1 + 1e-6)
+
+    @settings(max_examples=15, deadline=None)
+    @given(st.integers(0, 10**6), st.integers(6, 80), st.integers(6, 300))
+    def test_never_exceed_the_bound(
+        self, star_shaped, distances_to, sampled, seed, count, other_count
+    ):
+        one, two = star_shaped(seed, count), star_shaped(seed + 1, other_count)
+        found = radial_difference(one, two, CENTRE)
+        for mesh, other, distances in (
+            (one, two, found.from_reference),
+            (two, one, found.to_reference),
+        ):
+            points = np.vstack([mesh.vertices, sampled(mesh, 300)])
+            furthest = distances_to(points, other).max()
+            assert furthest <= distances.maximum * (1 + 1e-9)
+            # far apart, bumpy surfaces are the hard case: descent may end early
+            assert distances.maximum <= 2 * furthest
+
+    @pytest.mark.parametrize("triangles", [30, 100, 1000])
+    def test_of_real_levels_are_those_of_samples(
+        self, fogra39_gamut, fogra39_quadric, distances_to, sampled, triangles
+    ):
+        for history in (fogra39_gamut.history, fogra39_quadric):
+            full, level = history.full(), history.level(triangles)
+            found = radial_difference(full, level, history.centre)
+            for mesh, other, distances in (
+                (full, level, found.from_reference),
+                (level, full, found.to_reference),
+            ):
+                points = sampled(mesh, 1000)
+                measured = distances_to(points, other)
+                error = measured.std() / np.sqrt(len(measured))
+                assert distances.mean == pytest.approx(measured.mean(), rel=0.05, abs=4 * error)
+                assert measured.max() <= distances.maximum * (1 + 1e-9)
+
+
+class TestRefusals:
+    def test_of_a_centre_that_does_not_see_all_faces(self, star_shaped):
+        with pytest.raises(MeshError) as caught:
+            radial_difference(star_shaped(1), star_shaped(2), (150.0, 0.0, 0.0))
+        assert "do not see the centre" in str(caught.value)
+        assert caught.value.remedy
+
+    def test_of_vertices_that_are_not_used(self, star_shaped):
+        mesh = star_shaped(1)
+        more = TriangleMesh(np.vstack([mesh.vertices, [CENTRE]]), mesh.faces)
+        with pytest.raises(MeshError):
+            radial_difference(mesh, more, CENTRE)
+
+    def test_of_an_open_mesh(self, star_shaped):
+        mesh = star_shaped(1)
+        with pytest.raises(MeshError):
+            radial_difference(TriangleMesh(mesh.vertices, mesh.faces[1:]), mesh, CENTRE)
