@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from gamutcore.boundary import modified_convex_hull
+from gamutcore.boundary import Boundary, modified_convex_hull
 from gamutcore.boundary.radial_hull import radial_hull
 from gamutcore.errors import (
     BoundaryError,
@@ -428,12 +428,17 @@ def test_a_power_that_is_none_is_an_option_error(gamma):
     assert caught.value.where == {"field": "gamma"}
 
 
-def test_a_plate_as_thin_as_its_grid_is_flat():
-    random = np.random.default_rng(0)
-    rotation = np.linalg.qr(random.normal(size=(3, 3)))[0]
-    plate = random.random((3000, 3)) * (1, 1, 3e-6) @ rotation
-    with pytest.raises(FlatPointsError):
-        modified_convex_hull(plate)
+def test_plates_as_thin_as_their_grid_are_wrapped_or_flat(assert_every_invariant):
+    outcomes = set()
+    for seed in range(60):
+        random = np.random.default_rng(seed)
+        rotation = np.linalg.qr(random.normal(size=(3, 3)))[0]
+        plate = random.random((20, 3)) * (1, 1, 3e-6) @ rotation
+        outcome = boundary_or_error(plate, 0.2, "auto")
+        if not isinstance(outcome, GamutError):
+            assert_every_invariant(outcome.mesh, outcome.centre, outcome.mesh.triangles)
+        outcomes.add((type(outcome), "no centre on their grid" in str(outcome)))
+    assert outcomes == {(Boundary, False), (FlatPointsError, False), (FlatPointsError, True)}
 
 
 def test_a_hull_that_does_not_see_the_centre_would_not_get_through(monkeypatch):
