@@ -28,6 +28,10 @@ grid of the rest."""
 MANTISSA = 24
 """Bits of a float32's mantissa: whole numbers up to 2²⁴ are exact."""
 
+ROOM = 2
+"""Bits that are left for vertices that decimation places outside of what it is given: the last four
+triangles of a sphere reach to three times its radius."""
+
 FINEST = 2.0**-149
 """The smallest float32 above zero."""
 
@@ -64,7 +68,7 @@ def mesh_grid_step(vertices: ArrayLike) -> float:
     -------
     float
         `grid_step` of the vertices, or the largest power of two that divides all of their
-        coordinates if that is less; never finer than float32 resolves the largest of them.
+        coordinates if that is less; never finer than float32 resolves four times the largest of them.
     """
     given = np.asarray(vertices, np.float64)
     finest = _float32_step(given)
@@ -91,8 +95,8 @@ def rounded_to_grid(points: ArrayLike, step: float) -> FloatArray:
 
 
 def _float32_step(points: FloatArray) -> float:
-    """Finest grid on which float32 holds all numbers up to the largest coordinate."""
-    return max(_power_of_two_above(float(np.abs(points).max())) * 2.0**-MANTISSA, FINEST)
+    """Finest grid on which float32 holds all numbers up to four times the largest coordinate."""
+    return max(_power_of_two_above(float(np.abs(points).max())) * 2.0 ** (ROOM - MANTISSA), FINEST)
 
 
 def _power_of_two_above(value: float) -> float:
