@@ -68,7 +68,8 @@ def mesh_grid_step(vertices: ArrayLike) -> float:
     -------
     float
         `grid_step` of the vertices, or the largest power of two that divides all of their
-        coordinates if that is less; never finer than float32 resolves four times the largest of them.
+        coordinates if that is less; never finer than float32 resolves four times the largest of
+        them.
     """
     given = np.asarray(vertices, np.float64)
     finest = _float32_step(given)

@@ -25,7 +25,7 @@ from numba.core.caching import (
     _CacheLocator,
 )
 
-__all__ = ["kernel", "leaf_kernel"]
+__all__ = ["inlined_kernel", "kernel", "leaf_kernel"]
 
 PACKAGE = Path(__file__).parent
 
@@ -127,6 +127,24 @@ def leaf_kernel(function: Kernel) -> Kernel:
     callable
     """
     return _compiled(function, _nrt=False)
+
+
+def inlined_kernel(function: Kernel) -> Kernel:
+    """Compile, as `leaf_kernel` does, a function that becomes part of each kernel that calls it.
+
+    For small functions that take several arrays and are called for every number of a stream:
+    handing the arrays over takes longer than what they do (reading a history in less than half the
+    time, measured). Others grow the machine code and the time to compile it for nothing.
+
+    Parameters
+    ----------
+    function : callable
+
+    Returns
+    -------
+    callable
+    """
+    return _compiled(function, _nrt=False, forceinline=True)
 
 
 def _compiled(function: Kernel, **flags: bool) -> Kernel:

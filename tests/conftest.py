@@ -9,6 +9,7 @@ import subprocess
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 from hypothesis import settings
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 VALIDATOR = Path(__file__).parent / "gltf"
+JAVASCRIPT = Path(__file__).parent / "javascript"
 
 # the same examples in every run: a failure in CI is the failure at one's desk; and no timed tests
 settings.register_profile("repository", derandomize=True, deadline=None)
@@ -66,3 +68,38 @@ def gltf_report(
         return dict(only)
 
     return report
+
+
+@pytest.fixture(scope="session")
+def javascript_levels(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Callable[..., list[tuple[np.ndarray, np.ndarray]]]:
+    """Return a function from a history file, or a prefix of one, to its levels as JavaScript reads
+    them: positions and faces, of the triangle counts that are asked for or of all.
+    """
+    node = shutil.which("node")
+    if node is None:
+        missing("Node.js is not there, which runs the reader of histories in JavaScript")
+
+    def levels(data: bytes, counts: list[int] | None = None) -> list[tuple[np.ndarray, np.ndarray]]:
+        path = tmp_path_factory.mktemp("javascript") / "history"
+        path.write_bytes(data)
+        asked = ["all"] if counts is None else [str(count) for count in counts]
+        ended = subprocess.run(
+            [str(node), str(JAVASCRIPT / "levels.mjs"), str(path), *asked],
+            check=False,
+            capture_output=True,
+        )
+        assert ended.returncode == 0, ended.stderr.decode()
+        found: list[tuple[np.ndarray, np.ndarray]] = []
+        place = 0
+        while place < len(ended.stdout):
+            triangles = 4 + 2 * len(found) if counts is None else counts[len(found)]
+            width = 6 * triangles + 24
+            positions = np.frombuffer(ended.stdout, "<f4", width // 4, place)
+            faces = np.frombuffer(ended.stdout, "<i4", 3 * triangles, place + width)
+            found.append((positions, faces))
+            place += width + faces.nbytes
+        return found
+
+    return levels

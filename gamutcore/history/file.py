@@ -1,30 +1,34 @@
-"""The history file: self-describing, pickle-free, coarse levels first.
+"""The history file: self-describing, pickle-free, compact, coarse levels first.
 
 A history file is a safetensors file (an 8-byte length, a JSON header that names type, shape and
-place of every array, then the arrays' raw little-endian bytes), so any safetensors library reads
+place of every array, then the arrays' raw little-endian bytes), so any safetensors library opens
 it; the full description is in ``docs/history-format.md``. The splits are stored in groups that
-double the number of vertices, one group after the other: any prefix that ends with a group is a
-complete history of the coarser levels. Loading never trusts the file: every number that is used as
-an index is checked, all splits are replayed on the way, and the coarsest and the finest level must
-be closed. Whether levels are star-shaped is not derived again; who wrote the file is known by its
-digest.
+double the number of vertices, each one stream of bits, one group after the other: any prefix that
+ends with a group is a complete history of the coarser levels. Loading never trusts the file:
+everything is checked, all splits are replayed on the way, and what is returned is closed and
+star-shaped about its centre at every level.
 """
 
 from __future__ import annotations
 
 import json
+import math
 import struct
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from safetensors import SafetensorError, deserialize
 
-from gamutcore.arrays import IndexArray
+from gamutcore.arrays import ByteArray
 from gamutcore.corner_table import opposite_corners
 from gamutcore.errors import HistoryFileError
+from gamutcore.history.bit_codes import read_bits, reader_of, written
 from gamutcore.history.history import History
 from gamutcore.history.prefix_order import Splits
-from gamutcore.kernels import kernel
+from gamutcore.history.replay import replay_of
+from gamutcore.history.split_codes import LARGEST_COORDINATE, MINIMUM_SPLIT_BITS, first_contexts
+from gamutcore.history.split_reader import FAULTS, MOVED, SHIFTED, empty_columns, read_group
+from gamutcore.history.split_writer import write_group
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -32,35 +36,33 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from gamutcore.arrays import FloatArray, IndexArray
+
 __all__ = ["FORMAT", "VERSION", "history_bytes", "history_from_bytes", "history_metadata"]
 
 FORMAT = "gamut-history"
 """Value of ``format`` in the metadata of every history file."""
 
-VERSION = "1"
+VERSION = "2"
 """Value of ``version``; raised when a reader of this version could not read the file any more."""
 
 LARGEST_HEADER = 16 * 1024 * 1024
 """Headers longer than this are refused before they are parsed (bytes)."""
 
-LARGEST_VERTICES = 2**28
-"""Corner numbers, below 6 V, must stay within int32."""
+LARGEST_VERTICES = 2**25
+"""Corner numbers, below 6 V, and the count of moved corners, at most 64 V, must stay within
+int32."""
 
-COLUMNS: dict[str, tuple[str, tuple[int, ...]]] = {
-    "parent": ("I32", ()),
-    "coarse": ("F32", (3,)),
-    "fine": ("F32", (3,)),
-    "added": ("F32", (3,)),
-    "faces": ("I32", (2, 3)),
-    "moved_end": ("I32", ()),
-}
-"""Arrays of every group with one row per split: type and shape of a row."""
+SMALLEST_STEP, LARGEST_STEP = 2.0**-149, 2.0**103
+"""Between these, whole numbers of steps up to 2²⁴ are exact in float32."""
 
 TYPES: dict[str, np.dtype[Any]] = {
     "F64": np.dtype("<f8"),
-    "F32": np.dtype("<f4"),
     "I32": np.dtype("<i4"),
+    "U8": np.dtype("u1"),
 }
+
+DAMAGED = "the file as it was delivered, unchanged"
 
 
 def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -> bytes:
@@ -75,25 +77,31 @@ def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -
     Returns
     -------
     bytes
+
+    Raises
+    ------
+    HistoryFileError
+        If positions are not on the history's grid, or its splits not in the canonical order that
+        `history_of` gives them.
     """
-    splits = history.splits
+    splits = _in_steps(history.splits, history.step)
     arrays: list[tuple[str, NDArray[np.generic]]] = [
         ("centre", np.asarray(history.centre, "<f8")),
-        ("base.positions", np.asarray(splits.base_positions, "<f4")),
+        ("step", np.array([history.step], "<f8")),
+        ("base.positions", np.asarray(splits.base_positions, "<i4")),
         ("base.faces", np.asarray(splits.base_faces, "<i4")),
     ]
+    replay = replay_of(splits.base_positions, splits.base_faces, splits.vertices)
+    contexts = first_contexts()
     for number, (start, end) in enumerate(_groups(splits.vertices)):
-        rows = slice(start - 4, end - 4)
-        first = int(splits.moved_end[start - 5]) if start > 4 else 0
-        last = int(splits.moved_end[end - 5])
-        group: dict[str, NDArray[np.generic]] = {
-            name: getattr(splits, name)[rows] for name in COLUMNS
-        }
-        group["moved_end"] = splits.moved_end[rows] - np.int32(first)
-        group["moved"] = splits.moved[first:last]
-        for name, array in group.items():
-            stored = TYPES[COLUMNS[name][0] if name in COLUMNS else "I32"]
-            arrays.append((f"splits.{number:02d}.{name}", array.astype(stored, copy=False)))
+        writer, faulty, replay = write_group(contexts, replay, splits, start, end)
+        if faulty:
+            raise HistoryFileError(
+                f"the split that adds slot {faulty} does not fit the level before it",
+                where={"slot": int(faulty)},
+                remedy="splits in the order that history_of gives them",
+            )
+        arrays.append((_group_name(number), written(writer)))
     names = {kind: name for name, kind in TYPES.items()}
     described = {
         **(metadata or {}),
@@ -110,18 +118,19 @@ def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -
             "data_offsets": [offset, offset + array.nbytes],
         }
         offset += array.nbytes
-    text = json.dumps(header, separators=(",", ":"), ensure_ascii=False).encode()
-    text += b" " * (-len(text) % 8)
-    return b"".join([struct.pack("<Q", len(text)), text, *(array.tobytes() for _, array in arrays)])
+    return _assembled(header, b"".join(array.tobytes() for _, array in arrays))
 
 
-def history_from_bytes(data: bytes) -> tuple[History, dict[str, str]]:
+def history_from_bytes(data: bytes, *, partial: bool = False) -> tuple[History, dict[str, str]]:
     """Read a history and check it.
 
     Parameters
     ----------
     data : bytes
         A whole history file.
+    partial : bool, optional
+        Whether the file may be cut off anywhere behind its coarsest level. The levels are then
+        those whose groups are there as a whole.
 
     Returns
     -------
@@ -134,18 +143,17 @@ def history_from_bytes(data: bytes) -> tuple[History, dict[str, str]]:
         If anything in the file is not as it should be; says what and where.
     """
     metadata = _parsed_metadata(data)
+    vertices = _vertex_count(metadata)
+    if partial:
+        data, groups = _without_cut_arrays(data)
+        vertices = min(vertices, 4 * 2**groups)
     try:
         arrays = {name: _array(name, tensor) for name, tensor in deserialize(data)}
     except SafetensorError as cause:
         raise HistoryFileError(
-            f"the history file is damaged: {cause}",
-            remedy="the file as it was delivered, unchanged",
+            f"the history file is damaged: {cause}", where={"byte": 8}, remedy=DAMAGED
         ) from cause
-    vertices = _vertex_count(metadata)
-    splits = _assembled(arrays, vertices)
-    _check_replay(splits)
-    centre = arrays["centre"].astype(np.float64)
-    return History(splits, centre, 2.0**-11), metadata
+    return _history(arrays, vertices), metadata
 
 
 def history_metadata(path: Path) -> dict[str, str]:
@@ -180,6 +188,53 @@ def _groups(vertices: int) -> list[tuple[int, int]]:
         groups.append((start, min(2 * start, vertices)))
         start *= 2
     return groups
+
+
+def _group_name(number: int) -> str:
+    return f"splits.{number:02d}"
+
+
+def _in_steps(splits: Splits, step: float) -> Splits:
+    """Return the splits with positions as int32 in steps."""
+    whole: dict[str, NDArray[np.int32]] = {}
+    for name, array in splits._asdict().items():
+        if array.dtype != np.float32:
+            continue
+        steps = np.rint(array.astype(np.float64) / step)
+        if not (np.abs(steps) <= LARGEST_COORDINATE).all() or (steps * step != array).any():
+            raise HistoryFileError(
+                f"positions in {name!r} are not on the grid of the step {step!r}",
+                where={"field": name},
+                remedy=f"multiples of the step, at most {LARGEST_COORDINATE} times it",
+            )
+        whole[name] = steps.astype(np.int32)
+    return splits._replace(**whole)
+
+
+def _assembled(header: Mapping[str, object], body: bytes) -> bytes:
+    text = json.dumps(header, separators=(",", ":"), ensure_ascii=False).encode()
+    text += b" " * (-len(text) % 8)
+    return b"".join([struct.pack("<Q", len(text)), text, body])
+
+
+def _without_cut_arrays(data: bytes) -> tuple[bytes, int]:
+    """Return a file with the arrays that are there as a whole, and how many groups are."""
+    size = 8 + struct.unpack("<Q", data[:8])[0]
+    header = json.loads(data[8:size])
+    names = ["centre", "step", "base.positions", "base.faces"]
+    names += [_group_name(number) for number in range(LARGEST_VERTICES.bit_length())]
+    try:
+        ends = {name: int(header[name]["data_offsets"][1]) for name in names if name in header}
+    except (KeyError, TypeError, ValueError, IndexError, OverflowError) as cause:
+        raise HistoryFileError(
+            "the header does not say where the arrays are", where={"byte": 8}, remedy=DAMAGED
+        ) from cause
+    whole = {name: header[name] for name, end in ends.items() if end <= len(data) - size}
+    groups = 0
+    while _group_name(groups) in whole:
+        groups += 1
+    body = data[size : size + max((ends[name] for name in whole), default=0)]
+    return _assembled(whole, body), groups
 
 
 def _parsed_metadata(data: bytes) -> dict[str, str]:
@@ -260,111 +315,98 @@ def _taken(
     return array
 
 
-def _assembled(arrays: dict[str, NDArray[np.generic]], vertices: int) -> Splits:
-    """Join the groups to whole columns, after checking the shape of each of their arrays."""
-    centre = _taken(arrays, "centre", "F64", (3,))
-    base_positions = _taken(arrays, "base.positions", "F32", (4, 3))
-    base_faces = _taken(arrays, "base.faces", "I32", (4, 3))
-    columns: dict[str, list[NDArray[np.generic]]] = {name: [] for name in (*COLUMNS, "moved")}
-    moved_total = 0
-    for number, (start, end) in enumerate(_groups(vertices)):
-        prefix = f"splits.{number:02d}."
-        for name, (kind, shape) in COLUMNS.items():
-            columns[name].append(_taken(arrays, prefix + name, kind, (end - start, *shape)))
-        ends = columns["moved_end"][-1].astype(np.int64)
-        moved = _taken(arrays, prefix + "moved", "I32", (None,))
-        if ends[0] < 0 or (np.diff(ends) < 0).any() or ends[-1] != len(moved):
+def _history(arrays: Mapping[str, NDArray[np.generic]], vertices: int) -> History:
+    """Check the arrays and replay the splits; nothing is allocated that the file does not fill."""
+    centre = cast("FloatArray", _taken(arrays, "centre", "F64", (3,))).astype(np.float64)
+    step = float(cast("FloatArray", _taken(arrays, "step", "F64", (1,)))[0])
+    if not np.isfinite(centre).all():
+        raise HistoryFileError(
+            "the centre is not finite", where={"field": "centre"}, remedy="finite numbers"
+        )
+    if not (SMALLEST_STEP <= step <= LARGEST_STEP and math.frexp(step)[0] == 0.5):
+        raise HistoryFileError(
+            f"the step of the grid is {step!r}",
+            where={"field": "step"},
+            remedy="a power of two from 2^-149 to 2^103",
+        )
+    groups = _groups(vertices)
+    streams = []
+    for number, (start, end) in enumerate(groups):
+        name = _group_name(number)
+        stream = cast("ByteArray", _taken(arrays, name, "U8", (None,)))
+        if 8 * stream.size < 1 + MINIMUM_SPLIT_BITS * (end - start):
             raise HistoryFileError(
-                f"array {prefix}moved_end does not divide the {len(moved)} moved corners",
-                where={"field": f"{prefix}moved_end"},
-                remedy="ascending numbers that end with the number of moved corners",
+                f"{stream.size} bytes are too few for the splits that add slots {start} to"
+                f" {end - 1}",
+                where={"field": name},
+                remedy=DAMAGED,
             )
-        columns["moved_end"][-1] = (ends + moved_total).astype(np.int32)
-        columns["moved"].append(moved)
-        moved_total += len(moved)
-    empty = {"parent": (0,), "moved_end": (0,), "moved": (0,), "faces": (0, 2, 3)}
-    joined = {
-        name: np.concatenate(parts)
-        if parts
-        else np.empty(empty.get(name, (0, 3)), TYPES[COLUMNS.get(name, ("I32",))[0]])
-        for name, parts in columns.items()
-    }
-    splits = Splits(base_positions, base_faces, **joined)  # type: ignore[arg-type]
-    positions = (centre, base_positions, splits.coarse, splits.fine, splits.added)
-    if not all(np.isfinite(array).all() for array in positions):
-        raise HistoryFileError(
-            "a position is not a finite number",
-            where={"field": "positions"},
-            remedy="finite numbers",
+        streams.append(stream)
+    positions, base_faces = _base(arrays, centre, step)
+    replay = replay_of(positions, base_faces, vertices)
+    contexts = first_contexts()
+    fixed, growing = empty_columns(vertices - 4)
+    for number, (start, end) in enumerate(groups):
+        reader = reader_of(streams[number])
+        fault, slot, replay, growing = read_group(
+            reader, contexts, replay, fixed, growing, start, end, centre, step
         )
-    return splits
-
-
-def _check_replay(splits: Splits) -> None:
-    """Refuse splits that do not fit the level they are applied to."""
-    corners = np.empty(6 * splits.vertices - 12, np.int32)
-    if splits.base_faces.min() < 0 or splits.base_faces.max() > 3:
-        raise HistoryFileError(
-            "the coarsest level's faces name vertices that it does not have",
-            where={"field": "base.faces"},
-            remedy="numbers from 0 to 3",
-        )
-    faulty = _first_faulty_slot(
-        corners, splits.base_faces, splits.parent, splits.faces, splits.moved_end, splits.moved
+        where: dict[str, str | int | float | list[str]] = {"field": _group_name(number)}
+        if fault:
+            raise HistoryFileError(
+                f"in the split that adds slot {slot}, {FAULTS[fault]}",
+                where={**where, "slot": int(slot)},
+                remedy=DAMAGED,
+            )
+        left = reader.length - int(reader.place[0])
+        if left >= 8 or read_bits(reader, left):
+            raise HistoryFileError(
+                f"the last split of a group leaves {left} bits over",
+                where=where,
+                remedy="zeros up to the end of a byte",
+            )
+    moved, shifted = growing.used[MOVED], growing.used[SHIFTED]
+    splits = Splits(
+        (positions * step).astype(np.float32),
+        base_faces,
+        *fixed[:4],
+        fixed.faces.reshape(-1, 2, 3),
+        fixed.moved_end,
+        growing.moved[:moved].copy(),
+        fixed.shifted_end,
+        *(column[:shifted].copy() for column in growing[1:4]),
     )
-    if faulty >= 0:
+    return History(splits, centre, step)
+
+
+def _base(
+    arrays: Mapping[str, NDArray[np.generic]], centre: FloatArray, step: float
+) -> tuple[IndexArray, IndexArray]:
+    """Return the coarsest level, in steps, if it is a tetrahedron around the centre."""
+    positions = _taken(arrays, "base.positions", "I32", (4, 3)).astype(np.int32)
+    faces = _taken(arrays, "base.faces", "I32", (4, 3)).astype(np.int32)
+    if (np.abs(positions.astype(np.int64)) > LARGEST_COORDINATE).any():
         raise HistoryFileError(
-            f"the split that adds slot {faulty} does not fit the level before it",
-            where={"slot": int(faulty)},
-            remedy="a parent, moved corners and two new faces of that level",
+            "the coarsest level has coordinates beyond 2^24 steps",
+            where={"field": "base.positions"},
+            remedy=f"numbers from {-LARGEST_COORDINATE} to {LARGEST_COORDINATE}",
         )
-    for faces, count in ((splits.base_faces, 4), (corners.reshape(-1, 3), splits.vertices)):
-        if (opposite_corners(np.ascontiguousarray(faces), count) < 0).any():
-            raise HistoryFileError(
-                f"the level with {len(faces)} triangles is not closed",
-                where={"triangles": len(faces)},
-                remedy="the file as it was delivered, unchanged",
-            )
-
-
-@kernel
-def _first_faulty_slot(
-    corners: IndexArray,
-    base_faces: IndexArray,
-    parent: IndexArray,
-    faces: IndexArray,
-    moved_end: IndexArray,
-    moved: IndexArray,
-) -> int:
-    """Replay all splits into `corners`; the first slot whose split does not fit, −1 if all do."""
-    for corner in range(12):
-        corners[corner] = base_faces[corner // 3, corner % 3]
-    for split in range(len(parent)):
-        slot = split + 4
-        above, known = parent[split], 3 * (2 * slot - 4)
-        if above < 0 or above >= slot:
-            return slot
-        for index in range(moved_end[split - 1] if split > 0 else 0, moved_end[split]):
-            corner = moved[index]
-            if corner < 0 or corner >= known or corners[corner] != above:
-                return slot
-            corners[corner] = slot
-        for side in range(2):
-            own, others = 0, 0
-            for place in range(3):
-                named = faces[split, side, place]
-                if named < 0 or named > slot:
-                    return slot
-                if named == above or named == slot:  # noqa: SIM109
-                    own += 1
-                else:
-                    others += 1
-                corners[known + 3 * side + place] = named
-            first, second, third = (
-                faces[split, side, 0],
-                faces[split, side, 1],
-                faces[split, side, 2],
-            )
-            if own != 2 or others != 1 or first == second or second == third or third == first:
-                return slot
-    return -1
+    if (
+        faces.min() < 0
+        or faces.max() > 3
+        or any(len(set(face)) != 3 for face in faces.tolist())
+        or (opposite_corners(faces, 4) < 0).any()
+    ):
+        raise HistoryFileError(
+            "the coarsest level is not closed",
+            where={"field": "base.faces"},
+            remedy="the four faces of a tetrahedron, counter-clockwise from outside",
+        )
+    one, two, three = np.moveaxis((positions * step - centre)[faces], 1, 0)
+    if not ((one * np.cross(two, three)).sum(axis=1) > 0).all():
+        raise HistoryFileError(
+            "a face of the coarsest level does not see the centre from inside",
+            where={"field": "base.positions"},
+            remedy=DAMAGED,
+        )
+    return positions, faces

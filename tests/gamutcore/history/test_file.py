@@ -2,6 +2,7 @@
 
 import json
 import struct
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -10,11 +11,20 @@ import safetensors.numpy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gamutcore.errors import HistoryFileError
-from gamutcore.history import History, history_bytes, history_from_bytes, history_metadata
+from gamutcore.boundary import modified_convex_hull
+from gamutcore.decimation import decimated
+from gamutcore.errors import GamutError, HistoryFileError
+from gamutcore.history import (
+    History,
+    history_bytes,
+    history_from_bytes,
+    history_metadata,
+    history_of,
+)
+from gamutcore.mesh import TriangleMesh
 
 TETRAHEDRON = (
-    b'{"__metadata__": {"format": "gamut-history", "version": "1", "vertices": "4"}, "centre": {'
+    b'{"__metadata__": {"format": "gamut-history", "version": "2", "vertices": "4"}, "centre": {'
 )
 NOTE = {"note": "größer\nals 🎨"}
 
@@ -44,9 +54,9 @@ def assert_same_history(one, other):
 
 
 def assert_readable(history):
-    """Read every level, and step through them: all indices are checked by the mesh."""
+    """Every level of what was read is valid, and can be stepped through."""
     for level in history.levels():
-        assert np.isfinite(level.vertices).all()
+        assert level.validity(history.centre).is_gamut
     cursor = history.cursor(4)
     cursor.finer(history.vertices - 4)
     assert cursor.mesh == history.full()
@@ -72,9 +82,27 @@ def with_array(data, name, change):
 def first_levels(history, vertices):
     """Return a history up to a number of vertices."""
     splits, steps = history.splits, vertices - 4
-    end = int(splits.moved_end[steps - 1]) if steps else 0
-    cut = type(splits)(*splits[:2], *(array[:steps] for array in splits[2:8]), splits.moved[:end])
-    return History(cut, history.centre, history.step)
+    columns = {
+        name: array[:steps]
+        for name, array in splits._asdict().items()
+        if not name.startswith(("base", "moved", "shifted"))
+    }
+    for end, names in (
+        ("moved_end", ["moved"]),
+        ("shifted_end", ["shifted", "shifted_coarse", "shifted_fine"]),
+    ):
+        columns[end] = getattr(splits, end)[:steps]
+        length = int(columns[end][-1]) if steps else 0
+        columns |= {name: getattr(splits, name)[:length] for name in names}
+    return History(splits._replace(**columns), history.centre, history.step)
+
+
+def stream_of(data, number):
+    """Name, first byte and last byte but one of a group's stream in the file."""
+    header, body = parts(data)
+    begin, end = header[f"splits.{number:02d}"]["data_offsets"]
+    start = len(data) - len(body)
+    return start + begin, start + end
 
 
 class TestRoundTrip:
@@ -86,11 +114,60 @@ class TestRoundTrip:
         assert int(metadata["vertices"]) == small_history.vertices
         assert history_bytes(history, NOTE) == file
 
+    def test_of_neighbours_that_move(self, shifting_history):
+        assert len(shifting_history.splits.shifted) > 100
+        history, _ = history_from_bytes(history_bytes(shifting_history))
+        assert_same_history(history, shifting_history)
+        assert_readable(history)
+
+    @settings(max_examples=40)
+    @given(
+        seed=st.integers(0, 2**32 - 1),
+        count=st.integers(4, 60),
+        scale=st.sampled_from([1e-30, 1e-3, 1.0, 1e5, 1e30]),
+        offset=st.floats(-5, 5),
+        spike=st.floats(1, 30),
+    )
+    def test_of_any_gamut(self, random_cloud, seed, count, scale, offset, spike):
+        points = random_cloud(seed, count) - (50.0, 0.0, 0.0)
+        points[0] *= spike
+        try:
+            boundary = modified_convex_hull((points + 50 * offset) * scale)
+        except GamutError:  # four random points seldom surround a centre
+            return
+        history = history_of(decimated(boundary.mesh, boundary.centre))
+        read, _ = history_from_bytes(history_bytes(history))
+        assert_same_history(read, history)
+        assert_readable(read)
+
+    @pytest.mark.parametrize("count", [50, 1000])
+    @pytest.mark.parametrize("cost", ["volume", "quadric"])
+    def test_of_hubs(self, count, cost):
+        """Two poles that are neighbours of all other vertices."""
+        turn = np.linspace(0, 2 * np.pi, count, endpoint=False)
+        rim = np.stack([np.cos(turn), np.sin(turn), np.zeros(count)], axis=1)
+        vertices = np.vstack([rim, [(0, 0, 1), (0, 0, -1)]])
+        around = np.arange(count)
+        after = np.roll(around, -1)
+        north, south = np.full(count, count), np.full(count, count + 1)
+        faces = np.vstack(
+            [np.stack([around, after, north], axis=1), np.stack([after, around, south], axis=1)]
+        )
+        mesh = TriangleMesh(np.rint(vertices * 4096).astype(np.float32), faces.astype(np.int32))
+        history = history_of(decimated(mesh, np.zeros(3), cost))
+        read, _ = history_from_bytes(history_bytes(history))
+        assert_same_history(read, history)
+
     def test_of_a_large_one(self, fogra39_gamut):
         history, _ = history_from_bytes(history_bytes(fogra39_gamut.history))
         assert_same_history(history, fogra39_gamut.history)
         for triangles in (4, 10, 1000, 10_001, history.triangles):
             assert history.level(triangles) == fogra39_gamut.history.level(triangles)
+
+    def test_the_large_one_is_compact(self, fogra39_gamut):
+        """Issue 3 asks for at most 110 bits per vertex; 66 were measured."""
+        size = 8 * len(history_bytes(fogra39_gamut.history))
+        assert size < 70 * fogra39_gamut.history.vertices
 
     @pytest.mark.parametrize("vertices", [4, 5, 7, 8, 9, 15, 16, 17])
     def test_of_every_way_that_groups_end(self, small_history, vertices):
@@ -117,15 +194,21 @@ class TestLayout:
             assert opened.metadata()["note"] == NOTE["note"]
             np.testing.assert_array_equal(opened.get_tensor("centre"), small_history.centre)
             np.testing.assert_array_equal(
-                opened.get_tensor("base.positions"), small_history.level(4).vertices
+                opened.get_tensor("base.positions") * opened.get_tensor("step"),
+                small_history.level(4).vertices,
             )
             names = set(opened.keys())
-        groups = {name.split(".")[1] for name in names if name.startswith("splits")}
         # 4 to 8 vertices, 8 to 16, ...
-        assert len(groups) == int(np.ceil(np.log2(small_history.vertices / 4)))
-        assert len(names) == 3 + 7 * len(groups)
+        groups = int(np.ceil(np.log2(small_history.vertices / 4)))
+        assert names == {
+            "centre",
+            "step",
+            "base.positions",
+            "base.faces",
+            *(f"splits.{number:02d}" for number in range(groups)),
+        }
 
-    def test_arrays_are_aligned_and_follow_each_other(self, file):
+    def test_arrays_follow_each_other_from_coarse_to_fine(self, file):
         header, body = parts(file)
         del header["__metadata__"]
         end = 0
@@ -133,32 +216,54 @@ class TestLayout:
             start, stop = entry["data_offsets"]
             assert start == end, name
             assert stop - start == np.prod(entry["shape"]) * int(entry["dtype"][1:]) // 8
-            assert start % 4 == 0
             end = stop
         assert end == len(body)
+        streams = [name for name in header if name.startswith("splits.")]
+        assert streams == sorted(streams) == list(header)[4:]
 
-    @pytest.mark.parametrize("groups", [0, 1, 2, 3, 4])
-    def test_a_prefix_that_ends_with_a_group_is_a_coarser_history(
-        self, file, small_history, groups
-    ):
-        header, body = parts(file)
-        metadata = header.pop("__metadata__")
-        wanted = {f"{number:02d}" for number in range(groups)}
-        kept = {
-            name: entry
-            for name, entry in header.items()
-            if not name.startswith("splits.") or name.split(".")[1] in wanted
-        }
-        end = max(entry["data_offsets"][1] for entry in kept.values())
-        metadata["vertices"] = str(4 * 2**groups)
-        coarse, _ = history_from_bytes(assembled({"__metadata__": metadata, **kept}, body[:end]))
-        assert coarse.vertices == 4 * 2**groups
+    @settings(max_examples=50)
+    @given(part=st.floats(0, 1))
+    def test_any_prefix_holds_the_coarser_levels(self, file, small_history, part):
+        end = int(part * len(file))
+        groups = 0
+        while 4 * 2**groups < small_history.vertices and stream_of(file, groups)[1] <= end:
+            groups += 1
+        if end < stream_of(file, 0)[0]:
+            with pytest.raises(HistoryFileError):
+                history_from_bytes(file[:end], partial=True)
+            return
+        coarse, metadata = history_from_bytes(file[:end], partial=True)
+        assert coarse.vertices == min(4 * 2**groups, small_history.vertices)
+        assert metadata["vertices"] == str(small_history.vertices)
         for triangles in range(4, coarse.triangles + 1, 2):
             assert coarse.level(triangles) == small_history.level(triangles)
+
+    @settings(max_examples=200)
+    @given(part=st.floats(0, 1), place=st.floats(0, 1, exclude_max=True), flip=st.integers(1, 255))
+    def test_a_damaged_prefix_is_refused_or_valid(self, file, part, place, flip):
+        data = bytearray(file[: 8 + int(part * (len(file) - 8))])
+        data[int(place * len(data))] ^= flip
+        try:
+            history, _ = history_from_bytes(bytes(data), partial=True)
+        except HistoryFileError:
+            return
+        assert_readable(history)
 
     def test_no_pickle(self, file):
         assert b"pickle" not in file
         assert not file.startswith(b"\x80")
+
+
+class TestWriting:
+    def test_positions_off_the_grid_are_refused(self, small_history):
+        history = History(small_history.splits, small_history.centre, 4 * small_history.step)
+        with pytest.raises(HistoryFileError, match="grid"):
+            history_bytes(history)
+
+    def test_a_step_too_fine_for_float32_is_refused(self, small_history):
+        history = History(small_history.splits, small_history.centre, small_history.step / 2**10)
+        with pytest.raises(HistoryFileError, match="grid"):
+            history_bytes(history)
 
 
 class TestDamage:
@@ -212,10 +317,18 @@ class TestDamage:
             return
         check(history)
 
-    def test_some_changed_positions_pass(self, file):
-        """The two properties above are not empty: a moved vertex is a readable history."""
-        read, _ = history_from_bytes(with_array(file, "base.positions", lambda a: a.fill(7.0)))
-        assert_readable(read)
+    def test_some_changed_bytes_pass(self, file):
+        """The properties above are not empty: a vertex that moves a little is a valid history."""
+        for bit in range(8):
+            data = bytearray(file)
+            data[stream_of(file, 3)[1] - 2] ^= 1 << bit
+            try:
+                history, _ = history_from_bytes(bytes(data))
+            except HistoryFileError:
+                continue
+            assert_readable(history)
+            return
+        pytest.fail("each changed bit was refused")
 
 
 class TestRefusals:
@@ -223,14 +336,15 @@ class TestRefusals:
         ("metadata", "field"),
         [
             ({"format": "gamut"}, "format"),
-            ({"version": "2"}, "version"),
+            ({"version": "1"}, "version"),
+            ({"version": "3"}, "version"),
             ({"version": ""}, "version"),
             ({"vertices": "3"}, "vertices"),
             ({"vertices": "-5"}, "vertices"),
             ({"vertices": "many"}, "vertices"),
             ({"vertices": "٩٩"}, "vertices"),
             ({"vertices": "1e2"}, "vertices"),
-            ({"vertices": str(2**28 + 1)}, "vertices"),
+            ({"vertices": str(2**25 + 1)}, "vertices"),
             ({"vertices": "9" * 400}, "vertices"),
         ],
     )
@@ -239,18 +353,30 @@ class TestRefusals:
             history_from_bytes(tampered(file, metadata))
         assert caught.value.where == {"field": field}
 
-    @pytest.mark.parametrize("vertices", [4, 5, 96, 98, 1000, 2**20, 2**28])
+    @pytest.mark.parametrize("vertices", [250, 1000, 2**20, 2**25])
     def test_of_a_claimed_count_that_the_arrays_do_not_have(self, file, small_history, vertices):
-        assert vertices != small_history.vertices
-        data = tampered(file, {"vertices": str(vertices)})
-        if vertices in {4, 5}:  # the first group has four rows, not none or one
-            vertices = 5
-            data = tampered(file, {"vertices": "5"})
+        assert vertices > small_history.vertices
         with pytest.raises(HistoryFileError, match="splits"):
+            history_from_bytes(tampered(file, {"vertices": str(vertices)}))
+
+    def test_of_a_count_below_that_of_the_stream(self, file, small_history):
+        with pytest.raises(HistoryFileError, match="bits over"):
+            history_from_bytes(tampered(file, {"vertices": str(small_history.vertices - 1)}))
+
+    def test_a_claimed_count_allocates_nothing(self, file):
+        """A file of a few hundred bytes whose streams would have to hold millions of splits."""
+        claimed = {"vertices": str(2**25)}
+        streams = {f"splits__{number:02d}": np.zeros(4, np.uint8) for number in range(23)}
+        data = tampered(file, claimed, **streams)
+        tracemalloc.start()
+        with pytest.raises(HistoryFileError, match="too few"):
             history_from_bytes(data)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert peak < 2**20
 
     @pytest.mark.parametrize(
-        "name", ["centre", "base.faces", "splits.00.parent", "splits.01.moved"]
+        "name", ["centre", "step", "base.faces", "base.positions", "splits.00", "splits.04"]
     )
     def test_of_a_missing_array(self, file, name):
         arrays = safetensors.numpy.load(file)
@@ -267,11 +393,11 @@ class TestRefusals:
             ("centre", np.zeros(3, np.float32)),
             ("base__faces", np.zeros((4, 3), np.float32)),
             ("base__faces", np.zeros((3, 3), np.int32)),
-            ("base__positions", np.zeros((4, 2), np.float32)),
-            ("splits__00__parent", np.zeros((4, 1), np.int32)),
-            ("splits__00__parent", np.zeros(4, np.int64)),
-            ("splits__01__faces", np.zeros((8, 3, 2), np.int32)),
-            ("splits__01__moved", np.zeros((3, 3), np.int32)),
+            ("base__positions", np.zeros((4, 2), np.int32)),
+            ("base__positions", np.zeros((4, 3), np.float32)),
+            ("step", np.zeros(3)),
+            ("splits__00", np.zeros((4, 1), np.uint8)),
+            ("splits__00", np.zeros(40, np.int32)),
         ],
     )
     def test_of_an_array_of_another_type_or_shape(self, file, name, array):
@@ -280,55 +406,76 @@ class TestRefusals:
         assert caught.value.where == {"field": name.replace("__", ".")}
 
     @pytest.mark.parametrize("value", [-1, 4, 2**31 - 1, -(2**31)])
-    @pytest.mark.parametrize(
-        ("name", "row"),
-        [
-            ("base.faces", (2, 1)),
-            ("splits.00.parent", (0,)),
-            ("splits.00.faces", (0, 1, 2)),
-            ("splits.00.moved", (0,)),
-        ],
-    )
-    def test_of_an_index(self, file, name, row, value):
-        """4 is the slot that the first split adds: nobody's parent yet, and no corner to move."""
-
+    def test_of_a_slot_that_the_coarsest_level_does_not_have(self, file, value):
         def change(array):
-            array[row] = value
+            array[2, 1] = value
 
-        if (name, value) == ("splits.00.faces", 4):
-            value = 5
-        if (name, value) == ("splits.00.moved", 4):
-            value = 12
-        with pytest.raises(HistoryFileError):
-            history_from_bytes(with_array(file, name, change))
+        with pytest.raises(HistoryFileError) as caught:
+            history_from_bytes(with_array(file, "base.faces", change))
+        assert caught.value.where == {"field": "base.faces"}
 
-    @pytest.mark.parametrize("value", [-1, 2**31 - 1, 0])
-    def test_of_ends_that_do_not_divide_the_moved_corners(self, file, value):
-        with pytest.raises(HistoryFileError, match="moved_end"):
-            history_from_bytes(with_array(file, "splits.02.moved_end", lambda a: a.fill(value)))
+    @pytest.mark.parametrize("face", [(0, 0, 1), (1, 1, 1), (0, 2, 1), (0, 1, 2)])
+    def test_of_a_coarsest_level_that_is_not_closed(self, file, face):
+        def change(array):
+            array[:] = [(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)]
+            array[0] = face
+            array[1] = face
+
+        with pytest.raises(HistoryFileError, match="not closed"):
+            history_from_bytes(with_array(file, "base.faces", change))
+
+    @pytest.mark.parametrize("value", [2**24 + 1, -(2**24) - 1, -(2**31)])
+    def test_of_a_coordinate_that_float32_may_not_hold(self, file, value):
+        def change(array):
+            array[1, 1] = value
+
+        with pytest.raises(HistoryFileError) as caught:
+            history_from_bytes(with_array(file, "base.positions", change))
+        assert caught.value.where == {"field": "base.positions"}
+
+    def test_of_a_coarsest_level_beside_the_centre(self, file):
+        with pytest.raises(HistoryFileError, match="see the centre"):
+            history_from_bytes(with_array(file, "base.positions", lambda array: array.fill(7)))
+        with pytest.raises(HistoryFileError, match="see the centre"):
+            history_from_bytes(with_array(file, "centre", lambda array: array.fill(1e6)))
 
     @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-    @pytest.mark.parametrize(
-        "name",
-        ["centre", "base.positions", "splits.00.coarse", "splits.01.fine", "splits.02.added"],
-    )
-    def test_of_numbers_that_are_not_finite(self, file, name, value):
+    def test_of_a_centre_that_is_not_finite(self, file, value):
         def change(array):
-            array.flat[1] = value
+            array[1] = value
 
         with pytest.raises(HistoryFileError, match="finite"):
-            history_from_bytes(with_array(file, name, change))
+            history_from_bytes(with_array(file, "centre", change))
 
-    @pytest.mark.parametrize("vertices", [4, 9])
-    def test_of_a_surface_that_is_not_closed(self, small_history, vertices):
-        def swap(array):
-            array[-1, ..., :] = array[-1, ..., ::-1]
+    @pytest.mark.parametrize(
+        "value", [0.0, -0.5, 3.0, 0.1, np.nan, np.inf, 2.0**-150, 2.0**104, 5e-324]
+    )
+    def test_of_a_step(self, file, value):
+        with pytest.raises(HistoryFileError) as caught:
+            history_from_bytes(with_array(file, "step", lambda array: array.fill(value)))
+        assert caught.value.where == {"field": "step"}
 
-        name = "base.faces" if vertices == 4 else "splits.01.faces"
-        data = history_bytes(first_levels(small_history, vertices))
-        assert_readable(history_from_bytes(data)[0])
-        with pytest.raises(HistoryFileError, match="not closed"):
-            history_from_bytes(with_array(data, name, swap))
+    def test_of_a_stream_that_is_too_short_or_too_long(self, file):
+        stream = safetensors.numpy.load(file)["splits.03"]
+        with pytest.raises(HistoryFileError, match="ends within") as caught:
+            history_from_bytes(tampered(file, splits__03=stream[:-1]))
+        assert caught.value.where["field"] == "splits.03"
+        assert 32 <= caught.value.where["slot"] < 64
+        with pytest.raises(HistoryFileError, match="bits over") as caught:
+            history_from_bytes(tampered(file, splits__03=np.append(stream, np.uint8(0))))
+        assert caught.value.where == {"field": "splits.03"}
+
+    def test_of_a_last_byte_that_does_not_end_with_zeros(self, small_history):
+        """Cut histories at different counts, so that not all of them end with a whole byte."""
+        refused = 0
+        for vertices in range(10, 16):
+            data = bytearray(history_bytes(first_levels(small_history, vertices)))
+            data[-1] ^= 1
+            try:
+                history_from_bytes(bytes(data))
+            except HistoryFileError as error:
+                refused += "bits over" in error.message
+        assert refused > 1
 
     @pytest.mark.parametrize("depth", [10, 1000, 100_000, 1_000_000])
     def test_of_deeply_nested_json(self, depth):
@@ -353,8 +500,8 @@ class TestRefusals:
             b'{"__metadata__": {"format": "gamut-history"}}',
             b'{"__metadata__": []}',
             b"\xff\xfe",
-            b'{"__metadata__": {"format": "gamut-history", "version": "1", "other": 5}}',
-            b'{"__metadata__": {"format": "gamut-history", "version": "1", "vertices": "4"}}',
+            b'{"__metadata__": {"format": "gamut-history", "version": "2", "other": 5}}',
+            b'{"__metadata__": {"format": "gamut-history", "version": "2", "vertices": "4"}}',
             TETRAHEDRON + b'"dtype": "F64", "shape": [3], "data_offsets": [0, 999999999999]}}',
             TETRAHEDRON
             + b'"dtype": "F64", "shape": [4611686018427387904], "data_offsets": [0, 0]}}',
@@ -379,3 +526,38 @@ class TestRefusals:
     def test_a_file_that_is_not_there_is_an_os_error(self, tmp_path):
         with pytest.raises(FileNotFoundError):
             history_metadata(tmp_path / "nothing")
+
+
+class TestReaderInJavaScript:
+    """A reader in another language, written from docs/history-format.md, gets the same levels."""
+
+    def test_every_level_of_small_histories(
+        self, javascript_levels, small_history, shifting_history
+    ):
+        for history in (small_history, shifting_history, first_levels(small_history, 4)):
+            levels = javascript_levels(history_bytes(history, NOTE))
+            assert len(levels) == history.vertices - 3
+            assert_same_levels(levels, history.levels())
+
+    def test_levels_of_a_large_one(self, javascript_levels, fogra39_gamut):
+        history = fogra39_gamut.history
+        counts = [*range(4, 400, 2), *range(400, 8000, 500), 20_000, 50_000, history.triangles]
+        levels = javascript_levels(history_bytes(history), counts)
+        assert_same_levels(levels, map(history.level, counts))
+
+    def test_a_prefix(self, javascript_levels, fogra39_gamut):
+        """Up to the end of a group, as a client would ask for it, and a few bytes more."""
+        history = fogra39_gamut.history
+        data = history_bytes(history)
+        end = stream_of(data, 8)[1]
+        assert end < len(data) // 10
+        for length in (end, end + 1, stream_of(data, 9)[1] - 1):
+            levels = javascript_levels(data[:length])
+            assert len(levels) == 4 * 2**9 - 3
+            assert_same_levels(levels, (history.level(4 + 2 * i) for i in range(len(levels))))
+
+
+def assert_same_levels(levels, expected):
+    for (positions, faces), mesh in zip(levels, expected, strict=True):
+        assert positions.tobytes() == mesh.vertices.tobytes()
+        assert faces.tobytes() == mesh.faces.tobytes()
