@@ -132,6 +132,9 @@ def _introduction(measured: Measured) -> str:
         [each["name"], each["kind"], f"{each['points']:,}", f"{each['triangles']:,}"]
         for each in measured["devices"]
     ]
+    few = ""
+    if len(rows) < 6:
+        few = "\nThe shared data was not there: these are the devices that the repository itself has.\n"
     return f"""\
 # Decimation: accuracy, speed, and the published experiment
 
@@ -149,7 +152,7 @@ Times are processor time, warm, the shortest of several runs. The full boundary 
 modified convex hull (γ = 0.2) of about 100,000 colours of its surface:
 
 {table(["device", "what it is", "colours", "triangles"], rows)}
-"""
+{few}"""
 
 
 def _goals(measured: Measured) -> str:
