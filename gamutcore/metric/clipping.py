@@ -24,6 +24,10 @@ CORNERS = 24
 """Corners that a part can have."""
 
 
+TRYING_ALL = 2**30
+"""In place of the number of moves: the cones of all faces are tried, one after the other."""
+
+
 class Clipping(NamedTuple):
     """Work space for one face at a time.
 
@@ -162,9 +166,9 @@ def next_piece(  # noqa: C901, PLR0912  # the time is in these branches
             work.face[top], work.moves[top] = face, moved
             top += 1
             continue
-        if top >= PARTS and moved <= moves:
-            face, moved = 0, moves + 1
-        exhaustive = moved > moves
+        if moved != TRYING_ALL and (moved > moves or top >= PARTS):
+            face, moved = 0, TRYING_ALL
+        exhaustive = moved == TRYING_ALL
         row = base
         if exhaustive:
             # the part stays on the stack until all cones have been tried

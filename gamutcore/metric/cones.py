@@ -26,7 +26,7 @@ is computed to a few times 2⁻⁵³ of it."""
 
 MOVES = 1000
 """Steps of a walk before all cones are tried: walks can go in circles where a triangulation is not
-Delaunay's, and a straight one across the millions of faces of the largest gamuts is not longer."""
+Delaunay's. From a face that is near they are shorter than this on the largest of surfaces."""
 
 
 class Cones(NamedTuple):
