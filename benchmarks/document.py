@@ -16,6 +16,7 @@ from benchmarks.experiment import experiment_text, pictures_text
 from benchmarks.markdown import count_text, percent, table
 from benchmarks.paper import SPHERE_LIMIT
 from benchmarks.peers import COUNTS
+from benchmarks.speed import LEVEL
 from benchmarks.summary import (
     GOAL_COUNTS,
     YARDSTICK,
@@ -315,7 +316,8 @@ degenerate or duplicate faces. A mesh can be counted under several.
         )
     }
 
-No other library gives more than one level for a run or promises validity. A history gives all of them:
+Each run of another library gives one level (fast-simplification can also replay the collapses of a
+run), and none promises validity. A history gives all levels:
 
 ![Processor time of all levels and of one](pictures/times.svg)
 """
@@ -332,7 +334,7 @@ def _speed(measured: Measured) -> str:
         if "cost" in row
     ]  # fmt: skip
     libraries = [
-        [row["peer"], f"{row['seconds']:.2f}", f"{row['median_s']:.2f}"]
+        [row["peer"], f"{row['level']:,}", f"{row['seconds']:.2f}", f"{row['median_s']:.2f}"]
         for row in measured["history"]
         if "peer" in row
     ]
@@ -354,9 +356,9 @@ def _speed(measured: Measured) -> str:
     others = ""
     if libraries:
         others = f"""
-Other libraries on the same boundary, one level of 1,000 triangles:
+Other libraries on the same boundary, asked for one level of {LEVEL:,} triangles:
 
-{table(["library", "s", "median, s"], libraries)}
+{table(["library", "triangles", "s", "median, s"], libraries)}
 """
     return f"""\
 ## Speed and memory
