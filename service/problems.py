@@ -156,7 +156,7 @@ _ROWS = (
     _core(
         errors.BoundaryError,
         "No closed surface could be wrapped around the colours",
-        "Try a larger gamma, or another centre.",
+        "Try a larger gamma, other segments, or another centre.",
         "No surface that is star-shaped about the centre was found.",
     ),
     _core(

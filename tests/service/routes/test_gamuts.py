@@ -63,6 +63,41 @@ def test_a_file_is_recognised_by_its_content(server, sphere):
     assert server.client.post("/v1/gamuts", files=as_parts).status_code == 200
 
 
+@pytest.mark.parametrize(
+    ("options", "triangles"),
+    [
+        ({"boundary": "convex-hull"}, None),
+        ({"boundary": "segment-maxima"}, 512),
+        ({"boundary": "segment-maxima", "segments": [5, 7]}, 70),
+        ({"boundary": "segment-maxima", "segments": [180, 360]}, 129_600),
+        ({"boundary": "usv", "basis": "tetrahedron", "subdivisions": 1}, 28),
+        ({"boundary": "usv", "subdivisions": 7, "gamma": 1}, None),
+    ],
+)
+def test_every_boundary_is_built_and_decimated(server, sphere, options, triangles):
+    body = {"samples": sphere(seed=90, count=600), "options": options}
+    answer = server.client.post("/v1/gamuts", json=body, headers={"Prefer": "wait=60"})
+    assert answer.status_code == 201, answer.text
+    gamut = answer.json()
+    assert options.items() <= gamut["options"].items()
+    assert triangles is None or gamut["counts"]["triangles"] == triangles
+    # the options as they are answered ask the same question again
+    again = server.client.post("/v1/gamuts", json={**body, "options": gamut["options"]})
+    assert (again.status_code, again.json()["id"]) == (200, gamut["id"])
+    mesh = server.client.get(gamut["links"]["mesh"], params={"triangles": 20})
+    assert mesh.headers["gamut-triangles"] == "20"
+
+
+def test_segments_that_do_not_surround_the_centre_are_a_problem(server, assert_problem):
+    """Of a cube's corners the farthest in the four segments of a tetrahedron, all on one side."""
+    corners = [[50 + x, y, z] for x in (-30, 30) for y in (-30, 30) for z in (-39, 51)]
+    options = {"boundary": "usv", "basis": "tetrahedron", "subdivisions": 0, "centre": [65, 15, 15]}
+    answer = server.client.post("/v1/gamuts", json={"samples": corners, "options": options})
+    document = assert_problem(answer, 422, "boundary-failed")
+    assert document["where"] == {"field": "subdivisions"}
+    assert "more subdivisions" in document["remedy"]
+
+
 def test_a_real_press_is_built_while_the_client_waits(server):
     if not EXAMPLE.exists():
         pytest.skip("examples/FOGRA39L.ti3 is not there")
@@ -185,6 +220,14 @@ def test_files_that_cannot_be_used_are_explained(server, assert_problem, content
         ({"centre": [1, 2]}, "centre"),
         ({"surface_samples": 10**9}, "surface_samples"),
         ({"surface_samples": -1}, "surface_samples"),
+        ({"segments": [16, 16]}, "segments"),
+        ({"boundary": "segment-maxima", "segments": [10**9, 10**9]}, "segments"),
+        ({"boundary": "segment-maxima", "segments": [16, None]}, "segments"),
+        ({"boundary": "segment-maxima", "gamma": 0.2}, "gamma"),
+        ({"boundary": "usv", "basis": "cube"}, "basis"),
+        ({"boundary": "usv", "subdivisions": 8}, "subdivisions"),
+        ({"boundary": "usv", "subdivisions": None}, "subdivisions"),
+        ({"boundary": "convex-hull", "gamma": 0.2}, "gamma"),
         ([], "options"),
         ("gamma", "options"),
         (None, "options"),
