@@ -104,6 +104,8 @@ def wrapped(
     Returns
     -------
     Boundary
+        A vertex that is none of the points, as segment maxima have them, has the source −1. Where
+        no power decides what is on the surface, γ is 0, its limit.
 
     Raises
     ------
