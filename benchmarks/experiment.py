@@ -138,9 +138,8 @@ def _verdicts(measured: Measured) -> str:
   {segments["triangles"]:,.0f} triangles and no further: every maximum is on the
   surface, as with γ → 0, so narrow segments follow concavities and the spacing of the colours that the
   reference bridges.
-- *Other conditions.* Five devices there, {len(measured["devices"])} here, of which none is the same;
-  voxels there, exact volumes here. The publication's figures are plots, so what is compared are its
-  conclusions, not digits.
+- *Other conditions.* Five devices there, {len(measured["devices"])} here; voxels there, exact volumes
+  here. What is compared are the publication's conclusions, not its digits.
 """
 
 
