@@ -86,14 +86,14 @@ class Contexts(NamedTuple):
 
     Attributes
     ----------
-    total : (n,) int64
+    totals : (n,) int64
         Sum of the numbers' halves, rounded up.
-    count : (n,) int64
+    counts : (n,) int64
         How many numbers, 1 at the beginning.
     """
 
-    total: LongArray
-    count: LongArray
+    totals: LongArray
+    counts: LongArray
 
 
 def reader_of(stream: ByteArray) -> BitReader:
@@ -228,7 +228,8 @@ def write_differences(
 def _next_32_bits(reader: BitReader, place: int) -> int:
     word, offset = place >> 5, place & 31
     first, second = reader.words[word], reader.words[word + 1]
-    return ((first << offset) | (second >> (32 - offset))) & 0xFFFFFFFF
+    window: int = ((first << offset) | (second >> (32 - offset))) & 0xFFFFFFFF
+    return window
 
 
 @inlined_kernel
@@ -243,7 +244,7 @@ def _short_codes(limit: int) -> tuple[int, int]:
 @inlined_kernel
 def _parameter(contexts: Contexts, context: int) -> int:
     """Rice parameter: the smallest k for which 2ᵏ is not below the mean."""
-    total, count = contexts.total[context], contexts.count[context]
+    total, count = contexts.totals[context], contexts.counts[context]
     parameter = 0
     while parameter < LARGEST_PARAMETER and (count << parameter) < total:
         parameter += 1
@@ -252,8 +253,8 @@ def _parameter(contexts: Contexts, context: int) -> int:
 
 @inlined_kernel
 def _see(contexts: Contexts, context: int, value: int) -> None:
-    contexts.total[context] += (value + 1) >> 1
-    contexts.count[context] += 1
-    if contexts.count[context] == HALVED_AT:
-        contexts.total[context] >>= 1
-        contexts.count[context] >>= 1
+    contexts.totals[context] += (value + 1) >> 1
+    contexts.counts[context] += 1
+    if contexts.counts[context] == HALVED_AT:
+        contexts.totals[context] >>= 1
+        contexts.counts[context] >>= 1

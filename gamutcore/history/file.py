@@ -91,7 +91,8 @@ def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -
         ("base.positions", np.asarray(splits.base_positions, "<i4")),
         ("base.faces", np.asarray(splits.base_faces, "<i4")),
     ]
-    replay = replay_of(splits.base_positions, splits.base_faces, splits.vertices)
+    base_in_steps = cast("IndexArray", splits.base_positions)
+    replay = replay_of(base_in_steps, splits.base_faces, splits.vertices)
     contexts = first_contexts()
     for number, (start, end) in enumerate(_groups(splits.vertices)):
         writer, faulty, replay = write_group(contexts, replay, splits, start, end)
@@ -196,7 +197,7 @@ def _group_name(number: int) -> str:
 
 def _in_steps(splits: Splits, step: float) -> Splits:
     """Return the splits with positions as int32 in steps."""
-    whole: dict[str, NDArray[np.int32]] = {}
+    whole: dict[str, Any] = {}
     for name, array in splits._asdict().items():
         if array.dtype != np.float32:
             continue
@@ -294,7 +295,7 @@ def _array(name: str, tensor: Mapping[str, object]) -> NDArray[np.generic]:
 
 
 def _taken(
-    arrays: dict[str, NDArray[np.generic]], name: str, kind: str, shape: tuple[int | None, ...]
+    arrays: Mapping[str, NDArray[np.generic]], name: str, kind: str, shape: tuple[int | None, ...]
 ) -> NDArray[np.generic]:
     """Return an array of a name if it has the type and shape (None: any length)."""
     array = arrays.get(name)
@@ -374,7 +375,9 @@ def _history(arrays: Mapping[str, NDArray[np.generic]], vertices: int) -> Histor
         fixed.moved_end,
         growing.moved[:moved].copy(),
         fixed.shifted_end,
-        *(column[:shifted].copy() for column in growing[1:4]),
+        growing.shifted[:shifted].copy(),
+        growing.shifted_coarse[:shifted].copy(),
+        growing.shifted_fine[:shifted].copy(),
     )
     return History(splits, centre, step)
 

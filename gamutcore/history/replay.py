@@ -274,7 +274,7 @@ def has_room(replay: Replay, ring: IndexArray, degree: int, kept: int) -> bool:
     """Whether `split_slot` finds room for all rings that may have to go elsewhere."""
     left, right = ring[0, 1], ring[kept, 1]
     needed = 4 * (degree + 2) + 2 * (replay.span[left, 1] + replay.span[right, 1] + 2)
-    return replay.filled[0] + needed + 4 * SMALLEST_ROOM <= len(replay.entries)
+    return bool(replay.filled[0] + needed + 4 * SMALLEST_ROOM <= len(replay.entries))
 
 
 @kernel
@@ -313,7 +313,7 @@ def split_slot(
     span, entries = replay.span, replay.entries
     left, right = ring[0, 1], ring[kept, 1]
     one, two = 6 * slot - 12, 6 * slot - 9
-    visited = degree + span[left, 1] + span[right, 1]
+    visited: int = degree + span[left, 1] + span[right, 1]
     for index in range(kept + 1, degree):
         neighbour = ring[index, 1]
         entries[_entry(replay, neighbour, parent), 1] = slot
@@ -342,7 +342,7 @@ def split_slot(
 @inlined_kernel
 def _entry(replay: Replay, slot: int, neighbour: int) -> int:
     """Where the ring of a slot names a neighbour."""
-    entry = replay.span[slot, 0]
+    entry: int = replay.span[slot, 0]
     while replay.entries[entry, 1] != neighbour:
         entry += 1
     return entry
@@ -359,14 +359,16 @@ def _room_for(replay: Replay, slot: int, degree: int) -> int:
             room *= 2
         span[slot, 0], span[slot, 2] = replay.filled[0], room
         replay.filled[0] += room
-    return span[slot, 0]
+    begin: int = span[slot, 0]
+    return begin
 
 
 @leaf_kernel
 def _inserted(replay: Replay, slot: int, neighbour: int) -> int:
     """Open a gap before the entry of a neighbour in a ring; returns the gap's place."""
     entries = replay.entries
-    begin, degree = replay.span[slot, 0], replay.span[slot, 1]
+    begin: int = replay.span[slot, 0]
+    degree: int = replay.span[slot, 1]
     gap = _entry(replay, slot, neighbour) - begin
     to = _room_for(replay, slot, degree + 1)
     if to != begin:

@@ -1,0 +1,105 @@
+"""From bits to splits: whatever the bits, the kernel ends, and what it accepts is valid."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gamutcore.history.bit_codes import BitWriter, reader_of, write_adaptive, write_below, written
+from gamutcore.history.history import History
+from gamutcore.history.prefix_order import Splits
+from gamutcore.history.replay import replay_of
+from gamutcore.history.split_codes import KEPT, first_contexts
+from gamutcore.history.split_reader import FAULTS, MOVED, SHIFTED, empty_columns, read_group
+
+POSITIONS = np.array(
+    [(0, 0, 90_000), (80_000, 0, -30_000), (-40_000, 70_000, -30_000), (-40_000, -70_000, -30_000)],
+    np.int32,
+)
+FACES = np.array([(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)], np.int32)
+CENTRE = np.zeros(3)
+STEP = 2.0**-11
+
+
+def decoded(stream, vertices):
+    """Fault, slot, columns in use and the bits that were read."""
+    fixed, growing = empty_columns(vertices - 4)
+    reader = reader_of(np.frombuffer(stream, np.uint8))
+    replay = replay_of(POSITIONS, FACES, vertices)
+    fault, slot, _, growing = read_group(
+        reader, first_contexts(), replay, fixed, growing, 4, vertices, CENTRE, STEP
+    )
+    return fault, slot, fixed, growing, int(reader.place[0])
+
+
+def history_of_first(slots, fixed, growing):
+    """Return the history of the splits before a slot."""
+    count = slots - 4
+    moved = int(fixed.moved_end[count - 1]) if count else 0
+    shifted = int(fixed.shifted_end[count - 1]) if count else 0
+    splits = Splits(
+        np.float32(POSITIONS * STEP),
+        FACES,
+        *(column[:count] for column in fixed[:4]),
+        fixed.faces[:count].reshape(-1, 2, 3),
+        fixed.moved_end[:count],
+        growing.moved[:moved],
+        fixed.shifted_end[:count],
+        growing.shifted[:shifted],
+        growing.shifted_coarse[:shifted],
+        growing.shifted_fine[:shifted],
+    )
+    return History(splits, CENTRE, STEP)
+
+
+@settings(max_examples=300)
+@given(stream=st.binary(max_size=200), dense=st.booleans())
+def test_any_bits(stream, dense):
+    """All splits before the faulty one are valid. Bits that are mostly ones have small numbers."""
+    if dense:
+        stream = bytes(byte | 0x88 for byte in stream)
+    fault, slot, fixed, growing, _ = decoded(stream, 100)
+    assert fault in FAULTS  # 100 vertices do not fit into so few bytes
+    history = history_of_first(slot, fixed, growing)
+    assert history.vertices == slot
+    for level in history.levels():
+        assert level.validity(CENTRE).is_gamut
+    assert growing.used[MOVED] <= growing.moved.size
+    assert growing.used[SHIFTED] <= growing.shifted.size
+
+
+def test_some_random_bits_are_splits():
+    """The property above is not empty."""
+    random = np.random.default_rng(3)
+    slots = [decoded(random.bytes(100), 100)[1] for _ in range(200)]
+    assert max(slots) >= 6
+
+
+@pytest.mark.parametrize("size", [0, 1, 3])
+def test_a_stream_that_ends_is_reported_as_such(size):
+    fault, slot, *_ = decoded(b"\x7f" * size, 50)
+    assert "ends" in FAULTS[fault]
+    assert slot >= 4
+
+
+def test_zeros_are_far_off():
+    """Zeros announce plain numbers of 32 bits; set, they are beyond any coordinate."""
+    fault, slot, *_ = decoded(b"\x04" + b"\0" * 4 + b"\xff" * 60, 50)
+    assert "beyond" in FAULTS[fault]
+    assert slot == 4
+
+
+def test_a_parent_that_keeps_too_much():
+    writer = BitWriter(np.zeros(100, np.uint8), np.ones(1, np.int64))  # behind the bit of shifts
+    write_below(writer, 0, 4)
+    write_below(writer, 0, 3)
+    write_adaptive(writer, first_contexts(), KEPT, 2)  # 0 and 1 are 2 and 1 of 3 faces
+    fault, slot, *_ = decoded(written(writer).tobytes() + b"\xff" * 50, 50)
+    assert "keeps more" in FAULTS[fault]
+    assert slot == 4
+
+
+def test_columns_begin_empty():
+    fixed, growing = empty_columns(5)
+    assert {len(column) for column in fixed} == {5}
+    assert not growing.used.any()
