@@ -61,6 +61,9 @@ def star_shaped(random_cloud: Callable[..., np.ndarray]) -> Callable[..., Triang
     """Return a function from a seed to a bumpy surface that is star-shaped about (50, 0, 0)."""
 
     def make(seed: int, count: int = 200) -> TriangleMesh:
-        return modified_convex_hull(random_cloud(seed, count), 0.3, (50.0, 0.0, 0.0)).mesh
+        # an octahedron among the points keeps the centre inside, however few they are
+        axes = 35.0 * np.vstack([np.eye(3), -np.eye(3)]) + (50.0, 0.0, 0.0)
+        points = np.vstack([random_cloud(seed, count), axes])
+        return modified_convex_hull(points, 0.3, (50.0, 0.0, 0.0)).mesh
 
     return make

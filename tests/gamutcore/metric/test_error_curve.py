@@ -209,14 +209,15 @@ class TestCurveCounts:
 
     @given(st.integers(2, 10**7).map(lambda half: 2 * half))
     def test_leave_no_wide_gap(self, full):
-        """Up to a 128th by the fourth root of two; then at most by 4, and 16 to the full count."""
+        """The fourth root of two up to a 128th; then 4 or 2, and 16 or 2 to the full count."""
         counts = curve_counts(full)
         for coarse, fine in itertools.pairwise(counts):
-            widest = 16 if fine == full else 4
-            if full <= 20_000:
-                widest = 2
-            if full <= 2_000 or fine <= full / 128:
+            if fine == full:
+                widest = 2 if full <= 20_000 else 16
+            elif full <= 2_000 or fine <= full / 128:
                 widest = 2**0.25
+            else:
+                widest = 2 if full <= 20_000 else 4
             # counts are even: up to two triangles more
             assert fine <= widest * (coarse + 2) + 2
 
