@@ -81,7 +81,7 @@ def checked_points(points: ArrayLike) -> tuple[FloatArray, float]:
             remedy=f"finite numbers below {LARGEST_COORDINATE:g}",
         )
     step = grid_step(given) if len(given) else 1.0
-    rounded = rounded_to_grid(given, step)
+    rounded = np.ascontiguousarray(rounded_to_grid(given, step))  # kernels know one layout only
     distinct = len(np.unique(rounded, axis=0)) if len(rounded) < 1000 else 4
     if distinct < 4:
         raise TooFewPointsError(

@@ -104,6 +104,14 @@ def test_points_are_put_on_their_grid():
     np.testing.assert_array_equal(rounded, np.rint(points / step) * step)
 
 
+def test_points_have_one_layout_whatever_they_come_in():
+    points = np.random.default_rng(3).normal(size=(50, 3))
+    for layout in (np.asfortranarray(points), np.repeat(points, 2, axis=0)[::2]):
+        rounded, _ = checked_points(layout)
+        assert rounded.flags.c_contiguous
+        np.testing.assert_array_equal(rounded, checked_points(points)[0])
+
+
 @given(seed=st.integers(0, 100), count=st.integers(1, 30))
 def test_bounds(seed, count):
     points = np.random.default_rng(seed).normal(size=(count, 3))
