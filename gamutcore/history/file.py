@@ -24,7 +24,7 @@ from gamutcore.corner_table import opposite_corners
 from gamutcore.errors import HistoryFileError
 from gamutcore.history.bit_codes import read_bits, reader_of, written
 from gamutcore.history.history import History
-from gamutcore.history.prefix_order import Splits
+from gamutcore.history.prefix_order import Splits, ascending_in_parts
 from gamutcore.history.replay import replay_of
 from gamutcore.history.split_codes import LARGEST_COORDINATE, MINIMUM_SPLIT_BITS, first_contexts
 from gamutcore.history.split_reader import FAULTS, MOVED, SHIFTED, empty_columns, read_group
@@ -366,18 +366,19 @@ def _history(arrays: Mapping[str, NDArray[np.generic]], vertices: int) -> Histor
                 where=where,
                 remedy="zeros up to the end of a byte",
             )
-    moved, shifted = growing.used[MOVED], growing.used[SHIFTED]
+    shifted = growing.shifted[: growing.used[SHIFTED]]
+    order = ascending_in_parts(fixed.shifted_end, shifted)
     splits = Splits(
         (positions * step).astype(np.float32),
         base_faces,
         *fixed[:4],
         fixed.faces.reshape(-1, 2, 3),
         fixed.moved_end,
-        growing.moved[:moved].copy(),
+        growing.moved[: growing.used[MOVED]].copy(),
         fixed.shifted_end,
-        growing.shifted[:shifted].copy(),
-        growing.shifted_coarse[:shifted].copy(),
-        growing.shifted_fine[:shifted].copy(),
+        shifted[order],
+        growing.shifted_coarse[order],
+        growing.shifted_fine[order],
     )
     return History(splits, centre, step)
 

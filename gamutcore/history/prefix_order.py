@@ -17,7 +17,7 @@ from gamutcore.kernels import kernel
 if TYPE_CHECKING:
     from gamutcore.decimation import Decimation
 
-__all__ = ["Splits", "splits_in_prefix_order"]
+__all__ = ["Splits", "ascending_in_parts", "splits_in_prefix_order"]
 
 
 class Splits(NamedTuple):
@@ -51,7 +51,7 @@ class Splits(NamedTuple):
     shifted_end : (V − 4,) int32
         Where the split's part of the next three ends.
     shifted : (s,) int32
-        Neighbours of the parent before the split that move with it, each at most once.
+        Neighbours of the parent before the split that move with it, in ascending order.
     shifted_coarse, shifted_fine : (s, 3) float32
         Where they are before and after the split.
     """
@@ -109,6 +109,7 @@ def splits_in_prefix_order(decimation: Decimation) -> Splits:
     sides = slot_of[record.sides[::-1]]
     new_faces = (parent, added, sides[:, 0], added, parent, sides[:, 1])
     shifted_end, order = _reversed_parts(record.shifted_end, len(record.shifted))
+    order = order[ascending_in_parts(shifted_end, slot_of[record.shifted[order]])]
     return Splits(
         base_positions=decimation.positions[survivors],
         base_faces=np.take_along_axis(base, turned, axis=1),
@@ -124,6 +125,23 @@ def splits_in_prefix_order(decimation: Decimation) -> Splits:
         shifted_coarse=record.shift[order, 1],
         shifted_fine=record.shift[order, 0],
     )
+
+
+def ascending_in_parts(ends: IndexArray, slots: IndexArray) -> LongArray:
+    """Return the order in which slots ascend within each split's part.
+
+    Parameters
+    ----------
+    ends : (V − 4,) int32
+        Where the parts end.
+    slots : (s,) int32
+
+    Returns
+    -------
+    (s,) int64
+    """
+    part = np.repeat(np.arange(len(ends)), np.diff(ends, prepend=0))
+    return np.lexsort((slots, part))
 
 
 @kernel

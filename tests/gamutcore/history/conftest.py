@@ -20,20 +20,14 @@ def shifting_history(small_history: History) -> History:
     for split, parent in enumerate(splits.parent.tolist()):
         coarse[split] = position[parent]
         position[parent], position[split + 4] = splits.fine[split], splits.added[split]
-        # neighbours in the order of the file: counter-clockwise, from the left one on
-        follows = {}
-        for face in small_history.level(2 * split + 4).faces.tolist():
-            if parent in face:
-                place = face.index(parent)
-                follows[face[(place + 1) % 3]] = face[(place + 2) % 3]
-        neighbour = int(splits.faces[split, 0, 2])
-        for _ in follows:
+        level = small_history.level(2 * split + 4).faces
+        ring = np.unique(level[(level == parent).any(axis=1)])
+        for neighbour in ring[ring != parent].tolist():
             if split % 3 and random.random() < 0.4:
                 shifted.append(neighbour)
                 before.append(position[neighbour].copy())
                 position[neighbour] += np.float32(step) * random.integers(-9, 10, 3)
                 after.append(position[neighbour].copy())
-            neighbour = follows[neighbour]
         ends.append(len(shifted))
     return History(
         splits._replace(

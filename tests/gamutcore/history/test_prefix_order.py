@@ -5,7 +5,7 @@ import pytest
 
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimated
-from gamutcore.history.prefix_order import splits_in_prefix_order
+from gamutcore.history.prefix_order import ascending_in_parts, splits_in_prefix_order
 
 
 @pytest.fixture(scope="module", params=COSTS)
@@ -113,6 +113,13 @@ def test_the_base_positions_are_those_after_the_last_collapse(both):
     decimation, splits = both
     survivors = sorted(set(range(splits.vertices)) - set(decimation.record.dead.tolist()))
     np.testing.assert_array_equal(splits.base_positions, decimation.positions[survivors])
+
+
+def test_moved_neighbours_ascend_within_their_splits():
+    ends = np.array([0, 3, 3, 5], np.int32)
+    slots = np.array([7, 2, 5, 9, 1], np.int32)
+    order = ascending_in_parts(ends, slots)
+    assert slots[order].tolist() == [2, 5, 7, 1, 9]
 
 
 def test_a_boundary_of_four_faces_has_no_splits():
