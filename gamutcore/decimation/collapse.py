@@ -58,6 +58,9 @@ EXACT_ROUNDING = 2000
 the corner of the grid's cell that preserves it best: fewer vertices carry more of it each."""
 
 
+RELAXATIONS = 2
+"""How often the vertices around a collapse are gone through to move them, at most."""
+
 SWEPT_DOWN_TO = 20_000
 """Collapses before the end at which strict order begins. Before that, the cheapest edge lies somewhere
 in memory and each collapse waits for it; a cost that may be evaluated late is swept instead: edges
@@ -414,6 +417,7 @@ def _relax(
     kept_position: Float32Array,
     work: Workspace,
     kept: int,
+    collapses: int,
     ring: IndexArray,
     shifted: IndexArray,
     shift: Float32Array,
@@ -430,6 +434,7 @@ def _relax(
     work : Workspace
     kept : int
         The new vertex.
+    collapses : int
     ring : (m, 2) int32
         Scratch.
     shifted, shift, shifts
@@ -448,25 +453,33 @@ def _relax(
     around = np.empty(neighbours + 1, np.int32)
     around[0] = kept
     around[1:] = ring[:neighbours, 0]
-    for vertex in around:
-        if not improve(cost, surface, vertex, place):
-            continue
-        rounded_as_delivered(place, centre, step, work.rounded)
-        count = vertex_ring(surface, vertex, ring)
-        if count > len(ring) or not keeps_star_shape(
-            surface.position, ring, count, place[0], place[1], place[2]
-        ):
-            continue
-        if vertex == kept:
-            kept_position[:] = work.rounded
-        else:
+    before = delivered[around]
+    for _ in range(RELAXATIONS):
+        still = True
+        for vertex in around:
+            if not improve(cost, surface, vertex, place):
+                continue
+            rounded_as_delivered(place, centre, step, work.rounded)
+            count = vertex_ring(surface, vertex, ring)
+            if count > len(ring) or not keeps_star_shape(
+                surface.position, ring, count, place[0], place[1], place[2]
+            ):
+                continue
+            for axis in range(3):
+                surface.position[vertex, axis] = place[axis]
+                delivered[vertex, axis] = work.rounded[axis]
+            settle(cost, surface, vertex)
+            still = False
+        if still:
+            break
+    kept_position[:] = delivered[kept]
+    for index in range(1, len(around)):
+        vertex = around[index]
+        if (delivered[vertex] != before[index]).any():
+            _mark_changed(surface, work, vertex, collapses)
             shifted, shift, shifts = record_shift(
-                shifted, shift, shifts, vertex, delivered, work.rounded
+                shifted, shift, shifts, vertex, before[index], delivered[vertex]
             )
-        for axis in range(3):
-            surface.position[vertex, axis] = place[axis]
-            delivered[vertex, axis] = work.rounded[axis]
-        settle(cost, surface, vertex)
     return shifted, shift, shifts
 
 
@@ -557,6 +570,7 @@ def collapse_all(
                 record.position[collapses - 1, 2],
                 work,
                 kept,
+                collapses,
                 ring,
                 shifted,
                 shift,

@@ -68,13 +68,16 @@ class Deviation(NamedTuple):
         The first sample in a face's list; −1: none.
     error : (F,) float64
         Sum of w |1 − t³| over the samples of a face.
-    pair_plane : (LARGEST_RING, 9) float64
+    pair_plane : (LARGEST_RING, 12) float64
         Scratch, for each face (x, a, b) around a place x: x × a and b × x, between which the cone
-        of the face lies, and N such that N·p = 1 on the face.
+        of the face lies, N such that N·p = 1 on the face, and a × b ÷ det(x, a, b).
     face : (LARGEST_RING,) int32
         Scratch: the faces whose samples are in question.
     counts : (3,) int32
         Scratch: entries of `pair_plane`, entries of `face`, samples in use.
+    residual : (2,) float64
+        Scratch: the samples' distances from the faces around the place, summed over the area that
+        they stand for, and that area.
     """
 
     point: FloatArray
@@ -85,6 +88,7 @@ class Deviation(NamedTuple):
     pair_plane: FloatArray
     face: IndexArray
     counts: IndexArray
+    residual: FloatArray
 
 
 def no_deviation(samples: int, faces: int) -> Deviation:
@@ -95,9 +99,10 @@ def no_deviation(samples: int, faces: int) -> Deviation:
         after=np.empty(samples, np.int32),
         first=np.full(faces, -1, np.int32),
         error=np.zeros(faces),
-        pair_plane=np.empty((LARGEST_RING, 9)),
+        pair_plane=np.empty((LARGEST_RING, 12)),
         face=np.empty(LARGEST_RING, np.int32),
         counts=np.zeros(3, np.int32),
+        residual=np.zeros(2),
     )
 
 
@@ -218,6 +223,9 @@ def _write_pair(
     determinant = nx * x + ny * y + nz * z
     scale = 1.0 / determinant if determinant > 0.0 else 0.0
     plane[index, 6], plane[index, 7], plane[index, 8] = scale * nx, scale * ny, scale * nz
+    plane[index, 9] = scale * (ay * bz - az * by)
+    plane[index, 10] = scale * (az * bx - ax * bz)
+    plane[index, 11] = scale * (ax * by - ay * bx)
 
 
 @leaf_kernel
@@ -266,13 +274,24 @@ def _share(deviation: Deviation, sample: int, pair: int) -> float:
 @leaf_kernel
 def _error_around_place(deviation: Deviation) -> float:
     """Sum over the samples of the faces in question as if the faces around the place were there."""
-    total, pair = 0.0, 0
+    plane, point, weight = deviation.pair_plane, deviation.point, deviation.weight
+    total, pair, distances, areas = 0.0, 0, 0.0, 0.0
     for index in range(deviation.counts[1]):
         sample = deviation.first[deviation.face[index]]
         while sample >= 0:
             pair = _pair_of(deviation, sample, pair)
-            total += _share(deviation, sample, pair)
+            nx, ny, nz = plane[pair, 6], plane[pair, 7], plane[pair, 8]
+            inverse = nx * point[sample, 0] + ny * point[sample, 1] + nz * point[sample, 2]
+            share = LARGEST_SHARE
+            if inverse > 0.0:
+                cube = inverse * inverse * inverse
+                # |1 − t³| = |s³ − 1| ÷ s³ with s = 1 ÷ t
+                share = min(abs(cube - 1.0) / cube, LARGEST_SHARE)
+                distances += weight[sample] * abs(inverse - 1.0) / inverse
+                areas += weight[sample] * np.sqrt(nx * nx + ny * ny + nz * nz) / inverse
+            total += weight[sample] * share
             sample = deviation.after[sample]
+    deviation.residual[0], deviation.residual[1] = distances, areas
     return total
 
 
@@ -481,10 +500,8 @@ def _write_pair_at_vertex(
 
 
 @leaf_kernel
-def step_towards_reference(
-    deviation: Deviation, surface: Surface, centre: int, place: FloatArray
-) -> bool:
-    """Write where a vertex should go for the least deviation of its faces, to first order.
+def step_towards_reference(deviation: Deviation, place: FloatArray, better: FloatArray) -> bool:
+    """Write where the vertex should go that a change was asked for, to first order.
 
     A move δ of the vertex shifts the surface at a sample along the normal n of its face by λ n·δ, λ
     being the sample's barycentric coordinate for the vertex. δ minimises Σ ω |e − λ n·δ| over the
@@ -494,10 +511,10 @@ def step_towards_reference(
     Parameters
     ----------
     deviation : Deviation
-    surface : Surface
-    centre : int
-        The vertex.
+        As the last `change_by_...` left it.
     place : (3,) float64
+        The place that it was asked for.
+    better : (3,) float64
         Receives the position.
 
     Returns
@@ -505,53 +522,41 @@ def step_towards_reference(
     bool
         False if the samples give no direction.
     """
-    position, vertex, point = surface.position, surface.vertex, deviation.point
-    px, py, pz = position[centre, 0], position[centre, 1], position[centre, 2]
-    first = surface.corner_at[centre]
-    residuals, areas = 0.0, 0.0
+    plane, point = deviation.pair_plane, deviation.point
+    if not deviation.residual[0] > 0.0:
+        return False
+    soft = SOFTNESS * deviation.residual[0] / deviation.residual[1]
     a00, a01, a02, a11, a12, a22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     b0, b1, b2 = 0.0, 0.0, 0.0
-    for summing in range(2):
-        soft = SOFTNESS * residuals / areas if areas > 0.0 else 0.0
-        if summing == 1 and not soft > 0.0:
-            return False
-        at = first
-        while True:
-            one, two = vertex[following(at)], vertex[preceding(at)]
-            ux, uy, uz = position[one, 0] - px, position[one, 1] - py, position[one, 2] - pz
-            vx, vy, vz = position[two, 0] - px, position[two, 1] - py, position[two, 2] - pz
-            nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-            length = np.sqrt(nx * nx + ny * ny + nz * nz)
-            nx, ny, nz = nx / length, ny / length, nz / length
-            distance = nx * px + ny * py + nz * pz
-            determinant = _six_volumes(position, centre, one, two)
-            sample = deviation.first[at // 3]
-            while sample >= 0:
-                x, y, z = point[sample, 0], point[sample, 1], point[sample, 2]
-                along = nx * x + ny * y + nz * z
-                if along > 0.0:
-                    e, area = along - distance, deviation.weight[sample] / along
-                    if summing == 0:
-                        residuals += area * abs(e)
-                        areas += area
-                    else:
-                        # the sample's direction meets the plane at t times itself
-                        part = _side(position, one, two, x, y, z) * distance / (along * determinant)
-                        weight = area * part / max(abs(e), soft)
-                        square = weight * part
-                        a00 += square * nx * nx
-                        a01 += square * nx * ny
-                        a02 += square * nx * nz
-                        a11 += square * ny * ny
-                        a12 += square * ny * nz
-                        a22 += square * nz * nz
-                        b0 += weight * e * nx
-                        b1 += weight * e * ny
-                        b2 += weight * e * nz
-                sample = deviation.after[sample]
-            at = swung(surface.opposite, at)
-            if at == first:
-                break
+    pair = 0
+    for index in range(deviation.counts[1]):
+        sample = deviation.first[deviation.face[index]]
+        while sample >= 0:
+            pair = _pair_of(deviation, sample, pair)
+            x, y, z = point[sample, 0], point[sample, 1], point[sample, 2]
+            nx, ny, nz = plane[pair, 6], plane[pair, 7], plane[pair, 8]
+            inverse = nx * x + ny * y + nz * z
+            if inverse > 0.0:
+                distance = 1.0 / np.sqrt(nx * nx + ny * ny + nz * nz)
+                nx, ny, nz = nx * distance, ny * distance, nz * distance
+                e = (inverse - 1.0) * distance
+                part = (
+                    plane[pair, 9] * x + plane[pair, 10] * y + plane[pair, 11] * z
+                ) / inverse
+                weight = (
+                    deviation.weight[sample] * part / (inverse * distance * max(abs(e), soft))
+                )
+                square = weight * part
+                a00 += square * nx * nx
+                a01 += square * nx * ny
+                a02 += square * nx * nz
+                a11 += square * ny * ny
+                a12 += square * ny * nz
+                a22 += square * nz * nz
+                b0 += weight * e * nx
+                b1 += weight * e * ny
+                b2 += weight * e * nz
+            sample = deviation.after[sample]
     pull = PULL * (a00 + a11 + a22)
     a, b, c, d, e, f = a00 + pull, a01, a02, a11 + pull, a12, a22 + pull
     i00, i01, i02 = d * f - e * e, c * e - b * f, b * e - c * d
@@ -559,7 +564,7 @@ def step_towards_reference(
     determinant = a * i00 + b * i01 + c * i02
     if not determinant > 0.0:
         return False
-    place[0] = px + (i00 * b0 + i01 * b1 + i02 * b2) / determinant
-    place[1] = py + (i01 * b0 + i11 * b1 + i12 * b2) / determinant
-    place[2] = pz + (i02 * b0 + i12 * b1 + i22 * b2) / determinant
+    better[0] = place[0] + (i00 * b0 + i01 * b1 + i02 * b2) / determinant
+    better[1] = place[1] + (i01 * b0 + i11 * b1 + i12 * b2) / determinant
+    better[2] = place[2] + (i02 * b0 + i12 * b1 + i22 * b2) / determinant
     return True

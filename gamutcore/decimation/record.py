@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gamutcore.arrays import Float32Array, FloatArray, IndexArray, LongArray
+from gamutcore.arrays import Float32Array, IndexArray, LongArray
 from gamutcore.corner_table import following, preceding, swung
 from gamutcore.decimation.star import Surface
 from gamutcore.kernels import kernel, leaf_kernel
@@ -154,8 +154,8 @@ def record_shift(
     shift: Float32Array,
     filled: int,
     vertex: int,
-    delivered: Float32Array,
-    rounded: Float32Array,
+    before: Float32Array,
+    after: Float32Array,
 ) -> tuple[IndexArray, Float32Array, int]:
     """Append the move of a vertex that took no part in the collapse; the arrays may grow.
 
@@ -166,10 +166,8 @@ def record_shift(
     filled : int
         How much of both is in use.
     vertex : int
-    delivered : (V, 3) float32
-        Positions before the move.
-    rounded : (3,) float32
-        Position of the vertex after it.
+    before, after : (3,) float32
+        Where it was and where it is.
 
     Returns
     -------
@@ -186,6 +184,6 @@ def record_shift(
         shift = longer_shift
     shifted[filled] = vertex
     for axis in range(3):
-        shift[filled, 0, axis] = delivered[vertex, axis]
-        shift[filled, 1, axis] = rounded[axis]
+        shift[filled, 0, axis] = before[axis]
+        shift[filled, 1, axis] = after[axis]
     return shifted, shift, filled + 1

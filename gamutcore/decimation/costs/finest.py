@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gamutcore.arrays import ByteArray, FloatArray, IndexArray
+from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.decimation.costs import interface
 from gamutcore.decimation.deviation import (
     Deviation,
@@ -52,6 +52,13 @@ WORTHWHILE = 1e-3
 ATTEMPTS = 3
 """Lengths that are tried for a move, each half the one before."""
 
+REFINED_VERTICES = 1000
+"""In levels with so many vertices and fewer the place of a collapse is itself moved to lower the
+mismatch before its error counts."""
+
+REFINEMENTS = 2
+"""Steps of such a move."""
+
 
 class FinestState(NamedTuple):
     """The planes around every vertex, and the deviation from the full boundary.
@@ -60,15 +67,15 @@ class FinestState(NamedTuple):
     ----------
     planes : Memoryless
     deviation : Deviation
-    phase : (2,) uint8
-        Whether the deviation decides yet, and whether vertices are moved yet.
+    vertices : (1,) int32
+        How many there are at the present level.
     trial : (3,) float64
         Scratch: a place that is tried.
     """
 
     planes: Memoryless
     deviation: Deviation
-    phase: ByteArray
+    vertices: IndexArray
     trial: FloatArray
 
 
@@ -87,7 +94,7 @@ def state(positions: FloatArray, faces: IndexArray) -> FinestState:
     return FinestState(
         memoryless(positions, faces),
         no_deviation(len(positions), len(faces)),
-        np.zeros(2, np.uint8),
+        np.full(1, len(positions), np.int32),
         np.zeros(3),
     )
 
@@ -95,14 +102,28 @@ def state(positions: FloatArray, faces: IndexArray) -> FinestState:
 @leaf_kernel
 def _optimum(cost: FinestState, surface: Surface, at: int, place: FloatArray) -> float:
     value = constrained_optimum(cost.planes, surface, at, place)
-    return change_by_collapse(cost.deviation, surface, at, place) if cost.phase[0] else value
+    if cost.vertices[0] > COMPARED_VERTICES:
+        return value
+    deviation, trial = cost.deviation, cost.trial
+    least = change_by_collapse(deviation, surface, at, place)
+    if cost.vertices[0] > REFINED_VERTICES:
+        return least
+    for _ in range(REFINEMENTS):
+        if not step_towards_reference(deviation, place, trial):
+            break
+        change = change_by_collapse(deviation, surface, at, trial)
+        if not change < least:
+            break
+        least = change
+        place[0], place[1], place[2] = trial[0], trial[1], trial[2]
+    return least
 
 
 @leaf_kernel
 def _error(cost: FinestState, surface: Surface, at: int, place: FloatArray) -> float:
-    if cost.phase[0]:
-        return change_by_collapse(cost.deviation, surface, at, place)
-    return error_of_place(cost.planes, surface, at, place)
+    if cost.vertices[0] > COMPARED_VERTICES:
+        return error_of_place(cost.planes, surface, at, place)
+    return change_by_collapse(cost.deviation, surface, at, place)
 
 
 @leaf_kernel
@@ -123,26 +144,28 @@ def _settle(cost: FinestState, surface: Surface, at: int) -> None:
 def _reach(cost: FinestState, surface: Surface, at: int) -> bool:
     if cost.deviation.counts[2] == 0:
         start_at_vertices(cost.deviation, surface)
-    cost.phase[1] = at <= MOVED_VERTICES
-    if cost.phase[0] or at > COMPARED_VERTICES:
-        return False
-    cost.phase[0] = 1
-    return True
+    compared_before = cost.vertices[0] <= COMPARED_VERTICES
+    cost.vertices[0] = at
+    return at <= COMPARED_VERTICES and not compared_before
 
 
 @leaf_kernel
 def _improve(cost: FinestState, surface: Surface, at: int, place: FloatArray) -> bool:
-    if not cost.phase[1] or not step_towards_reference(cost.deviation, surface, at, cost.trial):
+    if cost.vertices[0] > MOVED_VERTICES:
         return False
-    position, trial = surface.position, cost.trial
-    present = 0.0
+    deviation, position, trial = cost.deviation, surface.position, cost.trial
+    x, y, z = position[at, 0], position[at, 1], position[at, 2]
+    place[0], place[1], place[2] = x, y, z
+    change_by_move(deviation, surface, at, place)
+    present = deviation_around(deviation)
+    if not step_towards_reference(deviation, place, trial):
+        return False
     length = 1.0
     for _ in range(ATTEMPTS):
-        for axis in range(3):
-            place[axis] = position[at, axis] + length * (trial[axis] - position[at, axis])
-        change = change_by_move(cost.deviation, surface, at, place)
-        present = deviation_around(cost.deviation)
-        if change < -WORTHWHILE * present:
+        place[0] = x + length * (trial[0] - x)
+        place[1] = y + length * (trial[1] - y)
+        place[2] = z + length * (trial[2] - z)
+        if change_by_move(deviation, surface, at, place) < -WORTHWHILE * present:
             return True
         length *= 0.5
     return False
