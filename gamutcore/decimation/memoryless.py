@@ -31,6 +31,7 @@ __all__ = [
     "account_for_volume",
     "constrained_optimum",
     "error_of_place",
+    "keep_volume",
     "memoryless",
     "renew_planes",
 ]
@@ -104,7 +105,10 @@ def memoryless(positions: FloatArray, faces: IndexArray) -> Memoryless:
     """
     count = len(positions)
     return Memoryless(
-        np.empty((count, 9)), np.zeros(count, np.uint8), _area_vectors(positions, faces), np.zeros(17)
+        np.empty((count, 9)),
+        np.zeros(count, np.uint8),
+        _area_vectors(positions, faces),
+        np.zeros(17),
     )
 
 
@@ -262,13 +266,33 @@ def constrained_optimum(
 
 
 @leaf_kernel
-def error_of_place(
-    planes: Memoryless, surface: Surface, corner: int, place: FloatArray
-) -> float:
+def error_of_place(planes: Memoryless, surface: Surface, corner: int, place: FloatArray) -> float:
     """Error of replacing an edge by a vertex at a place; as `constrained_optimum` returns it."""
     _gather(planes, surface, corner)
     x, y, z = place[0] - planes.edge[14], place[1] - planes.edge[15], place[2] - planes.edge[16]
     return _value(planes, surface, corner, x, y, z)
+
+
+@leaf_kernel
+def keep_volume(planes: Memoryless, place: FloatArray) -> None:
+    """Shift a place along the area vector of its edge's link to where the volume is preserved.
+
+    Parameters
+    ----------
+    planes : Memoryless
+        As `constrained_optimum` left it for the edge.
+    place : (3,) float64
+        Relative to the centre; shifted.
+    """
+    edge = planes.edge
+    x, y, z = place[0] - edge[14], place[1] - edge[15], place[2] - edge[16]
+    gx, gy, gz = edge[10], edge[11], edge[12]
+    square = gx * gx + gy * gy + gz * gz
+    if square > 0.0:
+        step = (edge[13] - (gx * x + gy * y + gz * z)) / square
+        place[0] += step * gx
+        place[1] += step * gy
+        place[2] += step * gz
 
 
 @leaf_kernel

@@ -17,14 +17,9 @@ import numpy as np
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.decimation.costs import interface
 from gamutcore.decimation.deviation import (
-    Deviation,
     change_by_collapse,
     change_by_move,
     deviation_around,
-    hand_over_samples,
-    no_deviation,
-    redistribute_samples,
-    start_at_vertices,
     step_towards_reference,
 )
 from gamutcore.decimation.memoryless import (
@@ -35,6 +30,14 @@ from gamutcore.decimation.memoryless import (
     memoryless,
     renew_planes,
 )
+from gamutcore.decimation.samples import (
+    Deviation,
+    hand_over_samples,
+    no_deviation,
+    redistribute_samples,
+    start_at_vertices,
+    thin_samples,
+)
 from gamutcore.decimation.star import Surface
 from gamutcore.kernels import kernel, leaf_kernel
 
@@ -43,7 +46,7 @@ __all__ = ["FinestState", "state"]
 COMPARED_VERTICES = 10_000
 """Levels with so many vertices and fewer are ordered by the mismatch."""
 
-MOVED_VERTICES = 2000
+MOVED_VERTICES = 5000
 """Vertices are moved in levels with so many of them and fewer."""
 
 WORTHWHILE = 1e-3
@@ -58,6 +61,11 @@ mismatch before its error counts."""
 
 REFINEMENTS = 2
 """Steps of such a move."""
+
+
+SAMPLES_PER_FACE = 100
+"""When there are twice as many on average, every second sample goes: what an edge's error takes to
+evaluate stays the same, and the errors of large faces are as well known as those of small ones."""
 
 
 class FinestState(NamedTuple):
@@ -144,9 +152,11 @@ def _settle(cost: FinestState, surface: Surface, at: int) -> None:
 def _reach(cost: FinestState, surface: Surface, at: int) -> bool:
     if cost.deviation.counts[2] == 0:
         start_at_vertices(cost.deviation, surface)
-    compared_before = cost.vertices[0] <= COMPARED_VERTICES
+    begins = at <= COMPARED_VERTICES and cost.vertices[0] > COMPARED_VERTICES
     cost.vertices[0] = at
-    return at <= COMPARED_VERTICES and not compared_before
+    if at > COMPARED_VERTICES:
+        return False
+    return thin_samples(cost.deviation, surface, 4 * SAMPLES_PER_FACE * at) or begins
 
 
 @leaf_kernel
@@ -180,4 +190,5 @@ interface.implement(
     reach=_reach,
     improve=_improve,
     depends_on_ring=True,
+    eager_collapses=4000,
 )

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "depends_on_ring",
+    "eager_collapses",
     "error",
     "implement",
     "improve",
@@ -94,12 +95,21 @@ def depends_on_ring(cost: Any) -> bool:  # noqa: ANN401
 
 
 def preserves_volume(cost: Any) -> bool:  # noqa: ANN401
-    """Whether positions are rounded, and later ones placed, so that the volume stays what it was."""
+    """Whether positions are rounded and placed so that the volume stays what it was."""
     raise TypeError(UNKNOWN.format(type(cost)))
 
 
 def moves_vertices(cost: Any) -> bool:  # noqa: ANN401
     """Whether vertices around a collapse are moved after it, to what `improve` proposes."""
+    raise TypeError(UNKNOWN.format(type(cost)))
+
+
+def eager_collapses(cost: Any) -> int:  # noqa: ANN401
+    """How many collapses before the end errors that may have changed are evaluated at once.
+
+    Before that they are when their edge comes to the front: errors mostly grow as faces do, so an
+    old one is seldom too large, and two thirds of the evaluations are saved.
+    """
     raise TypeError(UNKNOWN.format(type(cost)))
 
 
@@ -114,6 +124,7 @@ def implement(
     improve: Callable[..., bool] | None = None,
     depends_on_ring: bool = False,
     preserves_volume: bool = False,
+    eager_collapses: int = 0,
 ) -> None:
     """Register a cost's kernels as the implementation of this interface.
 
@@ -126,6 +137,7 @@ def implement(
     settle, reach, improve : callable, optional
         The same; without them nothing happens, nothing changes and no vertex is moved.
     depends_on_ring, preserves_volume : bool, optional
+    eager_collapses : int, optional
         What the functions of these names return for this cost.
     """
     functions = globals()
@@ -143,7 +155,8 @@ def implement(
         ("preserves_volume", preserves_volume),
         ("moves_vertices", improve is not None),
     ):
-        overload(functions[name])(_constant_for(state, value=value))
+        overload(functions[name])(_flag_for(state, value=value))
+    overload(functions["eager_collapses"])(_number_for(state, eager_collapses))
 
 
 @leaf_kernel
@@ -165,7 +178,7 @@ def _is_state(cost: object, state: type) -> bool:
     return isinstance(cost, types.BaseNamedTuple) and getattr(cost, "instance_class", None) is state
 
 
-# numba wants an overload to have the parameters of what it overloads, names and annotations included
+# numba wants an overload to have the parameters of what it overloads, names and annotations too
 
 
 def _adapted(state: type, kernel: Callable[..., Any]) -> Callable[..., Any]:
@@ -198,7 +211,7 @@ def _adapted_to_edge(state: type, kernel: Callable[..., Any]) -> Callable[..., A
     return chosen
 
 
-def _constant_for(state: type, *, value: bool) -> Callable[..., Any]:
+def _flag_for(state: type, *, value: bool) -> Callable[..., Any]:
     # a constant, so that the compiler drops what is not needed for the cost at hand
     def holds(cost: Any) -> bool:  # noqa: ANN401
         return True
@@ -208,5 +221,15 @@ def _constant_for(state: type, *, value: bool) -> Callable[..., Any]:
 
     def chosen(cost: Any) -> Any:  # noqa: ANN401
         return (holds if value else fails) if _is_state(cost, state) else None
+
+    return chosen
+
+
+def _number_for(state: type, number: int) -> Callable[..., Any]:
+    def value(cost: Any) -> int:  # noqa: ANN401
+        return number
+
+    def chosen(cost: Any) -> Any:  # noqa: ANN401
+        return value if _is_state(cost, state) else None
 
     return chosen

@@ -131,9 +131,7 @@ def _shortness(surface: Surface, kept: int, dead: int, pair: FloatArray) -> floa
 
 
 @leaf_kernel
-def _optimum(
-    cost: QuadricState, surface: Surface, corner: int, place: FloatArray
-) -> float:
+def _optimum(cost: QuadricState, surface: Surface, corner: int, place: FloatArray) -> float:
     pair, position = cost.pair, surface.position
     kept, dead = surface.vertex[following(corner)], surface.vertex[preceding(corner)]
     for axis in range(3):
@@ -174,7 +172,7 @@ def _error(cost: QuadricState, surface: Surface, corner: int, place: FloatArray)
 
 @leaf_kernel
 def _merge(
-    cost: QuadricState, surface: Surface, corner: int, kept: int, dead: int, place: FloatArray
+    cost: QuadricState, surface: Surface, at: int, kept: int, dead: int, place: FloatArray
 ) -> None:
     _sum_about(cost, surface, kept, dead, place)
     for index in range(10):
