@@ -118,7 +118,7 @@ def curve_counts(full: int) -> list[int]:
         count *= DENSE
     _, ratio, part = next(row for row in SPARSE if full <= row[0])
     count = full / part
-    while count > max(full / DENSE_PART, EVEN_UP_TO):
+    while count >= max(full / DENSE_PART, EVEN_UP_TO):
         counts.add(_even(count))
         count /= ratio
     return sorted(counts)
