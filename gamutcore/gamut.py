@@ -15,6 +15,7 @@ from gamutcore.boundary import wrapped
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.decimation import decimated
+from gamutcore.decimation.costs import cost_module
 from gamutcore.errors import HistoryFileError, OptionError
 from gamutcore.history import (
     MINIMUM_TRIANGLES,
@@ -190,6 +191,8 @@ def build_gamut(
             "constructed": int((boundary.sources < 0).sum()),
         },
         "volume": boundary.mesh.volume,
+        "volume_preserved": cost_module(options.cost).PRESERVES_VOLUME,
+        "grid_step": history.step,
         "area": boundary.mesh.area,
         "centre": boundary.centre.tolist(),
         "bounds": boundary.mesh.bounds.tolist(),

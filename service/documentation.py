@@ -75,8 +75,10 @@ _SUMMARY = {
 EXAMPLE_GAMUT: dict[str, Any] = {
     **_SUMMARY,
     "state": "ready",
-    "history_bytes": 3603856,
+    "history_bytes": 346120,
     "provenance": {"format": "cgats", "channels": ["C", "M", "Y", "K"], "warnings": []},
+    "volume_preserved": True,
+    "grid_step": 0.00048828125,
     "area": 38078.0,
     "centre": [55.2, 3.2, 12.0],
     "bounds": [[8.9, -67.9, -50.4], [100.0, 77.3, 98.0]],

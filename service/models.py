@@ -91,10 +91,11 @@ class GamutOptions(BaseModel):
         Field(description="Point that radii are taken from, in the space; inside the gamut."),
     ] = "auto"
     cost: Annotated[
-        Literal["volume", "quadric"],
+        Literal["volume", "finest", "quadric"],
         Field(
             description="What decides which edge is collapsed next: `volume` preserves the volume "
-            "at every level and is the more accurate, `quadric` is the published error metric."
+            "at every level, `finest` moves vertices as well for the least mismatch and takes "
+            "several times as long, `quadric` is the published error metric."
         ),
     ] = "volume"
     surface_samples: Annotated[
@@ -244,6 +245,12 @@ class GamutDescription(GamutSummary):
     provenance: Annotated[
         dict[str, Any],
         Field(description="Format, channels, white, conditions, device model and its error, ..."),
+    ]
+    volume_preserved: Annotated[
+        bool, Field(description="Whether every level has this volume, to 0.00001 of it.")
+    ]
+    grid_step: Annotated[
+        float, Field(description="All coordinates are whole multiples of this power of two.")
     ]
     area: float
     centre: Triple

@@ -108,7 +108,7 @@ def within_reach(
 @leaf_kernel
 def rounded_as_delivered(
     place: FloatArray, centre: FloatArray, step: float, delivered: Float32Array
-) -> None:
+) -> bool:
     """Round a position to the grid that is delivered.
 
     Parameters
@@ -120,12 +120,20 @@ def rounded_as_delivered(
         The grid's, a power of two.
     delivered : (3,) float32
         Receives the rounded position in coordinates of the space.
+
+    Returns
+    -------
+    bool
+        Whether it is exact: False far outside, where float32 is coarser than the grid.
     """
+    exact = True
     for axis in range(3):
         # + 0.0: no negative zeros
         on_grid = np.rint((place[axis] + centre[axis]) / step) * step + 0.0
         delivered[axis] = np.float32(on_grid)
+        exact = exact and np.float64(delivered[axis]) == on_grid
         place[axis] = on_grid - centre[axis]
+    return exact
 
 
 @leaf_kernel
@@ -136,7 +144,7 @@ def rounded_to_volume(
     slope: FloatArray,
     volume: float,
     delivered: Float32Array,
-) -> None:
+) -> bool:
     """Round a position to that corner of its cell of the grid which comes closest to a volume.
 
     Parameters
@@ -147,10 +155,16 @@ def rounded_to_volume(
         `volume_slope` of the ring around the position.
     volume : float
         Six times the volume that should be enclosed between the ring, the position and the centre.
+
+    Returns
+    -------
+    bool
+        As for `rounded_as_delivered`.
     """
-    x, y, z = (place[0] + centre[0]) / step, (place[1] + centre[1]) / step, 0.0
-    z = (place[2] + centre[2]) / step
-    x, y, z = np.floor(x), np.floor(y), np.floor(z)
+    exact = True
+    x = np.floor((place[0] + centre[0]) / step)
+    y = np.floor((place[1] + centre[1]) / step)
+    z = np.floor((place[2] + centre[2]) / step)
     best, chosen = np.inf, 0
     for corner in range(8):
         px = (x + (corner & 1)) * step - centre[0]
@@ -163,4 +177,6 @@ def rounded_to_volume(
         below = x if axis == 0 else (y if axis == 1 else z)
         on_grid = (below + (chosen >> axis & 1)) * step + 0.0
         delivered[axis] = np.float32(on_grid)
+        exact = exact and np.float64(delivered[axis]) == on_grid
         place[axis] = on_grid - centre[axis]
+    return exact

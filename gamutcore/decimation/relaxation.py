@@ -73,7 +73,8 @@ def relax(
             vertex = int(number)
             if not improve(cost, surface, vertex, place):
                 continue
-            rounded_as_delivered(place, centre, step, work.rounded)
+            if not rounded_as_delivered(place, centre, step, work.rounded):
+                continue
             count = vertex_ring(surface, vertex, ring)
             if count > len(ring) or not keeps_star_shape(
                 surface.position, ring, count, place[0], place[1], place[2]

@@ -139,10 +139,12 @@ def place_is_valid(
     if preserves_volume(cost) and exact:
         volume_slope(surface.position, ring, count, work.slope)
         volume = star_volume(surface, kept, dead) + surface.deficit[0]
-        rounded_to_volume(place, centre, step, work.slope, volume, work.rounded)
+        deliverable = rounded_to_volume(place, centre, step, work.slope, volume, work.rounded)
     else:
-        rounded_as_delivered(place, centre, step, work.rounded)
-    return keeps_star_shape(surface.position, ring, count, place[0], place[1], place[2])
+        deliverable = rounded_as_delivered(place, centre, step, work.rounded)
+    return deliverable and keeps_star_shape(
+        surface.position, ring, count, place[0], place[1], place[2]
+    )
 
 
 @leaf_kernel

@@ -21,7 +21,15 @@ __all__ = ["COSTS", "CostModule", "cost_module"]
 
 
 class CostModule(Protocol):
-    """What a cost's module offers besides its overloads."""
+    """What a cost's module offers besides its overloads.
+
+    Attributes
+    ----------
+    PRESERVES_VOLUME : bool
+        Whether all levels have the volume of the full boundary.
+    """
+
+    PRESERVES_VOLUME: bool
 
     def state(self, positions: FloatArray, faces: IndexArray) -> tuple[FloatArray, ...]:
         """Return the cost's arrays for a full boundary (a NamedTuple)."""

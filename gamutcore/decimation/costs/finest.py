@@ -41,7 +41,10 @@ from gamutcore.decimation.samples import (
 from gamutcore.decimation.star import Surface
 from gamutcore.kernels import kernel, leaf_kernel
 
-__all__ = ["FinestState", "state"]
+__all__ = ["PRESERVES_VOLUME", "FinestState", "state"]
+
+PRESERVES_VOLUME = False
+"""Where vertices are moved, the volume follows the mismatch."""
 
 COMPARED_VERTICES = 10_000
 """Levels with so many vertices and fewer are ordered by the mismatch."""

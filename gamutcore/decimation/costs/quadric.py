@@ -21,7 +21,10 @@ from gamutcore.decimation.costs import interface
 from gamutcore.decimation.star import Surface
 from gamutcore.kernels import kernel, leaf_kernel
 
-__all__ = ["QuadricState", "state"]
+__all__ = ["PRESERVES_VOLUME", "QuadricState", "state"]
+
+PRESERVES_VOLUME = False
+"""The publication leaves the volume alone."""
 
 REGULARISATION = 1e-5
 """Weight of the midpoint in the solve, as a part of A's trace.
