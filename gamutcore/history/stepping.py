@@ -1,8 +1,9 @@
 """Stepping through a history in place: one split finer, one collapse coarser, or many of them.
 
-A split writes the parent's new position, the new slot's position, those of neighbours that move with
-them, the new slot into the corners that pass to it, and two faces. A collapse writes the old
-positions and the parent back into the same corners; what lies behind the level's end is simply not part of it any more.
+A split writes the parent's new position, the new slot's position, those of neighbours that move
+with them, the new slot into the corners that pass to it, and two faces. A collapse writes the old
+positions and the parent back into the same corners; what lies behind the level's end is simply not
+part of it any more.
 """
 
 from __future__ import annotations
