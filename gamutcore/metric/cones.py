@@ -18,7 +18,7 @@ from gamutcore.kernels import kernel, leaf_kernel
 if TYPE_CHECKING:
     from gamutcore.metric.farthest import Faces
 
-__all__ = ["MOVES", "Cones", "Places", "cones_of", "located"]
+__all__ = ["MOVES", "Cones", "Places", "cones_of", "crossing", "located"]
 
 ROUNDING = 1e-15
 """A determinant of three points counts as zero up to this part of the product of their lengths: it
@@ -188,3 +188,54 @@ def _walk(x: float, y: float, z: float, radius: float, face: int, cones: Cones, 
         if least > best:
             chosen, best = face, least
     return chosen
+
+
+@leaf_kernel
+def _side(planes: FloatArray, face: int, place: int, position: FloatArray, vertex: int) -> float:
+    """Product of a vertex with one of a cone's planes, positive on the side of the cone."""
+    side: float = (
+        planes[face, 3 * place] * position[vertex, 0]
+        + planes[face, 3 * place + 1] * position[vertex, 1]
+        + planes[face, 3 * place + 2] * position[vertex, 2]
+    )
+    return side
+
+
+@leaf_kernel
+def crossing(
+    position: FloatArray, one: int, two: int, three: int, face: int, beyond: int, cones: Cones
+) -> tuple[bool, float, float]:
+    """Where a triangle with two corners in the cone of a face leaves it, if by a single edge.
+
+    Returns
+    -------
+    single : bool
+        Whether the whole triangle is in the cones of `face` and `beyond`.
+    from_two, from_one : float
+        The parts of the edges from the second and from the first to the third corner that are in
+        the cone of `face`.
+    """
+    place = -1
+    for candidate in range(3):
+        if cones.neighbour[face, candidate] == beyond:
+            place = candidate
+    if place < 0:
+        return False, 0.0, 0.0
+    planes = cones.planes
+    start_one = _side(planes, face, place, position, one)
+    start_two = _side(planes, face, place, position, two)
+    end = _side(planes, face, place, position, three)
+    if not (start_one > 0.0 and start_two > 0.0 and end < 0.0):
+        return False, 0.0, 0.0
+    from_one, from_two = start_one / (start_one - end), start_two / (start_two - end)
+    for turn in range(1, 3):
+        other = (place + turn) % 3
+        start_one = _side(planes, face, other, position, one)
+        start_two = _side(planes, face, other, position, two)
+        end = _side(planes, face, other, position, three)
+        if (
+            start_one + from_one * (end - start_one) < 0.0
+            or start_two + from_two * (end - start_two) < 0.0
+        ):
+            return False, 0.0, 0.0
+    return True, from_two, from_one

@@ -16,7 +16,16 @@ import numpy as np
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.kernels import kernel, leaf_kernel
 
-__all__ = ["SLACK", "STACK", "Faces", "faces_of", "nearest_face", "raise_bound", "squared_distance"]
+__all__ = [
+    "SLACK",
+    "STACK",
+    "Faces",
+    "faces_of",
+    "halvings_for",
+    "nearest_face",
+    "raise_bound",
+    "squared_distance",
+]
 
 SLACK = 1.03
 """A bound this close to a distance that is attained is not improved further."""
@@ -66,6 +75,14 @@ def faces_of(position: FloatArray, corner: IndexArray) -> Faces:
     """
     fan_end, fan = _fans(corner, len(position))
     return Faces(position, corner, fan_end, fan)
+
+
+def halvings_for(surface: Faces) -> float:
+    """How often pieces of a surface may be halved: a few times as often as device gamuts take.
+
+    Very flat bodies would take hundreds of times as many; their bounds are less tight.
+    """
+    return 1000.0 + len(surface.corner) // 12
 
 
 @kernel
@@ -190,8 +207,8 @@ def _bound(piece: FloatArray, row: int, surface: Faces, face: int) -> float:
 
 @leaf_kernel
 def raise_bound(
-    stack: FloatArray, surface: Faces, face: int, lower: float, upper: float
-) -> tuple[float, float]:
+    stack: FloatArray, surface: Faces, face: int, lower: float, upper: float, halvings: float
+) -> tuple[float, float, float]:
     """Raise the bound on what lies furthest from a surface so that it holds for one more triangle.
 
     Parameters
@@ -203,12 +220,16 @@ def raise_bound(
         A face near the triangle.
     lower, upper : float
         What is known of other pieces: a distance that is attained, and the bound.
+    halvings : float
+        How often pieces may be halved, all in all.
 
     Returns
     -------
     lower, upper : float
         The same with this triangle. The upper one is certain; the lower one is attained if descent
         finds the nearest faces.
+    halvings : float
+        How many are left.
     """
     stack[0, 9], stack[0, 10] = face, 0.0
     top = 1
@@ -234,7 +255,7 @@ def raise_bound(
         )
         # where descent ended too early, the bound by another corner's face may be the better one
         lower = max(lower, min(np.sqrt(attained), bound))
-        if bound <= max(upper, SLACK * lower) or stack[top, 10] >= HALVINGS:
+        if bound <= max(upper, SLACK * lower) or halvings <= 0.0 or stack[top, 10] >= HALVINGS:
             upper = max(upper, bound)
             continue
         # halve the longest edge; each half begins with the face that is nearest to its own end
@@ -258,4 +279,5 @@ def raise_bound(
         stack[top, 9] = one if first == 0 else two if first == 3 else three
         stack[top + 1, 9] = one if second == 0 else two if second == 3 else three
         top += 2
-    return lower, upper
+        halvings -= 1.0
+    return lower, upper, halvings

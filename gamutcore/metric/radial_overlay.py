@@ -18,8 +18,16 @@ from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.errors import MeshError
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.metric.clipping import Clipping, begin, clipping, next_piece
-from gamutcore.metric.cones import MOVES, Cones, Places, cones_of, located
-from gamutcore.metric.farthest import SLACK, STACK, Faces, faces_of, nearest_face, raise_bound
+from gamutcore.metric.cones import MOVES, Cones, Places, cones_of, crossing, located
+from gamutcore.metric.farthest import (
+    SLACK,
+    STACK,
+    Faces,
+    faces_of,
+    halvings_for,
+    nearest_face,
+    raise_bound,
+)
 from gamutcore.star_shape import faces_not_seeing_centre
 
 if TYPE_CHECKING:
@@ -38,8 +46,7 @@ class Distances:
     ----------
     mean : float
         Over the area of the one surface, the mean distance from the plane of the face of the other
-        that the same ray passes. That is the distance from the surface where the foot of the
-        perpendicular is in this face: nearly everywhere, if the surfaces are close.
+        that the same ray passes: nearly that from the surface, if the surfaces are close.
     maximum : float
         An upper bound of the largest distance from the surface, usually within a few per cent.
     """
@@ -138,7 +145,7 @@ def overlaid(
     """
     cones = cones_of(other)
     places = located(reference.position, order, near, cones, moves)
-    bounds = np.zeros(4)
+    bounds = np.array([0.0, 0.0, 0.0, 0.0, halvings_for(reference)])
     volume, area, difference, first, second = _overlaid(
         reference, other, cones, places, clipping(), np.empty(STACK), bounds, moves
     )
@@ -159,8 +166,8 @@ def _star_shaped(mesh: TriangleMesh, centre: FloatArray) -> Faces:
     used = len(np.unique(corner))
     if len(hidden) or not used == len(position) == len(mesh.faces) // 2 + 2:
         raise MeshError(
-            f"a mesh of {used} vertices and {mesh.triangles} faces is not star-shaped:"
-            f" {len(hidden)} faces do not see the centre from inside",
+            f"a mesh of {used} used vertices and {mesh.triangles} faces is not star-shaped: of"
+            f" these {len(hidden)} do not see the centre from inside",
             remedy="closed meshes of genus 0 without other vertices, and a centre in their kernels",
         )
     return faces_of(position, corner)
@@ -300,12 +307,16 @@ def _raise_bounds(
         for row in range(3):
             for axis in range(3):
                 stack[0, 3 * row + axis] = triangle[row, axis]
-        bounds[0], bounds[1] = raise_bound(stack, other, through, bounds[0], bounds[1])
+        bounds[0], bounds[1], bounds[4] = raise_bound(
+            stack, other, through, bounds[0], bounds[1], bounds[4]
+        )
     if furthest > bounds[3] * bounds[3]:
         for row in range(3):
             for axis in range(3):
                 stack[0, 3 * row + axis] = triangle[row, axis] / (1.0 + triangle[row, 3])
-        bounds[2], bounds[3] = raise_bound(stack, reference, face, bounds[2], bounds[3])
+        bounds[2], bounds[3], bounds[4] = raise_bound(
+            stack, reference, face, bounds[2], bounds[3], bounds[4]
+        )
 
 
 @leaf_kernel
@@ -326,57 +337,6 @@ def _between(
 
 
 @leaf_kernel
-def _side(planes: FloatArray, face: int, place: int, position: FloatArray, vertex: int) -> float:
-    """Product of a vertex with one of a cone's planes, positive on the side of the cone."""
-    side: float = (
-        planes[face, 3 * place] * position[vertex, 0]
-        + planes[face, 3 * place + 1] * position[vertex, 1]
-        + planes[face, 3 * place + 2] * position[vertex, 2]
-    )
-    return side
-
-
-@leaf_kernel
-def _crossing(
-    position: FloatArray, one: int, two: int, three: int, face: int, beyond: int, cones: Cones
-) -> tuple[bool, float, float]:
-    """Where a triangle with two corners in the cone of a face leaves it, if by a single edge.
-
-    Returns
-    -------
-    single : bool
-        Whether the whole triangle is in the cones of `face` and `beyond`.
-    from_two, from_one : float
-        The parts of the edges from the second and from the first to the third corner that are in
-        the cone of `face`.
-    """
-    place = -1
-    for candidate in range(3):
-        if cones.neighbour[face, candidate] == beyond:
-            place = candidate
-    if place < 0:
-        return False, 0.0, 0.0
-    planes = cones.planes
-    start_one = _side(planes, face, place, position, one)
-    start_two = _side(planes, face, place, position, two)
-    end = _side(planes, face, place, position, three)
-    if not (start_one > 0.0 and start_two > 0.0 and end < 0.0):
-        return False, 0.0, 0.0
-    from_one, from_two = start_one / (start_one - end), start_two / (start_two - end)
-    for turn in range(1, 3):
-        other = (place + turn) % 3
-        start_one = _side(planes, face, other, position, one)
-        start_two = _side(planes, face, other, position, two)
-        end = _side(planes, face, other, position, three)
-        if (
-            start_one + from_one * (end - start_one) < 0.0
-            or start_two + from_two * (end - start_two) < 0.0
-        ):
-            return False, 0.0, 0.0
-    return True, from_two, from_one
-
-
-@leaf_kernel
 def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
     reference: Faces,
     other: Faces,
@@ -393,8 +353,9 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
     ----------
     places : Places
         Where the reference's vertices are in the other's cones.
-    bounds : (4,) float64
-        Written: lower and upper bound of the distances from the reference, and to it.
+    bounds : (5,) float64
+        Written: lower and upper bound of the distances from the reference, and to it. Last, how
+        often pieces may be halved.
 
     Returns
     -------
@@ -436,7 +397,7 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
                 _raise_bounds(triangle, stack, reference, face, other, through, bounds)
             continue
         if through == places.face[two]:
-            single, from_two, from_one = _crossing(position, one, two, three, through, last, cones)
+            single, from_two, from_one = crossing(position, one, two, three, through, last, cones)
             if single:
                 x, y, z = position[three, 0], position[three, 1], position[three, 2]
                 normal = cones.normal

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gamutcore.metric.cones import MOVES, cones_of, located
+from gamutcore.metric.cones import MOVES, cones_of, crossing, located
 from gamutcore.metric.farthest import faces_of
 
 CENTRE = (50.0, 0.0, 0.0)
@@ -74,3 +74,25 @@ class TestLocated:
         assert abs(places.beyond).max() < 1e-12
         for vertex, face in enumerate(places.face):
             assert vertex in mesh.faces[face]
+
+
+class TestCrossing:
+    def test_is_where_the_plane_of_the_shared_edge_is_met(self, mesh):
+        """Triangles with two corners above a face and one above its neighbour, by construction."""
+        cones = cones_of(surface_of(mesh))
+        corners = np.stack(mesh.corners(CENTRE), axis=1)
+        for face in range(0, mesh.triangles, 13):
+            beyond = int(cones.neighbour[face, 1])
+            middle, other = corners[face].mean(axis=0), corners[beyond].mean(axis=0)
+            edge = np.delete(corners[face], 1, axis=0).mean(axis=0)
+            one, two = 0.6 * edge + 0.4 * middle, 0.5 * edge + 0.5 * middle
+            position = np.stack([one, two, 0.9 * edge + 0.1 * other])
+            single, from_two, from_one = crossing(position, 0, 1, 2, face, beyond, cones)
+            assert single
+            for start, share in ((position[1], from_two), (position[0], from_one)):
+                point = start + share * (position[2] - start)
+                plane = cones.planes[face, 3:6]
+                assert abs(plane @ point) < 1e-9 * np.linalg.norm(plane) * np.linalg.norm(point)
+            # not the other way round, and not to a face that is elsewhere
+            assert not crossing(position, 0, 1, 2, beyond, face, cones)[0]
+            assert not crossing(position, 0, 1, 2, face, face, cones)[0]

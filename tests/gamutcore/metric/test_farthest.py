@@ -92,19 +92,22 @@ class TestNearestFace:
 
 
 class TestRaiseBound:
-    def raised(self, surface, triangle, lower=0.0, upper=0.0, face=0):
+    def raised(self, surface, triangle, lower=0.0, upper=0.0, face=0, halvings=1e6):
         stack = np.empty(STACK)
         stack[0, :9] = np.ravel(triangle)
-        return raise_bound(stack, surface, face, lower, upper)
+        lower, upper, left = raise_bound(stack, surface, face, lower, upper, halvings)
+        assert 0 <= left <= halvings
+        return lower, upper
 
+    @pytest.mark.parametrize("halvings", [1e6, 3.0, 0.0])
     @pytest.mark.parametrize("seed", range(20))
-    def test_holds_for_every_point_of_the_triangle(self, star_shaped, distances_to, seed):
+    def test_holds_for_every_point_of_the_triangle(self, star_shaped, distances_to, seed, halvings):
         mesh = star_shaped(3)
         surface = surface_of(mesh)
         random = np.random.default_rng(seed)
         size = 10.0 ** random.uniform(-2, 1.5)
         triangle = random.normal(size=(3, 3)) * size + (50, 30, 20)
-        lower, upper = self.raised(surface, triangle)
+        lower, upper = self.raised(surface, triangle, halvings=halvings)
         shares = random.dirichlet(np.full(3, 0.5), 300)
         found = distances_to(np.vstack([triangle, shares @ triangle]), mesh).max()
         assert found <= upper * (1 + 1e-9)
