@@ -142,7 +142,7 @@ def _introduction(measured: Measured) -> str:
 Written by `make figures` (benchmarks/figures.py) on {about["date"]}: {about["cpu"]}, one core,
 {about["system"]}, Python {about["python"]}.
 {versions}.
-The same figures, unrounded, are in
+The same figures, to six digits, are in
 [benchmarks/decimation.json](../benchmarks/decimation.json).
 
 *Mismatch* is the volume of the symmetric difference of a simplified boundary and its full boundary,
