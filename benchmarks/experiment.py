@@ -42,6 +42,8 @@ so that it has as many triangles as asked for (three draws each).
 
 ![Mean mismatch by triangle count](pictures/mismatch.svg)
 
+The dotted line is the least that a sphere needs; gamuts have sides that are nearly flat, and less will do.
+
 Means over the devices. Decimation is read at exactly the triangle count that the other method came out
 with on each device; the last column is the method's mismatch ÷ that of decimation with the published
 cost.
