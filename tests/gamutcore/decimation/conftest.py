@@ -5,7 +5,15 @@ import pytest
 
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.corner_table import opposite_corners
-from gamutcore.decimation.star import surface_of
+from gamutcore.decimation.edge_queue import empty_queue, fill_queue
+from gamutcore.decimation.record import empty_record
+from gamutcore.decimation.star import (
+    keeps_star_shape,
+    link_condition_holds,
+    ring_faces,
+    surface_of,
+)
+from gamutcore.decimation.workspace import Workspace, collapse_edge
 
 
 @pytest.fixture(scope="session")
@@ -37,3 +45,136 @@ def edges_of():
     return lambda faces: sorted(
         {tuple(sorted((int(f[i]), int(f[(i + 1) % 3])))) for f in faces for i in range(3)}
     )
+
+
+def _ends(surface, corner):
+    """Return the two vertices of the edge that a corner faces, in the kernels' order."""
+    place = 3 * (corner // 3)
+    return (
+        int(surface.vertex[place + (corner + 1) % 3]),
+        int(surface.vertex[place + (corner + 2) % 3]),
+    )
+
+
+@pytest.fixture(scope="session")
+def ends_of():
+    """Return a function from a surface and a corner to the ends of the edge that it faces."""
+    return _ends
+
+
+@pytest.fixture(scope="session")
+def corner_of():
+    """Return a function from a surface and an edge's ends to a corner that faces the edge."""
+
+    def find(surface, one, two):
+        for edge in np.flatnonzero(surface.corner_facing >= 0):
+            corner = int(surface.corner_facing[edge])
+            if set(_ends(surface, corner)) == {one, two}:
+                return corner
+        message = f"{one} and {two} are not the ends of an edge"
+        raise LookupError(message)
+
+    return find
+
+
+@pytest.fixture(scope="session")
+def faces_left():
+    """Return a function from a surface to the numbers of its faces that are left, and to them."""
+
+    def left(surface):
+        corners = surface.corner_facing[surface.corner_facing >= 0]
+        numbers = np.unique(np.concatenate([corners, surface.opposite[corners]]) // 3)
+        return numbers, surface.vertex.reshape(-1, 3)[numbers]
+
+    return left
+
+
+def _workspace(surface):
+    edges = len(surface.corner_facing)
+    work = Workspace(
+        empty_queue(edges),
+        np.zeros(edges, np.uint8),
+        np.zeros(edges, np.int32),
+        np.zeros(len(surface.position), np.int32),
+        np.zeros(1, np.int32),
+        np.empty(3, np.float64),
+        np.empty(3, np.float32),
+        np.empty(3, np.float64),
+    )
+    work.queue.heap[:] = np.arange(edges)
+    work.queue.priority[:] = np.arange(edges)
+    fill_queue(work.queue, edges)
+    return work
+
+
+@pytest.fixture(scope="session")
+def workspace_for():
+    """Return a function from a surface to a workspace, its edges queued by their numbers."""
+    return _workspace
+
+
+@pytest.fixture(scope="session")
+def random_collapses():
+    """Return a generator of collapses of random edges, each to somewhere near its midpoint.
+
+    It takes a cost's state, a surface, a seed and how many collapses are wanted, and yields the
+    vertex that each leads to, after it.
+    """
+
+    def collapses(cost, surface, seed, wanted):
+        random = np.random.default_rng(seed)
+        delivered = surface.position.astype(np.float32)
+        record, work = empty_record(len(delivered)), _workspace(surface)
+        moved, ring, done = record.moved, np.empty((200, 2), np.int32), 0
+        for query, edge in enumerate(random.permutation(len(surface.corner_facing)).tolist()):
+            if done == wanted:
+                return
+            corner = int(surface.corner_facing[edge])
+            if corner < 0:
+                continue
+            one, two = _ends(surface, corner)
+            middle = (surface.position[one] + surface.position[two]) / 2
+            work.place[:] = middle * random.uniform(0.95, 1.05)
+            count = ring_faces(surface, one, two, ring)
+            if not link_condition_holds(surface, one, two, query) or not keeps_star_shape(
+                surface.position, ring, count, *work.place
+            ):
+                continue
+            work.rounded[:] = work.place
+            kept, moved = collapse_edge(cost, surface, delivered, record, work, edge, done, moved)
+            done += 1
+            yield int(kept)
+
+    return collapses
+
+
+@pytest.fixture(scope="session")
+def by_hand():
+    """Return a function that finds for points the face whose cone they are in, and w |1 − t³|.
+
+    By solving p = α a + β b + γ c for every point p and every face (a, b, c): all three are
+    positive in the face's cone, and 1 ÷ t is their sum.
+    """
+
+    def compute(positions, faces, points, weights):
+        cones = np.linalg.inv(np.swapaxes(positions[faces], 1, 2))
+        parts = np.einsum("fij,sj->fsi", cones, points)
+        inside = parts.min(axis=2).argmax(axis=0)
+        inverse = parts[inside, np.arange(len(points))].sum(axis=1)
+        return inside, weights * np.abs(1 - 1 / inverse**3)
+
+    return compute
+
+
+@pytest.fixture(scope="session")
+def samples_in():
+    """Return a function from a deviation and a face to the samples in the face's list."""
+
+    def follow(deviation, face):
+        samples, sample = [], int(deviation.first[face])
+        while sample >= 0:
+            samples.append(sample)
+            sample = int(deviation.after[sample])
+        return samples
+
+    return follow

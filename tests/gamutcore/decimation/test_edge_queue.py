@@ -40,11 +40,23 @@ def assert_consistent(queue, queued):
 def test_edges_leave_by_priority_then_by_number(priorities):
     queue = empty_queue(len(priorities))
     queue.priority[:] = priorities
-    fill_queue(queue)
+    queue.heap[:] = np.arange(len(priorities))
+    fill_queue(queue, len(priorities))
     assert_consistent(queue, dict(enumerate(priorities)))
     heap = [(priority, edge) for edge, priority in enumerate(priorities)]
     heapq.heapify(heap)
     assert drained(queue) == [heapq.heappop(heap)[1] for _ in priorities]
+
+
+@given(st.lists(PRIORITIES, min_size=1, max_size=80), st.randoms(use_true_random=False))
+def test_some_of_the_edges_may_be_queued_in_any_order(priorities, random):
+    edges = random.sample(range(len(priorities)), random.randint(0, len(priorities)))
+    queue = empty_queue(len(priorities))
+    queue.priority[:] = priorities
+    queue.heap[: len(edges)] = edges
+    fill_queue(queue, len(edges))
+    assert_consistent(queue, {edge: priorities[edge] for edge in edges})
+    assert drained(queue) == sorted(edges, key=lambda edge: (priorities[edge], edge))
 
 
 @given(

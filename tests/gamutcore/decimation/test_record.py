@@ -111,7 +111,9 @@ def test_shifts_may_outgrow_their_room():
     shifted, shift, filled = np.empty(1, np.int32), np.empty((1, 2, 3), np.float32), 0
     for vertex in range(10):
         place = np.full(3, -vertex, np.float32)
-        shifted, shift, filled = record_shift(shifted, shift, filled, vertex, delivered[vertex], place)
+        shifted, shift, filled = record_shift(
+            shifted, shift, filled, vertex, delivered[vertex], place
+        )
     assert filled == 10 <= len(shifted) == len(shift)
     assert shifted[:10].tolist() == list(range(10))
     np.testing.assert_array_equal(shift[:10, 0], delivered)

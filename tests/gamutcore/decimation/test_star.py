@@ -14,6 +14,9 @@ from gamutcore.decimation.star import (
     link_condition_holds,
     ring_faces,
     scale_to_preserve_volume,
+    star_volume,
+    vertex_ring,
+    volume_slope,
 )
 
 TETRAHEDRON = (
@@ -64,6 +67,12 @@ def ring_of(surface, kept, dead):
     return ring, count
 
 
+def slope_of(surface, ring, count):
+    slope = np.empty(3)
+    volume_slope(surface.position, ring, count, slope)
+    return slope
+
+
 class TestLinkCondition:
     @pytest.mark.parametrize("body", [TETRAHEDRON, OCTAHEDRON])
     def test_holds_for_every_edge_of_the_regular_bodies(self, surface_from, edges_of, body):
@@ -112,6 +121,22 @@ class TestRing:
         assert ring_faces(surface, kept, dead, short[:2]) == count > 2
         np.testing.assert_array_equal(short, [*ring[:2].tolist(), (-7, -7)])
 
+    def test_of_a_vertex_is_the_boundary_of_its_faces(self, surface_from, bumpy_mesh):
+        positions, faces = bumpy_mesh(4, 40)
+        surface = surface_from(positions, faces)
+        for vertex in range(len(positions)):
+            ring = np.empty((100, 2), np.int32)
+            count = vertex_ring(surface, vertex, ring)
+            # no edge: its own number twice
+            pairs = ring[:count].tolist()
+            assert sorted(map(tuple, pairs)) == link(faces, vertex, vertex)
+            # in the order in which they stand around it
+            for one, other in zip(pairs, pairs[1:] + pairs[:1], strict=True):
+                assert set(one) & set(other)
+            short = np.full((3, 2), -7, np.int32)
+            assert vertex_ring(surface, vertex, short[:2]) == count
+            np.testing.assert_array_equal(short, [*pairs[:2], (-7, -7)])
+
 
 class TestStarShape:
     @settings(max_examples=20)
@@ -158,17 +183,50 @@ class TestVolume:
                 surface.position, ring, count, *place
             ):
                 continue
-            assert scale_to_preserve_volume(surface, ring, count, kept, dead, place)
+            assert scale_to_preserve_volume(
+                surface, kept, dead, slope_of(surface, ring, count), place
+            )
             np.testing.assert_allclose(place / np.linalg.norm(place), direction, rtol=1e-12)
             after = volume(*collapsed(positions, faces, kept, dead, place))
             assert after == pytest.approx(before, rel=1e-12)
+
+    @settings(max_examples=10)
+    @given(seed=st.integers(0, 10**6))
+    def test_is_linear_in_the_place(self, surface_from, bumpy_mesh, edges_of, seed):
+        positions, faces = bumpy_mesh(seed, 30)
+        surface = surface_from(positions, faces)
+        whole = volume(positions, faces)
+        for kept, dead in edges_of(faces)[::5]:
+            if len(neighbours(faces, kept) & neighbours(faces, dead)) != 2:
+                continue
+            place = positions[kept] * 1.1
+            slope = slope_of(surface, *ring_of(surface, kept, dead))
+            change = (slope @ place - star_volume(surface, kept, dead)) / 6
+            after = volume(*collapsed(positions, faces, kept, dead, place))
+            assert whole + change == pytest.approx(after, rel=1e-12)
+
+    def test_that_is_missing_is_made_up_for(self, surface_from, bumpy_mesh):
+        positions, faces = bumpy_mesh(2, 30)
+        surface = surface_from(positions, faces)
+        kept, dead = next(
+            (int(face[0]), int(face[1]))
+            for face in faces
+            if len(neighbours(faces, int(face[0])) & neighbours(faces, int(face[1]))) == 2
+        )
+        before = volume(positions, faces)
+        surface.deficit[0] = 6 * 0.01 * before
+        place = (positions[kept] + positions[dead]) / 2
+        ring, count = ring_of(surface, kept, dead)
+        assert scale_to_preserve_volume(surface, kept, dead, slope_of(surface, ring, count), place)
+        after = volume(*collapsed(positions, faces, kept, dead, place))
+        assert after == pytest.approx(1.01 * before, rel=1e-12)
 
     @pytest.mark.parametrize("place", [(-1.0, -1.0, 0.0), (0.0, 0.0, 0.0), (np.nan, 1.0, 0.0)])
     def test_cannot_be_kept_behind_the_centre(self, surface_from, place):
         surface = surface_from(*OCTAHEDRON)
         ring, count = ring_of(surface, 0, 1)
         moved = np.array(place)
-        assert not scale_to_preserve_volume(surface, ring, count, 0, 1, moved)
+        assert not scale_to_preserve_volume(surface, 0, 1, slope_of(surface, ring, count), moved)
         np.testing.assert_array_equal(moved, place)
 
 
@@ -254,3 +312,10 @@ class TestSurface:
         surface = surface_from(positions, faces)
         assert not np.shares_memory(surface.position, positions)
         assert not np.shares_memory(surface.vertex, faces)
+
+    def test_knows_the_number_of_edges_at_each_vertex(self, surface_from, bumpy_mesh):
+        positions, faces = bumpy_mesh(3)
+        surface = surface_from(positions, faces)
+        counted = [len(neighbours(faces, vertex)) for vertex in range(len(positions))]
+        assert surface.degree.tolist() == counted
+        assert surface.deficit.tolist() == [0.0]

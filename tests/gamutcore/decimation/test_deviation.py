@@ -1,0 +1,262 @@
+"""Changes of the deviation, against sums over all samples before and after the change is made."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gamutcore.decimation.costs import finest
+from gamutcore.decimation.deviation import (
+    change_by_collapse,
+    change_by_move,
+    deviation_around,
+    step_towards_reference,
+)
+from gamutcore.decimation.samples import (
+    LARGEST_RING,
+    LARGEST_SHARE,
+    no_deviation,
+    redistribute_samples,
+    start_at_surface,
+)
+from gamutcore.decimation.star import (
+    keeps_star_shape,
+    link_condition_holds,
+    ring_faces,
+    vertex_ring,
+)
+
+
+@pytest.fixture(scope="session")
+def deviating(bumpy_mesh, surface_from, random_collapses):
+    """Return a function from a seed to a deviation and a surface that has moved away from it."""
+
+    def make(seed, count=50, collapses=15):
+        positions, faces = bumpy_mesh(seed, count)
+        surface = surface_from(positions, faces)
+        deviation = no_deviation(len(positions) + len(faces), len(faces))
+        start_at_surface(deviation, surface)
+        state = finest.state(positions, faces)._replace(deviation=deviation)
+        for _ in random_collapses(state, surface, seed, collapses):
+            pass
+        return deviation, surface
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def total(by_hand):
+    """Return a function from a deviation, positions and faces to the sum over all samples."""
+
+    def summed(deviation, positions, faces):
+        used = deviation.counts[2]
+        weights = deviation.weight[:used]
+        _, shares = by_hand(positions, faces, deviation.point[:used], weights)
+        return np.minimum(shares, LARGEST_SHARE * weights).sum()
+
+    return summed
+
+
+@settings(max_examples=10)
+@given(seed=st.integers(0, 10**6))
+def test_the_change_by_a_collapse_is_that_of_the_sum(deviating, total, faces_left, ends_of, seed):
+    deviation, surface = deviating(seed)
+    _, faces = faces_left(surface)
+    before = total(deviation, surface.position, faces)
+    ring, random, compared = np.empty((200, 2), np.int32), np.random.default_rng(seed), 0
+    for query, corner in enumerate(surface.corner_facing.tolist()):
+        if corner < 0:
+            continue
+        one, two = ends_of(surface, corner)
+        place = surface.position[[one, two]].mean(axis=0) * random.uniform(0.9, 1.1)
+        count = ring_faces(surface, one, two, ring)
+        if not link_condition_holds(surface, one, two, 10**6 + query) or not keeps_star_shape(
+            surface.position, ring, count, *place
+        ):
+            continue
+        merged = np.where(faces == two, one, faces)
+        merged = merged[[len(set(face)) == 3 for face in merged.tolist()]]
+        positions = surface.position.copy()
+        positions[one] = place
+        expected = total(deviation, positions, merged) - before
+        for at in (corner, int(surface.opposite[corner])):
+            change = change_by_collapse(deviation, surface, at, place)
+            assert change == pytest.approx(expected, rel=1e-7, abs=1e-9 * before)
+        compared += 1
+    assert compared > 10
+
+
+@settings(max_examples=10)
+@given(seed=st.integers(0, 10**6))
+def test_the_change_by_a_move_is_that_of_the_sum(deviating, total, faces_left, seed):
+    deviation, surface = deviating(seed)
+    _, faces = faces_left(surface)
+    before = total(deviation, surface.position, faces)
+    ring, random, compared = np.empty((200, 2), np.int32), np.random.default_rng(seed), 0
+    for vertex in np.unique(faces).tolist():
+        place = surface.position[vertex] * random.uniform(0.9, 1.1, 3)
+        count = vertex_ring(surface, vertex, ring)
+        if not keeps_star_shape(surface.position, ring, count, *place):
+            continue
+        positions = surface.position.copy()
+        positions[vertex] = place
+        change = change_by_move(deviation, surface, vertex, place)
+        expected = total(deviation, positions, faces) - before
+        assert change == pytest.approx(expected, rel=1e-7, abs=1e-9 * before)
+        compared += 1
+    assert compared > 5
+
+
+def test_what_is_around_is_what_there_is_to_save(deviating, total, faces_left):
+    """Nowhere can a move save more than the deviation of the faces that it changes."""
+    deviation, surface = deviating(3)
+    numbers, faces = faces_left(surface)
+    assert deviation.error[numbers].sum() == pytest.approx(
+        total(deviation, surface.position, faces)
+    )
+    for vertex in np.unique(faces).tolist():
+        place = surface.position[vertex].copy()
+        # nothing changes where the vertex stays where it is
+        change = change_by_move(deviation, surface, vertex, place)
+        around = deviation_around(deviation)
+        assert change == pytest.approx(0.0, abs=1e-9 * around)
+        expected = deviation.error[numbers[(faces == vertex).any(axis=1)]].sum()
+        assert around == pytest.approx(expected, rel=1e-12)
+        assert change_by_move(deviation, surface, vertex, place * 1.05) >= -around
+
+
+def test_asking_changes_nothing_but_scratch(deviating):
+    deviation, surface = deviating(4)
+    kept = [deviation.point, deviation.weight, deviation.after, deviation.first, deviation.error]
+    before = [array.copy() for array in (*surface, *kept)]
+    corner = int(surface.corner_facing[surface.corner_facing >= 0][0])
+    place = surface.position[surface.vertex[corner]] * 1.01
+    change_by_collapse(deviation, surface, corner, place)
+    step_towards_reference(deviation, place, np.empty(3))
+    change_by_move(deviation, surface, int(surface.vertex[corner]), place)
+    for array, expected in zip((*surface, *kept), before, strict=True):
+        np.testing.assert_array_equal(array, expected)
+
+
+def test_steps_lower_the_deviation_of_a_noisy_sphere(icosphere, surface_from):
+    """Vertices of a sphere off by 2 % of the radius; three of four steps at least must help."""
+    mesh = icosphere(3)
+    positions = mesh.vertices.astype(np.float64)
+    surface = surface_from(positions, mesh.faces)
+    deviation = no_deviation(len(positions) + mesh.triangles, mesh.triangles)
+    start_at_surface(deviation, surface)
+    random = np.random.default_rng(0)
+    surface.position[:] *= 1 + 0.02 * random.normal(size=(len(positions), 1))
+    for vertex in range(len(positions)):
+        redistribute_samples(deviation, surface, vertex)
+    start, lowered, better = deviation.error.sum(), 0, np.empty(3)
+    for vertex in range(len(positions)):
+        place = surface.position[vertex].copy()
+        change_by_move(deviation, surface, vertex, place)
+        assert step_towards_reference(deviation, place, better)
+        lowered += change_by_move(deviation, surface, vertex, better) < 0
+    assert lowered >= 0.75 * len(positions)
+    # one after the other: the sphere comes out of the noise
+    for vertex in range(len(positions)):
+        place = surface.position[vertex].copy()
+        change_by_move(deviation, surface, vertex, place)
+        if step_towards_reference(deviation, place, better):
+            if change_by_move(deviation, surface, vertex, better) < 0:
+                surface.position[vertex] = better
+                redistribute_samples(deviation, surface, vertex)
+    assert deviation.error.sum() < 0.5 * start
+
+
+def patch():
+    """A square side of 5 × 5 vertices at z = 1, its rim joined to a vertex below."""
+    axis = np.linspace(-1.0, 1.0, 5)
+    x, y = np.meshgrid(axis, axis, indexing="ij")
+    index = np.arange(25).reshape(5, 5)
+    quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], -1)
+    quads = quads.reshape(-1, 4)
+    rim = [*index[:, 0], *index[-1, 1:], *index[-2::-1, -1], *index[0, -2:0:-1]]
+    below = [(25, rim[(i + 1) % 16], rim[i]) for i in range(16)]
+    positions = np.vstack([np.stack([x.ravel(), y.ravel(), np.ones(25)], axis=1), [[0, 0, -1]]])
+    return positions, np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]], below])
+
+
+@pytest.mark.parametrize("place", [(0.1, -0.05, 1.1), (0.0, 0.0, 0.9), (0.05, 0.1, 1.001)])
+def test_steps_end_exactly_on_a_flat_reference(surface_from, place):
+    """The residuals of all samples vanish at once, so least absolute values have them all zero."""
+    positions, faces = patch()
+    surface = surface_from(positions, faces)
+    deviation = no_deviation(len(positions) + len(faces), len(faces))
+    start_at_surface(deviation, surface)
+    surface.position[12] = place
+    redistribute_samples(deviation, surface, 12)
+    start, better = deviation.error.sum(), np.empty(3)
+    assert start > 1e-6
+    heights = [abs(place[2] - 1)]
+    for _ in range(8):
+        here = surface.position[12].copy()
+        change_by_move(deviation, surface, 12, here)
+        if not step_towards_reference(deviation, here, better):
+            break
+        surface.position[12] = better
+        redistribute_samples(deviation, surface, 12)
+        heights.append(abs(better[2] - 1))
+    # the pull to the place where it is takes about a hundredth of each step
+    assert heights[1] < 0.3 * heights[0]
+    assert heights[-1] < 1e-9
+    assert deviation.error.sum() < 1e-8 * start
+
+
+def test_there_is_no_step_from_a_surface_on_the_reference(surface_from):
+    positions, faces = patch()
+    surface = surface_from(positions, faces)
+    deviation = no_deviation(len(positions) + len(faces), len(faces))
+    start_at_surface(deviation, surface)
+    better = np.full(3, 7.0)
+    change_by_move(deviation, surface, 25, surface.position[25].copy())
+    moved = step_towards_reference(deviation, surface.position[25].copy(), better)
+    if moved:
+        # rounding is all that there is to go by
+        np.testing.assert_allclose(better, surface.position[25], atol=1e-9)
+
+
+def test_there_is_no_step_without_samples(surface_from):
+    positions, faces = patch()
+    surface = surface_from(positions, faces)
+    deviation = no_deviation(1, len(faces))
+    place = np.array([0.0, 0.0, 1.2])
+    assert change_by_move(deviation, surface, 12, place) == 0.0
+    assert not step_towards_reference(deviation, place, np.empty(3))
+
+
+def double_pyramid(sides):
+    turn = np.linspace(0, 2 * np.pi, sides, endpoint=False)
+    rim = np.stack([np.cos(turn), np.sin(turn), np.zeros(sides)], axis=1)
+    after = (np.arange(sides) + 1) % sides
+    above = np.stack([np.arange(sides), after, np.full(sides, sides)], axis=1)
+    below = np.stack([after, np.arange(sides), np.full(sides, sides + 1)], axis=1)
+    return np.vstack([rim, [[0, 0, 1], [0, 0, -1]]]), np.vstack([above, below])
+
+
+@pytest.mark.parametrize("more", [0, 1, 200])
+def test_very_large_rings_are_not_evaluated(surface_from, corner_of, total, faces_left, more):
+    """Exactly as many faces as there is room for are; one more is not, and nothing breaks."""
+    sides = LARGEST_RING + more
+    positions, faces = double_pyramid(sides)
+    surface = surface_from(positions, faces)
+    deviation = no_deviation(3 * len(positions), 2 * sides)
+    start_at_surface(deviation, surface)
+    place = np.array([0.1, 0.0, 0.9])
+    change = change_by_move(deviation, surface, sides, place)
+    moved = surface.position.copy()
+    moved[sides] = place
+    if more == 0:
+        assert change == pytest.approx(total(deviation, moved, faces_left(surface)[1]), rel=1e-7)
+        assert change > 0
+    else:
+        assert change == np.inf
+    # the edge from the apex to the rim has as many faces around it, and two from below
+    corner = corner_of(surface, sides, 0)
+    assert change_by_collapse(deviation, surface, corner, place) == np.inf
+    # an edge of the rim has few of its own
+    rim = change_by_collapse(deviation, surface, corner_of(surface, 0, 1), positions[0])
+    assert 0 < rim < np.inf
