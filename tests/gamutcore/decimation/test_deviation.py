@@ -160,10 +160,10 @@ def test_steps_lower_the_deviation_of_a_noisy_sphere(icosphere, surface_from):
     for vertex in range(len(positions)):
         place = surface.position[vertex].copy()
         change_by_move(deviation, surface, vertex, place)
-        if step_towards_reference(deviation, place, better):
-            if change_by_move(deviation, surface, vertex, better) < 0:
-                surface.position[vertex] = better
-                redistribute_samples(deviation, surface, vertex)
+        found = step_towards_reference(deviation, place, better)
+        if found and change_by_move(deviation, surface, vertex, better) < 0:
+            surface.position[vertex] = better
+            redistribute_samples(deviation, surface, vertex)
     assert deviation.error.sum() < 0.5 * start
 
 

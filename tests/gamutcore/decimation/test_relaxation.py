@@ -1,0 +1,133 @@
+"""Moves after a collapse: who moves, that levels stay valid, and that it is written down."""
+
+import numpy as np
+import pytest
+
+from gamutcore.decimation.costs import finest, volume
+from gamutcore.decimation.relaxation import relax
+from gamutcore.decimation.samples import start_at_vertices
+
+CENTRE = np.array([50.0, 0.0, 0.0])
+STEP = 2.0**-11
+
+
+@pytest.fixture(scope="module")
+def after_collapses(bumpy_mesh, surface_from, random_collapses, workspace_for, faces_left):
+    """Return a function that relaxes around vertices after collapses, and calls a check each time.
+
+    Positions are on the grid from the start; the collapses of the tests leave it.
+    """
+
+    def run(module, seed, check):
+        positions, faces = bumpy_mesh(seed, 120)
+        surface = surface_from(positions, faces)
+        state = module.state(positions, faces)
+        if module is finest:
+            start_at_vertices(state.deviation, surface)
+        work, ring = workspace_for(surface), np.empty((200, 2), np.int32)
+        shifted, shift, shifts = np.empty(16, np.int32), np.empty((16, 2, 3), np.float32), 0
+        for done, kept in enumerate(random_collapses(state, surface, seed, 60)):
+            delivered = (surface.position + CENTRE).astype(np.float32)
+            before, kept_position = delivered.copy(), delivered[kept].copy()
+            errors = state.deviation.error.sum()
+            start = shifts
+            shifted, shift, shifts = relax(
+                state,
+                surface,
+                delivered,
+                CENTRE,
+                STEP,
+                kept_position,
+                work,
+                kept,
+                done + 1,
+                ring,
+                shifted,
+                shift,
+                shifts,
+            )
+            faces_now = faces_left(surface)[1]
+            check(
+                surface,
+                kept,
+                faces_now,
+                before,
+                delivered,
+                kept_position,
+                shifted[start:shifts],
+                shift[start:shifts],
+                state.deviation.error.sum() - errors,
+                work,
+                done + 1,
+            )
+        return shifts
+
+    return run
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_new_vertex_and_its_neighbours_move_to_less_deviation(after_collapses, seed):
+    gained = []
+
+    def check(
+        surface, kept, faces, before, delivered, place, shifted, shift, change, work, collapses
+    ):
+        ring = set(faces[(faces == kept).any(axis=1)].ravel().tolist()) - {kept}
+        moved = set(np.flatnonzero((before != delivered).any(axis=1)).tolist())
+        assert moved <= ring | {kept}
+        # neighbours that are elsewhere now are written down, each once, from where to where
+        assert sorted(shifted.tolist()) == sorted(moved - {kept})
+        np.testing.assert_array_equal(shift[:, 0], before[shifted])
+        np.testing.assert_array_equal(shift[:, 1], delivered[shifted])
+        np.testing.assert_array_equal(place, delivered[kept])
+        # on the grid, and the surface is where it says that it is
+        vertices = sorted(moved)
+        np.testing.assert_array_equal(delivered[vertices] % STEP, 0.0)
+        np.testing.assert_array_equal(surface.position[vertices] + CENTRE, delivered[vertices])
+        assert np.linalg.det(surface.position[faces]).min() > 0
+        gained.append(change)
+        for vertex in moved - {kept}:
+            assert work.changed[vertex] == collapses
+
+    assert after_collapses(finest, seed, check) > 60
+    # each move has to save a part of the deviation before it is rounded to the grid, which is fine
+    assert max(gained) <= 0.0
+    assert np.count_nonzero(gained) > 30
+
+
+def test_a_cost_that_proposes_nothing_moves_nothing(after_collapses):
+    def check(surface, kept, faces, before, delivered, place, *_):
+        np.testing.assert_array_equal(delivered, before)
+        np.testing.assert_array_equal(place, before[kept])
+        assert (faces >= 0).all()
+        assert len(surface.position) == len(before)
+
+    assert after_collapses(volume, 1, check) == 0
+
+
+def test_a_ring_that_is_too_large_for_the_scratch_is_left_alone(
+    bumpy_mesh, surface_from, workspace_for
+):
+    positions, faces = bumpy_mesh(4, 60)
+    surface, state = surface_from(positions * 1.1, faces), finest.state(positions, faces)
+    start_at_vertices(state.deviation, surface_from(positions, faces))
+    delivered = (surface.position + CENTRE).astype(np.float32)
+    before = delivered.copy()
+    kept = int(surface.degree.argmax())
+    *_, shifts = relax(
+        state,
+        surface,
+        delivered,
+        CENTRE,
+        STEP,
+        delivered[kept],
+        workspace_for(surface),
+        kept,
+        1,
+        np.empty((int(surface.degree[kept]) - 1, 2), np.int32),
+        np.empty(4, np.int32),
+        np.empty((4, 2, 3), np.float32),
+        0,
+    )
+    assert shifts == 0
+    np.testing.assert_array_equal(delivered, before)

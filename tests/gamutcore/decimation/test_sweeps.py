@@ -1,0 +1,114 @@
+"""The fine end in sweeps: levels are as valid, and the coarse ones as good, as in strict order."""
+
+import numpy as np
+import pytest
+
+from gamutcore.corner_table import opposite_corners
+from gamutcore.decimation import decimated
+from gamutcore.decimation.costs import volume
+from gamutcore.decimation.record import empty_record
+from gamutcore.decimation.star import surface_of
+from gamutcore.decimation.sweeps import SWEPT_DOWN_TO, collapse_in_sweeps
+from gamutcore.history import history_of
+from gamutcore.metric import mismatch
+
+CENTRE = (50.0, 0.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def large(icosphere):
+    """Return a sphere of 40,962 vertices, half of whose collapses are made in sweeps."""
+    mesh = icosphere(6, 40.0, CENTRE)
+    assert len(mesh.vertices) == 40_962 > SWEPT_DOWN_TO + 20_000
+    return mesh
+
+
+@pytest.fixture(scope="module")
+def run(large):
+    """Return its decimation."""
+    return decimated(large, CENTRE)
+
+
+class TestLargeBoundary:
+    def test_levels_are_gamuts_of_the_same_volume(self, large, run, assert_every_invariant):
+        history = history_of(run)
+        full = history.full()
+        swept = [2 * (SWEPT_DOWN_TO + 4) - 4 + more for more in (-2, 0, 2, 2000, 20_000, 38_000)]
+        for triangles in [4, 100, 1000, 10_000, *swept, large.triangles]:
+            level = history.level(triangles)
+            assert_every_invariant(level, CENTRE, triangles)
+            assert level.volume == pytest.approx(full.volume, rel=1e-5)
+
+    def test_every_collapse_in_a_sweep_is_written_down(self, run):
+        swept = len(run.record.dead) - SWEPT_DOWN_TO
+        assert len(set(run.record.dead.tolist())) == len(run.record.dead)
+        assert (run.record.shifted_end[:swept] == 0).all()
+        assert (np.diff(run.record.moved_end[:swept]) > 0).all()
+
+    def test_coarse_levels_are_as_good_as_in_strict_order(self, large, run, icosphere):
+        """Against the same shape with so few vertices that all of them are taken in order."""
+        fewer = icosphere(5, 40.0, CENTRE)
+        assert len(fewer.vertices) < SWEPT_DOWN_TO
+        strict = history_of(decimated(fewer, CENTRE)).level(1000)
+        assert mismatch(large, history_of(run).level(1000)) <= 1.1 * mismatch(large, strict)
+
+    def test_reruns_are_bit_identical(self, large, run):
+        again = decimated(large, CENTRE)
+        for one, other in zip(
+            (*run.record, run.vertex, run.positions),
+            (*again.record, again.vertex, again.positions),
+            strict=True,
+        ):
+            assert one.tobytes() == other.tobytes()
+
+
+@pytest.fixture(scope="module")
+def swept(icosphere, workspace_for):
+    """Return a function that makes so many collapses in sweeps on a sphere of 2562 vertices."""
+
+    def make(wanted):
+        mesh = icosphere(4, 40.0, CENTRE)
+        positions = mesh.vertices.astype(np.float64) - CENTRE
+        faces = np.ascontiguousarray(mesh.faces, np.int32)
+        surface = surface_of(positions, faces, opposite_corners(faces, len(positions)))
+        state, record = volume.state(positions, faces), empty_record(len(positions))
+        work = workspace_for(surface)
+        for edge in range(len(work.queue.place)):
+            work.queue.place[edge] = -1
+        work.queue.size[0] = 0
+        # shorter edges first: what the limits are about is for the cost to say
+        one = positions[faces[:, [1, 2, 0]].ravel()[surface.corner_facing]]
+        two = positions[faces[:, [2, 0, 1]].ravel()[surface.corner_facing]]
+        work.queue.priority[:] = np.linalg.norm(one - two, axis=1) * 1e-3
+        collapses, moved = collapse_in_sweeps(
+            state,
+            surface,
+            mesh.vertices.copy(),
+            np.array(CENTRE),
+            2.0**-11,
+            record,
+            work,
+            record.moved,
+            wanted,
+        )
+        return collapses, surface, record._replace(moved=moved)
+
+    return make
+
+
+@pytest.mark.parametrize("wanted", [1, 10, 300])
+def test_as_many_collapses_are_made_as_are_wanted(swept, faces_left, wanted):
+    collapses, surface, record = swept(wanted)
+    assert collapses == wanted
+    _, faces = faces_left(surface)
+    assert len(faces) == 2 * (2562 - wanted) - 4
+    assert len(np.unique(faces)) == 2562 - wanted
+    assert np.linalg.det(surface.position[faces]).min() > 0
+    assert record.moved_end[wanted - 1] <= len(record.moved)
+
+
+def test_sweeps_stop_where_all_errors_change(swept, faces_left):
+    """That is at the first of the levels that are tracked, where strict order has to go on."""
+    collapses, surface, _ = swept(2000)
+    assert collapses == 2562 - volume.TRACKED_VERTICES
+    assert len(np.unique(faces_left(surface)[1])) == volume.TRACKED_VERTICES
