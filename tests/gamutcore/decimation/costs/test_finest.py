@@ -1,0 +1,125 @@
+"""The most accurate cost: when vertices move, that levels stay valid, and that they are closer."""
+
+import numpy as np
+import pytest
+
+from gamutcore.boundary import modified_convex_hull
+from gamutcore.decimation import decimated
+from gamutcore.decimation.costs import finest
+from gamutcore.history import history_of
+from gamutcore.metric import mismatch
+
+COMPARED = (200, 100, 50)
+
+
+@pytest.fixture(scope="module")
+def boundaries():
+    """Return boundaries with waves and folds, of about 3000 vertices."""
+    made = []
+    for seed in range(3):
+        random = np.random.default_rng(seed)
+        directions = random.normal(size=(3500, 3))
+        directions /= np.linalg.norm(directions, axis=1)[:, np.newaxis]
+        ways = random.normal(size=(4, 3))
+        radii = 40.0 + 4.0 * np.abs(np.sin(directions @ ways.T * 1.5)).sum(axis=1)
+        points = directions * radii[:, np.newaxis] * (1.2, 1.0, 0.8) + (50, 0, 0)
+        made.append(modified_convex_hull(points, 0.05))
+        assert 2500 < len(made[-1].mesh.vertices) < finest.MOVED_VERTICES
+    return made
+
+
+@pytest.fixture(scope="module")
+def histories(boundaries):
+    """Return the history of each boundary, by `finest` and by `volume`."""
+    return [
+        [
+            history_of(decimated(boundary.mesh, boundary.centre, cost))
+            for cost in ("finest", "volume")
+        ]
+        for boundary in boundaries
+    ]
+
+
+def test_every_level_is_a_gamut(boundaries, histories, assert_every_invariant):
+    counts = []
+    for level in histories[0][0].levels():
+        counts.append(level.triangles)
+        assert_every_invariant(level, boundaries[0].centre, level.triangles)
+    assert counts == list(range(4, boundaries[0].mesh.triangles + 1, 2))
+
+
+@pytest.mark.parametrize("triangles", COMPARED)
+def test_levels_are_closer_than_those_of_the_default_cost(boundaries, histories, triangles):
+    means = np.mean(
+        [
+            [mismatch(boundary.mesh, history.level(triangles)) for history in both]
+            for boundary, both in zip(boundaries, histories, strict=True)
+        ],
+        axis=0,
+    )
+    assert means[0] <= means[1]
+
+
+def test_vertices_move_in_coarse_levels_only(icosphere):
+    """Levels of 10,242 vertices of a sphere: none moves as long as more than 5000 are left."""
+    mesh = icosphere(5)
+    record = decimated(mesh, (0, 0, 0), "finest").record
+    shifts = np.diff(record.shifted_end, prepend=0)
+    left = len(mesh.vertices) - 1 - np.arange(len(shifts))
+    assert (shifts[left >= finest.MOVED_VERTICES] == 0).all()
+    assert (shifts[left < finest.MOVED_VERTICES] > 0).mean() > 0.5
+
+
+@pytest.fixture(scope="module")
+def state_and_surface(bumpy_mesh, surface_from, compiled, random_collapses):
+    """Return a state after some collapses, and its surface."""
+    positions, faces = bumpy_mesh(7, 200)
+    state, surface = finest.state(positions, faces), surface_from(positions, faces)
+    compiled.reach(state, surface, len(positions))
+    for left, _ in enumerate(random_collapses(state, surface, 0, 100)):
+        compiled.reach(state, surface, len(positions) - 1 - left)
+    return state, surface
+
+
+def test_every_vertex_is_a_sample_from_the_start(bumpy_mesh, surface_from, compiled):
+    positions, faces = bumpy_mesh(8)
+    state, surface = finest.state(positions, faces), surface_from(positions, faces)
+    assert state.deviation.counts[2] == 0
+    assert compiled.reach(state, surface, len(positions)) is False
+    used = int(state.deviation.counts[2])
+    assert sorted(state.deviation.point[:used].tolist()) == sorted(positions.tolist())
+    assert compiled.reach(state, surface, len(positions) - 1) is False
+    assert state.deviation.counts[2] == used
+
+
+def test_a_proposed_move_saves_a_worthwhile_part(state_and_surface, compiled, faces_left, by_hand):
+    """By sums over all samples before and after."""
+    state, surface = state_and_surface
+    _, faces = faces_left(surface)
+    used = int(state.deviation.counts[2])
+    points, weights = state.deviation.point[:used], state.deviation.weight[:used]
+    inside, shares = by_hand(surface.position, faces, points, weights)
+    proposed = 0
+    for vertex in np.unique(faces).tolist():
+        place = np.empty(3)
+        if not compiled.improve(state, surface, vertex, place):
+            continue
+        positions = surface.position.copy()
+        positions[vertex] = place
+        if np.linalg.det(positions[faces]).min() <= 0:
+            continue
+        after = by_hand(positions, faces, points, weights)[1].sum()
+        around = shares[(faces == vertex).any(axis=1)[inside]].sum()
+        assert shares.sum() - after >= finest.WORTHWHILE * around * 0.999
+        proposed += 1
+    assert proposed > 10
+
+
+def test_nothing_is_proposed_in_fine_levels(state_and_surface, compiled):
+    state, surface = state_and_surface
+    vertices = np.unique(surface.vertex[surface.corner_facing[surface.corner_facing >= 0]]).tolist()
+    present = int(state.vertices[0])
+    assert any(compiled.improve(state, surface, vertex, np.empty(3)) for vertex in vertices)
+    state.vertices[0] = finest.MOVED_VERTICES + 1
+    assert not any(compiled.improve(state, surface, vertex, np.empty(3)) for vertex in vertices)
+    state.vertices[0] = present
