@@ -5,12 +5,12 @@ import re
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, settings
+from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimated
-from gamutcore.errors import MeshError, OptionError
+from gamutcore.errors import FlatPointsError, MeshError, OptionError
 from gamutcore.history import history_of
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import mismatch
@@ -76,6 +76,7 @@ class TestEveryLevel:
     def test_is_a_gamut_down_to_four_triangles_without_a_gap(
         self, assert_every_invariant, cost, kind, seed, count, scale, gamma
     ):
+        """And of the same volume, to what the grid resolves of a flat body: see the next test."""
         boundary = modified_convex_hull(cloud(kind, seed, count) * scale, gamma)
         history = history_of(decimated(boundary.mesh, boundary.centre, cost))
         volume = boundary.mesh.volume
@@ -84,7 +85,8 @@ class TestEveryLevel:
             counts.append(level.triangles)
             assert_every_invariant(level, boundary.centre, level.triangles)
             if cost == "volume":
-                assert level.volume == pytest.approx(volume, rel=1e-5)
+                rounding = np.sqrt(3) / 2 * history.step
+                assert abs(level.volume - volume) <= max(1e-5 * volume, level.area * rounding)
         assert counts == list(range(4, boundary.mesh.triangles + 1, 2))
 
     @pytest.mark.parametrize("cost", COSTS)
@@ -94,20 +96,23 @@ class TestEveryLevel:
         seed=st.integers(0, 2**32),
         count=st.integers(8, 100),
         scale=st.sampled_from([1e-10, 1.0, 50.0]),
-        shift=st.sampled_from([1.0, 30.0, 1000.0]),
+        shift=st.sampled_from([1.0, 10.0, 30.0, 1000.0]),
     )
     def test_is_a_gamut_far_from_the_origin(
         self, assert_every_invariant, cost, kind, seed, count, scale, shift
     ):
         """What float32 leaves of a shape far from the origin is decimated as validly.
 
-        The volume cannot be kept better there than the grid allows. Each place is chosen so that the
-        volume is exact, what the collapses before it lost included; rounding then moves it by half
-        a step along each axis at most, √3 ÷ 2 steps in all, and a vertex that moves by δ changes
-        the volume by δ times a third of the area around it, which is less than the whole.
+        The volume cannot be kept better there than the grid allows. Each place is chosen so that
+        the volume is exact, what the collapses before it lost included; rounding then moves it by
+        half a step along each axis at most, √3 ÷ 2 steps in all, and a vertex that moves by δ
+        changes the volume by δ times a third of the area around it, which is less than the whole.
         """
         points = (cloud(kind, seed, count) + shift) * scale
-        boundary = modified_convex_hull(points)
+        try:
+            boundary = modified_convex_hull(points)
+        except FlatPointsError:
+            reject()  # the grid is so coarse there that nothing is left of a flat body
         history = history_of(decimated(boundary.mesh, boundary.centre, cost))
         rounding = np.sqrt(3) / 2 * history.step
         for level in history.levels():

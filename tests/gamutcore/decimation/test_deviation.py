@@ -35,7 +35,7 @@ def deviating(bumpy_mesh, surface_from, random_collapses):
         positions, faces = bumpy_mesh(seed, count)
         surface = surface_from(positions, faces)
         deviation = no_deviation(len(positions) + len(faces), len(faces))
-        start_at_surface(deviation, surface)
+        start_at_surface(deviation, surface, 1)
         state = finest.state(positions, faces)._replace(deviation=deviation)
         for _ in random_collapses(state, surface, seed, collapses):
             pass
@@ -143,7 +143,7 @@ def test_steps_lower_the_deviation_of_a_noisy_sphere(icosphere, surface_from):
     positions = mesh.vertices.astype(np.float64)
     surface = surface_from(positions, mesh.faces)
     deviation = no_deviation(len(positions) + mesh.triangles, mesh.triangles)
-    start_at_surface(deviation, surface)
+    start_at_surface(deviation, surface, 1)
     random = np.random.default_rng(0)
     surface.position[:] *= 1 + 0.02 * random.normal(size=(len(positions), 1))
     for vertex in range(len(positions)):
@@ -185,7 +185,7 @@ def test_steps_end_exactly_on_a_flat_reference(surface_from, place):
     positions, faces = patch()
     surface = surface_from(positions, faces)
     deviation = no_deviation(len(positions) + len(faces), len(faces))
-    start_at_surface(deviation, surface)
+    start_at_surface(deviation, surface, 1)
     surface.position[12] = place
     redistribute_samples(deviation, surface, 12)
     start, better = deviation.error.sum(), np.empty(3)
@@ -209,7 +209,7 @@ def test_there_is_no_step_from_a_surface_on_the_reference(surface_from):
     positions, faces = patch()
     surface = surface_from(positions, faces)
     deviation = no_deviation(len(positions) + len(faces), len(faces))
-    start_at_surface(deviation, surface)
+    start_at_surface(deviation, surface, 1)
     better = np.full(3, 7.0)
     change_by_move(deviation, surface, 25, surface.position[25].copy())
     moved = step_towards_reference(deviation, surface.position[25].copy(), better)
@@ -243,7 +243,7 @@ def test_very_large_rings_are_not_evaluated(surface_from, corner_of, total, face
     positions, faces = double_pyramid(sides)
     surface = surface_from(positions, faces)
     deviation = no_deviation(3 * len(positions), 2 * sides)
-    start_at_surface(deviation, surface)
+    start_at_surface(deviation, surface, 1)
     place = np.array([0.1, 0.0, 0.9])
     change = change_by_move(deviation, surface, sides, place)
     moved = surface.position.copy()

@@ -19,7 +19,16 @@ from gamutcore.decimation.samples import (
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import mismatch
 
-STARTS = (start_at_vertices, start_at_surface)
+
+def start_at_centroids(deviation, surface):
+    start_at_surface(deviation, surface, 1)
+
+
+def start_at_parts(deviation, surface):
+    start_at_surface(deviation, surface, 3)
+
+
+STARTS = (start_at_vertices, start_at_centroids, start_at_parts)
 
 
 def six_volumes(positions, faces):
@@ -64,7 +73,7 @@ class Tracked:
         self.surface = surface
         # the cost that does nothing about the samples but hand them over and redistribute them
         self.state = finest.state(positions, faces)
-        room = no_deviation(len(positions) + len(faces), len(faces))
+        room = no_deviation(9 * len(faces), len(faces))
         self.state = self.state._replace(deviation=room)
         self.deviation = room
         start(room, surface)
@@ -92,7 +101,9 @@ def test_samples_follow_random_collapses(
     _numbers, faces = faces_left(surface)
     whole = six_volumes(surface.position, faces).sum()
     count = int(deviation.counts[2])
-    assert count == len(surface.position) + (len(faces) if start is start_at_surface else 0)
+    vertices = len(surface.position)
+    expected = {start_at_vertices: vertices, start_at_centroids: vertices + len(faces)}
+    assert count == expected.get(start, 9 * len(faces))
     for _ in random_collapses(case.state, surface, seed, 25):
         samples = assert_in_their_faces(deviation, surface, faces_left, by_hand, samples_in)
         assert len(samples) == count
@@ -110,7 +121,7 @@ def test_at_the_start_the_surface_deviates_from_itself_by_nothing(
     samples = assert_in_their_faces(case.deviation, case.surface, faces_left, by_hand, samples_in)
     whole = six_volumes(case.surface.position, faces_left(case.surface)[1]).sum()
     assert case.deviation.weight[samples].sum() == pytest.approx(whole, rel=1e-12)
-    assert case.deviation.error.sum() == 0.0
+    assert case.deviation.error.sum() <= 1e-12 * whole
 
 
 def test_a_vertex_stands_for_a_third_of_the_cones_around_it(tracked):
@@ -132,7 +143,7 @@ def test_samples_of_a_level_are_those_of_the_faces_that_are_left(
         pass
     _numbers, faces = faces_left(case.surface)
     fresh = no_deviation(len(case.surface.position) + len(faces), len(case.deviation.first))
-    start_at_surface(fresh, case.surface)
+    start_at_surface(fresh, case.surface, 1)
     samples = assert_in_their_faces(fresh, case.surface, faces_left, by_hand, samples_in)
     assert len(samples) == len(faces) + len(np.unique(faces))
     # integrals over the solid, of functions that grow with the square of the radius: for each cone
@@ -179,7 +190,7 @@ def test_thinning_lets_every_second_sample_stand_for_two(
 
 def test_the_weight_after_thinning_is_about_the_same(tracked, faces_left, samples_in):
     """Every second of a face's samples: what goes stands next to what stays."""
-    case = tracked(start_at_surface, 8, 400)
+    case = tracked(start_at_centroids, 8, 400)
     numbers, faces = faces_left(case.surface)
     whole = six_volumes(case.surface.position, faces).sum()
     assert thin_samples(case.deviation, case.surface, 10)
@@ -188,7 +199,7 @@ def test_the_weight_after_thinning_is_about_the_same(tracked, faces_left, sample
 
 
 def test_handed_over_samples_are_beside_where_they_were(tracked, samples_in):
-    case = tracked(start_at_surface, 9)
+    case = tracked(start_at_centroids, 9)
     corner = int(case.surface.corner_facing[17])
     twin = int(case.surface.opposite[corner])
     gone = [corner // 3, twin // 3]
@@ -220,7 +231,7 @@ def test_the_ring_may_be_larger_than_the_scratch(surface_from, faces_left, by_ha
     below = np.stack([after, np.arange(sides), np.full(sides, sides + 1)], axis=1)
     surface = surface_from(positions, np.vstack([above, below]))
     deviation = no_deviation(3 * len(positions), 2 * sides)
-    start_at_surface(deviation, surface)
+    start_at_surface(deviation, surface, 1)
     surface.position[sides] = (0.2, 0.1, 0.8)
     redistribute_samples(deviation, surface, sides)
     assert_in_their_faces(deviation, surface, faces_left, by_hand, samples_in)

@@ -10,6 +10,7 @@ from gamutcore.decimation import decimated
 from gamutcore.decimation.costs import volume
 from gamutcore.decimation.deviation import change_by_collapse
 from gamutcore.decimation.memoryless import constrained_optimum, error_of_place, memoryless
+from gamutcore.decimation.samples import samples_on_surface
 from gamutcore.decimation.star import keeps_star_shape, link_condition_holds, ring_faces
 from gamutcore.history import history_of
 from gamutcore.metric import mismatch
@@ -177,8 +178,10 @@ def test_the_optimum_says_its_own_error_and_preserves_the_volume(
 def test_samples_are_thinned_as_levels_become_coarser(tracked, compiled):
     state, surface, left = tracked(1, 200, 0)
     used = int(state.deviation.counts[2])
-    assert used == 3 * left - 4
+    divisions = int(state.divisions[0])
+    assert divisions > 1
+    assert used == samples_on_surface(2 * left - 4, divisions)
     assert compiled.reach(state, surface, left) is False
-    few = used // (4 * volume.SAMPLES_PER_FACE)
+    few = (used - 1) // (4 * volume.SAMPLES_PER_FACE)
     assert compiled.reach(state, surface, few) is True
     assert state.deviation.counts[2] == (used + 1) // 2
