@@ -38,6 +38,10 @@ __all__ = ["STAGES", "Gamut", "Options", "build_gamut", "gamut_id", "read_descri
 STAGES = ("characterisation", "colours", "boundary", "decimation", "metric")
 """Stations of a build, as they are reported to `progress`."""
 
+VOLUME_TOLERANCE = 1e-5
+"""Part of the volume by which levels may differ that are said to preserve it. Very thin gamuts, and
+those far from the origin, lie on grids that do not allow it."""
+
 DESCRIPTION = "gamut"
 """Key of the description in a history file's metadata."""
 
@@ -191,7 +195,10 @@ def build_gamut(
             "constructed": int((boundary.sources < 0).sum()),
         },
         "volume": boundary.mesh.volume,
-        "volume_preserved": cost_module(options.cost).PRESERVES_VOLUME,
+        "volume_preserved": cost_module(options.cost).PRESERVES_VOLUME
+        and all(
+            abs(level.volume / boundary.mesh.volume - 1) <= VOLUME_TOLERANCE for level in curve
+        ),
         "grid_step": history.step,
         "area": boundary.mesh.area,
         "centre": boundary.centre.tolist(),

@@ -247,7 +247,11 @@ class GamutDescription(GamutSummary):
         Field(description="Format, channels, white, conditions, device model and its error, ..."),
     ]
     volume_preserved: Annotated[
-        bool, Field(description="Whether every level has this volume, to 0.00001 of it.")
+        bool,
+        Field(
+            description="Whether the levels have this volume, to 0.00001 of it: so they do "
+            "with the cost `volume`, unless the gamut is extremely thin."
+        ),
     ]
     grid_step: Annotated[
         float, Field(description="All coordinates are whole multiples of this power of two.")

@@ -33,6 +33,9 @@ __all__ = [
 CANDIDATES = 5
 """Positions tried for an edge: optimum, midpoint, its two ends, the middle of the valid cone."""
 
+LARGEST_STEPS = 2.0**24
+"""Steps of the grid that float32 holds exactly, and that a history stores."""
+
 REACH = 2.0
 """How far from the edge's midpoint a vertex may be placed, in radii of its star: beyond lie spikes
 (CGAL issue 8213)."""
@@ -124,14 +127,14 @@ def rounded_as_delivered(
     Returns
     -------
     bool
-        Whether it is exact: False far outside, where float32 is coarser than the grid.
+        Whether it is on the grid that is delivered: False far outside, beyond 2²⁴ steps.
     """
     exact = True
     for axis in range(3):
         # + 0.0: no negative zeros
         on_grid = np.rint((place[axis] + centre[axis]) / step) * step + 0.0
         delivered[axis] = np.float32(on_grid)
-        exact = exact and np.float64(delivered[axis]) == on_grid
+        exact = exact and abs(on_grid) <= LARGEST_STEPS * step
         place[axis] = on_grid - centre[axis]
     return exact
 
@@ -177,6 +180,6 @@ def rounded_to_volume(
         below = x if axis == 0 else (y if axis == 1 else z)
         on_grid = (below + (chosen >> axis & 1)) * step + 0.0
         delivered[axis] = np.float32(on_grid)
-        exact = exact and np.float64(delivered[axis]) == on_grid
+        exact = exact and abs(on_grid) <= LARGEST_STEPS * step
         place[axis] = on_grid - centre[axis]
     return exact

@@ -42,6 +42,9 @@ from gamutcore.kernels import kernel, leaf_kernel
 
 __all__ = ["collapse_all"]
 
+HUB_DEGREE = 64
+"""A vertex with more edges than this is a hub."""
+
 
 @leaf_kernel
 def _requeue(
@@ -111,7 +114,9 @@ def _refresh(
             _requeue(cost, surface, work, surface.edge_of[preceding(spoke)], collapses)
         neighbour = surface.vertex[following(spoke)]
         work.changed[neighbour] = collapses
-        if work.parked[0] > 0 or (depends_on_ring(cost) and eager):
+        # the edges of a hub are many and expensive, and evaluated when they come to the front
+        hub = surface.degree[neighbour] > HUB_DEGREE
+        if work.parked[0] > 0 or (depends_on_ring(cost) and eager and not hub):
             begin = surface.corner_at[neighbour]
             around = begin
             while True:

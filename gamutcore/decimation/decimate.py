@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 
 __all__ = ["Decimation", "decimated"]
 
+UNIT_STEPS = 18
+"""Binary logarithm of the grid's steps in the unit that decimation computes in: about the thickness
+of the mesh, by how the grid is chosen."""
+
 
 class Decimation(NamedTuple):
     """A boundary's way down to four triangles.
@@ -78,8 +82,11 @@ def decimated(mesh: TriangleMesh, centre: ArrayLike, cost: str = "volume") -> De
     middle = np.asarray(centre, np.float64)
     _check_numbers(mesh, middle)
     step = mesh_grid_step(mesh.vertices)
-    delivered = np.ascontiguousarray(rounded_to_grid(mesh.vertices, step), np.float32)
-    positions = delivered.astype(np.float64) - middle
+    # a unit near the size of the mesh: products of nine coordinates must neither vanish nor overflow
+    unit = step * 2.0**UNIT_STEPS
+    delivered = np.ascontiguousarray(rounded_to_grid(mesh.vertices, step) / unit, np.float32)
+    origin = middle / unit
+    positions = delivered.astype(np.float64) - origin
     faces = np.ascontiguousarray(mesh.faces, np.int32)
     opposite = opposite_corners(faces, len(positions))
     _check(mesh, faces, opposite, positions)
@@ -87,13 +94,19 @@ def decimated(mesh: TriangleMesh, centre: ArrayLike, cost: str = "volume") -> De
     record = empty_record(len(positions))
     surface = surface_of(positions, faces, opposite)
     state = module.state(positions, faces)
-    collapses, record = collapse_all(state, surface, delivered, middle, step, record)
+    collapses, record = collapse_all(state, surface, delivered, origin, step / unit, record)
     if collapses < steps:
         raise DecimationError(
             f"no edge could be collapsed validly with {2 * (steps - collapses) + 4} triangles left",
             remedy="a boundary whose faces are less degenerate, or another centre",
         )
-    return Decimation(record, surface.vertex, delivered, middle, step)
+    # powers of two: nothing is rounded
+    record = record._replace(
+        position=(record.position * np.float64(unit)).astype(np.float32),
+        shift=(record.shift * np.float64(unit)).astype(np.float32),
+    )
+    final = (delivered * np.float64(unit)).astype(np.float32)
+    return Decimation(record, surface.vertex, final, middle, step)
 
 
 def _check_numbers(mesh: TriangleMesh, centre: FloatArray) -> None:

@@ -39,8 +39,6 @@ def _write_pair(
     """Append the face (place, one, two) to the faces around a place."""
     index = deviation.counts[0]
     deviation.counts[0] += 1
-    if index >= LARGEST_RING:
-        return
     plane = deviation.pair_plane
     x, y, z = place[0], place[1], place[2]
     ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
@@ -70,8 +68,7 @@ def _write_pair(
 def _write_face(deviation: Deviation, face: int) -> None:
     index = deviation.counts[1]
     deviation.counts[1] += 1
-    if index < LARGEST_RING:
-        deviation.face[index] = face
+    deviation.face[index] = face
 
 
 @leaf_kernel
@@ -132,6 +129,10 @@ def _load_edge(deviation: Deviation, surface: Surface, corner: int, place: Float
     """Write the faces around an edge, and those that would surround a place instead."""
     vertex = surface.vertex
     one, two = vertex[following(corner)], vertex[preceding(corner)]
+    deviation.residual[0] = 0.0
+    # the faces around the edge; those around the place are two less
+    if surface.degree[one] + surface.degree[two] - 2 > LARGEST_RING:
+        return False
     deviation.counts[0] = deviation.counts[1] = 0
     for end in range(2):
         centre, other = (one, two) if end == 0 else (two, one)
@@ -147,13 +148,16 @@ def _load_edge(deviation: Deviation, surface: Surface, corner: int, place: Float
             at = swung(surface.opposite, at)
             if at == first:
                 break
-    return max(deviation.counts[0], deviation.counts[1]) <= LARGEST_RING
+    return True
 
 
 @leaf_kernel
 def _load_vertex(deviation: Deviation, surface: Surface, centre: int, place: FloatArray) -> bool:
     """Write the faces around a vertex, and what they would be if it were at a place."""
     vertex = surface.vertex
+    deviation.residual[0] = 0.0
+    if surface.degree[centre] > LARGEST_RING:
+        return False
     deviation.counts[0] = deviation.counts[1] = 0
     first = surface.corner_at[centre]
     at = first
@@ -164,7 +168,7 @@ def _load_vertex(deviation: Deviation, surface: Surface, centre: int, place: Flo
         at = swung(surface.opposite, at)
         if at == first:
             break
-    return deviation.counts[0] <= LARGEST_RING
+    return True
 
 
 @leaf_kernel
@@ -224,7 +228,10 @@ def step_towards_reference(deviation: Deviation, place: FloatArray, better: Floa
         False if the samples give no direction.
     """
     plane, point = deviation.pair_plane, deviation.point
-    if not deviation.residual[0] > 0.0:
+    if (
+        not deviation.residual[0] > 0.0
+        or max(deviation.counts[0], deviation.counts[1]) > LARGEST_RING
+    ):
         return False
     soft = SOFTNESS * deviation.residual[0] / deviation.residual[1]
     a00, a01, a02, a11, a12, a22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

@@ -12,12 +12,54 @@ from gamutcore.decimation.costs.interface import improve, settle
 from gamutcore.decimation.record import record_shift
 from gamutcore.decimation.star import Surface, keeps_star_shape, vertex_ring
 from gamutcore.decimation.workspace import Workspace, mark_changed
-from gamutcore.kernels import kernel
+from gamutcore.kernels import kernel, leaf_kernel
 
 __all__ = ["relax"]
 
-RELAXATIONS = 2
+FATNESS = 0.05
+"""A move must leave no face whose solid angle is less than this part of the mean around the vertex,
+unless it was there before: the room that later collapses need goes with such slivers."""
+
+RELAXATIONS = 4
 """How often the vertices around a collapse are gone through to move them, at most."""
+
+
+@leaf_kernel
+def _thinnest(
+    position: FloatArray, ring: IndexArray, count: int, x: float, y: float, z: float
+) -> tuple[float, float]:
+    """Smallest and mean det(a, b, x) ÷ (|a| |b| |x|) over the faces around a place."""
+    least, total = np.inf, 0.0
+    length = np.sqrt(x * x + y * y + z * z)
+    for pair in range(count):
+        one, two = ring[pair, 0], ring[pair, 1]
+        ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
+        bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
+        determinant = x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
+        lengths = np.sqrt((ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz))
+        angle = determinant / (lengths * length)
+        least = min(least, angle)
+        total += angle
+    return least, total / count
+
+
+@leaf_kernel
+def _stays_fat(
+    position: FloatArray, ring: IndexArray, count: int, vertex: int, place: FloatArray
+) -> bool:
+    """Whether a move leaves no sliver that was not there before, and does not reach far."""
+    x, y, z = position[vertex, 0], position[vertex, 1], position[vertex, 2]
+    before, _ = _thinnest(position, ring, count, x, y, z)
+    after, mean = _thinnest(position, ring, count, place[0], place[1], place[2])
+    if after < before and after < FATNESS * mean:
+        return False
+    squared_radius = 0.0
+    for pair in range(count):
+        one = ring[pair, 0]
+        dx, dy, dz = position[one, 0] - x, position[one, 1] - y, position[one, 2] - z
+        squared_radius = max(squared_radius, dx * dx + dy * dy + dz * dz)
+    dx, dy, dz = place[0] - x, place[1] - y, place[2] - z
+    return dx * dx + dy * dy + dz * dz <= squared_radius
 
 
 @kernel
@@ -76,8 +118,10 @@ def relax(
             if not rounded_as_delivered(place, centre, step, work.rounded):
                 continue
             count = vertex_ring(surface, vertex, ring)
-            if count > len(ring) or not keeps_star_shape(
-                surface.position, ring, count, place[0], place[1], place[2]
+            if (
+                count > len(ring)
+                or not keeps_star_shape(surface.position, ring, count, place[0], place[1], place[2])
+                or not _stays_fat(surface.position, ring, count, vertex, place)
             ):
                 continue
             for axis in range(3):

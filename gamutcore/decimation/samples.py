@@ -23,15 +23,17 @@ __all__ = [
     "LARGEST_RING",
     "LARGEST_SHARE",
     "Deviation",
+    "divisions_for",
     "hand_over_samples",
     "no_deviation",
     "redistribute_samples",
+    "samples_on_surface",
     "start_at_surface",
     "start_at_vertices",
     "thin_samples",
 ]
 
-LARGEST_RING = 256
+LARGEST_RING = 64
 """Rings with more faces are not evaluated: their edge would not be among the cheapest."""
 
 LARGEST_SHARE = 8.0
@@ -91,6 +93,16 @@ def no_deviation(samples: int, faces: int) -> Deviation:
     )
 
 
+def divisions_for(samples: int, faces: int) -> int:
+    """Into how many parts the edges of so many faces are divided for about so many samples."""
+    return max(1, round((samples / faces) ** 0.5))
+
+
+def samples_on_surface(faces: int, divisions: int) -> int:
+    """How many samples `start_at_surface` takes of so many faces."""
+    return faces * divisions**2 if divisions > 1 else faces + faces // 2 + 2
+
+
 @leaf_kernel
 def _add_sample(
     deviation: Deviation, face: int, x: float, y: float, z: float, weight: float
@@ -141,19 +153,40 @@ def start_at_vertices(deviation: Deviation, surface: Surface) -> None:
         _add_sample(deviation, surface.corner_at[index] // 3, x, y, z, share[index])
 
 
-@kernel
-def start_at_surface(deviation: Deviation, surface: Surface) -> None:
-    """Take the surface as the reference, and its centroids and vertices as the samples.
+@leaf_kernel
+def _add_lattice(
+    deviation: Deviation, position: FloatArray, one: int, two: int, three: int, face: int, m: int
+) -> None:
+    """Add the centroids of the m² equal triangles that a face is divided into."""
+    share = _six_volumes(position, one, two, three) / (m * m)
+    for i in range(m):
+        for j in range(m - i):
+            for turned in range(2 if i + j < m - 1 else 1):
+                u = (i + (1.0 + turned) / 3.0) / m
+                v = (j + (1.0 + turned) / 3.0) / m
+                w = 1.0 - u - v
+                x = u * position[one, 0] + v * position[two, 0] + w * position[three, 0]
+                y = u * position[one, 1] + v * position[two, 1] + w * position[three, 1]
+                z = u * position[one, 2] + v * position[two, 2] + w * position[three, 2]
+                _add_sample(deviation, face, x, y, z, share)
 
-    A centroid stands for three quarters of the cone over its face, each corner for a twelfth: the
-    quadrature of a triangle that is exact up to the second degree.
+
+@kernel
+def start_at_surface(deviation: Deviation, surface: Surface, divisions: int) -> None:
+    """Take the surface as the reference, and points on its faces as the samples.
+
+    With one division, a centroid stands for three quarters of the cone over its face, each corner
+    for a twelfth: the quadrature of a triangle that is exact up to the second degree. With more,
+    the centroids of a face's equal parts stand for one part each.
 
     Parameters
     ----------
     deviation : Deviation
-        Without samples, with room for one for each face and each vertex that are left.
+        Without samples, with room for `samples_on_surface`.
     surface : Surface
         At any level.
+    divisions : int
+        Into how many parts each edge is divided.
     """
     vertex, position = surface.vertex, surface.position
     share, last = np.zeros(len(position)), np.empty(len(position), np.int32)
@@ -167,6 +200,9 @@ def start_at_surface(deviation: Deviation, surface: Surface) -> None:
             if edge > min(surface.edge_of[following(at)], surface.edge_of[preceding(at)]):
                 continue
             one, two, three = vertex[at], vertex[following(at)], vertex[preceding(at)]
+            if divisions > 1:
+                _add_lattice(deviation, position, one, two, three, at // 3, divisions)
+                continue
             volume = _six_volumes(position, one, two, three)
             cx = (position[one, 0] + position[two, 0] + position[three, 0]) / 3.0
             cy = (position[one, 1] + position[two, 1] + position[three, 1]) / 3.0

@@ -70,7 +70,8 @@ def collapse_in_sweeps(
     priority = work.queue.priority
     edges = priority.size
     ring = np.empty((64, 2), np.int32)
-    limit, collapses, query = np.sort(priority)[edges // FIRST_SWEEP], 0, 0
+    # marks begin with −1, and the queries of the strict order count up from 1
+    limit, collapses, query = np.sort(priority)[edges // FIRST_SWEEP], 0, -1
     while collapses < wanted:
         before = collapses
         for edge in range(edges):

@@ -32,7 +32,8 @@ EVEN_UP_TO = 32
 """Up to here all levels are in the curve."""
 
 DENSE = 2.0**0.25
-"""Ratio of the counts that follow: a promise is kept with at most 19 % more than were needed."""
+"""Ratio of the counts that follow: up to a `DENSE_PART` of the full count a promise is kept with at
+most 19 % more triangles than were needed."""
 
 SPARSE = ((2_000, DENSE, 2), (20_000, 2.0, 2), (2**62, 4.0, 16))
 """From a 128th of the full count on: up to which full count, the ratio of the counts, and the full

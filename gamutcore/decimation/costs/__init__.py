@@ -1,9 +1,9 @@
 """The costs of a collapse: one module each, all with the interface of `costs.interface`.
 
 A cost is a module of this folder with a public ``state(positions, faces)`` that returns a
-NamedTuple of arrays, and numba overloads of the three functions of the interface for that
-NamedTuple. Modules are found by their names, so a further cost is a further file and nothing
-else.
+NamedTuple of arrays, a constant ``PRESERVES_VOLUME``, and numba overloads of the interface's
+functions for that NamedTuple. Modules are found by their names, so a further cost is a further file
+and nothing else.
 """
 
 from __future__ import annotations

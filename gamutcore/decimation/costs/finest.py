@@ -1,6 +1,7 @@
 """The most accurate cost: the change of the mismatch itself, and vertices moved to lower it.
 
-Every vertex of the full boundary is a sample of it from the start. Down to 20,000 faces edges are
+The vertices of the full boundary, or more points on its faces if they are few, are samples of it
+from the start. Down to 20,000 faces edges are
 ordered as by `volume`. From there on an edge's error is the change of the mismatch with the full
 boundary, and from 4000 faces on the new vertex of each collapse and its neighbours are moved
 towards less of it: the history keeps these moves, so every level has them. The volume is not
@@ -32,9 +33,12 @@ from gamutcore.decimation.memoryless import (
 )
 from gamutcore.decimation.samples import (
     Deviation,
+    divisions_for,
     hand_over_samples,
     no_deviation,
     redistribute_samples,
+    samples_on_surface,
+    start_at_surface,
     start_at_vertices,
     thin_samples,
 )
@@ -62,9 +66,12 @@ REFINED_VERTICES = 1000
 """In levels with so many vertices and fewer the place of a collapse is itself moved to lower the
 mismatch before its error counts."""
 
-REFINEMENTS = 2
+REFINEMENTS = 4
 """Steps of such a move."""
 
+
+SAMPLES = 40_000
+"""Boundaries with fewer faces have about so many samples on them; others have their vertices."""
 
 SAMPLES_PER_FACE = 100
 """When there are twice as many on average, every second sample goes: what an edge's error takes to
@@ -78,6 +85,8 @@ class FinestState(NamedTuple):
     ----------
     planes : Memoryless
     deviation : Deviation
+    divisions : (1,) int32
+        Of the faces' edges for the samples; 0 where vertices are the samples.
     vertices : (1,) int32
         How many there are at the present level.
     trial : (3,) float64
@@ -86,6 +95,7 @@ class FinestState(NamedTuple):
 
     planes: Memoryless
     deviation: Deviation
+    divisions: IndexArray
     vertices: IndexArray
     trial: FloatArray
 
@@ -102,9 +112,12 @@ def state(positions: FloatArray, faces: IndexArray) -> FinestState:
     -------
     FinestState
     """
+    divisions = divisions_for(SAMPLES, len(faces)) if len(faces) < SAMPLES else 0
+    samples = samples_on_surface(len(faces), divisions) if divisions else len(positions)
     return FinestState(
         memoryless(positions, faces),
-        no_deviation(len(positions), len(faces)),
+        no_deviation(samples, len(faces)),
+        np.full(1, divisions, np.int32),
         np.full(1, len(positions), np.int32),
         np.zeros(3),
     )
@@ -117,7 +130,7 @@ def _optimum(cost: FinestState, surface: Surface, at: int, place: FloatArray) ->
         return value
     deviation, trial = cost.deviation, cost.trial
     least = change_by_collapse(deviation, surface, at, place)
-    if cost.vertices[0] > REFINED_VERTICES:
+    if cost.vertices[0] > REFINED_VERTICES or not least < np.inf:
         return least
     for _ in range(REFINEMENTS):
         if not step_towards_reference(deviation, place, trial):
@@ -154,7 +167,10 @@ def _settle(cost: FinestState, surface: Surface, at: int) -> None:
 @kernel
 def _reach(cost: FinestState, surface: Surface, at: int) -> bool:
     if cost.deviation.counts[2] == 0:
-        start_at_vertices(cost.deviation, surface)
+        if cost.divisions[0] > 0:
+            start_at_surface(cost.deviation, surface, cost.divisions[0])
+        else:
+            start_at_vertices(cost.deviation, surface)
     begins = at <= COMPARED_VERTICES and cost.vertices[0] > COMPARED_VERTICES
     cost.vertices[0] = at
     if at > COMPARED_VERTICES:
@@ -169,7 +185,8 @@ def _improve(cost: FinestState, surface: Surface, at: int, place: FloatArray) ->
     deviation, position, trial = cost.deviation, surface.position, cost.trial
     x, y, z = position[at, 0], position[at, 1], position[at, 2]
     place[0], place[1], place[2] = x, y, z
-    change_by_move(deviation, surface, at, place)
+    if not change_by_move(deviation, surface, at, place) < np.inf:
+        return False
     present = deviation_around(deviation)
     if not step_towards_reference(deviation, place, trial):
         return False

@@ -29,9 +29,11 @@ from gamutcore.decimation.memoryless import (
 )
 from gamutcore.decimation.samples import (
     Deviation,
+    divisions_for,
     hand_over_samples,
     no_deviation,
     redistribute_samples,
+    samples_on_surface,
     start_at_surface,
     thin_samples,
 )
@@ -41,13 +43,13 @@ from gamutcore.kernels import kernel, leaf_kernel
 __all__ = ["PRESERVES_VOLUME", "VolumeState", "state"]
 
 PRESERVES_VOLUME = True
-"""Every level encloses the volume of the full boundary, to 10⁻⁵ of it."""
+"""Every level encloses the full boundary's volume, to 10⁻⁵ of it where the grid allows that."""
 
 TRACKED_VERTICES = 2000
 """Levels with so many vertices and fewer are compared with samples of the first of them."""
 
 
-REFINED_VERTICES = 80
+REFINED_VERTICES = 150
 """In levels with so many vertices and fewer the place of a collapse is moved, at the same volume,
 to lower the mismatch before its error counts."""
 
@@ -55,7 +57,10 @@ REFINEMENTS = 2
 """Steps of such a move."""
 
 
-SAMPLES_PER_FACE = 8
+SAMPLES = 6000
+"""Samples of the reference, about; small boundaries have several on each face."""
+
+SAMPLES_PER_FACE = 12
 """When there are twice as many on average, every second sample goes: what an edge's error takes to
 evaluate stays the same, and the errors of large faces are as well known as those of small ones."""
 
@@ -67,6 +72,8 @@ class VolumeState(NamedTuple):
     ----------
     planes : Memoryless
     deviation : Deviation
+    divisions : (1,) int32
+        Of the faces' edges for the samples.
     vertices : (1,) int32
         How many there are at the present level.
     trial : (3,) float64
@@ -75,6 +82,7 @@ class VolumeState(NamedTuple):
 
     planes: Memoryless
     deviation: Deviation
+    divisions: IndexArray
     vertices: IndexArray
     trial: FloatArray
 
@@ -91,10 +99,12 @@ def state(positions: FloatArray, faces: IndexArray) -> VolumeState:
     -------
     VolumeState
     """
-    samples = 3 * min(TRACKED_VERTICES, len(positions)) - 4
+    tracked_faces = 2 * min(TRACKED_VERTICES, len(positions)) - 4
+    divisions = divisions_for(SAMPLES, tracked_faces)
     return VolumeState(
         memoryless(positions, faces),
-        no_deviation(samples, len(faces)),
+        no_deviation(samples_on_surface(tracked_faces, divisions), len(faces)),
+        np.full(1, divisions, np.int32),
         # more than are tracked, so that samples are taken however few there are
         np.full(1, max(len(positions), TRACKED_VERTICES) + 1, np.int32),
         np.zeros(3),
@@ -108,7 +118,7 @@ def _optimum(cost: VolumeState, surface: Surface, at: int, place: FloatArray) ->
         return value
     deviation, trial = cost.deviation, cost.trial
     least = change_by_collapse(deviation, surface, at, place)
-    if cost.vertices[0] > REFINED_VERTICES:
+    if cost.vertices[0] > REFINED_VERTICES or not least < np.inf:
         return least
     for _ in range(REFINEMENTS):
         if not step_towards_reference(deviation, place, trial):
@@ -149,7 +159,7 @@ def _settle(cost: VolumeState, surface: Surface, at: int) -> None:
 def _reach(cost: VolumeState, surface: Surface, at: int) -> bool:
     begins = at <= TRACKED_VERTICES and cost.vertices[0] > TRACKED_VERTICES
     if begins:
-        start_at_surface(cost.deviation, surface)
+        start_at_surface(cost.deviation, surface, cost.divisions[0])
     cost.vertices[0] = at
     return thin_samples(cost.deviation, surface, 4 * SAMPLES_PER_FACE * at) or begins
 
