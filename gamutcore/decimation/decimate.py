@@ -82,7 +82,7 @@ def decimated(mesh: TriangleMesh, centre: ArrayLike, cost: str = "volume") -> De
     middle = np.asarray(centre, np.float64)
     _check_numbers(mesh, middle)
     step = mesh_grid_step(mesh.vertices)
-    # a unit near the size of the mesh: products of nine coordinates must neither vanish nor overflow
+    # a unit near the size of the mesh: products of nine coordinates must not vanish or overflow
     unit = step * 2.0**UNIT_STEPS
     delivered = np.ascontiguousarray(rounded_to_grid(mesh.vertices, step) / unit, np.float32)
     origin = middle / unit
