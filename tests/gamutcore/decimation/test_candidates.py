@@ -34,9 +34,9 @@ class TestRoundingAsDelivered:
         np.testing.assert_array_equal(rounded, exact - np.array(centre))
         assert not np.signbit(delivered[delivered == 0]).any()
 
-    def test_says_where_float32_does_not_reach(self):
-        # 2²⁴ + 1 is the first whole number that float32 does not have
-        for value, expected in ((2.0**24, True), (2.0**24 + 1, False), (2.0**24 + 2, True)):
+    def test_says_where_the_grid_does_not_reach(self):
+        # 2²⁴ + 1 is the first whole number that float32 does not have; from there on none counts
+        for value, expected in ((2.0**24, True), (2.0**24 + 1, False), (2.0**24 + 2, False)):
             place, delivered = np.array([0.0, value, 0.0]), np.empty(3, np.float32)
             assert rounded_as_delivered(place, np.zeros(3), 1.0, delivered) is expected
             slope = np.array([0.0, 1.0, 0.0])

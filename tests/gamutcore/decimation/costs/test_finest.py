@@ -82,12 +82,12 @@ def state_and_surface(bumpy_mesh, surface_from, compiled, random_collapses):
 
 
 def test_few_faces_have_several_samples_each(bumpy_mesh, surface_from, compiled):
-    positions, faces = bumpy_mesh(8)
+    positions, faces = bumpy_mesh(8, 300)
     state, surface = finest.state(positions, faces), surface_from(positions, faces)
     assert state.deviation.counts[2] == 0
     assert compiled.reach(state, surface, len(positions)) is False
     used = int(state.deviation.counts[2])
-    assert used == pytest.approx(finest.SAMPLES, rel=0.05)
+    assert used == pytest.approx(finest.SAMPLES, rel=0.1)
     whole = np.linalg.det(positions[faces]).sum()
     assert state.deviation.weight[:used].sum() == pytest.approx(whole, rel=1e-12)
 
@@ -102,12 +102,14 @@ def test_every_vertex_of_many_is_a_sample(icosphere, surface_from, compiled):
     np.testing.assert_array_equal(found, np.unique(positions, axis=0))
 
 
-def test_a_proposed_move_saves_a_worthwhile_part(state_and_surface, compiled, faces_left, by_hand):
+def test_a_proposed_move_saves_a_worthwhile_part(
+    state_and_surface, compiled, faces_left, by_hand, samples_in
+):
     """By sums over all samples before and after."""
     state, surface = state_and_surface
-    _, faces = faces_left(surface)
-    used = int(state.deviation.counts[2])
-    points, weights = state.deviation.point[:used], state.deviation.weight[:used]
+    numbers, faces = faces_left(surface)
+    used = [sample for face in numbers for sample in samples_in(state.deviation, int(face))]
+    points, weights = state.deviation.point[used], state.deviation.weight[used]
     inside, shares = by_hand(surface.position, faces, points, weights)
     proposed = 0
     for vertex in np.unique(faces).tolist():

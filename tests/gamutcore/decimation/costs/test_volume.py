@@ -130,12 +130,14 @@ def valid_edges(surface, positions_near=0.0):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_the_error_is_the_change_of_the_samples_mismatch(
-    tracked, compiled, faces_left, by_hand, seed
+    tracked, compiled, faces_left, by_hand, samples_in, seed
 ):
     state, surface, _ = tracked(seed)
-    _, faces = faces_left(surface)
-    used = state.deviation.counts[2]
-    points, weights = state.deviation.point[:used], state.deviation.weight[:used]
+    numbers, faces = faces_left(surface)
+    # samples may have been thinned: those in use are those in the faces' lists
+    used = [sample for face in numbers for sample in samples_in(state.deviation, int(face))]
+    assert len(used) == state.deviation.counts[2]
+    points, weights = state.deviation.point[used], state.deviation.weight[used]
     before = by_hand(surface.position, faces, points, weights)[1].sum()
     compared = 0
     for corner, one, two, place in valid_edges(surface, 0.02):
@@ -176,11 +178,10 @@ def test_the_optimum_says_its_own_error_and_preserves_the_volume(
 
 
 def test_samples_are_thinned_as_levels_become_coarser(tracked, compiled):
-    state, surface, left = tracked(1, 200, 0)
-    used = int(state.deviation.counts[2])
-    divisions = int(state.divisions[0])
-    assert divisions > 1
+    state, surface, left = tracked(1, 600, 0)
+    used, divisions = int(state.deviation.counts[2]), int(state.divisions[0])
     assert used == samples_on_surface(2 * left - 4, divisions)
+    assert used == pytest.approx(volume.SAMPLES, rel=0.5)
     assert compiled.reach(state, surface, left) is False
     few = (used - 1) // (4 * volume.SAMPLES_PER_FACE)
     assert compiled.reach(state, surface, few) is True
