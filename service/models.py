@@ -10,6 +10,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.json_schema import SkipJsonSchema
 
+from gamutcore.decimation import COSTS
+
 __all__ = [
     "Counts",
     "Distances",
@@ -91,11 +93,12 @@ class GamutOptions(BaseModel):
         Field(description="Point that radii are taken from, in the space; inside the gamut."),
     ] = "auto"
     cost: Annotated[
-        Literal["volume", "finest", "quadric"],
+        str,
         Field(
             description="What decides which edge is collapsed next: `volume` preserves the volume "
             "at every level, `finest` moves vertices as well for the least mismatch and takes "
-            "several times as long, `quadric` is the published error metric."
+            "several times as long, `quadric` is the published error metric.",
+            json_schema_extra={"enum": list(COSTS)},
         ),
     ] = "volume"
     surface_samples: Annotated[
