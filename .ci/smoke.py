@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 __all__: list[str] = []
 
 TRIANGLES = 100
-START_SECONDS = 60
+START_SECONDS = 600
 
 
 def expect(condition: bool, what: str) -> None:

@@ -122,7 +122,7 @@ def _refresh(
             while True:
                 edge = surface.edge_of[preceding(around)]
                 if work.queue.place[edge] < 0 or (
-                    depends_on_ring(cost) and eager and work.evaluated[edge] < collapses
+                    depends_on_ring(cost) and eager and not hub and work.evaluated[edge] < collapses
                 ):
                     _requeue(cost, surface, work, edge, collapses)
                 around = swung(opposite, around)

@@ -20,12 +20,17 @@ __all__ = [
     "change_by_collapse",
     "change_by_move",
     "deviation_around",
+    "shortness",
     "step_towards_reference",
 ]
 
 SOFTNESS = 1e-3
 """Part of the mean residual below which a residual counts as that: keeps the weights 1 ÷ |e| of
 iteratively reweighted least squares finite (Lawson 1961)."""
+
+FLATNESS = 1e-9
+"""Weight of area times edge length in an edge's error: on exactly flat sides, where no collapse
+changes the deviation, it keeps vertices from merging into a few hubs; elsewhere it weighs nothing."""
 
 PULL = 1e-2
 """Weight of staying in place in the solve for a move, as a part of the normal equations' trace; the
@@ -194,6 +199,31 @@ def change_by_collapse(
     if not _load_edge(deviation, surface, corner, place):
         return np.inf
     return _error_around_place(deviation) - deviation_around(deviation)
+
+
+@leaf_kernel
+def shortness(deviation: Deviation, surface: Surface, corner: int) -> float:
+    """What makes shorter edges come first where the last change asked for makes no difference.
+
+    Parameters
+    ----------
+    deviation : Deviation
+        As `change_by_collapse` left it.
+    surface : Surface
+    corner : int
+        One of the two corners that face the edge.
+
+    Returns
+    -------
+    float
+        In the unit of the change.
+    """
+    position, squared = surface.position, 0.0
+    one, two = surface.vertex[following(corner)], surface.vertex[preceding(corner)]
+    for axis in range(3):
+        difference = position[one, axis] - position[two, axis]
+        squared += difference * difference
+    return FLATNESS * deviation.residual[1] * np.sqrt(squared)
 
 
 @leaf_kernel

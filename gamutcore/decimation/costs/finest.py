@@ -21,6 +21,7 @@ from gamutcore.decimation.deviation import (
     change_by_collapse,
     change_by_move,
     deviation_around,
+    shortness,
     step_towards_reference,
 )
 from gamutcore.decimation.memoryless import (
@@ -130,8 +131,9 @@ def _optimum(cost: FinestState, surface: Surface, at: int, place: FloatArray) ->
         return value
     deviation, trial = cost.deviation, cost.trial
     least = change_by_collapse(deviation, surface, at, place)
+    short = shortness(deviation, surface, at)
     if cost.vertices[0] > REFINED_VERTICES or not least < np.inf:
-        return least
+        return least + short
     for _ in range(REFINEMENTS):
         if not step_towards_reference(deviation, place, trial):
             break
@@ -140,14 +142,15 @@ def _optimum(cost: FinestState, surface: Surface, at: int, place: FloatArray) ->
             break
         least = change
         place[0], place[1], place[2] = trial[0], trial[1], trial[2]
-    return least
+    return least + short
 
 
 @leaf_kernel
 def _error(cost: FinestState, surface: Surface, at: int, place: FloatArray) -> float:
     if cost.vertices[0] > COMPARED_VERTICES:
         return error_of_place(cost.planes, surface, at, place)
-    return change_by_collapse(cost.deviation, surface, at, place)
+    change = change_by_collapse(cost.deviation, surface, at, place)
+    return change + shortness(cost.deviation, surface, at)
 
 
 @leaf_kernel

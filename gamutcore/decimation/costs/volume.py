@@ -16,6 +16,7 @@ from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.decimation.costs import interface
 from gamutcore.decimation.deviation import (
     change_by_collapse,
+    shortness,
     step_towards_reference,
 )
 from gamutcore.decimation.memoryless import (
@@ -118,8 +119,9 @@ def _optimum(cost: VolumeState, surface: Surface, at: int, place: FloatArray) ->
         return value
     deviation, trial = cost.deviation, cost.trial
     least = change_by_collapse(deviation, surface, at, place)
+    short = shortness(deviation, surface, at)
     if cost.vertices[0] > REFINED_VERTICES or not least < np.inf:
-        return least
+        return least + short
     for _ in range(REFINEMENTS):
         if not step_towards_reference(deviation, place, trial):
             break
@@ -129,14 +131,15 @@ def _optimum(cost: VolumeState, surface: Surface, at: int, place: FloatArray) ->
             break
         least = change
         place[0], place[1], place[2] = trial[0], trial[1], trial[2]
-    return least
+    return least + short
 
 
 @leaf_kernel
 def _error(cost: VolumeState, surface: Surface, at: int, place: FloatArray) -> float:
     if cost.vertices[0] > TRACKED_VERTICES:
         return error_of_place(cost.planes, surface, at, place)
-    return change_by_collapse(cost.deviation, surface, at, place)
+    change = change_by_collapse(cost.deviation, surface, at, place)
+    return change + shortness(cost.deviation, surface, at)
 
 
 @leaf_kernel
