@@ -29,8 +29,8 @@ SOFTNESS = 1e-3
 iteratively reweighted least squares finite (Lawson 1961)."""
 
 FLATNESS = 1e-9
-"""Weight of area times edge length in an edge's error: on exactly flat sides, where no collapse
-changes the deviation, it keeps vertices from merging into a few hubs; elsewhere it weighs nothing."""
+"""Weight of area times edge length in an edge's error: on flat sides, where no collapse changes the
+deviation, it keeps vertices from merging into a few hubs; elsewhere it weighs nothing."""
 
 PULL = 1e-2
 """Weight of staying in place in the solve for a move, as a part of the normal equations' trace; the

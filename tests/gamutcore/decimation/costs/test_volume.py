@@ -172,7 +172,8 @@ def test_the_optimum_says_its_own_error_and_preserves_the_volume(
         # moved to where the mismatch is lower, or not at all
         constrained_optimum(state.planes, surface, corner, unrefined)
         at_first = change_by_collapse(state.deviation, surface, corner, unrefined)
-        assert value <= at_first
+        # but for what makes shorter edges come first
+        assert value <= at_first + 1e-8 * abs(at_first)
         refined += value < at_first
     assert refined > 0
 
