@@ -1,4 +1,4 @@
-"""The most accurate cost: the change of the mismatch itself, and vertices moved to lower it.
+"""The cost for few triangles: the change of the mismatch itself, and vertices moved to lower it.
 
 The vertices of the full boundary, or more points on its faces if they are few, are samples of it
 from the start. Down to 20,000 faces edges are
