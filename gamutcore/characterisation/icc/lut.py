@@ -66,8 +66,8 @@ class Matrix:
 
     Parameters
     ----------
-    matrix : (3, n) float
-    offset : (3,) float
+    matrix : (k, n) float
+    offset : (k,) float
     """
 
     matrix: FloatArray
@@ -82,7 +82,7 @@ class Matrix:
 
         Returns
         -------
-        (m, 3) float
+        (m, k) float
         """
         mapped: FloatArray = x @ self.matrix.T + self.offset
         return mapped
@@ -123,12 +123,18 @@ class Transform:
         ``"XYZ"`` (Y = 1 for the white) or ``"Lab"``.
     encoding : Encoding or None
         Of the last stage's results; None where they are colours already.
+    kind : str
+        The type of the tag, such as ``"mft2"``.
+    absolute : bool
+        Whether the colours are those of the medium as measured, rather than media-relative.
     """
 
     tag: str
     stages: tuple[Stage, ...]
     pcs: str
     encoding: Encoding | None = None
+    kind: str = ""
+    absolute: bool = False
 
     def pcs_values(self, device: FloatArray) -> FloatArray:
         """Return the connection space's colours of device values.
@@ -202,10 +208,10 @@ def lut_transform(element: Element, channels: int, pcs: str) -> Transform:
         )
     if kind == "mAB ":
         encoding = _XYZ if pcs == "XYZ" else _LAB
-        return Transform(element.tag, _lut_a_to_b_stages(element, inputs), pcs, encoding)
+        return Transform(element.tag, _lut_a_to_b_stages(element, inputs), pcs, encoding, kind)
     lab = _LEGACY_LAB if kind == "mft2" else _LAB
     encoding = _XYZ if pcs == "XYZ" else lab
-    return Transform(element.tag, _lut_stages(element, inputs), pcs, encoding)
+    return Transform(element.tag, _lut_stages(element, inputs), pcs, encoding, kind)
 
 
 def _grid(element: Element, offset: int, nodes: tuple[int, ...], size: int) -> Grid:
