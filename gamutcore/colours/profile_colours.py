@@ -37,6 +37,8 @@ class ProfileColours:
         The tag or tags of the transform.
     kind : str
         The type of the tag (``"mft1"``, ``"mft2"``, ``"mAB "``, ``"mpet"``); empty for curves.
+    absolute : bool
+        Whether the profile itself has colours as measured, so that nothing was scaled.
     warnings : tuple of str
         What stood in for something that is missing.
     """
@@ -44,6 +46,7 @@ class ProfileColours:
     lab: FloatArray
     tag: str
     kind: str
+    absolute: bool
     warnings: tuple[str, ...]
 
 
@@ -85,10 +88,12 @@ def profile_colours(profile: IccProfile, device: FloatArray, intent: str) -> Pro
         scale, offset = 1 - PERCEPTUAL_BLACK / ICC_D50, PERCEPTUAL_BLACK
     else:
         lab = colours if transform.pcs == "Lab" else xyz_to_lab(colours)
-        return ProfileColours(lab, transform.tag, transform.kind, tuple(warnings))
+        return ProfileColours(
+            lab, transform.tag, transform.kind, transform.absolute, tuple(warnings)
+        )
     # Negative tristimulus values are cut off around these adjustments, and only there, as the
     # reference implementation does; CIELAB colours near black can have them.
     if transform.pcs == "Lab":
         colours = np.maximum(lab_to_xyz(colours), 0.0)
     lab = xyz_to_lab(np.maximum(colours * scale + offset, 0.0))
-    return ProfileColours(lab, transform.tag, transform.kind, tuple(warnings))
+    return ProfileColours(lab, transform.tag, transform.kind, transform.absolute, tuple(warnings))

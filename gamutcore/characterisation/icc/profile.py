@@ -121,6 +121,11 @@ class IccProfile:
         """``"icc"``."""
         return "icc"
 
+    @property
+    def inks(self) -> bool:
+        """Whether the device channels are inks, rather than RGB or gray."""
+        return self.data[16:20] not in {b"RGB ", b"GRAY"}
+
     def element(self, tag: str) -> Element:
         """Return the data of a tag.
 
