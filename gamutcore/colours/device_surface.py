@@ -124,7 +124,8 @@ def _knots(patches: Patches, cube: InkCube, nodes: FloatArray | None, cells: int
         return np.tile(np.linspace(0.0, 1.0, cells + 1), (count, 2, 1))
     places = (nodes - cube.lowest[:, np.newaxis]) / (cube.highest - cube.lowest)[:, np.newaxis]
     regular = np.linspace(0.0, 1.0, places.shape[1])
-    return np.concatenate([places, regular[np.newaxis]])[patches.axes]  # -1 is the last
+    knots: FloatArray = np.concatenate([places, regular[np.newaxis]])[patches.axes]  # -1: last
+    return knots
 
 
 class _Lattice:
@@ -172,7 +173,7 @@ class _Lattice:
         return np.stack([along, across], axis=-1).astype(np.int64)
 
     def edge_parts(self, parts: IntArray) -> IntArray:
-        """Return (edges, k) parts of each piece of each edge: the most that a cell beside it has."""
+        """Return (edges, k) parts of each piece of each edge: the most of the cells beside it."""
         beside = np.stack(
             [parts[:, :, 0, 0], parts[:, :, -1, 0], parts[:, 0, :, 1], parts[:, -1, :, 1]], axis=1
         )
