@@ -124,7 +124,8 @@ def _knots(patches: Patches, cube: InkCube, nodes: FloatArray | None, cells: int
         return np.tile(np.linspace(0.0, 1.0, cells + 1), (count, 2, 1))
     places = (nodes - cube.lowest[:, np.newaxis]) / (cube.highest - cube.lowest)[:, np.newaxis]
     regular = np.linspace(0.0, 1.0, places.shape[1])
-    knots: FloatArray = np.concatenate([places, regular[np.newaxis]])[patches.axes]  # -1: last
+    every = np.concatenate([places, regular[np.newaxis]])  # the last one is for -1
+    knots: FloatArray = every[patches.axes]
     return knots
 
 
@@ -270,7 +271,8 @@ def _weights(
 
     def bent(*deviations: FloatArray) -> FloatArray:
         heights = [np.abs(np.einsum("...i,...i->...", d, normal)) for d in deviations]
-        return np.max(heights, axis=0)
+        highest: FloatArray = np.max(heights, axis=0)
+        return highest
 
     along = bent(
         grid[:, middle, first] - (low + right) / 2,
