@@ -58,6 +58,9 @@ class TestId:
             {"cost": "quadric"},
             {"surface_samples": 99_999},
             {"intent": "absolute"},
+            {"source": "measurements"},
+            {"ink_limit": 300},
+            {"black_limit": 90},
         ],
     )
     def test_differs_with_every_option(self, change):

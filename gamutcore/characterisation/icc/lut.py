@@ -181,8 +181,8 @@ class Transform:
         with np.errstate(all="ignore"):
             for stage in self.stages:
                 colours = stage.values(colours)
-        if self.encoding is not None:
-            colours = colours * self.encoding.scale + self.encoding.offset
+            if self.encoding is not None:
+                colours = colours * self.encoding.scale + self.encoding.offset
         if not (np.abs(colours) < 1e9).all():  # also where it is not a number
             raise MalformedProfileError(
                 f"The tag {self.tag} makes colours that are no finite numbers.",

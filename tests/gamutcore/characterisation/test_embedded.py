@@ -44,6 +44,7 @@ BEGIN_DATA
 A1 0 0 0 0
 END_DATA
 """
+UNNAMED = COLOURS.replace("SAMPLE_ID ", "").replace("A1 ", "").replace('"A 2" ', "")
 
 
 def test_the_target_of_a_display_profile(made_profile):
@@ -73,7 +74,7 @@ def test_colours_and_device_values_in_two_tags_are_joined_by_name(made_profile):
 
 def test_without_names_they_are_joined_by_order(made_profile):
     tags = {
-        "CIED": text(COLOURS.replace("SAMPLE_ID ", "").replace("A1 ", "").replace('"A 2" ', "")),
+        "CIED": text(UNNAMED),
         "DevD": text(DEVICES),
     }
     samples = embedded_samples(characterisation(made_profile(tags, space="CMYK")))
@@ -130,10 +131,10 @@ def test_data_without_measurements_inside_is_refused(made_profile, data):
         {"targ": b"text"},
         {"CIED": text(COLOURS), "DevD": text(DEVICES.replace("A1", "A9"))},
         {"CIED": text(COLOURS), "DevD": text(DEVICES.replace("40\n", "\n"))},
-        {"CIED": text(COLOURS.replace("SAMPLE_ID", "X")), "DevD": text(DEVICES.replace("A1 0 0 0 0\n", ""))},
+        {"CIED": text(UNNAMED), "DevD": text(DEVICES.replace("A1 0 0 0 0\n", ""))},
         {"CIED": text(COLOURS), "DevD": b"mluc" + bytes(30)},
     ],
-)  # fmt: skip
+)
 def test_broken_measurements_name_their_tag(made_profile, tags):
     with pytest.raises((CharacterisationError, InvalidPointsError)) as caught:
         embedded_samples(characterisation(made_profile(tags, space="CMYK")))

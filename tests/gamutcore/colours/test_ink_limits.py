@@ -102,14 +102,15 @@ def test_provenance_says_that_a_press_has_no_limit():
 
 
 @pytest.mark.parametrize(
-    "document",
+    ("columns", "rows"),
     [
-        {"columns": ["L", "a", "b"], "samples": [[50, 0, 0], [60, 9, 0], [40, 0, 9], [55, 5, 5]]},
-        {"columns": "R G B L a b".split(), "samples": [[0, 0, 0, 0, 0, 0], [1, 1, 1, 90, 0, 0]]},
-        {"columns": "CMYK_C CMYK_M CMYK_Y CMYK_K L a b".split(), "samples": [[0] * 4 + [90, 0, 0]]},
+        ("L a b", [[50, 0, 0], [60, 9, 0], [40, 0, 9], [55, 5, 5]]),
+        ("R G B L a b", [[0, 0, 0, 0, 0, 0], [1, 1, 1, 90, 0, 0]]),
+        ("CMYK_C CMYK_M CMYK_Y CMYK_K L a b", [[0, 0, 0, 0, 90, 0, 0]]),
     ],
 )
-def test_limits_are_refused_where_there_is_no_model_of_inks(document):
+def test_limits_are_refused_where_there_is_no_model_of_inks(columns, rows):
+    document = {"columns": columns.split(), "samples": rows}
     data = characterisation(json.dumps(document).encode())
     with pytest.raises(OptionError) as caught:
         surface_colours(data, limits=InkLimits(300))
