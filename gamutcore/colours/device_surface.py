@@ -33,6 +33,10 @@ _BINS = (24, 48)
 """Polar and azimuth directions that tell what lies outside."""
 _INSIDE, _OUTSIDE = 0.8, 0.95
 """Parts of the largest radius in a direction at which a colour counts for nothing, and fully."""
+_MOST_PATCHES = 200_000
+"""Pieces of the surface at most; with more, of 13 inks and more, only the corners are taken."""
+_BLOCK = 1 << 15
+"""Points that are made at once, so that what is needed on the way stays small."""
 _EVENLY = 0.1
 """Part of the mean bending that every place is taken to have: it may not have been seen."""
 
@@ -83,9 +87,9 @@ def device_surface(
         high = cube.highest[0] if cube.total is None else min(cube.highest[0], cube.total)
         line = np.linspace(cube.lowest[0], high, surface_samples)
         return DeviceSurface(line[:, np.newaxis], "uniform")
-    if cube.faces > surface_samples:
+    patches = surface_patches(cube, min(surface_samples, _MOST_PATCHES))
+    if patches is None:
         return DeviceSurface(surface_corners(cube), "corners")
-    patches = surface_patches(cube)
     cells = (isqrt(surface_samples // len(patches.corners)) - 1) // 2
     if cells < _FEWEST:
         if cube.cut:
@@ -159,11 +163,14 @@ class _Lattice:
 
     def device(self, patch: IntArray, s: FloatArray, t: FloatArray) -> FloatArray:
         """Return device values at places of patches."""
-        corners = self.corners[patch]
-        s, t = s[:, np.newaxis], t[:, np.newaxis]
-        near = corners[:, 0, 0] * (1 - t) + corners[:, 0, 1] * t
-        far = corners[:, 1, 0] * (1 - t) + corners[:, 1, 1] * t
-        values: FloatArray = near * (1 - s) + far * s
+        values = np.empty((len(patch), self.corners.shape[3]))
+        for start in range(0, len(patch), _BLOCK):
+            rows = slice(start, start + _BLOCK)
+            corners = self.corners[patch[rows]]
+            at_s, at_t = s[rows, np.newaxis], t[rows, np.newaxis]
+            near = corners[:, 0, 0] * (1 - at_t) + corners[:, 0, 1] * at_t
+            far = corners[:, 1, 0] * (1 - at_t) + corners[:, 1, 1] * at_t
+            values[rows] = near * (1 - at_s) + far * at_s
         return values
 
     def divided(self, weights: FloatArray, aspect: FloatArray, scale: float) -> IntArray:

@@ -10,8 +10,7 @@ trapezoids here, which a lattice covers without gaps.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations
-from math import comb
+from itertools import chain, combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -54,13 +53,6 @@ class InkCube:
         """The largest sum of a device value that is used."""
         return min(float(self.highest.sum()), _limit(self))
 
-    @property
-    def faces(self) -> int:
-        """Two-dimensional faces of the cube, and at most so many more made by the cut."""
-        n = len(self.lowest)
-        own = comb(n, 2) << (n - 2) if n > 1 else 0
-        return own + (comb(n, 3) << (n - 3) if self.cut and n > 2 else 0)
-
 
 @dataclass(frozen=True, eq=False)
 class Patches:
@@ -79,23 +71,29 @@ class Patches:
     axes: IntArray
 
 
-def surface_patches(cube: InkCube) -> Patches:
+def surface_patches(cube: InkCube, most: int | None = None) -> Patches | None:
     """Return the trapezoids of all two-dimensional faces of a cut cube.
 
     Parameters
     ----------
     cube : InkCube
         Of n ≥ 2 channels.
+    most : int, optional
+        Trapezoids that are wanted at most: fifteen inks have 860,160 faces.
 
     Returns
     -------
-    Patches
-        For a cube without a cut: its C(n, 2)·2^(n-2) faces.
+    Patches or None
+        For a cube without a cut: its C(n, 2)·2^(n-2) faces. None if there are more than `most`.
     """
-    pieces = [*_clipped_faces(cube), *(_cutting_faces(cube) if cube.cut else ())]
-    corners = np.concatenate([piece[0] for piece in pieces])
-    axes = np.concatenate([piece[1] for piece in pieces])
-    return Patches(corners, axes)
+    corners, axes, count = [], [], 0
+    for some, their_axes in chain(_clipped_faces(cube), _cutting_faces(cube) if cube.cut else ()):
+        corners.append(some)
+        axes.append(their_axes)
+        count += len(some)
+        if most is not None and count > most:
+            return None
+    return Patches(np.concatenate(corners), np.concatenate(axes))
 
 
 def surface_corners(cube: InkCube) -> FloatArray:
@@ -138,6 +136,12 @@ def _cube_corners(cube: InkCube, axes: tuple[int, ...]) -> FloatArray:
     return points
 
 
+def _within(cube: InkCube, fixed: FloatArray) -> FloatArray:
+    """Return those of some corners that leave something of the limit for the other channels."""
+    kept: FloatArray = fixed[fixed.sum(axis=1) < _limit(cube)]
+    return kept
+
+
 def _others(cube: InkCube, *axes: int) -> tuple[int, ...]:
     return tuple(axis for axis in range(len(cube.lowest)) if axis not in axes)
 
@@ -149,7 +153,7 @@ def _clipped_faces(cube: InkCube) -> Iterator[tuple[FloatArray, IntArray]]:
     there on a trapezoid, one side of which lies on the limit.
     """
     for a, b in combinations(range(len(cube.lowest)), 2):
-        fixed = _cube_corners(cube, _others(cube, a, b))
+        fixed = _within(cube, _cube_corners(cube, _others(cube, a, b)))
         rest = _limit(cube) - fixed.sum(axis=1)
         low, high = cube.lowest[b], cube.highest[b]
         bends = np.clip(rest - cube.highest[a], low, high)
@@ -169,7 +173,7 @@ def _cutting_faces(cube: InkCube) -> Iterator[tuple[FloatArray, IntArray]]:
     kinks along b, so that there are up to three trapezoids.
     """
     for a, b, c in combinations(range(len(cube.lowest)), 3):
-        fixed = _cube_corners(cube, _others(cube, a, b, c))
+        fixed = _within(cube, _cube_corners(cube, _others(cube, a, b, c)))
         rest = _limit(cube) - fixed.sum(axis=1)
         least, most = rest - cube.highest[c], rest - cube.lowest[c]  # of a + b
         start = np.maximum(cube.lowest[b], least - cube.highest[a])

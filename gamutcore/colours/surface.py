@@ -150,7 +150,7 @@ def _profile_surface(
                     *profile.warnings,
                     *colours.warnings,
                     *white_warnings,
-                    *_count_warnings(len(points), surface_samples),
+                    *_count_warnings(len(points), surface_samples, density),
                 ]
             )
         ),
@@ -253,17 +253,24 @@ def _sample_surface(
         "samples": len(device),
         "leave_out_error": {"unit": "ΔE*ab", "mean": mean, "percentile_95": high},
     }
-    warnings += _count_warnings(len(points), surface_samples)
+    warnings += _count_warnings(len(points), surface_samples, density)
     provenance["surface"] = {"points": len(points), "density": density}
     provenance.update(_limits_provenance(limited))
     provenance["warnings"] = list[JSON](warnings)
     return SurfaceColours(points, values, provenance)
 
 
-def _count_warnings(points: int, surface_samples: int) -> list[str]:
-    if points <= surface_samples:
+def _count_warnings(points: int, surface_samples: int, density: str) -> list[str]:
+    if density != "corners":
         return []
-    return [f"The corners of the device cube alone are {points} points, more than surface_samples."]
+    if points > surface_samples:
+        return [
+            f"The corners of the device cube alone are {points} points, more than surface_samples."
+        ]
+    return [
+        f"Only the {points} corners of the device cube were sampled: its faces are too many for "
+        f"{surface_samples} points."
+    ]
 
 
 def _error_figures(errors: FloatArray) -> tuple[float, float]:
