@@ -267,10 +267,7 @@ def _count_warnings(points: int, surface_samples: int, density: str) -> list[str
         return [
             f"The corners of the device cube alone are {points} points, more than surface_samples."
         ]
-    return [
-        f"Only the {points} corners of the device cube were sampled: its faces are too many for "
-        f"{surface_samples} points."
-    ]
+    return [f"Only the {points} corners of the device cube were sampled; its faces are too many."]
 
 
 def _error_figures(errors: FloatArray) -> tuple[float, float]:
