@@ -31,6 +31,12 @@ SPACES = ("CIELAB",)
 METHOD_OPTIONS = ("gamma", "segments", "basis", "subdivisions")
 """Options that not every boundary method has; `BOUNDARIES` says which has which."""
 
+SOURCES = ("transforms", "measurements")
+"""What of an ICC profile is used: its transforms, or the measurements that it carries."""
+
+MOST_INK = {"ink_limit": 1500.0, "black_limit": 100.0}
+"""Per cent of ink that limits can allow at most: fifteen inks in full, and one."""
+
 FEWEST_SURFACE_SAMPLES = 8
 """The corners of the cube of three inks."""
 
@@ -64,6 +70,13 @@ class Options:
         How many points a device model is asked for at most.
     intent : str
         Rendering intent; one of `gamutcore.colours.INTENTS`.
+    source : str or None
+        "measurements" for those that an ICC profile carries; None for its transforms ("transforms"
+        means the same), and for all other data.
+    ink_limit : float or None
+        Largest sum of all inks, in per cent, above 0; None without a limit.
+    black_limit : float or None
+        Most of the black ink, in per cent, 0 to 100; None without a limit.
 
     Raises
     ------
@@ -81,6 +94,9 @@ class Options:
     cost: str = "volume"
     surface_samples: int = 100_000
     intent: str = "relative"
+    source: str | None = None
+    ink_limit: float | None = None
+    black_limit: float | None = None
 
     def __post_init__(self) -> None:
         for name, accepted in (
@@ -103,6 +119,14 @@ class Options:
                 samples,
                 f"a whole number from {FEWEST_SURFACE_SAMPLES} to {MAX_SURFACE_SAMPLES}",
             )
+        if self.source is not None and (
+            not isinstance(self.source, str) or self.source not in SOURCES
+        ):
+            raise OptionError.refusing("source", self.source, f"one of {', '.join(SOURCES)}")
+        # One form for what means the same; None keeps the ids of gamuts without this option.
+        object.__setattr__(self, "source", None if self.source == SOURCES[0] else self.source)
+        for name, most in MOST_INK.items():
+            object.__setattr__(self, name, _ink_limit(name, getattr(self, name), most))
         # frozen, so set this way: the canonical form of what was given
         object.__setattr__(self, "centre", _canonical_centre(self.centre))
         parameters = BOUNDARIES[self.boundary].parameters
@@ -175,6 +199,16 @@ def _canonical_centre(centre: object) -> Centre:
         if first is not None and second is not None and third is not None:
             return (first, second, third)
     raise OptionError.refusing("centre", centre, "'auto' or three finite numbers")
+
+
+def _ink_limit(name: str, value: object, most: float) -> float | None:
+    if value is None:
+        return None
+    number = _number(value)
+    if number is None or not 0 <= number <= most or (number == 0 and name == "ink_limit"):
+        above = "above 0, up to" if name == "ink_limit" else "from 0 to"
+        raise OptionError.refusing(name, value, f"a number {above} {most:g}, in per cent")
+    return number
 
 
 def _number(value: object) -> float | None:

@@ -109,6 +109,30 @@ class GamutOptions(BaseModel):
         Literal["relative", "absolute", "perceptual", "saturation"],
         Field(description="Rendering intent that an ICC profile is evaluated with."),
     ] = "relative"
+    source: Annotated[
+        Literal["transforms", "measurements"] | SkipJsonSchema[None],
+        Field(
+            description="What of an ICC profile is used: its transforms unless given, or the "
+            "measurements that it carries (tags targ, CIED with DevD).",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
+    ink_limit: Annotated[
+        Annotated[float, Field(gt=0, le=1500)] | SkipJsonSchema[None],
+        Field(
+            description="Largest sum of all inks in per cent, such as 300; no limit unless given. "
+            "For devices with inks only.",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
+    black_limit: Annotated[
+        Annotated[float, Field(ge=0, le=100)] | SkipJsonSchema[None],
+        Field(
+            description="Most of the black ink in per cent; no limit unless given. For devices "
+            "with a black ink only.",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
 
 
 class InlineSamples(BaseModel):

@@ -90,6 +90,11 @@ class Samples:
         return 0 if colours is None else len(colours)
 
     @property
+    def inks(self) -> bool:
+        """Whether the channels are inks, rather than lights, gray values or nothing."""
+        return bool(self.channels) and not self.additive and len(self.channels) > 1
+
+    @property
     def additive(self) -> bool:
         """Whether all channels at full scale are the device's white (lights, not inks)."""
         return bool(self.channels) and set(self.channels) <= ADDITIVE_CHANNELS
