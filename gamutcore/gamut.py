@@ -165,10 +165,14 @@ def build_gamut(
     """
     report = progress or (lambda _stage, _fraction: None)
     report("characterisation", 0.0)
-    device = characterisation(data)
+    device = characterisation(data, condition=options.condition)
     report("colours", 0.0)
     colours = surface_colours(
-        device, intent=options.intent, surface_samples=options.surface_samples
+        device,
+        intent=options.intent,
+        surface_samples=options.surface_samples,
+        observer=options.observer,
+        illuminant=options.illuminant,
     )
     report("boundary", 0.0)
     boundary = wrapped(

@@ -3,8 +3,8 @@
 The family has one grammar (CGATS.17-2009) and as many dialects as writers, so this reader is
 tolerant: it believes the data, not the counts that announce them, and says in its warnings what it
 tolerated. It reads in one pass over the lines, so its time is linear in the length of the file.
-The first table that has colours is taken, or the one of the measurement condition that is asked for.
-Measurement and envelope files of the colour gamut envelope (CGE) in the Information Display
+The first table that has colours is taken, or the one of the measurement condition that is asked
+for. Measurement and envelope files of the colour gamut envelope (CGE) in the Information Display
 Measurements Standard (IDMS 1.3) are of this family too.
 """
 
@@ -301,7 +301,7 @@ class _Reader:
         self._compare("NUMBER_OF_FIELDS", len(self.fields), "columns")
 
     def _later_table(self) -> None:
-        """Look at a table after the used one: is it of another measurement condition?"""
+        """Note the measurement condition of a table after the used one, if it is another."""
         self.other_tables += 1
         stated = stated_condition(self.later)
         if stated is not None and self.found and self.found[0] is not None:

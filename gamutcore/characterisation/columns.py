@@ -2,9 +2,9 @@
 
 Device values are named as CGATS.17 has it, by the set of inks or lights and the one that is meant
 (`CMYK_C`, `RGB_R`, `7CLR_3`, `CMYKOGV_O`); colours as `LAB_L LAB_A LAB_B`, `XYZ_X XYZ_Y XYZ_Z`,
-`LAB_L LAB_C LAB_H`, `XYY_X XYY_Y XYY_CAPY`, and bands of spectra. Plain letters in their usual order
-(`R G B`, `L a b`, `L* a* b*`, `x y Y`) are understood too, because that is what spreadsheets and
-scripts write. A measurement condition before or after a name (`M1_LAB_L`, `SPEC_380_M0`) is told
+`LAB_L LAB_C LAB_H`, `XYY_X XYY_Y XYY_CAPY`, and bands of spectra. Plain letters in their usual
+order (`R G B`, `L a b`, `L* a* b*`, `x y Y`) are understood too, because that is what spreadsheets
+and scripts write. A measurement condition before or after a name (`M1_LAB_L`, `SPEC_380_M0`) is told
 from it.
 """
 
@@ -47,7 +47,10 @@ _LAB_LCH = ("LAB_L", "LAB_C", "LAB_H")  # as CGATS.17 names them
 _XYY = ("XYY_X", "XYY_Y", "XYY_CAPY")
 _COLOUR_NAMES = frozenset({*_LAB, *_XYZ, *_LCH, *_LAB_LCH, *_XYY})
 _LETTERS_ALONE = frozenset({"L", "a", "b", "L*", "a*", "b*", "X", "Y", "Z", "x", "y"})
-_CASED = {("x", "y", "Y"): _XYY, ("Y", "x", "y"): (_XYY[2], _XYY[0], _XYY[1])}
+_CASED: dict[tuple[str, ...], tuple[str, ...]] = {
+    ("x", "y", "Y"): _XYY,
+    ("Y", "x", "y"): (_XYY[2], _XYY[0], _XYY[1]),
+}
 """Chromaticities differ from tristimulus values by the case of their letters alone."""
 
 _PLAIN = {
@@ -266,7 +269,7 @@ def _spelt_out(names: tuple[str, ...]) -> tuple[str, ...]:
     upper = tuple(name.upper() for name in names)
     spelt, index = list(names), 0
     while index < len(names):
-        cased = _CASED.get(names[index : index + 3])  # type: ignore[call-overload]
+        cased = _CASED.get(names[index : index + 3])
         if cased is not None:
             spelt[index : index + 3] = cased
             index += 3

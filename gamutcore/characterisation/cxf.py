@@ -197,9 +197,7 @@ def _samples(
     channels = _channels(rows)
     values = np.array(
         [
-            np.concatenate(
-                [target.device if target else (), *(entry.colours[key] for key in keys)]
-            )
+            np.concatenate([target.device if target else (), *(entry.colours[key] for key in keys)])
             for target, entry in rows
         ]
     )
@@ -246,17 +244,12 @@ def _used_keys(keys: list[ColourKey]) -> list[ColourKey]:
         used.pop("xyy", None)
     # One file states one illuminant: colours of another are left out.
     first = next((key for key in used.values() if key.kind != "spectrum"), None)
+    light = (first.illuminant, first.observer) if first is not None else None
     return [
-        key
+        used[kind]
         for kind in ("lab", "lch", "xyz", "xyy", "spectrum")
-        if (key := used.get(kind)) is not None
-        and (
-            kind == "spectrum"
-            or (
-                first is not None
-                and (key.illuminant, key.observer) == (first.illuminant, first.observer)
-            )
-        )
+        if kind in used
+        and (kind == "spectrum" or (used[kind].illuminant, used[kind].observer) == light)
     ]
 
 

@@ -195,7 +195,7 @@ class _Reading:
 
     def root(self, data: bytes) -> Any:  # noqa: ANN401 (colour_cxf.cxf3.CxF, which is optional)
         try:
-            self.expat.Parse(data, True)  # noqa: FBT003 (Expat's positional "final")
+            self.expat.Parse(data, True)
         except expat.ExpatError as error:
             raise MalformedFileError(
                 f"The XML is broken: {expat.ErrorString(error.code)}.",

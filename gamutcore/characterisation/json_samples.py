@@ -172,7 +172,7 @@ def _with_condition_number(
         raise MalformedFileError(
             f"The measurement condition of sample {row + 1} is no text.",
             where={"row": row + 1, "field": f"samples[{row}][{column}]"},
-            remedy="Write it as in \"M1\".",
+            remedy='Write it as in "M1".',
         )
     number = labels.setdefault(condition_label(text or ""), len(labels))
     if number >= MAX_ROW_CONDITIONS:

@@ -100,9 +100,7 @@ def npy_samples(data: bytes, *, condition: str | None = None) -> Samples:
             )
         else:
             values[:, place] = _float(field)
-    return samples_from_values(
-        "npy", roles, values, condition=condition, row_conditions=labels
-    )
+    return samples_from_values("npy", roles, values, condition=condition, row_conditions=labels)
 
 
 def _condition_numbers(field: npt.NDArray[Any]) -> tuple[FloatArray, tuple[str, ...]]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from gamutcore.errors import MissingColumnError
@@ -104,7 +105,7 @@ def are_wavelengths(cells: Sequence[str]) -> bool:
     numbers = [number for number in found if number is not None]
     if len(numbers) < max(FEWEST_BANDS, len(found)):
         return False
-    steps = {round(b - a, 3) for a, b in zip(numbers, numbers[1:], strict=False)}
+    steps = {round(b - a, 3) for a, b in pairwise(numbers)}
     return len(steps) == 1 and min(steps) > 0
 
 
@@ -140,7 +141,7 @@ def spectral_columns(
     if len(bands) < FEWEST_BANDS:
         return (), ()
     bands.sort()
-    for (one, _), (other, column) in zip(bands, bands[1:], strict=False):
+    for (one, _), (other, column) in pairwise(bands):
         if one == other:
             raise MissingColumnError(
                 f"The band of {one:g} nm appears twice.",
