@@ -115,7 +115,7 @@ def looks_like_cxf(data: bytes) -> bool:
     """
     start = data[:100_000]
     utf16 = start.startswith((b"\xff\xfe", b"\xfe\xff"))
-    text = start[: len(start) & ~1].decode("utf-16" if utf16 else "latin-1", "replace")
+    text = start.decode("utf-16" if utf16 else "latin-1", "replace")
     return _ROOT.search(text) is not None
 
 

@@ -9,6 +9,7 @@ that its L* is 100 and its a* and b* are 0, as in ISO 13655.
 
 from __future__ import annotations
 
+import warnings
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -146,12 +147,15 @@ def _table_weights(places: FloatArray, illuminant: str, observer: int) -> FloatA
     """Return the weights of the standard's own steps, by colour-science: once on an identity."""
     colour = colour_science()
     identity = colour.MultiSpectralDistributions(np.eye(len(places)), places)
-    xyz = colour.msds_to_XYZ(
-        identity,
-        colour.MSDS_CMFS[_observer_name(observer)],
-        colour.SDS_ILLUMINANTS[illuminant],
-        method="ASTM E308",
-    )
+    with warnings.catch_warnings():
+        # It warns of each step that the standard prescribes.
+        warnings.simplefilter("ignore")
+        xyz = colour.msds_to_XYZ(
+            identity,
+            colour.MSDS_CMFS[_observer_name(observer)],
+            colour.SDS_ILLUMINANTS[illuminant],
+            method="ASTM E308",
+        )
     weights: FloatArray = np.asarray(xyz, dtype=np.float64) / 100.0
     return weights
 
