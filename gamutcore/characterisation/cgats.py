@@ -128,7 +128,8 @@ class _Reader:
         self.state = _State.HEADER
         self.keywords: dict[str, str] = {}
         self.keyword_lines: dict[str, int] = {}
-        self.later: dict[str, str] = {}
+        self.own: dict[str, str] = {}
+        self.stated: str | None = None
         self.dialect = ""
         self.warnings: list[str] = []
         self.counts: dict[str, str] = {}
@@ -234,9 +235,9 @@ class _Reader:
             self._keyword("MEASUREMENT_SOURCE", head.text, line)
 
     def _keyword(self, name: str, value: str, line: int) -> None:
-        if self.finished:  # the used table's conditions stand; those of later ones are looked at
-            if name in CONDITION_KEYWORDS:
-                self.later[name] = value
+        if name in CONDITION_KEYWORDS:
+            self.own[name] = value
+        if self.finished:  # the used table's keywords stand
             return
         if len(self.keywords) >= _MAX_KEYWORDS and name not in self.keywords:
             raise SampleLimitError(
@@ -291,7 +292,7 @@ class _Reader:
             self.refusal = self.refusal or error
             return
         if roles.condition is None and roles.condition_column is None:
-            stated = stated_condition(self.keywords)
+            stated = self._table_condition()
             self.found.append(stated)
             if self.condition is not None and stated != condition_label(self.condition):
                 self.other_tables += 1
@@ -300,10 +301,21 @@ class _Reader:
         self.row, self.row_line = [], 0
         self._compare("NUMBER_OF_FIELDS", len(self.fields), "columns")
 
+    def _table_condition(self) -> str | None:
+        """Return the condition of the table that begins: its own header's, or the one before's."""
+        stated = stated_condition(self.own)
+        if stated is not None:
+            for name in CONDITION_KEYWORDS - set(self.own):
+                self.keywords.pop(name, None)
+            self.stated = stated
+        self.own = {}
+        return self.stated
+
     def _later_table(self) -> None:
         """Note the measurement condition of a table after the used one, if it is another."""
         self.other_tables += 1
-        stated = stated_condition(self.later)
+        stated = stated_condition(self.own)
+        self.own = {}
         if stated is not None and self.found and self.found[0] is not None:
             try:
                 column_roles(self.fields)
