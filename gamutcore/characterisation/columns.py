@@ -4,8 +4,8 @@ Device values are named as CGATS.17 has it, by the set of inks or lights and the
 (`CMYK_C`, `RGB_R`, `7CLR_3`, `CMYKOGV_O`); colours as `LAB_L LAB_A LAB_B`, `XYZ_X XYZ_Y XYZ_Z`,
 `LAB_L LAB_C LAB_H`, `XYY_X XYY_Y XYY_CAPY`, and bands of spectra. Plain letters in their usual
 order (`R G B`, `L a b`, `L* a* b*`, `x y Y`) are understood too, because that is what spreadsheets
-and scripts write. A measurement condition before or after a name (`M1_LAB_L`, `SPEC_380_M0`) is told
-from it.
+and scripts write. A measurement condition before or after a name (`M1_LAB_L`, `SPEC_380_M0`) is
+told from it.
 """
 
 from __future__ import annotations

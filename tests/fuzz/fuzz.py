@@ -1,8 +1,9 @@
 """Feed mutated files to the parsers: each must give a finite result or an error of gamutcore.
 
 Every module in `targets` is one parser: `SEEDS` (files to begin with), `TOKENS` (words of its
-language), `check`, which raises for a wrong result, and if wanted `WORD`, what a word is in it. A case may take two seconds of processor
-time and 512 MB. What fails is written to `build/fuzz`, with the command that repeats it.
+language), `check`, which raises for a wrong result, and if wanted `WORD`, what a word is in it. A
+case may take two seconds of processor time and 512 MB. What fails is written to `build/fuzz`, with
+the number that repeats it by `--first`.
 
     python tests/fuzz/fuzz.py --seconds 600             all targets, for ten minutes
     python tests/fuzz/fuzz.py --cases 2000 cgats cxf    2000 files each, the same in every run

@@ -61,8 +61,7 @@ def check(data: bytes) -> None:
     """Raise unless the file is refused by name or gives finite colours."""
     try:
         read = characterisation(data)
-    except GamutError as error:
-        assert error.message
+    except GamutError:
         return
     if isinstance(read, IccProfile):
         return

@@ -16,7 +16,7 @@ _SPECTRUM = " ".join(f"{0.1 + band / 50:.3f}" for band in range(36))
 
 
 def _file(conditions: list[str]) -> bytes:
-    objects, specifications = [], []
+    objects = []
     for number, (r, g, b) in enumerate(_CORNERS):
         tags = (
             f'<cc:TagCollection Name="i1"><cc:Tag Name="SampleID" Value="{number}"/>'
@@ -35,15 +35,15 @@ def _file(conditions: list[str]) -> bytes:
             f"{g / 9}</cc:B></cc:ColorCIELab></cc:ColorValues>{tags}</cc:Object>"
             for name in conditions
         ]
-    for name in conditions:
-        specifications.append(
-            f'<cc:ColorSpecification Id="S{name}"><cc:TristimulusSpec><cc:Illuminant>D50'
-            "</cc:Illuminant><cc:Observer>2_Degree</cc:Observer></cc:TristimulusSpec>"
-            "<cc:MeasurementSpec><cc:MeasurementType>Spectrum_Reflectance</cc:MeasurementType>"
-            '<cc:WavelengthRange StartWL="380" Increment="10"/><cc:Device><cc:DeviceIllumination>'
-            f"{name}_Daylight</cc:DeviceIllumination></cc:Device></cc:MeasurementSpec>"
-            "</cc:ColorSpecification>"
-        )
+    specifications = [
+        f'<cc:ColorSpecification Id="S{name}"><cc:TristimulusSpec><cc:Illuminant>D50'
+        "</cc:Illuminant><cc:Observer>2_Degree</cc:Observer></cc:TristimulusSpec>"
+        "<cc:MeasurementSpec><cc:MeasurementType>Spectrum_Reflectance</cc:MeasurementType>"
+        '<cc:WavelengthRange StartWL="380" Increment="10"/><cc:Device><cc:DeviceIllumination>'
+        f"{name}_Daylight</cc:DeviceIllumination></cc:Device></cc:MeasurementSpec>"
+        "</cc:ColorSpecification>"
+        for name in conditions
+    ]
     return (
         '<?xml version="1.0" encoding="UTF-8"?>\n<cc:CxF '
         'xmlns:cc="http://colorexchangeformat.com/CxF3-core"><cc:Resources><cc:ObjectCollection>\n'

@@ -30,7 +30,9 @@ def _npy() -> bytes:
 _ROWS = [[*device, 20 * i, i, -i] for i, device in enumerate(_DEVICE)]
 SEEDS = [
     ("R;G;B;L*;C*;h\n" + "\n".join(";".join(map(str, row)) for row in _ROWS)).encode(),
-    ("R,G,B,x,y,Y\n" + "\n".join(f"{r},{g},{b},0.31,0.33,{s}" for r, g, b, s, *_ in _ROWS)).encode(),
+    (
+        "R,G,B,x,y,Y\n" + "\n".join(f"{r},{g},{b},0.31,0.33,{s}" for r, g, b, s, *_ in _ROWS)
+    ).encode(),
     ",".join(map(str, range(400, 710, 10))).encode() + b"\n" + b",".join([b"0.5"] * 31),
     (
         '{"columns": ["RGB_R", "RGB_G", "RGB_B", "XYZ_X", "XYZ_Y", "XYZ_Z"], "white": [9, 9, 9], '

@@ -393,7 +393,7 @@ class TestColourGamutEnvelopes:
         "KEYWORD SampleID\nNUMBER_OF_FIELDS 7"
     )
     XYZ = "SampleID RGB_R RGB_G RGB_B XYZ_X XYZ_Y XYZ_Z"
-    HALF = [(1, 0, 0, 0, 4.08, 4, 2.548), (2, 255, 255, 255, 51, 50, 31.85)]
+    HALF = ((1, 0, 0, 0, 4.08, 4, 2.548), (2, 255, 255, 255, 51, 50, 31.85))
 
     def test_a_measurement_of_a_reflective_display(self):
         text = table(self.XYZ, self.HALF, self.HEAD.format("CGE_MEASUREMENT", "REFLECTIVE"))

@@ -130,7 +130,7 @@ def test_identities(first, tags, identity):
         ("", "<cc:ColorCIELab><cc:L>1</cc:L></cc:ColorCIELab>"),
         ("", '<cc:ReflectanceSpectrum StartWL="380">0.1 x</cc:ReflectanceSpectrum>'),
         ("", '<cc:ReflectanceSpectrum StartWL="380"/>'),
-        ("", f'<cc:ReflectanceSpectrum>{"0.1 " * 36}</cc:ReflectanceSpectrum>'),
+        ("", f"<cc:ReflectanceSpectrum>{'0.1 ' * 36}</cc:ReflectanceSpectrum>"),
         ("", f'<cc:ReflectanceSpectrum StartWL="380">{"nan " * 36}</cc:ReflectanceSpectrum>'),
         ("", f'<cc:ReflectanceSpectrum StartWL="380">{"1_0 " * 36}</cc:ReflectanceSpectrum>'),
         ("", f'<cc:ReflectanceSpectrum StartWL="380">{"0.1 " * 9}</cc:ReflectanceSpectrum>'),
