@@ -27,9 +27,9 @@ CXF_NAMESPACE = "http://colorexchangeformat.com/CxF3-core"
 MAX_ELEMENTS = 400_000
 """Elements at most, those that are passed over included."""
 
-MAX_BOUND_ELEMENTS = 150_000
-"""Elements that objects are made of at most: 7,000 patches under one condition, or 4,000 under
-three. Each takes 8 µs."""
+MAX_BOUND_ELEMENTS = 110_000
+"""Elements that objects are made of at most: 6,000 patches under one condition, or 3,000 under
+three. Each takes up to 16 µs, and no file may take two seconds."""
 
 MAX_DEPTH = 32
 """Nesting at most; the schema's deepest element, outside vendors' sections, is the ninth."""

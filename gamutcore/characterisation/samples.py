@@ -202,7 +202,7 @@ def samples_from_values(
     lab, xyz = _colours(values, roles, lines)
     said = list(warnings)
     if roles.ignored:
-        said.append(f"The columns {', '.join(roles.ignored)} are not used.")
+        said.append(f"Columns that are not used: {', '.join(roles.ignored)}.")
     spectra = _spectra(values, roles, spectra_kind)
     patches: dict[str, JSON] = {"read": read, "dropped": read - len(values), "averaged": 0}
     provenance: dict[str, JSON] = {
