@@ -165,7 +165,7 @@ def build_gamut(
     """
     report = progress or (lambda _stage, _fraction: None)
     report("characterisation", 0.0)
-    device = characterisation(data)
+    device = characterisation(data, condition=options.condition)
     if options.source == "measurements":
         device = measurements_of(device)
     report("colours", 0.0)
@@ -174,6 +174,8 @@ def build_gamut(
         intent=options.intent,
         surface_samples=options.surface_samples,
         limits=InkLimits(options.ink_limit, options.black_limit),
+        observer=options.observer,
+        illuminant=options.illuminant,
     )
     report("boundary", 0.0)
     boundary = wrapped(

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.json_schema import SkipJsonSchema
 
+from gamutcore.colours.spectral import ILLUMINANTS
 from gamutcore.decimation import COSTS
 
 __all__ = [
@@ -133,6 +134,31 @@ class GamutOptions(BaseModel):
             json_schema_extra=_without_default,
         ),
     ] = None
+    observer: Annotated[
+        Literal[2, 10] | SkipJsonSchema[None],
+        Field(
+            description="Standard observer that spectra are integrated with, in degrees; 2 unless "
+            "given. Refused for data without spectra, unless it is the data's own.",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
+    illuminant: Annotated[
+        Literal[ILLUMINANTS] | SkipJsonSchema[None],  # type: ignore[valid-type]
+        Field(
+            description="What reflectance spectra are seen under; D50 unless given. Refused for "
+            "data without spectra, unless it is the data's own.",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
+    condition: Annotated[
+        Annotated[str, Field(min_length=1, max_length=80)] | SkipJsonSchema[None],
+        Field(
+            description="The measurement condition to be used of data that has several, such as "
+            "`M0`, `M1` or `M2` of ISO 13655; a problem of the code `measurement-condition` names "
+            "those that there are.",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
 
 
 class InlineSamples(BaseModel):
@@ -141,14 +167,18 @@ class InlineSamples(BaseModel):
     model_config = ConfigDict(extra="allow")
 
     samples: Annotated[
-        list[list[float] | dict[str, float]],
-        Field(description="One array of numbers, or one object by column name, per sample."),
+        list[list[float | str | None] | dict[str, float | str | None]],
+        Field(
+            description="One array of numbers, or one object by column name, per sample. Columns "
+            "that are no colours or device values, such as names, may hold texts."
+        ),
     ]
     columns: Annotated[
         list[str] | None,
         Field(
-            description="Names of the columns; L*, a*, b* when left out. Device values beside the "
-            "colour (RGB_R, CMYK_C, ...) give a device model."
+            description="Names of the columns; L*, a*, b* when left out. Device values (RGB_R, "
+            "CMYK_C, ...) beside the colour (LAB_L, XYZ_X, LCH_L, XYY_X, SPEC_380, ...) give a "
+            "device model."
         ),
     ] = None
     white: Annotated[
@@ -173,8 +203,8 @@ class MultipartSubmission(BaseModel):
     file: Annotated[
         bytes,
         Field(
-            description="CGATS or IT8 text, CSV, JSON, a NumPy array (.npy) or an ICC profile; "
-            "recognised by its content.",
+            description="CGATS or IT8 text, CxF3, CSV, JSON, a NumPy array (.npy) or an ICC "
+            "profile; recognised by its content.",
             json_schema_extra={"format": "binary"},
         ),
     ]

@@ -18,7 +18,7 @@ from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.cube_surface import surface_steps
 from gamutcore.colours.device_surface import device_surface
 from gamutcore.colours.ink_limits import InkLimits, LimitedCube, limited_cube
-from gamutcore.colours.media import medium_colours
+from gamutcore.colours.media import MediumColours, medium_colours
 from gamutcore.colours.profile_colours import ProfileColours, profile_colours
 from gamutcore.colours.scattered_model import (
     MAX_MODEL_SAMPLES,
@@ -75,6 +75,8 @@ def surface_colours(
     intent: str = "relative",
     surface_samples: int = 100_000,
     limits: InkLimits | None = None,
+    observer: int | None = None,
+    illuminant: str | None = None,
 ) -> SurfaceColours:
     """Return colours at the surface of a device's gamut.
 
@@ -88,6 +90,10 @@ def surface_colours(
         Points to sample a device model at, at most. Bare colours are all passed on.
     limits : InkLimits, optional
         How much ink is used at most, of a device that has inks.
+    observer : int, optional
+        2 or 10 degrees, for spectra.
+    illuminant : str, optional
+        What reflectance spectra are seen under, one of `gamutcore.colours.spectral.ILLUMINANTS`.
 
     Returns
     -------
@@ -97,7 +103,7 @@ def surface_colours(
     ------
     OptionError
         An unknown intent, or one that the data does not have; a number of samples out of range;
-        limits of ink for a device without inks.
+        limits of ink for a device without inks; an observer or illuminant for data without spectra.
     CharacterisationError, InvalidPointsError
         The data turns out to be broken when it is evaluated.
     """
@@ -109,8 +115,14 @@ def surface_colours(
         )
     surface_steps(3, surface_samples)  # refuses a number out of range, whatever the data is
     if isinstance(characterisation, IccProfile):
+        for name, value in (("observer", observer), ("illuminant", illuminant)):
+            if value is not None:
+                raise OptionError.refusing(
+                    name, value, "none: the colours of a profile are those of D50 and 2°"
+                )
         return _profile_surface(characterisation, intent, surface_samples, limits or InkLimits())
-    return _sample_surface(characterisation, intent, surface_samples, limits or InkLimits())
+    medium = medium_colours(characterisation, intent, observer=observer, illuminant=illuminant)
+    return _sample_surface(characterisation, medium, surface_samples, limits or InkLimits())
 
 
 def _profile_surface(
@@ -196,14 +208,14 @@ def _stated_white(profile: IccProfile) -> tuple[JSON, list[str]]:
 
 
 def _sample_surface(
-    samples: Samples, intent: str, surface_samples: int, limits: InkLimits
+    samples: Samples, medium: MediumColours, surface_samples: int, limits: InkLimits
 ) -> SurfaceColours:
-    medium = medium_colours(samples, intent)
     provenance: dict[str, JSON] = {**samples.provenance, **medium.provenance}
     warnings = [*samples.warnings, *medium.warnings]
     if samples.device is None:
         if limits:
             raise limits.refused("the data are colours without device values.")
+        provenance["patches"] = _patches(samples, len(medium.lab))
         provenance["model"] = {"name": "none: the colours themselves"}
         provenance["warnings"] = list[JSON](warnings)
         return SurfaceColours(medium.lab, None, provenance)
@@ -215,12 +227,9 @@ def _sample_surface(
         warnings.append(
             f"Of {distinct} distinct samples, {len(device)} were used for the device model."
         )
-    provenance["patches"] = {
-        "read": len(samples.device),
-        "averaged": averaged,
-        "dropped": distinct - len(device),
-        "used": len(device),
-    }
+    provenance["patches"] = _patches(
+        samples, len(device), averaged=averaged, thinned=distinct - len(device)
+    )
     lowest, highest = device.min(axis=0), device.max(axis=0)
     varied = highest - lowest > 1e-6
     limited = limited_cube(samples.channels, lowest, highest, limits, inks=samples.inks)
@@ -258,6 +267,17 @@ def _sample_surface(
     provenance.update(_limits_provenance(limited))
     provenance["warnings"] = list[JSON](warnings)
     return SurfaceColours(points, values, provenance)
+
+
+def _patches(samples: Samples, used: int, *, averaged: int = 0, thinned: int = 0) -> JSON:
+    """Return how many patches were read, dropped (in reading or here), averaged and used."""
+    read, dropped = len(samples), 0
+    told = samples.provenance.get("patches")
+    if isinstance(told, dict):
+        kept, lost = told.get("read"), told.get("dropped")
+        read = kept if isinstance(kept, int) else read
+        dropped = lost if isinstance(lost, int) else 0
+    return {"read": read, "averaged": averaged, "dropped": dropped + thinned, "used": used}
 
 
 def _count_warnings(points: int, surface_samples: int, density: str) -> list[str]:

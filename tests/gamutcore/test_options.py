@@ -24,6 +24,11 @@ METHODS = {
         "subdivisions": st.integers(0, 7),
     },
 }
+MEASUREMENT = {
+    "observer": st.sampled_from([2, 10]),
+    "illuminant": st.sampled_from(["A", "C", "D50", "D65", "E", "FL2", "FL11", "f7", "d75"]),
+    "condition": st.sampled_from(["M0", "M1", "m2", "M1, black backing"]),
+}
 COMMON = st.fixed_dictionaries(
     {},
     optional={
@@ -37,6 +42,7 @@ COMMON = st.fixed_dictionaries(
         "source": st.sampled_from(["transforms", "measurements"]),
         "ink_limit": st.floats(0, 1500, exclude_min=True),
         "black_limit": st.floats(0, 100),
+        **MEASUREMENT,
     },
 )
 
@@ -84,7 +90,7 @@ def test_the_canonical_form_has_every_option_that_applies_sorted_and_no_space(ma
     canonical = Options.from_mapping(mapping).canonical
     parsed = json.loads(canonical)
     common = set(Options().to_mapping()) - {"gamma"}
-    without_default = {"source", "ink_limit", "black_limit"} & set(mapping)
+    without_default = {"source", "ink_limit", "black_limit", *MEASUREMENT} & set(mapping)
     if mapping.get("source") == "transforms":
         without_default.remove("source")
     assert list(parsed) == sorted(common | set(METHODS[parsed["boundary"]]) | without_default)
@@ -101,6 +107,8 @@ def test_the_canonical_form_has_every_option_that_applies_sorted_and_no_space(ma
         ({"boundary": "convex-hull", "gamma": 1}, {"boundary": "convex-hull"}),
         ({"boundary": "usv"}, {"boundary": "usv", "gamma": 0.05, "basis": "icosahedron"}),
         ({"boundary": "usv", "subdivisions": 4}, {"boundary": "usv"}),
+        ({"illuminant": "f11"}, {"illuminant": "FL11"}),
+        ({"condition": " m1 "}, {"condition": "M1"}),
         (
             {"boundary": "segment-maxima"},
             {"boundary": "segment-maxima", "segments": [16, 16]},
@@ -169,6 +177,9 @@ def test_the_boundary_is_called_with_what_applies():
         *[("boundary", value) for value in ("hull", None, 1, ["convex-hull"])],
         *[("cost", value) for value in ("area", "interface", None, 2)],
         *[("intent", value) for value in ("media", None, 0)],
+        *[("observer", value) for value in (1, 5, "2", None, True, [2])],
+        *[("illuminant", value) for value in ("D5", "F13", "", None, 50, ["D50"])],
+        *[("condition", value) for value in ("", "  ", "x" * 81, "M\n1", None, 1, ["M1"])],
         *[
             ("segments", value) for value in ([16, 16], None, 16, "16")
         ],

@@ -182,3 +182,23 @@ def test_every_malformed_profile_is_refused_or_read(shared_data):
         except GamutError:
             continue
         assert np.isfinite(surface.points).all(), file.name
+
+
+@pytest.mark.parametrize("given", [{"observer": 10}, {"illuminant": "D65"}])
+def test_a_profile_has_neither_observer_nor_illuminant(small_profile, given):
+    with pytest.raises(OptionError) as caught:
+        surface_colours(characterisation(small_profile("sRGB-v4.icc")), **given)
+    assert [caught.value.where["field"]] == list(given)
+
+
+def test_a_press_measured_under_three_conditions_is_described_with_the_one_used():
+    columns = "MEASUREMENT_CONDITION CMY_C CMY_M CMY_Y LAB_L LAB_A LAB_B"
+    cube = rgb_cube(3, lambda device: lab(1 - device)).tolist()
+    rows = [[name, *row] for name in ("M0", "M1", "M2") for row in cube]
+    samples = characterisation(document(columns, rows), condition="M1")
+    provenance = surface_colours(samples, surface_samples=1000).provenance
+    assert provenance["measurement_condition"] == "M1"
+    assert provenance["patches"] == {"read": 81, "averaged": 0, "dropped": 54, "used": 27}
+    assert provenance["channels"] == ["C", "M", "Y"]
+    for member in ("format", "white", "illuminant", "observer", "adaptation", "warnings"):
+        assert member in provenance
