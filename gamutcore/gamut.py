@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from gamutcore.boundary import wrapped
-from gamutcore.characterisation import characterisation, measurements_of
+from gamutcore.characterisation import Characterisation, characterisation, measurements_of
 from gamutcore.colours import InkLimits, surface_colours
 from gamutcore.decimation import decimated
 from gamutcore.decimation.costs import cost_module
@@ -165,9 +165,12 @@ def build_gamut(
     """
     report = progress or (lambda _stage, _fraction: None)
     report("characterisation", 0.0)
-    device = characterisation(data, condition=options.condition)
     if options.source == "measurements":
-        device = measurements_of(device)
+        device: Characterisation = measurements_of(
+            characterisation(data), condition=options.condition
+        )
+    else:
+        device = characterisation(data, condition=options.condition)
     report("colours", 0.0)
     colours = surface_colours(
         device,

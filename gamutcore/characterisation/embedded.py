@@ -49,12 +49,14 @@ _VALUE = re.compile(r'"[^"\n]*"|\S+')
 _IDENTITIES = ("SAMPLE_ID", "SAMPLEID", "SAMPLE_NAME", "SAMPLE_NO", "SAMPLE_LOC")
 
 
-def measurements_of(data: Characterisation) -> Samples:
+def measurements_of(data: Characterisation, *, condition: str | None = None) -> Samples:
     """Return the measurements embedded in characterisation data.
 
     Parameters
     ----------
     data : Samples or IccProfile
+    condition : str, optional
+        The measurement condition whose samples are wanted, as for `characterisation`.
 
     Returns
     -------
@@ -68,7 +70,7 @@ def measurements_of(data: Characterisation) -> Samples:
         The measurements are broken; ``where["tag"]`` names the tag.
     """
     if isinstance(data, IccProfile):
-        return embedded_samples(data)
+        return embedded_samples(data, condition=condition)
     raise OptionError(
         "source is 'measurements', and the data is no ICC profile.",
         where={"field": "source"},
@@ -76,12 +78,14 @@ def measurements_of(data: Characterisation) -> Samples:
     )
 
 
-def embedded_samples(profile: IccProfile) -> Samples:
+def embedded_samples(profile: IccProfile, *, condition: str | None = None) -> Samples:
     """Return the measurements that a profile carries.
 
     Parameters
     ----------
     profile : IccProfile
+    condition : str, optional
+        As for `measurements_of`.
 
     Returns
     -------
@@ -108,7 +112,7 @@ def embedded_samples(profile: IccProfile) -> Samples:
     try:
         if tag == "CIED" and DEVICE_TAG in profile.tags:
             text = _with_device_values(text, profile)
-        samples = characterisation(text)
+        samples = characterisation(text, condition=condition)
     except GamutError as error:
         if isinstance(error, CharacterisationError | InvalidPointsError):
             error.where.setdefault("tag", tag)
