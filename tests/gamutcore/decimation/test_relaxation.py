@@ -110,9 +110,7 @@ def test_a_ring_that_is_too_large_for_the_scratch_is_left_alone(
 ):
     positions, faces = bumpy_mesh(4, 60)
     surface, state = surface_from(positions * 1.1, faces), finest.state(positions, faces)
-    start_at_surface(
-        state.deviation, surface_from(positions, faces), int(state.divisions[0])
-    )
+    start_at_surface(state.deviation, surface_from(positions, faces), int(state.divisions[0]))
     delivered = (surface.position + CENTRE).astype(np.float32)
     before = delivered.copy()
     kept = int(surface.degree.argmax())
