@@ -73,6 +73,10 @@ serve: install ## serve on http://127.0.0.1:8000, data under var/ (docs/operatio
 test: install .venv/.installed-test tests/gltf/node_modules/.package-lock.json ## run all tests
 	$(python) -m pytest
 
+.PHONY: fuzz
+fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)
+	$(python) tests/fuzz/fuzz.py --seconds $(or $(FUZZ_SECONDS),600)
+
 .PHONY: bench
 bench: install ## measure what is claimed about speed and accuracy
 	$(python) -m benchmarks.bench

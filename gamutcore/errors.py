@@ -13,6 +13,7 @@ __all__ = [
     "BoundaryError",
     "CentreError",
     "CharacterisationError",
+    "ConditionError",
     "DecimationError",
     "FlatPointsError",
     "GamutError",
@@ -115,6 +116,15 @@ class MissingColumnError(CharacterisationError):
     """The columns do not hold a colour, or name something unknown."""
 
     code = "missing-column"
+
+
+class ConditionError(CharacterisationError):
+    """The data was measured under several conditions, or not under the one that is asked for.
+
+    ``where["field"]`` is the option ``condition``, ``where["conditions"]`` what the data has.
+    """
+
+    code = "measurement-condition"
 
 
 class SampleLimitError(CharacterisationError):

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from gamutcore.boundary import wrapped
-from gamutcore.characterisation import characterisation
-from gamutcore.colours import surface_colours
+from gamutcore.characterisation import Characterisation, characterisation, measurements_of
+from gamutcore.colours import InkLimits, surface_colours
 from gamutcore.decimation import decimated
 from gamutcore.decimation.costs import cost_module
 from gamutcore.errors import HistoryFileError, OptionError
@@ -165,10 +165,20 @@ def build_gamut(
     """
     report = progress or (lambda _stage, _fraction: None)
     report("characterisation", 0.0)
-    device = characterisation(data)
+    if options.source == "measurements":
+        device: Characterisation = measurements_of(
+            characterisation(data), condition=options.condition
+        )
+    else:
+        device = characterisation(data, condition=options.condition)
     report("colours", 0.0)
     colours = surface_colours(
-        device, intent=options.intent, surface_samples=options.surface_samples
+        device,
+        intent=options.intent,
+        surface_samples=options.surface_samples,
+        limits=InkLimits(options.ink_limit, options.black_limit),
+        observer=options.observer,
+        illuminant=options.illuminant,
     )
     report("boundary", 0.0)
     boundary = wrapped(

@@ -13,7 +13,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
 from gamutcore.boundary import BOUNDARIES
+from gamutcore.characterisation.conditions import condition_label
 from gamutcore.colours.cube_surface import MAX_SURFACE_SAMPLES
+from gamutcore.colours.spectral import ILLUMINANTS, OBSERVERS
 from gamutcore.colours.surface import INTENTS
 from gamutcore.decimation.costs import COSTS
 from gamutcore.errors import OptionError
@@ -30,6 +32,14 @@ SPACES = ("CIELAB",)
 
 METHOD_OPTIONS = ("gamma", "segments", "basis", "subdivisions")
 """Options that not every boundary method has; `BOUNDARIES` says which has which."""
+
+SOURCES = ("transforms", "measurements")
+"""What of an ICC profile is used: its transforms, or the measurements that it carries."""
+
+MOST_INK = {"ink_limit": 1500.0, "black_limit": 100.0}
+"""Per cent of ink that limits can allow at most: fifteen inks in full, and one."""
+
+MAX_CONDITION_LENGTH = 80
 
 FEWEST_SURFACE_SAMPLES = 8
 """The corners of the cube of three inks."""
@@ -64,6 +74,21 @@ class Options:
         How many points a device model is asked for at most.
     intent : str
         Rendering intent; one of `gamutcore.colours.INTENTS`.
+    source : str or None
+        "measurements" for those that an ICC profile carries; None for its transforms ("transforms"
+        means the same), and for all other data.
+    ink_limit : float or None
+        Largest sum of all inks, in per cent, above 0; None without a limit.
+    black_limit : float or None
+        Most of the black ink, in per cent, 0 to 100; None without a limit.
+    observer : int or None
+        Standard observer that spectra are integrated with, 2 or 10 degrees; None where the data's
+        own is used, or 2.
+    illuminant : str or None
+        What reflectance spectra are seen under, one of `gamutcore.colours.spectral.ILLUMINANTS`;
+        None where the data's own is used, or D50.
+    condition : str or None
+        The measurement condition to be used of data that has several, such as ``"M1"``.
 
     Raises
     ------
@@ -81,6 +106,12 @@ class Options:
     cost: str = "volume"
     surface_samples: int = 100_000
     intent: str = "relative"
+    source: str | None = None
+    ink_limit: float | None = None
+    black_limit: float | None = None
+    observer: int | None = None
+    illuminant: str | None = None
+    condition: str | None = None
 
     def __post_init__(self) -> None:
         for name, accepted in (
@@ -103,8 +134,17 @@ class Options:
                 samples,
                 f"a whole number from {FEWEST_SURFACE_SAMPLES} to {MAX_SURFACE_SAMPLES}",
             )
+        if self.source is not None and (
+            not isinstance(self.source, str) or self.source not in SOURCES
+        ):
+            raise OptionError.refusing("source", self.source, f"one of {', '.join(SOURCES)}")
+        # One form for what means the same; None keeps the ids of gamuts without this option.
+        object.__setattr__(self, "source", None if self.source == SOURCES[0] else self.source)
+        for name, most in MOST_INK.items():
+            object.__setattr__(self, name, _ink_limit(name, getattr(self, name), most))
         # frozen, so set this way: the canonical form of what was given
         object.__setattr__(self, "centre", _canonical_centre(self.centre))
+        self._check_measurement()
         parameters = BOUNDARIES[self.boundary].parameters
         for name in METHOD_OPTIONS:
             value = getattr(self, name)
@@ -115,6 +155,37 @@ class Options:
                 raise OptionError.refusing(
                     name, value, f"none: the boundary {self.boundary} has no {name}"
                 )
+
+    def _check_measurement(self) -> None:
+        """Check and set the options of measured samples, which have no defaults of their own."""
+        observer, illuminant, condition = self.observer, self.illuminant, self.condition
+        if observer is not None and (isinstance(observer, bool) or observer not in OBSERVERS):
+            raise OptionError.refusing("observer", observer, "2 or 10, in degrees")
+        if illuminant is not None:
+            name = illuminant.strip().upper() if isinstance(illuminant, str) else ""
+            name = f"FL{name[1:]}" if name.startswith("F") and name[1:].isdigit() else name
+            if name not in ILLUMINANTS:
+                raise OptionError.refusing(
+                    "illuminant", illuminant, f"one of {', '.join(ILLUMINANTS)}"
+                )
+            object.__setattr__(self, "illuminant", name)
+        if observer is not None:
+            object.__setattr__(self, "observer", int(observer))
+        if condition is not None:
+            if (
+                not isinstance(condition, str)
+                or not condition.strip()
+                or len(condition) > MAX_CONDITION_LENGTH
+                or not condition.isprintable()
+            ):
+                raise OptionError.refusing(
+                    "condition", condition, "the name of a measurement condition, such as 'M1'"
+                )
+            folded = " ".join(condition.split())
+            # "m1" and "M1" are one question; "M1, black backing" is another
+            label = condition_label(folded)
+            same = label.lower() == folded.lower()
+            object.__setattr__(self, "condition", label if same else folded)
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, object]) -> Options:
@@ -175,6 +246,16 @@ def _canonical_centre(centre: object) -> Centre:
         if first is not None and second is not None and third is not None:
             return (first, second, third)
     raise OptionError.refusing("centre", centre, "'auto' or three finite numbers")
+
+
+def _ink_limit(name: str, value: object, most: float) -> float | None:
+    if value is None:
+        return None
+    number = _number(value)
+    if number is None or not 0 <= number <= most or (number == 0 and name == "ink_limit"):
+        above = "above 0, up to" if name == "ink_limit" else "from 0 to"
+        raise OptionError.refusing(name, value, f"a number {above} {most:g}, in per cent")
+    return number
 
 
 def _number(value: object) -> float | None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from gamutcore.boundary import BOUNDARIES, wrapped
 from gamutcore.characterisation.icc.grid import Grid
+from gamutcore.characterisation.icc.process_elements import FloatGrid
 from gamutcore.decimation import COSTS, decimated
 from gamutcore.export import FORMATS, encoded_mesh
 from gamutcore.gamut import Options, build_gamut
@@ -30,6 +31,7 @@ def compile_kernels() -> None:
     table = f"RGB_R,RGB_G,RGB_B,LAB_L,LAB_A,LAB_B\n{rows}\n"
     build_gamut(table.encode(), Options(surface_samples=1000))
     Grid((2, 2, 2), np.zeros((8, 3), np.uint16)).values(np.full((1, 3), 0.5))
+    FloatGrid((2, 2, 2), (np.zeros((8, 3), np.float32),), 3).values(np.full((1, 3), 0.5))
     for method in BOUNDARIES:
         boundary = wrapped(device, method)
     for cost in COSTS:

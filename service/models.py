@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.json_schema import SkipJsonSchema
 
+from gamutcore.colours.spectral import ILLUMINANTS
 from gamutcore.decimation import COSTS
 
 __all__ = [
@@ -97,7 +98,7 @@ class GamutOptions(BaseModel):
         Field(
             description="What decides which edge is collapsed next: `volume` preserves the volume "
             "at every level, `finest` orders by the mismatch and moves vertices as well, which is "
-            "more accurate at few triangles and takes up to ten times as long, `quadric` is the "
+            "more accurate and takes up to ten times as long, `quadric` is the "
             "published error metric.",
             json_schema_extra={"enum": list(COSTS)},
         ),
@@ -109,6 +110,55 @@ class GamutOptions(BaseModel):
         Literal["relative", "absolute", "perceptual", "saturation"],
         Field(description="Rendering intent that an ICC profile is evaluated with."),
     ] = "relative"
+    source: Annotated[
+        Literal["transforms", "measurements"] | SkipJsonSchema[None],
+        Field(
+            description="What of an ICC profile is used: its transforms unless given, or the "
+            "measurements that it carries (tags targ, CIED with DevD).",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
+    ink_limit: Annotated[
+        Annotated[float, Field(gt=0, le=1500)] | SkipJsonSchema[None],
+        Field(
+            description="Largest sum of all inks in per cent, such as 300; no limit unless given. "
+            "For devices with inks only.",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
+    black_limit: Annotated[
+        Annotated[float, Field(ge=0, le=100)] | SkipJsonSchema[None],
+        Field(
+            description="Most of the black ink in per cent; no limit unless given. For devices "
+            "with a black ink only.",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
+    observer: Annotated[
+        Literal[2, 10] | SkipJsonSchema[None],
+        Field(
+            description="Standard observer that spectra are integrated with, in degrees; 2 unless "
+            "given. Refused for data without spectra, unless it is the data's own.",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
+    illuminant: Annotated[
+        Literal[ILLUMINANTS] | SkipJsonSchema[None],  # type: ignore[valid-type]
+        Field(
+            description="What reflectance spectra are seen under; D50 unless given. Refused for "
+            "data without spectra, unless it is the data's own.",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
+    condition: Annotated[
+        Annotated[str, Field(min_length=1, max_length=80)] | SkipJsonSchema[None],
+        Field(
+            description="The measurement condition to be used of data that has several, such as "
+            "`M0`, `M1` or `M2` of ISO 13655; a problem of the code `measurement-condition` names "
+            "those that there are.",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
 
 
 class InlineSamples(BaseModel):
@@ -117,14 +167,18 @@ class InlineSamples(BaseModel):
     model_config = ConfigDict(extra="allow")
 
     samples: Annotated[
-        list[list[float] | dict[str, float]],
-        Field(description="One array of numbers, or one object by column name, per sample."),
+        list[list[float | str | None] | dict[str, float | str | None]],
+        Field(
+            description="One array of numbers, or one object by column name, per sample. Columns "
+            "that are no colours or device values, such as names, may hold texts."
+        ),
     ]
     columns: Annotated[
         list[str] | None,
         Field(
-            description="Names of the columns; L*, a*, b* when left out. Device values beside the "
-            "colour (RGB_R, CMYK_C, ...) give a device model."
+            description="Names of the columns; L*, a*, b* when left out. Device values (RGB_R, "
+            "CMYK_C, ...) beside the colour (LAB_L, XYZ_X, LCH_L, XYY_X, SPEC_380, ...) give a "
+            "device model."
         ),
     ] = None
     white: Annotated[
@@ -149,8 +203,8 @@ class MultipartSubmission(BaseModel):
     file: Annotated[
         bytes,
         Field(
-            description="CGATS or IT8 text, CSV, JSON, a NumPy array (.npy) or an ICC profile; "
-            "recognised by its content.",
+            description="CGATS or IT8 text, CxF3, CSV, JSON, a NumPy array (.npy) or an ICC "
+            "profile; recognised by its content.",
             json_schema_extra={"format": "binary"},
         ),
     ]

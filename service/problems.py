@@ -63,7 +63,7 @@ def _core(
     return Kind(error.code, 422, title, remedy, detail, where)
 
 
-_READ = "CGATS and IT8 text, CSV, JSON, NumPy arrays (.npy) and ICC profiles are read."
+_READ = "CGATS and IT8 text, CxF3, CSV, JSON, NumPy arrays (.npy) and ICC profiles are read."
 _DEFECT = "This is a defect of the service; please report it with the gamut's id."
 
 _ROWS = (
@@ -91,9 +91,16 @@ _ROWS = (
     _core(
         errors.MissingColumnError,
         "The columns do not hold a colour",
-        "Name columns LAB_L, LAB_A, LAB_B or XYZ_X, XYZ_Y, XYZ_Z.",
+        "Name columns LAB_L, LAB_A, LAB_B or XYZ_X, XYZ_Y, XYZ_Z, or the bands of a spectrum.",
         "There is no column LAB_B.",
         column="LAB_B",
+    ),
+    _core(
+        errors.ConditionError,
+        "Several measurement conditions, or another one",
+        "Choose one of them by the option `condition`.",
+        "The data was measured under several conditions: M0, M1, M2.",
+        field="condition",
     ),
     _core(
         errors.SampleLimitError,

@@ -1,12 +1,13 @@
 """Characterisation data: what is known of a device, read from the files people hold.
 
 `characterisation` tells the format by content and returns `Samples` (measured colours, with or
-without device values) or an `IccProfile`. Reading checks everything that a file claims; colour is
-computed in `gamutcore.colours`.
+without device values) or an `IccProfile`; `measurements_of` returns those that a profile carries.
+Reading checks everything that a file claims; colour is computed in `gamutcore.colours`.
 """
 
+from gamutcore.characterisation.embedded import measurements_of
 from gamutcore.characterisation.icc import IccProfile
 from gamutcore.characterisation.recognition import Characterisation, characterisation
 from gamutcore.characterisation.samples import Samples
 
-__all__ = ["Characterisation", "IccProfile", "Samples", "characterisation"]
+__all__ = ["Characterisation", "IccProfile", "Samples", "characterisation", "measurements_of"]

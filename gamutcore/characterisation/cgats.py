@@ -1,9 +1,11 @@
-"""The CGATS family of text files: CGATS.17, IT8.7/x, Argyll's .ti1 and .ti3, ECI2002, ISO 28178.
+"""The CGATS family of text files: CGATS.17, IT8.7/x, Argyll's .ti3, ECI2002, ISO 28178, IDMS.
 
 The family has one grammar (CGATS.17-2009) and as many dialects as writers, so this reader is
 tolerant: it believes the data, not the counts that announce them, and says in its warnings what it
 tolerated. It reads in one pass over the lines, so its time is linear in the length of the file.
-The first table that has colours is taken.
+The first table that has colours is taken, or the one of the measurement condition that is asked
+for. Measurement and envelope files of the colour gamut envelope (CGE) in the Information Display
+Measurements Standard (IDMS 1.3) are of this family too.
 """
 
 from __future__ import annotations
@@ -13,12 +15,26 @@ from collections import deque
 from enum import Enum, auto
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from gamutcore.characterisation.columns import MAX_COLUMNS, ColumnRoles, column_roles
+from gamutcore.characterisation.conditions import (
+    CONDITION_KEYWORDS,
+    chosen_condition,
+    condition_label,
+    stated_condition,
+)
 from gamutcore.characterisation.samples import samples_from_values
-from gamutcore.characterisation.table import NumberTable, text_lines
-from gamutcore.errors import MalformedFileError, MissingColumnError, SampleLimitError
+from gamutcore.characterisation.table import NumberTable, number, text_lines
+from gamutcore.errors import (
+    ConditionError,
+    MalformedFileError,
+    MissingColumnError,
+    SampleLimitError,
+)
 
 if TYPE_CHECKING:
+    from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.samples import Samples
 
 __all__ = ["cgats_samples", "looks_like_cgats"]
@@ -29,6 +45,9 @@ _DATA_TOKEN = re.compile(r'"([^"]*)(?:"|$)|([^\s"]+)')
 _SPECIAL = re.compile(r"[\"#]|END_DATA", re.IGNORECASE)
 _COUNTS = ("NUMBER_OF_FIELDS", "NUMBER_OF_SETS")
 _STRUCTURE = frozenset({*_COUNTS, "BEGIN_DATA_FORMAT", "END_DATA_FORMAT", "BEGIN_DATA", "END_DATA"})
+_ILLUMINATION = "ILLUMINATION_PERFECT_DIFFUSE_REFLECTOR_XYZ"
+"""IDMS 1.3: what a reflective display's colours are relative to."""
+
 _MAX_KEYWORDS = 10_000
 _MAX_TABLES = 100
 """Tables in a file at most; real files have one or two, and each costs a look at its columns."""
@@ -67,13 +86,15 @@ def looks_like_cgats(text: str) -> bool:
     return _DATA_MARK.search(text) is not None
 
 
-def cgats_samples(text: str) -> Samples:
+def cgats_samples(text: str, *, condition: str | None = None) -> Samples:
     """Return the samples in a text of the CGATS family.
 
     Parameters
     ----------
     text : str
         The decoded file, with any mixture of line ends.
+    condition : str, optional
+        The measurement condition whose samples are wanted, if the file has several.
 
     Returns
     -------
@@ -86,11 +107,13 @@ def cgats_samples(text: str) -> Samples:
     MalformedFileError
         A row with the wrong number of values, or a value that is no number: with line and column.
     MissingColumnError
-        No table holds CIELAB or XYZ colours.
+        No table holds colours or spectra.
+    ConditionError
+        The file was measured under several conditions and none was chosen, or under another.
     SampleLimitError
         More rows, columns or keywords than are accepted.
     """
-    reader = _Reader()
+    reader = _Reader(condition)
     for line, content in text_lines(text):
         reader.read(content, line)
     return reader.samples()
@@ -99,9 +122,15 @@ def cgats_samples(text: str) -> Samples:
 class _Reader:
     """State machine over the tokens of lines, in time linear in their number."""
 
-    def __init__(self) -> None:
+    def __init__(self, condition: str | None) -> None:
+        self.condition = condition
+        self.found: list[str | None] = []
         self.state = _State.HEADER
         self.keywords: dict[str, str] = {}
+        self.keyword_lines: dict[str, int] = {}
+        self.own: dict[str, str] = {}
+        self.stated: str | None = None
+        self.dialect = ""
         self.warnings: list[str] = []
         self.counts: dict[str, str] = {}
         self.fields: list[str] = []
@@ -135,6 +164,8 @@ class _Reader:
         if self.state is _State.DATA and self.table is not None:
             self.warnings.append("END_DATA is missing; the data ends with the file.")
             self._end_of_table()
+        if len(set(self.found)) > 1 or (self.found and self.table is None):
+            chosen_condition(self.found, self.condition)
         if self.table is None or not self.finished:
             if self.refusal is not None:
                 raise self.refusal
@@ -147,14 +178,36 @@ class _Reader:
         if self.other_tables:
             self.warnings.append(f"{self.other_tables} further table(s) in the file are not used.")
         values, lines = self.table.arrays()
-        return samples_from_values(
+        samples = samples_from_values(
             "cgats",
             self.table.roles,
             values,
             lines=lines,
             conditions=self.keywords,
+            illumination=self._illumination(),
+            condition=self.condition,
+            row_conditions=self.table.row_conditions,
             warnings=self.warnings,
         )
+        samples.provenance["dialect"] = self.keywords.get("IDMS_FILE_TYPE", self.dialect)[:80]
+        return samples
+
+    def _illumination(self) -> FloatArray | None:
+        """Return XYZ of the perfect diffuser, which reflective displays are measured against."""
+        text = self.keywords.get(_ILLUMINATION)
+        if text is None:
+            return None
+        try:
+            values = [number(word) for word in text.split()]
+        except ValueError:
+            values = []
+        if len(values) != 3 or not all(0 < value < 1e6 for value in values):
+            raise MalformedFileError(
+                f"{_ILLUMINATION} is {text[:40]!r}.",
+                where={"line": self.keyword_lines[_ILLUMINATION], "field": _ILLUMINATION},
+                remedy="Write X, Y and Z of the perfect diffuser, such as 102 100 63.7.",
+            )
+        return np.array(values)
 
     def _header(self, tokens: deque[_Token], line: int) -> None:
         head = tokens.popleft()
@@ -173,15 +226,25 @@ class _Reader:
             else:
                 while tokens and not tokens[0].structure:
                     value.append(tokens.popleft().text)
-            if value and not self.finished and head.text.upper() != "KEYWORD":
+            if not self.dialect and not self.tables and not self.keywords:
+                self.dialect = head.text
+            if value and head.text.upper() != "KEYWORD":
                 self._keyword(head.text.upper(), " ".join(value).strip(), line)
+        elif head.quoted and "MEASUREMENTCONDITION=" in head.text.upper():
+            # MeasureTool writes such lines without a keyword.
+            self._keyword("MEASUREMENT_SOURCE", head.text, line)
 
     def _keyword(self, name: str, value: str, line: int) -> None:
+        if name in CONDITION_KEYWORDS:
+            self.own[name] = value
+        if self.finished:  # the used table's keywords stand
+            return
         if len(self.keywords) >= _MAX_KEYWORDS and name not in self.keywords:
             raise SampleLimitError(
                 f"The file has more than {_MAX_KEYWORDS} keywords.", where={"line": line}
             )
         self.keywords[name] = value
+        self.keyword_lines[name] = line
 
     def _format(self, tokens: deque[_Token], line: int) -> None:
         while tokens:
@@ -209,23 +272,56 @@ class _Reader:
                 where={"line": line},
                 remedy="Send the table with the measurements alone.",
             )
-        if self.finished:
-            self.other_tables += 1
-            return
         if not self.fields:
+            if self.finished:
+                self.other_tables += 1
+                return
             raise MalformedFileError(
                 "The data starts before its columns are named.",
                 where={"line": line},
                 remedy="Put BEGIN_DATA_FORMAT, the column names and END_DATA_FORMAT before it.",
             )
+        if self.finished:
+            self._later_table()
+            return
         try:
-            roles = column_roles(self.fields, where={"line": self.fields_line})
+            roles = column_roles(
+                self.fields, condition=self.condition, where={"line": self.fields_line}
+            )
         except MissingColumnError as error:
             self.refusal = self.refusal or error
             return
+        if roles.condition is None and roles.condition_column is None:
+            stated = self._table_condition()
+            self.found.append(stated)
+            if self.condition is not None and stated != condition_label(self.condition):
+                self.other_tables += 1
+                return
         self.state, self.table = _State.DATA, NumberTable(roles)
         self.row, self.row_line = [], 0
         self._compare("NUMBER_OF_FIELDS", len(self.fields), "columns")
+
+    def _table_condition(self) -> str | None:
+        """Return the condition of the table that begins: its own header's, or the one before's."""
+        stated = stated_condition(self.own)
+        if stated is not None:
+            for name in CONDITION_KEYWORDS - set(self.own):
+                self.keywords.pop(name, None)
+            self.stated = stated
+        self.own = {}
+        return self.stated
+
+    def _later_table(self) -> None:
+        """Note the measurement condition of a table after the used one, if it is another."""
+        self.other_tables += 1
+        stated = stated_condition(self.own)
+        self.own = {}
+        if stated is not None and self.found and self.found[0] is not None:
+            try:
+                column_roles(self.fields)
+            except (MissingColumnError, ConditionError):
+                return
+            self.found.append(stated)
 
     def _data(self, tokens: deque[_Token], line: int) -> None:
         row, ended = [], False
@@ -273,9 +369,6 @@ class _Reader:
             raise self._wrong_row()
         assert self.table is not None  # noqa: S101 (only the state DATA ends a table)
         self._compare("NUMBER_OF_SETS", self.table.count, "rows")
-        ignored = self.table.roles.ignored
-        if ignored:
-            self.warnings.append(f"The device columns {', '.join(ignored)} are not used.")
         self.finished = True
 
     def _compare(self, keyword: str, found: int, what: str) -> None:

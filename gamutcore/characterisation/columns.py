@@ -1,17 +1,23 @@
 """What the columns of a table of samples are, told from their names.
 
 Device values are named as CGATS.17 has it, by the set of inks or lights and the one that is meant
-(`CMYK_C`, `RGB_R`, `7CLR_3`, `CMYKOGV_O`); colours as `LAB_L LAB_A LAB_B` and `XYZ_X XYZ_Y XYZ_Z`.
-Plain letters in their usual order (`R G B`, `L a b`, `L* a* b*`) are understood too, because that
-is what spreadsheets and scripts write.
+(`CMYK_C`, `RGB_R`, `7CLR_3`, `CMYKOGV_O`); colours as `LAB_L LAB_A LAB_B`, `XYZ_X XYZ_Y XYZ_Z`,
+`LAB_L LAB_C LAB_H`, `XYY_X XYY_Y XYY_CAPY`, and bands of spectra. Plain letters in their usual
+order (`R G B`, `L a b`, `L* a* b*`, `x y Y`) are understood too, because that is what spreadsheets
+and scripts write. A measurement condition before or after a name (`M1_LAB_L`, `SPEC_380_M0`) is
+told from it.
 """
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import cached_property
+from itertools import chain
+from typing import TYPE_CHECKING, TypedDict
 
+from gamutcore.characterisation.conditions import chosen_condition
+from gamutcore.characterisation.spectra import FEWEST_BANDS, spectral_columns, wavelength
 from gamutcore.errors import MissingColumnError, SampleLimitError
 
 if TYPE_CHECKING:
@@ -30,8 +36,28 @@ MAX_COLUMNS = 2000
 _LETTERS = re.compile(r"i?([CMYKORGBVWNcmykorgbvwn]{1,15})_([A-Za-z])")
 _NUMBERED = re.compile(r"(\d{1,2})CLR_(\d{1,2})|PC(\d{1,2})_(\d{1,2})", re.IGNORECASE)
 _GRAY = re.compile(r"GR[AE]Y(?:_\w+)?", re.IGNORECASE)
-_SPECTRAL = re.compile(r"(?:SPEC|SPECTRAL|NM|SPECTRAL_NM|R)_?\d{3}", re.IGNORECASE)
+_LABELLED = re.compile(r"(M[0-3])[_ :.-]+(.+)|(.+?)[_ :.-]+\(?(M[0-3])\)?", re.IGNORECASE)
+_CONDITION_COLUMNS = frozenset(
+    {"CONDITION", "MEASUREMENT_CONDITION", "MEASUREMENT_MODE", "M_CONDITION"}
+)
+_LAB = ("LAB_L", "LAB_A", "LAB_B")
+_XYZ = ("XYZ_X", "XYZ_Y", "XYZ_Z")
+_LCH = ("LCH_L", "LCH_C", "LCH_H")
+_LAB_LCH = ("LAB_L", "LAB_C", "LAB_H")  # as CGATS.17 names them
+_XYY = ("XYY_X", "XYY_Y", "XYY_CAPY")
+_COLOUR_NAMES = frozenset({*_LAB, *_XYZ, *_LCH, *_LAB_LCH, *_XYY})
+_LETTERS_ALONE = frozenset({"L", "a", "b", "L*", "a*", "b*", "X", "Y", "Z", "x", "y"})
+_CASED: dict[tuple[str, ...], tuple[str, ...]] = {
+    ("x", "y", "Y"): _XYY,
+    ("Y", "x", "y"): (_XYY[2], _XYY[0], _XYY[1]),
+}
+"""Chromaticities differ from tristimulus values by the case of their letters alone."""
+
 _PLAIN = {
+    ("L", "C", "H"): "LCH",
+    ("L*", "C*", "H"): "LCH",
+    ("L*", "C*", "H*"): "LCH",
+    ("L*", "C*AB", "HAB"): "LCH",
     ("C", "M", "Y", "K"): "CMYK",
     ("C", "M", "Y"): "CMY",
     ("R", "G", "B"): "RGB",
@@ -53,10 +79,18 @@ class ColumnRoles:
         Channel names of the device, empty for bare colours.
     device : tuple of int
         Columns of the device values, in the order of `channels`.
-    lab, xyz : tuple of three int or None
-        Columns of the colours.
+    lab, xyz, lch, xyy : tuple of three int or None
+        Columns of the colours; those of LCh and xyY only where they are needed.
     ignored : tuple of str
-        Further sets of device columns, which are not used.
+        Further sets of columns, which are not used.
+    spectrum : tuple of int
+        Columns of the bands of a spectrum, by ascending wavelength; empty if there is none.
+    wavelengths : tuple of float
+        Their wavelengths in nm.
+    condition : str or None
+        The measurement condition that the names of the used columns state.
+    condition_column : int or None
+        The column that states each row's measurement condition.
     """
 
     names: tuple[str, ...]
@@ -65,11 +99,28 @@ class ColumnRoles:
     lab: tuple[int, ...] | None
     xyz: tuple[int, ...] | None
     ignored: tuple[str, ...] = ()
+    lch: tuple[int, ...] | None = None
+    xyy: tuple[int, ...] | None = None
+    spectrum: tuple[int, ...] = ()
+    wavelengths: tuple[float, ...] = ()
+    condition: str | None = None
+    condition_column: int | None = None
+
+    @cached_property
+    def selected(self) -> tuple[int, ...]:
+        """Columns to read: device values, colours, the spectrum, and the condition last."""
+        condition = () if self.condition_column is None else (self.condition_column,)
+        return (
+            *self.device,
+            *chain.from_iterable(columns for _, columns in self._colours),
+            *self.spectrum,
+            *condition,
+        )
 
     @property
-    def selected(self) -> tuple[int, ...]:
-        """Columns to read: device values, then L* a* b*, then X Y Z."""
-        return (*self.device, *(self.lab or ()), *(self.xyz or ()))
+    def _colours(self) -> tuple[tuple[str, tuple[int, ...]], ...]:
+        pairs = (("lab", self.lab), ("lch", self.lch), ("xyz", self.xyz), ("xyy", self.xyy))
+        return tuple((kind, columns) for kind, columns in pairs if columns is not None)
 
     @property
     def selected_names(self) -> tuple[str, ...]:
@@ -78,21 +129,32 @@ class ColumnRoles:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """``"device"``, ``"lab"`` or ``"xyz"`` for each column to read."""
+        """``"device"``, ``"lab"``, ``"spectrum"`` and so on for each column to read."""
         return (
             *(["device"] * len(self.device)),
-            *(["lab"] * len(self.lab or ())),
-            *(["xyz"] * len(self.xyz or ())),
+            *chain.from_iterable([kind] * 3 for kind, _ in self._colours),
+            *(["spectrum"] * len(self.spectrum)),
+            *([] if self.condition_column is None else ["condition"]),
         )
 
+    @property
+    def colour_columns(self) -> tuple[str, ...]:
+        """What colours are read: ``"LAB"``, ``"LCH"``, ``"XYZ"``, ``"XYY"``, ``"SPECTRUM"``."""
+        spectrum = ("SPECTRUM",) if self.spectrum else ()
+        return (*(kind.upper() for kind, _ in self._colours), *spectrum)
 
-def column_roles(names: Sequence[str], *, where: Where | None = None) -> ColumnRoles:
+
+def column_roles(
+    names: Sequence[str], *, condition: str | None = None, where: Where | None = None
+) -> ColumnRoles:
     """Return which columns hold device values and colours.
 
     Parameters
     ----------
     names : sequence of str
         Column names, in order.
+    condition : str, optional
+        The measurement condition whose columns are wanted, if the names state several.
     where : dict, optional
         Where the names stand, for errors.
 
@@ -103,8 +165,10 @@ def column_roles(names: Sequence[str], *, where: Where | None = None) -> ColumnR
     Raises
     ------
     MissingColumnError
-        There is no complete Lab or XYZ colour, a device channel is missing, or a column that is
+        There is no complete colour or spectrum, a device channel is missing, or a column that is
         needed appears twice.
+    ConditionError
+        The names state several measurement conditions and none was chosen, or not the one that was.
     SampleLimitError
         More than `MAX_COLUMNS` columns or `MAX_CHANNELS` channels.
     """
@@ -113,27 +177,107 @@ def column_roles(names: Sequence[str], *, where: Where | None = None) -> ColumnR
         raise SampleLimitError(
             f"{len(names)} columns are more than the {MAX_COLUMNS} that are accepted.", where=place
         )
-    cleaned = _spelt_out(tuple(name.strip() for name in names))
-    lab = _colour_columns(cleaned, ("LAB_L", "LAB_A", "LAB_B"), place)
-    xyz = _colour_columns(cleaned, ("XYZ_X", "XYZ_Y", "XYZ_Z"), place)
-    if lab is None and xyz is None:
-        raise _no_colour(cleaned, place)
+    stripped, label, others = _of_one_condition(
+        tuple(name.strip() for name in names), condition, place
+    )
+    cleaned = _spelt_out(stripped)
     groups = _device_groups(cleaned)
-    if not groups:
-        return ColumnRoles(tuple(names), (), (), lab, xyz)
-    prefix, members = next(iter(groups.items()))
-    channels, device = _channels(prefix, members, place)
-    return ColumnRoles(tuple(names), channels, device, lab, xyz, tuple(groups)[1:])
+    colours = _colours(cleaned, place)
+    rows = next((i for i, name in enumerate(cleaned) if name.upper() in _CONDITION_COLUMNS), None)
+    channels: tuple[str, ...] = ()
+    device: tuple[int, ...] = ()
+    if groups:
+        prefix, members = next(iter(groups.items()))
+        channels, device = _channels(prefix, members, place)
+    return ColumnRoles(
+        names=tuple(names),
+        channels=channels,
+        device=device,
+        ignored=(*tuple(groups)[1:], *others),
+        condition=label,
+        condition_column=rows if label is None else None,
+        **colours,
+    )
+
+
+class _Colours(TypedDict):
+    """The columns of colours, as fields of `ColumnRoles`."""
+
+    lab: tuple[int, ...] | None
+    xyz: tuple[int, ...] | None
+    lch: tuple[int, ...] | None
+    xyy: tuple[int, ...] | None
+    spectrum: tuple[int, ...]
+    wavelengths: tuple[float, ...]
+
+
+def _colours(names: tuple[str, ...], where: Where) -> _Colours:
+    lch = _complete(names, _LCH) or _complete(names, _LAB_LCH)
+    present = {name.upper() for name in names}
+    lab = None
+    if lch is None or present & {"LAB_A", "LAB_B"}:
+        lab = _colour_columns(names, _LAB, where)
+    xyz = _colour_columns(names, _XYZ, where)
+    xyy = _complete(names, _XYY)
+    spectrum, wavelengths = spectral_columns(names, where)
+    if lab is lch is xyz is xyy is None and not spectrum:
+        raise _no_colour(names, where)
+    return _Colours(
+        lab=lab,
+        lch=lch if lab is None else None,
+        xyz=xyz,
+        xyy=xyy if xyz is None else None,
+        spectrum=spectrum,
+        wavelengths=wavelengths,
+    )
+
+
+def _of_one_condition(
+    names: tuple[str, ...], asked: str | None, where: Where
+) -> tuple[tuple[str, ...], str | None, tuple[str, ...]]:
+    """Return the names with those of other conditions emptied, the condition, and what was left.
+
+    Columns that state no condition are of none that is known: beside those that do, their colours
+    are not used, so that no two conditions are mixed.
+    """
+    labels: list[str | None] = []
+    bare = []
+    for name in names:
+        match = _LABELLED.fullmatch(name)
+        rest = (match[2] or match[3]) if match else ""
+        is_colour = bool(rest) and (
+            wavelength(rest) is not None or rest.upper() in _COLOUR_NAMES or rest in _LETTERS_ALONE
+        )
+        labels.append((match[1] or match[4]).upper() if match and is_colour else None)
+        bare.append(rest if is_colour else name)
+    stated = [label for label in labels if label is not None]
+    if not stated:
+        return names, None, ()
+    chosen = chosen_condition(stated, asked, where=where)
+    kept, dropped = [], set()
+    for name, label in zip(bare, labels, strict=True):
+        colour = wavelength(name) is not None or name.upper() in _COLOUR_NAMES
+        if label == chosen or (label is None and not colour):
+            kept.append(name)
+        else:
+            kept.append("")
+            dropped.add(f"those of {label or 'no stated condition'}")
+    return tuple(kept), chosen, tuple(sorted(dropped))
 
 
 def _spelt_out(names: tuple[str, ...]) -> tuple[str, ...]:
     upper = tuple(name.upper() for name in names)
     spelt, index = list(names), 0
     while index < len(names):
+        cased = _CASED.get(names[index : index + 3])
+        if cased is not None:
+            spelt[index : index + 3] = cased
+            index += 3
+            continue
         for letters, prefix in _PLAIN.items():
             if upper[index : index + len(letters)] == letters:
                 for offset, letter in enumerate(letters):
-                    spelt[index + offset] = f"{prefix}_{letter.rstrip('*')}"
+                    spelt[index + offset] = f"{prefix}_{letter[0]}"
                 index += len(letters) - 1
                 break
         index += 1
@@ -143,6 +287,7 @@ def _spelt_out(names: tuple[str, ...]) -> tuple[str, ...]:
 def _colour_columns(
     names: tuple[str, ...], wanted: tuple[str, ...], where: Where
 ) -> tuple[int, ...] | None:
+    """Return the columns of a colour that must be complete if it is there at all."""
     found: dict[str, int] = {}
     for index, name in enumerate(names):
         upper = name.upper()
@@ -167,11 +312,23 @@ def _colour_columns(
     return tuple(found[name] for name in wanted)
 
 
+def _complete(names: tuple[str, ...], wanted: tuple[str, ...]) -> tuple[int, ...] | None:
+    """Return the columns of a colour that is of use only if it is complete."""
+    upper = [name.upper() for name in names]
+    if any(upper.count(name) != 1 for name in wanted):
+        return None
+    return tuple(upper.index(name) for name in wanted)
+
+
 def _no_colour(names: tuple[str, ...], where: Where) -> MissingColumnError:
-    remedy = "Give the columns LAB_L, LAB_A, LAB_B or XYZ_X, XYZ_Y, XYZ_Z."
-    message = "No column holds a CIELAB or XYZ colour"
-    if any(_SPECTRAL.fullmatch(name) for name in names):
-        message += "; the spectra in the table are not read"
+    remedy = (
+        "Give the columns LAB_L, LAB_A, LAB_B or XYZ_X, XYZ_Y, XYZ_Z, xyY, LCh, or a spectrum of "
+        f"at least {FEWEST_BANDS} bands."
+    )
+    message = "No columns hold a complete colour"
+    bands = sum(wavelength(name) is not None for name in names)
+    if bands:
+        message += f"; the spectra in the table have too few bands, {bands}"
     return MissingColumnError(
         f"{message}. The columns are: {', '.join(names)[:300] or 'none'}.",
         where={**where, "columns": list(names)[:50]},

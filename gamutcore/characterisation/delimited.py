@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from gamutcore.characterisation.columns import column_roles
 from gamutcore.characterisation.samples import samples_from_values
+from gamutcore.characterisation.spectra import are_wavelengths
 from gamutcore.characterisation.table import NumberTable, number, text_lines
 from gamutcore.errors import MalformedFileError, MissingColumnError, UnrecognisedFormatError
 
@@ -25,7 +26,7 @@ __all__ = ["delimited_samples"]
 _DELIMITERS = ("\t", ";", ",")
 
 
-def delimited_samples(text: str) -> Samples:
+def delimited_samples(text: str, *, condition: str | None = None) -> Samples:
     """Return the samples in delimited text.
 
     Parameters
@@ -34,6 +35,8 @@ def delimited_samples(text: str) -> Samples:
         The decoded file. The delimiter is the tab, else the semicolon, else the comma, whichever
         the first line has, else white space. With semicolons, tabs or white space, decimal commas
         are understood.
+    condition : str, optional
+        The measurement condition whose samples are wanted, if the text has several.
 
     Returns
     -------
@@ -44,7 +47,9 @@ def delimited_samples(text: str) -> Samples:
     UnrecognisedFormatError
         The first line is neither column names nor numbers.
     MissingColumnError
-        The columns hold no CIELAB or XYZ colour.
+        The columns hold no colour and no spectrum.
+    ConditionError
+        The samples are of several measurement conditions and none was chosen, or of another.
     MalformedFileError
         A row with another number of values than there are columns, or a value that is no number.
     """
@@ -57,7 +62,7 @@ def delimited_samples(text: str) -> Samples:
         )
     warnings = []
     names = [cell.strip() for cell in first]
-    headless = all(_is_number(cell) for cell in names)
+    headless = all(_is_number(cell) for cell in names) and not are_wavelengths(names)
     if headless:
         if len(names) != 3:
             raise MissingColumnError(
@@ -69,7 +74,7 @@ def delimited_samples(text: str) -> Samples:
         warnings.append("The columns have no names; they are taken for L*, a*, b*.")
         roles = column_roles(("LAB_L", "LAB_A", "LAB_B"))
     else:
-        roles = _named_roles(names, line, delimiter)
+        roles = _named_roles(names, line, delimiter, condition)
     table = NumberTable(roles)
     if headless:
         table.append(names, line)
@@ -85,7 +90,15 @@ def delimited_samples(text: str) -> Samples:
             )
         table.append(cells, line)
     values, lines = table.arrays()
-    return samples_from_values("csv", roles, values, lines=lines, warnings=warnings)
+    return samples_from_values(
+        "csv",
+        roles,
+        values,
+        lines=lines,
+        condition=condition,
+        row_conditions=table.row_conditions,
+        warnings=warnings,
+    )
 
 
 def _is_number(cell: str) -> bool:
@@ -96,9 +109,11 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _named_roles(names: list[str], line: int, delimiter: str | None) -> ColumnRoles:
+def _named_roles(
+    names: list[str], line: int, delimiter: str | None, condition: str | None
+) -> ColumnRoles:
     try:
-        return column_roles(names, where={"line": line})
+        return column_roles(names, condition=condition, where={"line": line})
     except MissingColumnError as error:
         # Any prose splits into words or at commas; it is a table if something says so.
         if len(names) >= 3 and (delimiter is not None or "column" in error.where):

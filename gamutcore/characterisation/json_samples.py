@@ -13,8 +13,10 @@ from typing import Any, NoReturn
 import numpy as np
 
 from gamutcore.arrays import FloatArray
-from gamutcore.characterisation.columns import MAX_COLUMNS, column_roles
+from gamutcore.characterisation.columns import ColumnRoles, column_roles
+from gamutcore.characterisation.conditions import condition_label
 from gamutcore.characterisation.samples import Samples, samples_from_values
+from gamutcore.characterisation.table import MAX_ROW_CONDITIONS
 from gamutcore.errors import MalformedFileError, SampleLimitError
 
 __all__ = ["MAX_JSON_SAMPLES", "json_samples"]
@@ -29,7 +31,7 @@ _DEFAULT_COLUMNS = ("LAB_L", "LAB_A", "LAB_B")
 _EXAMPLE = '{"columns": ["LAB_L", "LAB_A", "LAB_B"], "samples": [[50, 0, 0], ...]}'
 
 
-def json_samples(text: str) -> Samples:
+def json_samples(text: str, *, condition: str | None = None) -> Samples:
     """Return the samples in a JSON document.
 
     Parameters
@@ -38,7 +40,10 @@ def json_samples(text: str) -> Samples:
         The document. ``{"columns": [names], "samples": [[numbers], ...], "white": [X, Y, Z],
         "conditions": {keyword: text}}``, of which only ``samples`` is required; every further
         member with a text or a number for value is a condition too. A sample may be an object from
-        column name to number. An array is taken for the samples.
+        column name to number. An array is taken for the samples. In a column
+        ``MEASUREMENT_CONDITION`` samples have texts.
+    condition : str, optional
+        The measurement condition whose samples are wanted, if the document has several.
 
     Returns
     -------
@@ -49,7 +54,9 @@ def json_samples(text: str) -> Samples:
     MalformedFileError
         No JSON, or not of this shape; the error names the row and column, or the member.
     MissingColumnError
-        The columns hold no CIELAB or XYZ colour.
+        The columns hold no colour and no spectrum.
+    ConditionError
+        The samples are of several measurement conditions and none was chosen, or of another.
     SampleLimitError
         More samples than `MAX_JSON_SAMPLES`, or more text than they can take.
     """
@@ -64,14 +71,17 @@ def json_samples(text: str) -> Samples:
         )
     rows = document["samples"]
     columns = _columns(document, rows)
-    roles = column_roles(columns, where={"field": "columns"})
-    values = _values(rows, columns)[:, list(roles.selected)]
+    roles = column_roles(columns, condition=condition, where={"field": "columns"})
+    labels: dict[str, int] = {}
+    values = _values(rows, columns, roles, labels)
     white = document.get("white")
     return samples_from_values(
         "json",
         roles,
         values,
         conditions=_conditions(document),
+        condition=condition,
+        row_conditions=tuple(labels),
         white=None if white is None else _white(white),
     )
 
@@ -126,13 +136,14 @@ def _columns(document: dict[str, Any], rows: list[Any]) -> tuple[str, ...]:
     return tuple(columns)
 
 
-def _values(rows: list[Any], columns: tuple[str, ...]) -> FloatArray:
-    if len(columns) > MAX_COLUMNS:
-        raise SampleLimitError(
-            f"{len(columns)} columns are more than the {MAX_COLUMNS} that are accepted.",
-            where={"field": "columns"},
-        )
+def _values(
+    rows: list[Any], columns: tuple[str, ...], roles: ColumnRoles, labels: dict[str, int]
+) -> FloatArray:
+    """Return the numbers of the selected columns; condition names get numbers, in `labels`."""
     flat: list[float] = []
+    # bool is a kind of int in Python, but not a number in JSON; hence the exact types.
+    numeric = {int, float}
+    selected = roles.selected
     for index, row in enumerate(rows):
         cells = [row.get(name) for name in columns] if isinstance(row, dict) else row
         if not isinstance(cells, list) or len(cells) != len(columns):
@@ -141,24 +152,49 @@ def _values(rows: list[Any], columns: tuple[str, ...]) -> FloatArray:
                 where={"row": index + 1, "field": f"samples[{index}]"},
                 remedy=f"Every sample has one number for each of {', '.join(columns)[:300]}.",
             )
-        # bool is a kind of int in Python, but not a number in JSON; hence the exact types.
-        if not {*map(type, cells)} <= {int, float}:
-            raise _not_a_number(cells, index, columns)
+        if roles.condition_column is not None:
+            cells = _with_condition_number(cells, index, roles.condition_column, labels)
+        needed = [cells[column] for column in selected]
+        if not {*map(type, needed)} <= numeric:
+            raise _not_a_number(needed, index, roles)
         try:
-            flat.extend(map(float, cells))
+            flat.extend(map(float, needed))
         except OverflowError:
-            raise _not_a_number(cells, index, columns) from None
-    return np.array(flat, dtype=np.float64).reshape(-1, len(columns))
+            raise _not_a_number(needed, index, roles) from None
+    return np.array(flat, dtype=np.float64).reshape(-1, len(selected))
 
 
-def _not_a_number(cells: list[Any], row: int, columns: tuple[str, ...]) -> MalformedFileError:
+def _with_condition_number(
+    cells: list[Any], row: int, column: int, labels: dict[str, int]
+) -> list[Any]:
+    text = cells[column]
+    if not isinstance(text, str) and text is not None:
+        raise MalformedFileError(
+            f"The measurement condition of sample {row + 1} is no text.",
+            where={"row": row + 1, "field": f"samples[{row}][{column}]"},
+            remedy='Write it as in "M1".',
+        )
+    number = labels.setdefault(condition_label(text or ""), len(labels))
+    if number >= MAX_ROW_CONDITIONS:
+        raise SampleLimitError(
+            f"The samples have more than {MAX_ROW_CONDITIONS} measurement conditions.",
+            where={"row": row + 1, "field": f"samples[{row}][{column}]"},
+        )
+    return [*cells[:column], number, *cells[column + 1 :]]
+
+
+def _not_a_number(cells: list[Any], row: int, roles: ColumnRoles) -> MalformedFileError:
     place = next(
         (i for i, c in enumerate(cells) if type(c) not in {int, float} or abs(c) > 1e300), 0
     )
     shown = json.dumps(cells[place])[:40]
     return MalformedFileError(
-        f"{shown} in the column {columns[place]} of sample {row + 1} is not a number.",
-        where={"row": row + 1, "column": columns[place], "field": f"samples[{row}][{place}]"},
+        f"{shown} in the column {roles.selected_names[place]} of sample {row + 1} is not a number.",
+        where={
+            "row": row + 1,
+            "column": roles.selected_names[place],
+            "field": f"samples[{row}][{roles.selected[place]}]",
+        },
         remedy="Every colour and device value must be a plain, finite number.",
     )
 

@@ -17,27 +17,35 @@ import numpy.typing as npt
 
 from gamutcore.arrays import FloatArray
 from gamutcore.characterisation.columns import MAX_COLUMNS, column_roles
+from gamutcore.characterisation.conditions import condition_label
 from gamutcore.characterisation.samples import (
     MAX_SAMPLES,
     Samples,
     samples_from_values,
 )
+from gamutcore.characterisation.table import MAX_ROW_CONDITIONS
 from gamutcore.errors import MalformedFileError, MissingColumnError, SampleLimitError
 
 __all__ = ["NPY_MAGIC", "npy_samples"]
 
 NPY_MAGIC = b"\x93NUMPY"
+MAX_VALUES = 16_000_000
+"""Numbers at most: 128 MB of them."""
+
+MAX_ROW_BYTES = 100_000
 _MAX_HEADER = 100_000
 _REMEDY = "Save an (m, 3) array of L*, a*, b*, or a structured array, with numpy.save."
 
 
-def npy_samples(data: bytes) -> Samples:
+def npy_samples(data: bytes, *, condition: str | None = None) -> Samples:
     """Return the samples in a .npy file.
 
     Parameters
     ----------
     data : bytes
         The file.
+    condition : str, optional
+        The measurement condition whose samples are wanted, if a field states several.
 
     Returns
     -------
@@ -49,6 +57,8 @@ def npy_samples(data: bytes) -> Samples:
         The header is broken, or says more data than there is, or something else than numbers.
     MissingColumnError
         A plain array that is not (m, 3), or fields without a colour.
+    ConditionError
+        The samples are of several measurement conditions and none was chosen, or of another.
     SampleLimitError
         More than `MAX_SAMPLES` samples.
     """
@@ -60,7 +70,8 @@ def npy_samples(data: bytes) -> Samples:
                 where={"field": "shape"},
                 remedy=_REMEDY,
             )
-        return samples_from_values("npy", column_roles(("LAB_L", "LAB_A", "LAB_B")), _float(array))
+        roles = column_roles(("LAB_L", "LAB_A", "LAB_B"))
+        return samples_from_values("npy", roles, _float(array), condition=condition)
     if array.ndim != 1:
         raise MissingColumnError(
             f"A structured array of shape {array.shape} is not a list of samples.",
@@ -68,11 +79,51 @@ def npy_samples(data: bytes) -> Samples:
             remedy=_REMEDY,
         )
     names = array.dtype.names
-    roles = column_roles(names, where={"field": "descr"})
+    roles = column_roles(names, condition=condition, where={"field": "descr"})
+    if len(array) * len(roles.selected) > MAX_VALUES:
+        raise SampleLimitError(
+            f"{len(array)} samples of {len(roles.selected)} numbers are more than are accepted.",
+            where={"field": "shape"},
+            remedy=f"Send at most {MAX_VALUES} numbers.",
+        )
     values = np.empty((len(array), len(roles.selected)))
+    labels: tuple[str, ...] = ()
     for place, column in enumerate(roles.selected):
-        values[:, place] = _float(array[names[column]])
-    return samples_from_values("npy", roles, values)
+        field = array[names[column]]
+        if column == roles.condition_column:
+            values[:, place], labels = _condition_numbers(field)
+        elif field.dtype.kind in "SU":
+            raise MalformedFileError(
+                f"The field {names[column]} holds texts.",
+                where={"field": "descr", "column": names[column]},
+                remedy="Colours and device values are numbers.",
+            )
+        else:
+            values[:, place] = _float(field)
+    return samples_from_values("npy", roles, values, condition=condition, row_conditions=labels)
+
+
+def _condition_numbers(field: npt.NDArray[Any]) -> tuple[FloatArray, tuple[str, ...]]:
+    """Return numbers that stand for the measurement conditions of the rows, and their names."""
+    try:
+        texts = field.astype(str) if field.dtype.kind in "SU" else None
+    except (UnicodeDecodeError, ValueError):
+        texts = None
+    if texts is None:
+        raise MalformedFileError(
+            "The measurement conditions are no texts.",
+            where={"field": "descr"},
+            remedy='Save them as a field of texts, such as "M1".',
+        )
+    found, places = np.unique(texts, return_inverse=True)
+    if len(found) > MAX_ROW_CONDITIONS:
+        raise SampleLimitError(
+            f"The samples have more than {MAX_ROW_CONDITIONS} measurement conditions.",
+            where={"field": "descr"},
+        )
+    labels: dict[str, int] = {}
+    numbers = [labels.setdefault(condition_label(str(text)), len(labels)) for text in found]
+    return np.array(numbers, dtype=np.float64)[places.ravel()], tuple(labels)
 
 
 def _float(array: npt.NDArray[Any]) -> FloatArray:
@@ -157,6 +208,9 @@ def _dtype(description: Any) -> np.dtype[Any]:  # noqa: ANN401 (a literal of unk
     ):
         raise _malformed("has data of an unknown type") from None
     parts = [dtype] if dtype.fields is None else [entry[0] for entry in dtype.fields.values()]
-    if not all(part.kind in "fiu" and part.shape == () for part in parts):
+    kinds = "fiu" if dtype.fields is None else "fiuSU"  # fields of texts are names of patches
+    if not all(part.kind in kinds and part.shape == () for part in parts):
         raise _malformed("holds something else than real numbers")
+    if not 0 < dtype.itemsize <= MAX_ROW_BYTES:
+        raise _malformed(f"has samples of {dtype.itemsize} bytes")
     return dtype

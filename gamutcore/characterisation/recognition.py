@@ -10,12 +10,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, TypeAlias
 
 from gamutcore.characterisation.cgats import cgats_samples, looks_like_cgats
+from gamutcore.characterisation.cxf import cxf_samples, looks_like_cxf, looks_like_xml
 from gamutcore.characterisation.delimited import delimited_samples
 from gamutcore.characterisation.icc import IccProfile, icc_profile, looks_like_icc
 from gamutcore.characterisation.json_samples import json_samples
 from gamutcore.characterisation.npy_samples import NPY_MAGIC, npy_samples
 from gamutcore.characterisation.samples import Samples
-from gamutcore.errors import UnrecognisedFormatError
+from gamutcore.errors import OptionError, UnrecognisedFormatError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -25,13 +26,17 @@ __all__ = ["Characterisation", "characterisation"]
 Characterisation: TypeAlias = Samples | IccProfile
 
 
-def characterisation(data: bytes) -> Characterisation:
+def characterisation(data: bytes, *, condition: str | None = None) -> Characterisation:
     """Return the characterisation data in the bytes of a file or message.
 
     Parameters
     ----------
     data : bytes
-        An ICC profile, a text of the CGATS family, JSON, delimited text, or a NumPy .npy file.
+        An ICC profile, a text of the CGATS family, CxF3, JSON, delimited text, or a NumPy .npy
+        file.
+    condition : str, optional
+        The measurement condition whose samples are wanted, such as ``"M1"``, for data that was
+        measured under several.
 
     Returns
     -------
@@ -41,29 +46,37 @@ def characterisation(data: bytes) -> Characterisation:
     ------
     UnrecognisedFormatError
         The content is none of these.
+    OptionError
+        A condition is asked of a profile, which has none.
     CharacterisationError, InvalidPointsError
         It is one of these and broken; the error says where.
     """
     if looks_like_icc(data):
+        if condition is not None:
+            raise OptionError.refusing(
+                "condition", condition, "none: a profile has no measurement condition"
+            )
         return icc_profile(data)
     if data.startswith(NPY_MAGIC):
-        return npy_samples(data)
+        return npy_samples(data, condition=condition)
+    if looks_like_xml(data):
+        if not looks_like_cxf(data):
+            raise _unrecognised("The content is XML or HTML, and no CxF3.")
+        return cxf_samples(data, condition=condition)
     text = _decoded(data)
     start = text[:1000].lstrip()
     if start.startswith(("{", "[")):
-        return json_samples(text)
+        return json_samples(text, condition=condition)
     if looks_like_cgats(text):
-        return cgats_samples(text)
-    if start.startswith("<"):
-        raise _unrecognised("The content is XML or HTML.")
-    return delimited_samples(text)
+        return cgats_samples(text, condition=condition)
+    return delimited_samples(text, condition=condition)
 
 
 def _unrecognised(message: str) -> UnrecognisedFormatError:
     return UnrecognisedFormatError(
         message,
-        remedy="Send an ICC profile (version 2 or 4), measurements as CGATS text, CSV or JSON, or "
-        "a NumPy .npy file.",
+        remedy="Send an ICC profile (version 2 or 4), measurements as CGATS text, CxF3, CSV or "
+        "JSON, or a NumPy .npy file.",
     )
 
 

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from gamutcore.characterisation.conditions import chosen_condition, stated_condition
+from gamutcore.characterisation.spectra import Spectra
 from gamutcore.errors import InvalidPointsError, MalformedFileError, SampleLimitError
 
 if TYPE_CHECKING:
@@ -28,6 +30,7 @@ __all__ = [
     "MAX_SAMPLES",
     "IntArray",
     "Samples",
+    "place_of_row",
     "samples_from_values",
 ]
 
@@ -43,6 +46,17 @@ DEVICE_SCALES = (1.0, 100.0, 255.0, 1023.0, 4095.0, 65535.0)
 ADDITIVE_CHANNELS = frozenset("RGBW")
 """Channels of light: all at full scale is white. Of inks, none at all is white."""
 
+_LIMITS = {
+    "device": 1e5,
+    "lab": 1e3,
+    "lch": 1e3,
+    "xyz": 1e6,
+    "xyy": 1e6,
+    "spectrum": 1e6,
+    "condition": 1e6,
+}
+"""Beyond these no colour was ever measured, and their cubes would overflow later on."""
+
 MAX_CONDITIONS = 200
 MAX_CONDITION_LENGTH = 500
 MAX_WARNINGS = 50
@@ -55,7 +69,7 @@ class Samples:
     Parameters
     ----------
     format : str
-        ``"cgats"``, ``"csv"``, ``"json"`` or ``"npy"``.
+        ``"cgats"``, ``"cxf"``, ``"csv"``, ``"json"`` or ``"npy"``.
     device : (n, k) float or None
         Device values, 0 to 1; None for bare colours.
     channels : tuple of str
@@ -63,10 +77,15 @@ class Samples:
     lab : (n, 3) float or None
         CIELAB L*, a*, b* as given.
     xyz : (n, 3) float or None
-        Tristimulus values as given, in the file's own scale (0-1, 0-100 or cd/m²). `lab` and
-        `xyz` are not both None.
+        Tristimulus values as given, in the file's own scale (0-1, 0-100 or cd/m²).
+    spectra : Spectra or None
+        Spectra as given. Not all of `lab`, `xyz` and `spectra` are None.
     white : (3,) float or None
         White stated with the samples, in the scale of `xyz`.
+    illumination : (3,) float or None
+        XYZ of the perfect diffuser under the light that `xyz` was measured in, in its scale.
+    condition : str or None
+        Measurement condition, such as ``"M1"``; None where it is not stated.
     conditions : dict
         What the file says of itself: keywords (upper case) to text.
     provenance : dict
@@ -84,10 +103,20 @@ class Samples:
     conditions: dict[str, str] = field(default_factory=dict)
     provenance: dict[str, JSON] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    spectra: Spectra | None = None
+    illumination: FloatArray | None = None
+    condition: str | None = None
 
     def __len__(self) -> int:
+        if self.spectra is not None:
+            return len(self.spectra.values)
         colours = self.lab if self.lab is not None else self.xyz
         return 0 if colours is None else len(colours)
+
+    @property
+    def inks(self) -> bool:
+        """Whether the channels are inks, rather than lights, gray values or nothing."""
+        return bool(self.channels) and not self.additive and len(self.channels) > 1
 
     @property
     def additive(self) -> bool:
@@ -103,6 +132,11 @@ def samples_from_values(
     lines: IntArray | None = None,
     conditions: Mapping[str, str] | None = None,
     white: FloatArray | None = None,
+    illumination: FloatArray | None = None,
+    condition: str | None = None,
+    row_conditions: Sequence[str] = (),
+    spectra_kind: str = "unknown",
+    dropped: int = 0,
     warnings: Sequence[str] = (),
 ) -> Samples:
     """Return checked samples from an array of numbers.
@@ -121,6 +155,16 @@ def samples_from_values(
         The file's keywords.
     white : (3,) float, optional
         White XYZ stated with the samples, in their scale.
+    illumination : (3,) float, optional
+        XYZ of the perfect diffuser under the light they were measured in, in their scale.
+    condition : str, optional
+        The measurement condition that was asked for.
+    row_conditions : sequence of str
+        The conditions that the numbers in the column ``roles.condition_column`` stand for.
+    spectra_kind : str
+        ``Spectra.kind`` where the format tells it.
+    dropped : int
+        Patches of the file that could not be used and are not among the rows.
     warnings : sequence of str
         What was tolerated so far.
 
@@ -134,6 +178,8 @@ def samples_from_values(
         No samples at all, or a colour that is not finite or beyond any colour.
     MalformedFileError
         Device values that are negative or beyond every known scale.
+    ConditionError
+        The samples are of several measurement conditions and none was asked for, or of another.
     SampleLimitError
         More than `MAX_SAMPLES` rows.
     """
@@ -147,36 +193,105 @@ def samples_from_values(
             where={"field": "samples"},
             remedy="Thin the samples out.",
         )
+    read = len(values) + dropped
     _refuse_numbers_beyond(values, roles, lines)
-    places = {column: index for index, column in enumerate(roles.selected)}
+    kept_conditions = _bounded_conditions(conditions or {})
+    if roles.condition_column is None:
+        stated = roles.condition or stated_condition(kept_conditions)
+        label = chosen_condition([stated], condition)
+    else:
+        values, lines, label = _rows_of_one_condition(values, lines, row_conditions, condition)
     device, scale = None, None
     if roles.device:
         device, scale = _device_fractions(values[:, : len(roles.device)], roles, lines)
+    lab, xyz = _colours(values, roles, lines)
+    said = list(warnings)
+    if roles.ignored:
+        said.append(f"Columns that are not used: {', '.join(roles.ignored)}.")
+    spectra = _spectra(values, roles, spectra_kind)
+    patches: dict[str, JSON] = {"read": read, "dropped": read - len(values), "averaged": 0}
     provenance: dict[str, JSON] = {
         "format": file_format,
         "channels": list(roles.channels),
-        "patches": {"read": len(values)},
-        "colour_columns": [
-            *(["LAB"] if roles.lab is not None else []),
-            *(["XYZ"] if roles.xyz is not None else []),
-        ],
+        "patches": patches,
+        "colour_columns": list(roles.colour_columns),
+        "measurement_condition": label,
     }
     if scale is not None:
         provenance["device_scale"] = scale
-    kept_conditions = _bounded_conditions(conditions or {})
+    if spectra is not None:
+        provenance["spectra"] = _described(spectra)
     if kept_conditions:
         provenance["conditions"] = dict(kept_conditions)
     return Samples(
         format=file_format,
         device=device,
         channels=roles.channels,
-        lab=_columns(values, roles.lab, places),
-        xyz=_columns(values, roles.xyz, places),
+        lab=lab,
+        xyz=xyz,
         white=white,
         conditions=kept_conditions,
         provenance=provenance,
-        warnings=tuple(warnings[:MAX_WARNINGS]),
+        warnings=tuple(said[:MAX_WARNINGS]),
+        spectra=spectra,
+        illumination=illumination,
+        condition=label,
     )
+
+
+def _rows_of_one_condition(
+    values: FloatArray, lines: IntArray | None, labels: Sequence[str], asked: str | None
+) -> tuple[FloatArray, IntArray | None, str | None]:
+    numbers = values[:, -1].astype(np.intp)
+    found = [labels[number] or None for number in np.unique(numbers)]
+    label = chosen_condition(found, asked)
+    kept = numbers == list(labels).index(label or "")
+    return values[kept], None if lines is None else lines[kept], label
+
+
+def _colours(
+    values: FloatArray, roles: ColumnRoles, lines: IntArray | None
+) -> tuple[FloatArray | None, FloatArray | None]:
+    """Return Lab and XYZ, those of LCh and xyY among them."""
+    places = {column: index for index, column in enumerate(roles.selected)}
+    lab, xyz = _columns(values, roles.lab, places), _columns(values, roles.xyz, places)
+    lch, xyy = _columns(values, roles.lch, places), _columns(values, roles.xyy, places)
+    if lch is not None:
+        hue = np.radians(lch[:, 2])
+        lab = np.stack([lch[:, 0], lch[:, 1] * np.cos(hue), lch[:, 1] * np.sin(hue)], axis=1)
+    if xyy is not None:
+        x, y, luminance = xyy.T
+        # Black has no chromaticity; meters write zeros.
+        black = luminance == 0
+        bad = (~black & (y <= 0)) | (x < 0) | (y < 0) | (x + y > 1.001)
+        if bad.any():
+            row = int(np.argmax(bad))
+            raise InvalidPointsError(
+                f"The chromaticity x {x[row]:g}, y {y[row]:g} is that of no colour.",
+                where={**place_of_row(row, lines), "column": "xyY"},
+                remedy="x and y are 0 or more, y above 0, and their sum is at most 1.",
+            )
+        scale = luminance / np.where(black, 1.0, y)
+        xyz = np.stack([x * scale, luminance, (1 - x - y) * scale], axis=1)
+    return lab, xyz
+
+
+def _spectra(values: FloatArray, roles: ColumnRoles, kind: str) -> Spectra | None:
+    if not roles.spectrum:
+        return None
+    last = len(roles.selected) - (roles.condition_column is not None)
+    bands = np.ascontiguousarray(values[:, last - len(roles.spectrum) : last])
+    return Spectra(np.array(roles.wavelengths), bands, kind)
+
+
+def _described(spectra: Spectra) -> JSON:
+    steps = np.unique(np.round(np.diff(spectra.wavelengths), 3))
+    return {
+        "from": float(spectra.wavelengths[0]),
+        "to": float(spectra.wavelengths[-1]),
+        "bands": len(spectra.wavelengths),
+        "step": float(steps[0]) if len(steps) == 1 else None,
+    }
 
 
 def _bounded_conditions(conditions: Mapping[str, str]) -> dict[str, str]:
@@ -201,9 +316,7 @@ def place_of_row(row: int, lines: IntArray | None) -> Where:
 
 
 def _refuse_numbers_beyond(values: FloatArray, roles: ColumnRoles, lines: IntArray | None) -> None:
-    # Beyond these no colour was ever measured, and their cubes would overflow later on.
-    limit = np.array([1e6 if kind == "xyz" else 1e3 for kind in roles.kinds])
-    limit[: len(roles.device)] = 1e5
+    limit = np.array([_LIMITS[kind] for kind in roles.kinds])
     with np.errstate(invalid="ignore"):
         bad = ~(np.abs(values) <= limit)
     if not bad.any():

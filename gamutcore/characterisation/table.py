@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gamutcore.characterisation.conditions import condition_label
 from gamutcore.characterisation.samples import IntArray
 from gamutcore.errors import MalformedFileError, SampleLimitError
 
@@ -33,7 +34,15 @@ MAX_LINE_CHARACTERS = 1_000_000
 MAX_LINES = 2 * MAX_TEXT_ROWS
 """Lines of a text at most, those between the rows included."""
 
+MAX_TEXT_VALUES = 8_000_000
+"""Numbers of a text file at most: 200,000 spectra of 40 bands."""
+
+MAX_ROW_CONDITIONS = 50
+
 _BLOCK = 8192
+_BLOCK_TOKENS = 200_000
+"""Tokens that wait for their conversion at most, as each takes more memory than its number."""
+
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d{1,3})?")
 
 
@@ -104,10 +113,21 @@ class NumberTable:
     ----------
     roles : ColumnRoles
         Which columns are needed.
+
+    Attributes
+    ----------
+    count : int
+        Rows so far.
+    labels : dict
+        The measurement conditions of the rows, if they have a column for it, to numbers from 0.
     """
 
     def __init__(self, roles: ColumnRoles) -> None:
         self.roles = roles
+        self.labels: dict[str, int] = {}
+        self._selected = roles.selected
+        self._block = max(1, min(_BLOCK, _BLOCK_TOKENS // max(1, len(self._selected))))
+        self._most = min(MAX_TEXT_ROWS, MAX_TEXT_VALUES // max(1, len(self._selected)))
         self._rows: list[list[str]] = []
         self._row_lines: list[int] = []
         self._blocks: list[FloatArray] = []
@@ -130,18 +150,22 @@ class NumberTable:
             A needed cell is no number; the error has line, column and the column's name. Raised
             for this row or, as rows are converted in blocks, one shortly before it.
         SampleLimitError
-            There are more than `MAX_TEXT_ROWS` rows.
+            There are more than `MAX_TEXT_ROWS` rows, `MAX_TEXT_VALUES` numbers or
+            `MAX_ROW_CONDITIONS` measurement conditions.
         """
-        self._rows.append([tokens[column] for column in self.roles.selected])
+        row = [tokens[column] for column in self._selected]
+        if self.roles.condition_column is not None:
+            row[-1] = self._condition_number(row[-1], line)
+        self._rows.append(row)
         self._row_lines.append(line)
         self.count += 1
-        if self.count > MAX_TEXT_ROWS:
+        if self.count > self._most:
             raise SampleLimitError(
-                f"The table has more than {MAX_TEXT_ROWS} rows.",
+                f"The table has more than {self._most} rows of {len(self._selected)} numbers.",
                 where={"line": line},
                 remedy="Thin the samples out, or send them as a NumPy .npy file.",
             )
-        if len(self._rows) >= _BLOCK:
+        if len(self._rows) >= self._block:
             self._convert()
 
     def arrays(self) -> tuple[FloatArray, IntArray]:
@@ -163,6 +187,22 @@ class NumberTable:
         if not self._blocks:
             return np.empty((0, len(self.roles.selected))), np.empty(0, dtype=np.int64)
         return np.concatenate(self._blocks), np.concatenate(self._lines)
+
+    @property
+    def row_conditions(self) -> tuple[str, ...]:
+        """Measurement conditions, by the numbers that stand for them in the last column."""
+        return tuple(self.labels)
+
+    def _condition_number(self, token: str, line: int) -> str:
+        label = condition_label(token)
+        number = self.labels.setdefault(label, len(self.labels))
+        if number >= MAX_ROW_CONDITIONS:
+            raise SampleLimitError(
+                f"The rows have more than {MAX_ROW_CONDITIONS} measurement conditions.",
+                where={"line": line, "field": self.roles.selected_names[-1]},
+                remedy="Send the samples of one condition.",
+            )
+        return str(number)
 
     def _convert(self) -> None:
         if not self._rows:

@@ -5,11 +5,13 @@ profiles.
 """
 
 from gamutcore.colours.cielab import ICC_D50, lab_to_xyz, xyz_to_lab
+from gamutcore.colours.ink_limits import InkLimits
 from gamutcore.colours.surface import INTENTS, SurfaceColours, surface_colours
 
 __all__ = [
     "ICC_D50",
     "INTENTS",
+    "InkLimits",
     "SurfaceColours",
     "lab_to_xyz",
     "surface_colours",

@@ -9,12 +9,14 @@ docs/decisions/media-relative.md.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gamutcore.characterisation.conditions import is_reflective_condition
 from gamutcore.colours.cielab import ICC_D50, colour_science, lab_to_xyz, white_of, xyz_to_lab
+from gamutcore.colours.spectral import emission_xyz, reflectance_xyz
 from gamutcore.errors import InvalidPointsError, OptionError
 
 if TYPE_CHECKING:
@@ -27,7 +29,8 @@ _NAMED_ILLUMINANT = re.compile(r"\b(?:ILLUMINANT[,:=\s]+)?(D50|D55|D65|D75|FL?\d
 _DAYLIGHT = re.compile(r"\b(D50|D55|D65|D75)\b")
 _OBSERVER = re.compile(r"\b(2|10)\s*(?:°|\xba|DEG|\ufffd)|OBSERVER[\w\s,:=]*?\b(2|10)\b")
 _ILLUMINANT_KEYWORDS = ("ILLUMINANT", "ILLUMINATION_NAME")
-_OBSERVER_KEYWORDS = ("OBSERVER", "OBSERVER_ANGLE")
+_OBSERVER_KEYWORDS = ("OBSERVER", "OBSERVER_ANGLE", "CIE_OBSERVER_ANGLE", "CIE_OBSERVER")
+_OBSERVER_WORDS = {"2": "2", "10": "10", "1931": "2", "1964": "10"}
 _TELLING_KEYWORDS = ("WEIGHTING_FUNCTION", "MEASUREMENT_SOURCE", "INSTRUMENTATION")
 _CONSISTENT = 2.0
 """Mean ΔE*ab up to which Lab and XYZ columns say the same; two rounded decimals of XYZ make 0.1."""
@@ -42,7 +45,7 @@ class MediumColours:
     lab : (n, 3) float
         L*, a*, b*, relative to ICC's D50.
     provenance : dict
-        ``white``, ``illuminant``, ``observer``, ``adaptation``, ``intent``.
+        ``white``, ``illuminant``, ``observer``, ``adaptation``, ``intent``, ``colours_from``.
     warnings : tuple of str
         What had to be assumed.
     """
@@ -52,8 +55,17 @@ class MediumColours:
     warnings: tuple[str, ...]
 
 
-def medium_colours(samples: Samples, intent: str) -> MediumColours:
+def medium_colours(
+    samples: Samples,
+    intent: str,
+    *,
+    observer: int | None = None,
+    illuminant: str | None = None,
+) -> MediumColours:
     """Return CIELAB colours of measured samples.
+
+    With spectra beside colours, the colours are taken if they are for D50 and 2° and nothing else
+    is asked for; the spectra are else.
 
     Parameters
     ----------
@@ -62,6 +74,11 @@ def medium_colours(samples: Samples, intent: str) -> MediumColours:
     intent : str
         ``"relative"``: the medium's white becomes D50 white (L* 100). ``"absolute"``: as measured;
         a display's luminance is still relative to that of its own white.
+    observer : int, optional
+        2 or 10 degrees: what spectra are integrated with; 2 if it is not given.
+    illuminant : str, optional
+        One of `gamutcore.colours.spectral.ILLUMINANTS`: what reflectances are seen under; D50 if
+        it is not given.
 
     Returns
     -------
@@ -70,7 +87,8 @@ def medium_colours(samples: Samples, intent: str) -> MediumColours:
     Raises
     ------
     OptionError
-        `intent` is ``"perceptual"`` or ``"saturation"``, which only profiles have.
+        `intent` is ``"perceptual"`` or ``"saturation"``, which only profiles have; or there are no
+        spectra for the observer or the illuminant that are asked for.
     InvalidPointsError
         The medium's white has no luminance.
     """
@@ -80,7 +98,7 @@ def medium_colours(samples: Samples, intent: str) -> MediumColours:
             where={"field": "intent"},
             remedy="Ask for relative or absolute.",
         )
-    return _Medium(samples, intent).colours()
+    return _Medium(samples, intent, observer, illuminant).colours()
 
 
 def bradford_to_d50(xyz: FloatArray, white: FloatArray) -> FloatArray:
@@ -112,7 +130,9 @@ def bradford_to_d50(xyz: FloatArray, white: FloatArray) -> FloatArray:
 class _Medium:
     """The samples' medium: its kind, its white and what was assumed of it."""
 
-    def __init__(self, samples: Samples, intent: str) -> None:
+    def __init__(
+        self, samples: Samples, intent: str, observer: int | None, illuminant: str | None
+    ) -> None:
         self.samples = samples
         self.intent = intent
         self.warnings: list[str] = []
@@ -120,6 +140,11 @@ class _Medium:
         self.illuminant, self.illuminant_said = self._illuminant()
         self.observer, self.observer_said = self._observer()
         self.reference = self._reference_white()
+        self.colours_from = "LAB" if samples.lab is not None else "XYZ"
+        if self._needs_spectra(observer, illuminant):
+            self._integrate(observer or 2, illuminant)
+        else:
+            self._check_asked(observer, illuminant)
 
     def colours(self) -> MediumColours:
         samples = self.samples
@@ -150,7 +175,64 @@ class _Medium:
             "illuminant": self.illuminant_said,
             "observer": self.observer_said,
             "adaptation": adaptation,
+            "colours_from": self.colours_from,
         }
+
+    def _needs_spectra(self, observer: int | None, illuminant: str | None) -> bool:
+        samples = self.samples
+        if samples.spectra is None:
+            return False
+        colours = samples.lab is not None or samples.xyz is not None
+        asked = observer is not None or illuminant is not None
+        self_luminous = self.display and samples.lab is None
+        usual = self.observer == "2" and (self.illuminant == "D50" or self_luminous)
+        return asked or not colours or not usual
+
+    def _check_asked(self, observer: int | None, illuminant: str | None) -> None:
+        """Refuse an observer or illuminant that the colours are not for: they cannot be changed."""
+        if observer is not None and str(observer) != self.observer:
+            raise OptionError.refusing(
+                "observer", observer, f"{self.observer}: the data has no spectra, only colours"
+            )
+        if illuminant is not None and (
+            illuminant != self.illuminant or self.illuminant_said.startswith("none")
+        ):
+            accepted = f"{self.illuminant}: the data has no spectra, only colours"
+            if self.illuminant_said.startswith("none"):
+                accepted = "none: lights are seen under no illuminant"
+            raise OptionError.refusing("illuminant", illuminant, accepted)
+
+    def _integrate(self, observer: int, illuminant: str | None) -> None:
+        """Put the tristimulus values of the spectra in the place of colours."""
+        spectra = self.samples.spectra
+        assert spectra is not None  # noqa: S101 (this is called where there are spectra)
+        self.observer, self.observer_said = str(observer), f"{observer}°"
+        self.colours_from = "SPECTRUM, ASTM E308"
+        if self.display and spectra.kind != "reflectance":
+            if illuminant is not None:
+                raise OptionError.refusing(
+                    "illuminant", illuminant, "none: lights are seen under no illuminant"
+                )
+            if spectra.kind == "unknown" and not self._says_display():
+                self.warnings.append(
+                    "The spectra are taken for those of a display's light; state DEVICE_CLASS "
+                    "OUTPUT if they are reflectances."
+                )
+            xyz = emission_xyz(spectra.wavelengths, spectra.values, observer)
+            self.illuminant, self.illuminant_said = "D50", "none: self-luminous"
+            self.reference = ICC_D50
+        else:
+            self.illuminant = self.illuminant_said = illuminant or "D50"
+            xyz, scale = reflectance_xyz(
+                spectra.wavelengths, spectra.values, self.illuminant, observer
+            )
+            self.colours_from += f", reflectances on the scale 0-{scale:g}"
+            self.reference = self._reference_white()
+        self.samples = replace(self.samples, lab=None, xyz=xyz, illumination=None)
+
+    def _says_display(self) -> bool:
+        conditions = self.samples.conditions
+        return bool(conditions.get("DEVICE_CLASS") or conditions.get("CGV_DISPLAY_TYPE"))
 
     def _kind(self) -> str:
         if self.samples.device is None and self.samples.white is None:
@@ -186,6 +268,8 @@ class _Medium:
     def _scale(self, xyz: FloatArray) -> float:
         # Reflecting samples: a paper has Y near 0.8 or 80. Up to 2, or 200, fluorescence may go.
         white = self.samples.white
+        if self.samples.illumination is not None:
+            return float(self.samples.illumination[1])
         highest = float(xyz[:, 1].max()) if white is None else float(white[1])
         if highest <= 2.0:
             return 1.0
@@ -272,11 +356,19 @@ class _Medium:
             match = _OBSERVER.search(text)
             if match:
                 return (degrees := match[1] or match[2]), f"{degrees}°"
-            if keyword in _OBSERVER_KEYWORDS and text.strip() in {"2", "10"}:
-                return text.strip(), f"{text.strip()}°"
+            if keyword in _OBSERVER_KEYWORDS and text.strip() in _OBSERVER_WORDS:
+                return (degrees := _OBSERVER_WORDS[text.strip()]), f"{degrees}°"
         return "2", "2° (assumed, not stated)"
 
     def _reference_white(self) -> FloatArray:
+        illumination = self.samples.illumination
+        if illumination is not None and self.samples.lab is None and not self.display:
+            self.illuminant = "the stated illumination"
+            self.illuminant_said = (
+                f"as stated: perfect diffuser {', '.join(f'{v:g}' for v in illumination)}"
+            )
+            relative: FloatArray = illumination / illumination[1]
+            return relative
         white = white_of(self.illuminant, self.observer)
         if white is None:
             self.warnings.append(f"The illuminant {self.illuminant} is not known; D50 is assumed.")
@@ -289,6 +381,14 @@ def _is_display(samples: Samples) -> bool:
     stated = samples.conditions.get("DEVICE_CLASS", "").strip().upper()
     if stated:
         return stated in {"DISPLAY", "EMISSION", "MNTR", "MONITOR", "PROJECTOR"}
+    kind = samples.conditions.get("CGV_DISPLAY_TYPE", "").strip().upper()  # IDMS 1.3
+    if kind in {"EMISSIVE", "REFLECTIVE"}:
+        # The Lab of an envelope is relative to D50 either way, and is not measured again.
+        return kind == "EMISSIVE"
+    if samples.spectra is not None and samples.spectra.kind != "unknown":
+        return samples.spectra.kind == "emission"
+    if is_reflective_condition(samples.condition):
+        return False
     # Argyll names the device values of RGB printers iRGB.
     return samples.additive and not samples.conditions.get("COLOR_REP", "").startswith("iRGB")
 

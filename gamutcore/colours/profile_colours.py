@@ -35,12 +35,18 @@ class ProfileColours:
         L*, a*, b*, relative to D50.
     tag : str
         The tag or tags of the transform.
+    kind : str
+        The type of the tag (``"mft1"``, ``"mft2"``, ``"mAB "``, ``"mpet"``); empty for curves.
+    absolute : bool
+        Whether the profile itself has colours as measured, so that nothing was scaled.
     warnings : tuple of str
         What stood in for something that is missing.
     """
 
     lab: FloatArray
     tag: str
+    kind: str
+    absolute: bool
     warnings: tuple[str, ...]
 
 
@@ -74,7 +80,7 @@ def profile_colours(profile: IccProfile, device: FloatArray, intent: str) -> Pro
     transform, warnings = profile.transform(intent)
     colours = transform.pcs_values(device)
     scale, offset = np.ones(3), np.zeros(3)
-    if intent == "absolute":
+    if intent == "absolute" and not transform.absolute:
         white, white_warnings = profile.media_white()
         warnings += white_warnings
         scale = white / ICC_D50
@@ -82,10 +88,12 @@ def profile_colours(profile: IccProfile, device: FloatArray, intent: str) -> Pro
         scale, offset = 1 - PERCEPTUAL_BLACK / ICC_D50, PERCEPTUAL_BLACK
     else:
         lab = colours if transform.pcs == "Lab" else xyz_to_lab(colours)
-        return ProfileColours(lab, transform.tag, tuple(warnings))
+        return ProfileColours(
+            lab, transform.tag, transform.kind, transform.absolute, tuple(warnings)
+        )
     # Negative tristimulus values are cut off around these adjustments, and only there, as the
     # reference implementation does; CIELAB colours near black can have them.
     if transform.pcs == "Lab":
         colours = np.maximum(lab_to_xyz(colours), 0.0)
     lab = xyz_to_lab(np.maximum(colours * scale + offset, 0.0))
-    return ProfileColours(lab, transform.tag, tuple(warnings))
+    return ProfileColours(lab, transform.tag, transform.kind, transform.absolute, tuple(warnings))

@@ -15,9 +15,11 @@ import numpy as np
 
 from gamutcore.characterisation import IccProfile
 from gamutcore.characterisation.samples import JSON
-from gamutcore.colours.cube_surface import cube_surface, surface_steps
-from gamutcore.colours.media import medium_colours
-from gamutcore.colours.profile_colours import profile_colours
+from gamutcore.colours.cube_surface import surface_steps
+from gamutcore.colours.device_surface import device_surface
+from gamutcore.colours.ink_limits import InkLimits, LimitedCube, limited_cube
+from gamutcore.colours.media import MediumColours, medium_colours
+from gamutcore.colours.profile_colours import ProfileColours, profile_colours
 from gamutcore.colours.scattered_model import (
     MAX_MODEL_SAMPLES,
     SMOOTHING,
@@ -27,6 +29,8 @@ from gamutcore.colours.scattered_model import (
 from gamutcore.errors import MalformedProfileError, OptionError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation import Characterisation, Samples
 
@@ -36,6 +40,14 @@ INTENTS = ("relative", "absolute", "perceptual", "saturation")
 
 _POOR_FIT = 5.0
 """Mean leave-out ΔE*ab beyond which a model is called unreliable; real devices reach 0.1 to 1.5."""
+
+_KINDS = {
+    "mft1": "lut8",
+    "mft2": "lut16",
+    "mAB ": "lutAToB",
+    "mpet": "multi-process elements",
+}
+"""Names of the types of profiles' transforms (ICC.1:2022, clause 10)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +74,9 @@ def surface_colours(
     *,
     intent: str = "relative",
     surface_samples: int = 100_000,
+    limits: InkLimits | None = None,
+    observer: int | None = None,
+    illuminant: str | None = None,
 ) -> SurfaceColours:
     """Return colours at the surface of a device's gamut.
 
@@ -73,6 +88,12 @@ def surface_colours(
         ``"relative"`` or ``"absolute"``; for profiles also ``"perceptual"`` or ``"saturation"``.
     surface_samples : int
         Points to sample a device model at, at most. Bare colours are all passed on.
+    limits : InkLimits, optional
+        How much ink is used at most, of a device that has inks.
+    observer : int, optional
+        2 or 10 degrees, for spectra.
+    illuminant : str, optional
+        What reflectance spectra are seen under, one of `gamutcore.colours.spectral.ILLUMINANTS`.
 
     Returns
     -------
@@ -81,7 +102,8 @@ def surface_colours(
     Raises
     ------
     OptionError
-        An unknown intent, or one that the data does not have; a number of samples out of range.
+        An unknown intent, or one that the data does not have; a number of samples out of range;
+        limits of ink for a device without inks; an observer or illuminant for data without spectra.
     CharacterisationError, InvalidPointsError
         The data turns out to be broken when it is evaluated.
     """
@@ -93,19 +115,34 @@ def surface_colours(
         )
     surface_steps(3, surface_samples)  # refuses a number out of range, whatever the data is
     if isinstance(characterisation, IccProfile):
-        return _profile_surface(characterisation, intent, surface_samples)
-    return _sample_surface(characterisation, intent, surface_samples)
+        for name, value in (("observer", observer), ("illuminant", illuminant)):
+            if value is not None:
+                raise OptionError.refusing(
+                    name, value, "none: the colours of a profile are those of D50 and 2°"
+                )
+        return _profile_surface(characterisation, intent, surface_samples, limits or InkLimits())
+    medium = medium_colours(characterisation, intent, observer=observer, illuminant=illuminant)
+    return _sample_surface(characterisation, medium, surface_samples, limits or InkLimits())
 
 
-def _profile_surface(profile: IccProfile, intent: str, surface_samples: int) -> SurfaceColours:
+def _profile_surface(
+    profile: IccProfile, intent: str, surface_samples: int, limits: InkLimits
+) -> SurfaceColours:
     channels = len(profile.channels)
-    steps = surface_steps(channels, surface_samples)
-    device = cube_surface(channels, steps)
+    limited = limited_cube(
+        profile.channels, np.zeros(channels), np.ones(channels), limits, inks=profile.inks
+    )
+    nodes = profile.transform(intent)[0].nodes
+    device, density = _surface_values(
+        limited, lambda values: profile_colours(profile, values, intent).lab, surface_samples, nodes
+    )
     colours = profile_colours(profile, device, intent)
     points = colours.lab
     white, white_warnings = _stated_white(profile)
     adaptation = {
-        "absolute": "none: media-relative colours scaled by the media white",
+        "absolute": "none: as in the profile"
+        if colours.absolute
+        else "none: media-relative colours scaled by the media white",
         "perceptual": "as in the profile, with the perceptual reference medium's black point",
     }.get(intent, "as in the profile: media-relative to D50")
     provenance: dict[str, JSON] = {
@@ -115,8 +152,9 @@ def _profile_surface(profile: IccProfile, intent: str, surface_samples: int) -> 
         "illuminant": "D50",
         "observer": "2°",
         "adaptation": adaptation,
-        "model": {"name": "ICC profile", "tag": colours.tag},
-        "surface": {"points": len(points), "steps": steps},
+        **_limits_provenance(limited),
+        "model": {"name": "ICC profile", "tag": colours.tag, "kind": _kind(colours)},
+        "surface": {"points": len(points), "density": density},
         # What is missed twice is warned of once.
         "warnings": list[JSON](
             dict.fromkeys(
@@ -124,12 +162,40 @@ def _profile_surface(profile: IccProfile, intent: str, surface_samples: int) -> 
                     *profile.warnings,
                     *colours.warnings,
                     *white_warnings,
-                    *_count_warnings(len(points), surface_samples),
+                    *_count_warnings(len(points), surface_samples, density),
                 ]
             )
         ),
     }
     return SurfaceColours(points, device, provenance)
+
+
+def _kind(colours: ProfileColours) -> str:
+    return _KINDS.get(colours.kind, "matrix and curves")
+
+
+def _surface_values(
+    limited: LimitedCube,
+    colours: Callable[[FloatArray], FloatArray],
+    surface_samples: int,
+    nodes: FloatArray | None = None,
+) -> tuple[FloatArray, str]:
+    """Return device values at the surface of what is used of a device's cube, and their density."""
+    cube = limited.cube
+    if not len(cube.lowest):
+        return limited.base[np.newaxis], "corners"
+    whole = limited.free.all() and (cube.lowest == 0).all() and (cube.highest == 1).all()
+    surface = device_surface(
+        cube,
+        lambda values: colours(limited.device(values)),
+        surface_samples,
+        nodes if whole else None,
+    )
+    return limited.device(surface.device), surface.density
+
+
+def _limits_provenance(limited: LimitedCube) -> dict[str, JSON]:
+    return {} if limited.provenance is None else {"ink_limits": limited.provenance}
 
 
 def _stated_white(profile: IccProfile) -> tuple[JSON, list[str]]:
@@ -141,11 +207,15 @@ def _stated_white(profile: IccProfile) -> tuple[JSON, list[str]]:
     return [round(float(value), 6) for value in white], warnings
 
 
-def _sample_surface(samples: Samples, intent: str, surface_samples: int) -> SurfaceColours:
-    medium = medium_colours(samples, intent)
+def _sample_surface(
+    samples: Samples, medium: MediumColours, surface_samples: int, limits: InkLimits
+) -> SurfaceColours:
     provenance: dict[str, JSON] = {**samples.provenance, **medium.provenance}
     warnings = [*samples.warnings, *medium.warnings]
     if samples.device is None:
+        if limits:
+            raise limits.refused("the data are colours without device values.")
+        provenance["patches"] = _patches(samples, len(medium.lab))
         provenance["model"] = {"name": "none: the colours themselves"}
         provenance["warnings"] = list[JSON](warnings)
         return SurfaceColours(medium.lab, None, provenance)
@@ -157,30 +227,29 @@ def _sample_surface(samples: Samples, intent: str, surface_samples: int) -> Surf
         warnings.append(
             f"Of {distinct} distinct samples, {len(device)} were used for the device model."
         )
-    provenance["patches"] = {
-        "read": len(samples.device),
-        "averaged": averaged,
-        "dropped": distinct - len(device),
-        "used": len(device),
-    }
+    provenance["patches"] = _patches(
+        samples, len(device), averaged=averaged, thinned=distinct - len(device)
+    )
     lowest, highest = device.min(axis=0), device.max(axis=0)
     varied = highest - lowest > 1e-6
+    limited = limited_cube(samples.channels, lowest, highest, limits, inks=samples.inks)
     try:
         model = scattered_model(device[:, varied], lab)
     except DegenerateSamplesError as error:
+        if limits:
+            raise limits.refused(f"no device model can be fitted ({error}).") from error
         warnings.append(f"No device model can be fitted ({error}); the samples' colours are used.")
         provenance["model"] = {"name": "none: the samples' own colours"}
         provenance["warnings"] = list[JSON](warnings)
         return SurfaceColours(lab, device, provenance)
 
-    warnings += _range_warnings(samples, lowest, highest, device)
+    warnings += _range_warnings(samples, lowest, highest, device, limited)
     mean, high = _error_figures(model.leave_out_errors)
     if mean > _POOR_FIT:
         warnings.append(f"The device model misses left-out samples by {mean:.1f} ΔE*ab on average.")
-    steps = surface_steps(int(varied.sum()), surface_samples)
-    unit = cube_surface(int(varied.sum()), steps)
-    values = np.tile(lowest, (len(unit), 1))
-    values[:, varied] += unit * (highest - lowest)[varied]
+    values, density = _surface_values(
+        limited, lambda values: model.colours(values[:, varied]), surface_samples
+    )
     points = model.colours(values[:, varied])
     dark = points[:, 0] < 0
     if dark.any():
@@ -193,16 +262,32 @@ def _sample_surface(samples: Samples, intent: str, surface_samples: int) -> Surf
         "samples": len(device),
         "leave_out_error": {"unit": "ΔE*ab", "mean": mean, "percentile_95": high},
     }
-    warnings += _count_warnings(len(points), surface_samples)
-    provenance["surface"] = {"points": len(points), "steps": steps}
+    warnings += _count_warnings(len(points), surface_samples, density)
+    provenance["surface"] = {"points": len(points), "density": density}
+    provenance.update(_limits_provenance(limited))
     provenance["warnings"] = list[JSON](warnings)
     return SurfaceColours(points, values, provenance)
 
 
-def _count_warnings(points: int, surface_samples: int) -> list[str]:
-    if points <= surface_samples:
+def _patches(samples: Samples, used: int, *, averaged: int = 0, thinned: int = 0) -> JSON:
+    """Return how many patches were read, dropped (in reading or here), averaged and used."""
+    read, dropped = len(samples), 0
+    told = samples.provenance.get("patches")
+    if isinstance(told, dict):
+        kept, lost = told.get("read"), told.get("dropped")
+        read = kept if isinstance(kept, int) else read
+        dropped = lost if isinstance(lost, int) else 0
+    return {"read": read, "averaged": averaged, "dropped": dropped + thinned, "used": used}
+
+
+def _count_warnings(points: int, surface_samples: int, density: str) -> list[str]:
+    if density != "corners":
         return []
-    return [f"The corners of the device cube alone are {points} points, more than surface_samples."]
+    if points > surface_samples:
+        return [
+            f"The corners of the device cube alone are {points} points, more than surface_samples."
+        ]
+    return [f"Only the {points} corners of the device cube were sampled; its faces are too many."]
 
 
 def _error_figures(errors: FloatArray) -> tuple[float, float]:
@@ -233,7 +318,11 @@ def _thinned(device: FloatArray, lab: FloatArray) -> tuple[FloatArray, FloatArra
 
 
 def _range_warnings(
-    samples: Samples, lowest: FloatArray, highest: FloatArray, device: FloatArray
+    samples: Samples,
+    lowest: FloatArray,
+    highest: FloatArray,
+    device: FloatArray,
+    limited: LimitedCube,
 ) -> list[str]:
     warnings = [
         f"{channel} was measured from {100 * low:.3g} to {100 * high:.3g} % only; the gamut is of "
@@ -241,7 +330,7 @@ def _range_warnings(
         for channel, low, high in zip(samples.channels, lowest, highest, strict=True)
         if low > 0.005 or high < 0.995
     ]
-    full = float(highest.sum())
+    full = float(limited.base[~limited.free].sum() + limited.cube.largest_sum)
     most = float(device.sum(axis=1).max())
     if not samples.additive and most < 0.99 * full:
         warnings.append(

@@ -29,7 +29,6 @@ __all__ = [
     "redistribute_samples",
     "samples_on_surface",
     "start_at_surface",
-    "start_at_vertices",
     "thin_samples",
 ]
 
@@ -100,7 +99,7 @@ def divisions_for(samples: int, faces: int) -> int:
 
 def samples_on_surface(faces: int, divisions: int) -> int:
     """How many samples `start_at_surface` takes of so many faces."""
-    return faces * divisions**2 if divisions > 1 else faces + faces // 2 + 2
+    return faces * divisions**2
 
 
 @leaf_kernel
@@ -127,32 +126,6 @@ def _six_volumes(position: FloatArray, one: int, two: int, three: int) -> float:
     return ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
 
 
-@kernel
-def start_at_vertices(deviation: Deviation, surface: Surface) -> None:
-    """Take the surface as the reference, and its vertices as the samples.
-
-    A vertex stands for a third of the cones over its faces.
-
-    Parameters
-    ----------
-    deviation : Deviation
-        Without samples, with room for all vertices of the surface.
-    surface : Surface
-        Before its first collapse.
-    """
-    vertex, position = surface.vertex, surface.position
-    share = np.zeros(len(position))
-    for face in range(vertex.size // 3):
-        one, two, three = vertex[3 * face], vertex[3 * face + 1], vertex[3 * face + 2]
-        third = _six_volumes(position, one, two, three) / 3.0
-        share[one] += third
-        share[two] += third
-        share[three] += third
-    for index in range(len(position)):
-        x, y, z = position[index, 0], position[index, 1], position[index, 2]
-        _add_sample(deviation, surface.corner_at[index] // 3, x, y, z, share[index])
-
-
 @leaf_kernel
 def _add_lattice(
     deviation: Deviation, position: FloatArray, one: int, two: int, three: int, face: int, m: int
@@ -175,9 +148,8 @@ def _add_lattice(
 def start_at_surface(deviation: Deviation, surface: Surface, divisions: int) -> None:
     """Take the surface as the reference, and points on its faces as the samples.
 
-    With one division, a centroid stands for three quarters of the cone over its face, each corner
-    for a twelfth: the quadrature of a triangle that is exact up to the second degree. With more,
-    the centroids of a face's equal parts stand for one part each.
+    They are the centroids of the equal parts of each face, and stand for one part each: what two
+    surfaces of triangles differ by is linear but where the faces' edges cross or the surfaces do.
 
     Parameters
     ----------
@@ -189,7 +161,6 @@ def start_at_surface(deviation: Deviation, surface: Surface, divisions: int) -> 
         Into how many parts each edge is divided.
     """
     vertex, position = surface.vertex, surface.position
-    share, last = np.zeros(len(position)), np.empty(len(position), np.int32)
     for edge in range(surface.corner_facing.size):
         corner = surface.corner_facing[edge]
         if corner < 0:
@@ -200,22 +171,7 @@ def start_at_surface(deviation: Deviation, surface: Surface, divisions: int) -> 
             if edge > min(surface.edge_of[following(at)], surface.edge_of[preceding(at)]):
                 continue
             one, two, three = vertex[at], vertex[following(at)], vertex[preceding(at)]
-            if divisions > 1:
-                _add_lattice(deviation, position, one, two, three, at // 3, divisions)
-                continue
-            volume = _six_volumes(position, one, two, three)
-            cx = (position[one, 0] + position[two, 0] + position[three, 0]) / 3.0
-            cy = (position[one, 1] + position[two, 1] + position[three, 1]) / 3.0
-            cz = (position[one, 2] + position[two, 2] + position[three, 2]) / 3.0
-            _add_sample(deviation, at // 3, cx, cy, cz, 0.75 * volume)
-            for end in (one, two, three):
-                if share[end] == 0.0:
-                    last[end] = at // 3
-                share[end] += volume / 12.0
-    for index in range(len(position)):
-        if share[index] > 0.0:
-            x, y, z = position[index, 0], position[index, 1], position[index, 2]
-            _add_sample(deviation, last[index], x, y, z, share[index])
+            _add_lattice(deviation, position, one, two, three, at // 3, divisions)
 
 
 @leaf_kernel

@@ -41,6 +41,7 @@ def test_released_codes_keep_their_meaning():
         "UnrecognisedFormatError": "unrecognised-format",
         "MalformedFileError": "malformed-file",
         "MissingColumnError": "missing-column",
+        "ConditionError": "measurement-condition",
         "SampleLimitError": "too-many-samples",
         "MalformedProfileError": "malformed-profile",
         "UnsupportedProfileError": "unsupported-profile",

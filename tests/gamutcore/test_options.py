@@ -24,6 +24,11 @@ METHODS = {
         "subdivisions": st.integers(0, 7),
     },
 }
+MEASUREMENT = {
+    "observer": st.sampled_from([2, 10]),
+    "illuminant": st.sampled_from(["A", "C", "D50", "D65", "E", "FL2", "FL11", "f7", "d75"]),
+    "condition": st.sampled_from(["M0", "M1", "m2", "M1, black backing"]),
+}
 COMMON = st.fixed_dictionaries(
     {},
     optional={
@@ -34,6 +39,10 @@ COMMON = st.fixed_dictionaries(
         "surface_samples": st.integers(8, 1_000_000),
         "intent": st.sampled_from(["relative", "absolute", "perceptual", "saturation"]),
         "space": st.just("CIELAB"),
+        "source": st.sampled_from(["transforms", "measurements"]),
+        "ink_limit": st.floats(0, 1500, exclude_min=True),
+        "black_limit": st.floats(0, 100),
+        **MEASUREMENT,
     },
 )
 
@@ -81,7 +90,10 @@ def test_the_canonical_form_has_every_option_that_applies_sorted_and_no_space(ma
     canonical = Options.from_mapping(mapping).canonical
     parsed = json.loads(canonical)
     common = set(Options().to_mapping()) - {"gamma"}
-    assert list(parsed) == sorted(common | set(METHODS[parsed["boundary"]]))
+    without_default = {"source", "ink_limit", "black_limit", *MEASUREMENT} & set(mapping)
+    if mapping.get("source") == "transforms":
+        without_default.remove("source")
+    assert list(parsed) == sorted(common | set(METHODS[parsed["boundary"]]) | without_default)
     assert canonical == json.dumps(parsed, sort_keys=True, separators=(",", ":"))
 
 
@@ -95,6 +107,8 @@ def test_the_canonical_form_has_every_option_that_applies_sorted_and_no_space(ma
         ({"boundary": "convex-hull", "gamma": 1}, {"boundary": "convex-hull"}),
         ({"boundary": "usv"}, {"boundary": "usv", "gamma": 0.05, "basis": "icosahedron"}),
         ({"boundary": "usv", "subdivisions": 4}, {"boundary": "usv"}),
+        ({"illuminant": "f11"}, {"illuminant": "FL11"}),
+        ({"condition": " m1 "}, {"condition": "M1"}),
         (
             {"boundary": "segment-maxima"},
             {"boundary": "segment-maxima", "segments": [16, 16]},
@@ -163,6 +177,9 @@ def test_the_boundary_is_called_with_what_applies():
         *[("boundary", value) for value in ("hull", None, 1, ["convex-hull"])],
         *[("cost", value) for value in ("area", "interface", None, 2)],
         *[("intent", value) for value in ("media", None, 0)],
+        *[("observer", value) for value in (1, 5, "2", None, True, [2])],
+        *[("illuminant", value) for value in ("D5", "F13", "", None, 50, ["D50"])],
+        *[("condition", value) for value in ("", "  ", "x" * 81, "M\n1", None, 1, ["M1"])],
         *[
             ("segments", value) for value in ([16, 16], None, 16, "16")
         ],
@@ -241,3 +258,39 @@ def test_any_json_is_options_or_a_named_error(mapping):
 def test_options_cannot_be_changed():
     with pytest.raises(AttributeError):
         Options().gamma = 0.5
+
+
+def test_the_source_of_a_profiles_colours_has_one_form():
+    assert Options(source="transforms") == Options()
+    assert "source" not in Options(source="transforms").to_mapping()
+    assert Options(source="measurements").to_mapping()["source"] == "measurements"
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("source", "measured"),
+        ("source", 1),
+        ("source", ["measurements"]),
+        ("ink_limit", 0),
+        ("ink_limit", -1),
+        ("ink_limit", 1501),
+        ("ink_limit", "300"),
+        ("ink_limit", True),
+        ("ink_limit", float("nan")),
+        ("black_limit", -0.1),
+        ("black_limit", 100.5),
+        ("black_limit", [50]),
+    ],
+)
+def test_limits_of_ink_and_the_source_are_checked(name, value):
+    with pytest.raises(OptionError) as caught:
+        Options.from_mapping({name: value})
+    assert caught.value.where == {"field": name}
+
+
+def test_limits_of_ink_that_are_given_are_part_of_the_question():
+    assert "ink_limit" not in Options().canonical
+    assert Options(ink_limit=300).canonical == Options(ink_limit=300.0).canonical
+    assert Options(ink_limit=300) != Options()
+    assert Options(black_limit=0).to_mapping()["black_limit"] == 0

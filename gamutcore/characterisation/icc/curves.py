@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from gamutcore.characterisation.icc.segments import SegmentedCurve, segmented_curve_at
+
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.icc.element import Element
@@ -96,7 +98,7 @@ class ParametricCurve:
         return np.asarray(np.where(x >= d, power + e, c * x + f), dtype=np.float64)
 
 
-Curve: TypeAlias = SampledCurve | ParametricCurve
+Curve: TypeAlias = SampledCurve | ParametricCurve | SegmentedCurve
 
 
 def _power(base: FloatArray, exponent: float) -> FloatArray:
@@ -106,7 +108,7 @@ def _power(base: FloatArray, exponent: float) -> FloatArray:
 
 
 def curve_at(element: Element, offset: int = 0) -> tuple[Curve, int]:
-    """Return the `curv` or `para` curve at an offset of a tag, and its length.
+    """Return the `curv`, `para` or `curf` curve at an offset of a tag, and its length.
 
     Parameters
     ----------
@@ -117,7 +119,7 @@ def curve_at(element: Element, offset: int = 0) -> tuple[Curve, int]:
 
     Returns
     -------
-    curve : SampledCurve or ParametricCurve
+    curve : SampledCurve, ParametricCurve or SegmentedCurve
     length : int
         Bytes that it takes, without padding.
 
@@ -125,6 +127,8 @@ def curve_at(element: Element, offset: int = 0) -> tuple[Curve, int]:
     ------
     MalformedProfileError
         It is no curve, or longer than the tag.
+    UnsupportedProfileError
+        A segmented curve has a segment of another kind.
     """
     kind = element.raw(offset, 4)
     if kind == b"curv":
@@ -143,7 +147,9 @@ def curve_at(element: Element, offset: int = 0) -> tuple[Curve, int]:
             )
         count = PARAMETER_COUNTS[function]
         return ParametricCurve(function, element.fixed(offset + 12, count)), 12 + 4 * count
+    if kind == b"curf":
+        return segmented_curve_at(element, offset)
     raise element.malformed(
         f"has {kind.decode('latin-1')!r} where a curve is needed",
-        "Curves are of the type curv or para.",
+        "Curves are of the type curv or para, or curf in iccMAX profiles.",
     )

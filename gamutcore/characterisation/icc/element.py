@@ -130,3 +130,20 @@ class Element:
         (count,) float
         """
         return np.frombuffer(self.raw(offset, 4 * count), dtype=">i4") / 65536.0
+
+    def floats(self, offset: int, count: int) -> FloatArray:
+        """Return numbers of the type float32Number.
+
+        Parameters
+        ----------
+        offset, count : int
+            Where, and how many.
+
+        Returns
+        -------
+        (count,) float
+            May be infinite or no numbers.
+        """
+        raw = np.frombuffer(self.raw(offset, 4 * count), dtype=">f4")
+        with np.errstate(invalid="ignore"):  # a signalling NaN becomes a quiet one
+            return raw.astype(np.float64)

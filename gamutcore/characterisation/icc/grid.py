@@ -20,7 +20,7 @@ from gamutcore.kernels import kernel
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
 
-__all__ = ["Grid", "multilinear"]
+__all__ = ["Grid", "checked_positions", "multilinear"]
 
 MAX_CORNERS = 300_000_000
 """Table entries read for one evaluation at most, about 3 s: 100,000 points inside 11 dimensions."""
@@ -31,7 +31,7 @@ def multilinear(
     positions: FloatArray,
     steps: npt.NDArray[np.int64],
     strides: npt.NDArray[np.int64],
-    table: npt.NDArray[np.uint16],
+    table: npt.NDArray[np.uint16] | npt.NDArray[np.float32],
     out: FloatArray,
 ) -> None:
     """Interpolate linearly in every dimension.
@@ -44,10 +44,10 @@ def multilinear(
         Nodes along each dimension, less one.
     strides : (n,) int
         Rows of `table` from one node to the next, along each dimension.
-    table : (nodes, 3) uint16
+    table : (nodes, 3) uint16 or float32
         Values at the nodes, the last dimension varying fastest.
     out : (m, 3) float
-        Receives the values, 0 to 65535.
+        Receives the values, on the table's scale.
     """
     dimensions = positions.shape[1]
     fractions = np.empty(dimensions)
@@ -82,6 +82,46 @@ def multilinear(
         out[i, 2] = third
 
 
+def checked_positions(
+    positions: FloatArray, nodes: tuple[int, ...]
+) -> tuple[FloatArray, npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Return what `multilinear` takes: positions cut off at the grid's ends, steps and strides.
+
+    Parameters
+    ----------
+    positions : (m, n) float
+        Inputs, of any value.
+    nodes : tuple of int
+        Nodes along each dimension.
+
+    Returns
+    -------
+    positions : (m, n) float
+        0 to 1.
+    steps, strides : (n,) int
+
+    Raises
+    ------
+    UnsupportedProfileError
+        So many points lie between the nodes of so many dimensions that more than
+        `MAX_CORNERS` table entries were needed.
+    """
+    steps = np.array(nodes, dtype=np.int64) - 1
+    strides = np.cumprod(np.array([1, *nodes[:0:-1]], dtype=np.int64))[::-1].copy()
+    # The kernel trusts its positions, so none may be NaN.
+    clipped = np.ascontiguousarray(np.clip(np.nan_to_num(positions, nan=0.0), 0.0, 1.0))
+    between = np.count_nonzero(clipped * steps % 1.0, axis=1)
+    corners = int((1 << between).sum())
+    if corners > MAX_CORNERS:
+        raise UnsupportedProfileError(
+            f"Interpolating {len(positions)} points over {len(nodes)} channels takes "
+            f"{corners} table entries.",
+            where={"field": "surface_samples"},
+            remedy="Ask for fewer surface_samples.",
+        )
+    return clipped, steps, strides
+
+
 @dataclass(frozen=True, eq=False)
 class Grid:
     """A lookup table (CLUT) with three outputs.
@@ -113,22 +153,9 @@ class Grid:
         Raises
         ------
         UnsupportedProfileError
-            So many points lie between the nodes of so many dimensions that more than
-            `MAX_CORNERS` table entries were needed.
+            The interpolation would take too long, see `checked_positions`.
         """
-        steps = np.array(self.nodes, dtype=np.int64) - 1
-        strides = np.cumprod(np.array([1, *self.nodes[:0:-1]], dtype=np.int64))[::-1].copy()
-        # The kernel trusts its positions, so none may be NaN.
-        clipped = np.clip(np.nan_to_num(positions, nan=0.0), 0.0, 1.0)
-        between = np.count_nonzero(clipped * steps % 1.0, axis=1)
-        corners = int((1 << between).sum())
-        if corners > MAX_CORNERS:
-            raise UnsupportedProfileError(
-                f"Interpolating {len(positions)} points over {len(self.nodes)} channels takes "
-                f"{corners} table entries.",
-                where={"field": "surface_samples"},
-                remedy="Ask for fewer surface_samples.",
-            )
+        clipped, steps, strides = checked_positions(positions, self.nodes)
         out = np.empty((len(positions), 3))
-        multilinear(np.ascontiguousarray(clipped), steps, strides, self.table, out)
+        multilinear(clipped, steps, strides, self.table, out)
         return out / 65535.0

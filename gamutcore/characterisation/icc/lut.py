@@ -26,6 +26,9 @@ __all__ = ["CurveSet", "Encoding", "Matrix", "Stage", "Transform", "lut_transfor
 MAX_GRID_NODES = 64_000_000
 """Nodes of a grid at most; the largest profiles in use have some millions."""
 
+_CURVE_STEPS = 4097
+"""Places at which a curve is looked at to be inverted."""
+
 
 class Stage(Protocol):
     """One step of a transform."""
@@ -66,8 +69,8 @@ class Matrix:
 
     Parameters
     ----------
-    matrix : (3, n) float
-    offset : (3,) float
+    matrix : (k, n) float
+    offset : (k,) float
     """
 
     matrix: FloatArray
@@ -82,7 +85,7 @@ class Matrix:
 
         Returns
         -------
-        (m, 3) float
+        (m, k) float
         """
         mapped: FloatArray = x @ self.matrix.T + self.offset
         return mapped
@@ -123,12 +126,36 @@ class Transform:
         ``"XYZ"`` (Y = 1 for the white) or ``"Lab"``.
     encoding : Encoding or None
         Of the last stage's results; None where they are colours already.
+    kind : str
+        The type of the tag, such as ``"mft2"``.
+    absolute : bool
+        Whether the colours are those of the medium as measured, rather than media-relative.
     """
 
     tag: str
     stages: tuple[Stage, ...]
     pcs: str
     encoding: Encoding | None = None
+    kind: str = ""
+    absolute: bool = False
+
+    @property
+    def nodes(self) -> FloatArray | None:
+        """Device values, (n, k), between which the first lookup table has no kinks.
+
+        The places of its grid along each channel, taken back through the curves before it, 0 and 1
+        included; None without a table that all channels enter alone, each by a rising curve, or
+        with different numbers of nodes.
+        """
+        curves: CurveSet | None = None
+        for stage in self.stages:
+            counts = getattr(stage, "nodes", None)
+            if counts is not None:
+                return _nodes_before(curves, counts)
+            if curves is not None or not isinstance(stage, CurveSet):
+                break
+            curves = stage
+        return None
 
     def pcs_values(self, device: FloatArray) -> FloatArray:
         """Return the connection space's colours of device values.
@@ -154,8 +181,8 @@ class Transform:
         with np.errstate(all="ignore"):
             for stage in self.stages:
                 colours = stage.values(colours)
-        if self.encoding is not None:
-            colours = colours * self.encoding.scale + self.encoding.offset
+            if self.encoding is not None:
+                colours = colours * self.encoding.scale + self.encoding.offset
         if not (np.abs(colours) < 1e9).all():  # also where it is not a number
             raise MalformedProfileError(
                 f"The tag {self.tag} makes colours that are no finite numbers.",
@@ -163,6 +190,22 @@ class Transform:
                 remedy="Make the profile anew, or repair the tag.",
             )
         return colours
+
+
+def _nodes_before(curves: CurveSet | None, counts: tuple[int, ...]) -> FloatArray | None:
+    if len(set(counts)) > 1:
+        return None
+    nodes = np.tile(np.linspace(0.0, 1.0, counts[0]), (len(counts), 1))
+    if curves is None:
+        return nodes
+    x = np.linspace(0.0, 1.0, _CURVE_STEPS)
+    with np.errstate(all="ignore"):
+        y = curves.values(np.tile(x[:, np.newaxis], (1, len(counts))))
+    if not (np.isfinite(y).all() and (np.diff(y, axis=0) >= 0).all()):
+        return None
+    nodes = np.stack([np.interp(row, y[:, i], x) for i, row in enumerate(nodes)])
+    nodes[:, 0], nodes[:, -1] = 0.0, 1.0
+    return nodes
 
 
 def lut_transform(element: Element, channels: int, pcs: str) -> Transform:
@@ -202,10 +245,10 @@ def lut_transform(element: Element, channels: int, pcs: str) -> Transform:
         )
     if kind == "mAB ":
         encoding = _XYZ if pcs == "XYZ" else _LAB
-        return Transform(element.tag, _lut_a_to_b_stages(element, inputs), pcs, encoding)
+        return Transform(element.tag, _lut_a_to_b_stages(element, inputs), pcs, encoding, kind)
     lab = _LEGACY_LAB if kind == "mft2" else _LAB
     encoding = _XYZ if pcs == "XYZ" else lab
-    return Transform(element.tag, _lut_stages(element, inputs), pcs, encoding)
+    return Transform(element.tag, _lut_stages(element, inputs), pcs, encoding, kind)
 
 
 def _grid(element: Element, offset: int, nodes: tuple[int, ...], size: int) -> Grid:

@@ -1,13 +1,14 @@
 """The header and tags of an ICC profile, and which of them make the transform of an intent.
 
-Versions 2 and 4 of input, display, output and colour space profiles, with 1 to 15 device channels.
-Tags are read when they are needed: a damaged tag matters only to those who need it.
+Versions 2, 4 and 5 (iccMAX) of input, display, output and colour space profiles, with 1 to 15
+device channels. Tags are read when they are needed: a damaged tag matters only to those who need
+it.
 """
 
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -15,6 +16,8 @@ import numpy as np
 from gamutcore.characterisation.icc.curves import curve_at
 from gamutcore.characterisation.icc.element import Element
 from gamutcore.characterisation.icc.lut import CurveSet, Matrix, Transform, lut_transform
+from gamutcore.characterisation.icc.names import colorant_names, profile_description
+from gamutcore.characterisation.icc.process_elements import process_elements_transform
 from gamutcore.characterisation.samples import JSON
 from gamutcore.errors import MalformedProfileError, UnsupportedProfileError
 
@@ -43,6 +46,9 @@ CHANNELS = {
         for digit in "23456789ABCDEF"
     },
 }
+for _count in range(1, 16):
+    # iccMAX writes the number of channels in the signature (ICC.2:2023, table 16).
+    CHANNELS[f"nc\0{chr(_count)}"] = tuple(str(ink) for ink in range(1, _count + 1))
 LUT_TAGS = {
     # The tag of each intent, and those that stand in for it (ICC.1:2022, 8.10.2 and 9.2).
     "perceptual": ("A2B0", "A2B1"),
@@ -50,6 +56,15 @@ LUT_TAGS = {
     "saturation": ("A2B2", "A2B0", "A2B1"),
     "absolute": ("A2B1", "A2B0"),
 }
+PROCESS_TAGS = {
+    # They go before all others (ICC.1:2022, 8.10.2). Absolute colours can be made of relative ones.
+    "perceptual": ("D2B0",),
+    "relative": ("D2B1",),
+    "saturation": ("D2B2",),
+    "absolute": ("D2B3", "D2B1"),
+}
+PROCESS_STAND_INS = ("D2B1", "D2B0", "D2B2")
+"""Tags of other intents, for profiles that have nothing else."""
 
 
 def looks_like_icc(data: bytes) -> bool:
@@ -105,6 +120,11 @@ class IccProfile:
     def format(self) -> str:
         """``"icc"``."""
         return "icc"
+
+    @property
+    def inks(self) -> bool:
+        """Whether the device channels are inks, rather than RGB or gray."""
+        return self.data[16:20] not in {b"RGB ", b"GRAY"}
 
     def element(self, tag: str) -> Element:
         """Return the data of a tag.
@@ -184,6 +204,31 @@ class IccProfile:
             )
         return white, []
 
+    def native_white(self) -> tuple[FloatArray | None, list[str]]:
+        """Return the white that the profile's colours were adapted from, and warnings.
+
+        Returns
+        -------
+        white : (3,) float or None
+            X, Y, Z of the colour that the tag `chad` takes to the connection space's D50: the
+            display's own white, or that of the light a print was measured under. None where the
+            profile does not say.
+        warnings : list of str
+            What is wrong with the tag. It plays no part in evaluating the profile, whose colours
+            are adapted already (ICC.1:2022, 9.2.15 and annex E).
+        """
+        if "chad" not in self.tags:
+            return None, []
+        try:
+            element = self.element("chad")
+            matrix = element.fixed(8, 9).reshape(3, 3)
+            white = np.linalg.solve(matrix, D50) if element.kind == "sf32" else np.zeros(3)
+        except (MalformedProfileError, np.linalg.LinAlgError):
+            white = np.zeros(3)
+        if not ((white > 0) & (white < 10)).all():
+            return None, ["The chromatic adaptation tag (chad) is broken; nothing depends on it."]
+        return white, []
+
     def transform(self, intent: str) -> tuple[Transform, list[str]]:
         """Return the transform from device values to the connection space, and warnings.
 
@@ -191,14 +236,15 @@ class IccProfile:
         ----------
         intent : str
             ``"perceptual"``, ``"relative"``, ``"saturation"`` or ``"absolute"`` (which has the
-            transform of relative).
+            transform of relative, unless the profile has one with absolute results).
 
         Returns
         -------
         transform : Transform
-            By lookup table where the profile has one, else by matrix and curves.
+            By multi-process elements (D2Bx) of the intent where the profile has them and all are
+            of a kind that is evaluated, else by lookup table (A2Bx), else by matrix and curves.
         warnings : list of str
-            Which tag stands in for a missing one.
+            Which tag stands in for a missing one, or for one that is not evaluated.
 
         Raises
         ------
@@ -207,26 +253,56 @@ class IccProfile:
         UnsupportedProfileError
             The profile has only transforms of another kind.
         """
-        wanted = LUT_TAGS[intent]
-        for tag in wanted:
+        refusals: list[UnsupportedProfileError] = []
+        for tag in (*PROCESS_TAGS[intent], *self._lut_tags(intent)):
             if tag in self.tags:
-                missing = [] if tag == wanted[0] else [f"{wanted[0]} is missing; {tag} is used."]
-                return lut_transform(self.element(tag), len(self.channels), self.pcs), missing
+                try:
+                    transform = self._tag_transform(tag)
+                except UnsupportedProfileError as error:
+                    # A reader that cannot evaluate an element goes on to the tag that comes next
+                    # in precedence (ICC.1:2022, 9.2.17, note).
+                    refusals.append(error)
+                    continue
+                return transform, self._stand_in_warnings(intent, tag, refusals)
         if len(self.channels) == 3 and "rXYZ" in self.tags:
-            return self._matrix_transform(), []
+            return self._matrix_transform(), [error.message for error in refusals]
         if len(self.channels) == 1 and "kTRC" in self.tags:
-            return self._gray_transform(), []
-        if any(tag.startswith("D2B") for tag in self.tags):
-            raise UnsupportedProfileError(
-                "The profile has transforms of multi-process elements (D2Bx) only.",
-                where={"tag": "D2B1"},
-                remedy="Send a profile with A2B tags, or with matrix and curves.",
-            )
+            return self._gray_transform(), [error.message for error in refusals]
+        for tag in PROCESS_STAND_INS:
+            if tag in self.tags and tag not in PROCESS_TAGS[intent]:
+                transform = self._tag_transform(tag)
+                return transform, self._stand_in_warnings(intent, tag, refusals)
+        if refusals:
+            raise refusals[0]
+        wanted = LUT_TAGS[intent][0]
         raise MalformedProfileError(
             "The profile has no transform from device values to colour.",
-            where={"tag": wanted[0]},
-            remedy="It needs A2B tags, or rXYZ, gXYZ, bXYZ and rTRC, gTRC, bTRC, or kTRC.",
+            where={"tag": wanted},
+            remedy="It needs A2B or D2B tags, or rXYZ, gXYZ, bXYZ and rTRC, gTRC, bTRC, or kTRC.",
         )
+
+    def _lut_tags(self, intent: str) -> tuple[str, ...]:
+        # Absolute colours have a tag of their own in iccMAX profiles (ICC.2:2023, 9.2.4).
+        own = ("A2B3",) if intent == "absolute" and self.version[0] == 5 else ()
+        return own + LUT_TAGS[intent]
+
+    def _stand_in_warnings(
+        self, intent: str, used: str, refusals: list[UnsupportedProfileError]
+    ) -> list[str]:
+        warnings = [error.message for error in refusals]
+        if refusals:
+            warnings.append(f"{used} is used instead.")
+        elif used not in (*PROCESS_TAGS[intent], LUT_TAGS[intent][0], "A2B3"):
+            warnings.append(f"{LUT_TAGS[intent][0]} is missing; {used} is used.")
+        return warnings
+
+    def _tag_transform(self, tag: str) -> Transform:
+        element = self.element(tag)
+        if tag.startswith("D2B") or (self.version[0] == 5 and element.kind == "mpet"):
+            transform = process_elements_transform(element, len(self.channels), self.pcs)
+        else:
+            transform = lut_transform(element, len(self.channels), self.pcs)
+        return replace(transform, absolute=tag in {"D2B3", "A2B3"})
 
     def _matrix_transform(self) -> Transform:
         # ICC.1:2022, annex F.3: linear = TRC(device), XYZ = matrix of the colorants · linear.
@@ -255,7 +331,7 @@ def icc_profile(data: bytes) -> IccProfile:
     Parameters
     ----------
     data : bytes
-        The file, of version 2 or 4.
+        The file, of version 2, 4 or 5.
 
     Returns
     -------
@@ -266,7 +342,8 @@ def icc_profile(data: bytes) -> IccProfile:
     MalformedProfileError
         The header or the tag table is broken.
     UnsupportedProfileError
-        The profile is of another version (such as iccMAX), class or colour space.
+        The profile is of another version, class or colour space, or an iccMAX profile for other
+        viewing conditions than D50 and the 2° observer, or for spectra only.
     """
     if len(data) < HEADER_SIZE + 4:
         raise MalformedProfileError(
@@ -275,16 +352,22 @@ def icc_profile(data: bytes) -> IccProfile:
             remedy="Send the whole profile.",
         )
     version = (data[8], data[9] >> 4, data[9] & 15)
-    if version[0] not in {2, 4}:
+    if version[0] not in {2, 4, 5}:
         raise UnsupportedProfileError(
-            f"The profile is of version {version[0]}{' (iccMAX)' if version[0] == 5 else ''}.",
+            f"The profile is of version {version[0]}.",
             where={"field": "version"},
-            remedy="Profiles of versions 2 and 4 are read.",
+            remedy="Profiles of versions 2, 4 and 5 (iccMAX) are read.",
         )
     device_class = _known(data[12:16], CLASSES, "device class")
     space = data[16:20].decode("latin-1")
     channels = _known(data[16:20], CHANNELS, "device colour space")
     pcs = data[20:24].decode("latin-1").strip()
+    if version[0] == 5 and not pcs.strip("\0"):
+        raise UnsupportedProfileError(
+            "The profile leads to spectra only.",
+            where={"field": "pcs"},
+            remedy="iccMAX profiles are read that have XYZ or Lab for their connection space.",
+        )
     if pcs not in {"XYZ", "Lab"}:
         raise MalformedProfileError(
             f"The profile's connection space is {pcs!r}.",
@@ -293,7 +376,32 @@ def icc_profile(data: bytes) -> IccProfile:
         )
     tags = _tag_table(data)
     profile = IccProfile(data, version, device_class, channels, pcs, tags)
+    if version[0] == 5:
+        _refuse_other_conditions(profile)
     return _described(profile, space)
+
+
+def _refuse_other_conditions(profile: IccProfile) -> None:
+    """Refuse an iccMAX profile whose connection space has another illuminant or observer.
+
+    Such colours are brought to D50 and 2° by a tag of their own, c2sp (ICC.2:2023, 6.3.2), which
+    is not evaluated; without it they would be wrong.
+    """
+    illuminant = np.frombuffer(profile.data[68:80], dtype=">i4") / 65536.0
+    if illuminant.any() and np.abs(illuminant - D50).max() > 0.001:
+        raise UnsupportedProfileError(
+            f"The profile's connection space has the illuminant {illuminant.round(4).tolist()}.",
+            where={"field": "illuminant"},
+            remedy="iccMAX profiles for D50 are read.",
+        )
+    if "svcn" in profile.tags:
+        observer = profile.element("svcn").unsigned(8, 4)
+        if observer not in {0, 1}:  # 1 is CIE 1931 (ICC.2:2023, table 38)
+            raise UnsupportedProfileError(
+                f"The profile's connection space is for the observer number {observer}.",
+                where={"tag": "svcn"},
+                remedy="iccMAX profiles for the CIE 1931 observer (2°) are read.",
+            )
 
 
 def _known(signature: bytes, known: dict[str, T], what: str) -> T:
@@ -302,7 +410,7 @@ def _known(signature: bytes, known: dict[str, T], what: str) -> T:
         raise UnsupportedProfileError(
             f"The profile's {what} is {text!r}.",
             where={"field": what.replace(" ", "_")},
-            remedy=f"Evaluated are: {', '.join(name.strip() for name in known)}.",
+            remedy=f"Evaluated are: {', '.join(n.strip() for n in known if n.isprintable())}.",
         )
     return known[text]
 
@@ -335,17 +443,24 @@ def _described(profile: IccProfile, space: str) -> IccProfile:
             "An input profile describes the range of its encoding, not the gamut of a device."
         )
     channels = profile.channels
-    if space.endswith("CLR"):
-        channels = _colorant_names(profile) or channels
+    if channels[0] == "1":
+        channels = colorant_names(profile.element, len(channels)) or channels
     provenance: dict[str, JSON] = {
         "format": "icc",
         "version": "{}.{}.{}".format(*profile.version),
         "device_class": profile.device_class,
-        "colour_space": space.strip(),
+        "colour_space": space.strip() if space.isprintable() else f"nc{ord(space[3]):04X}",
         "connection_space": profile.pcs,
         "channels": list[JSON](channels),
-        "description": _description(profile),
+        "description": profile_description(profile.element),
     }
+    adapted, said = profile.native_white()
+    warnings += said
+    if adapted is not None:
+        provenance["chromatic_adaptation"] = {
+            "tag": "chad",
+            "white": [round(float(value), 6) for value in adapted],
+        }
     return IccProfile(
         profile.data,
         profile.version,
@@ -356,36 +471,3 @@ def _described(profile: IccProfile, space: str) -> IccProfile:
         provenance,
         tuple(warnings),
     )
-
-
-def _printable(text: str) -> str:
-    return "".join(c for c in text if c.isprintable()).strip()[:200]
-
-
-def _description(profile: IccProfile) -> str:
-    """Return the profile's name for people, or nothing: it is no reason to refuse the rest."""
-    try:
-        element = profile.element("desc")
-        if element.kind == "mluc":
-            length, offset = element.unsigned(20, 4), element.unsigned(24, 4)
-            return _printable(element.raw(offset, length).decode("utf-16-be", "replace"))
-        if element.kind == "desc":
-            length = element.unsigned(8, 4)
-            return _printable(element.raw(12, length).decode("latin-1").partition("\0")[0])
-    except MalformedProfileError:
-        pass
-    return ""
-
-
-def _colorant_names(profile: IccProfile) -> tuple[str, ...]:
-    try:
-        element = profile.element("clrt")
-        if element.kind != "clrt" or element.unsigned(8, 4) != len(profile.channels):
-            return ()
-        names = tuple(
-            _printable(element.raw(12 + 38 * i, 32).decode("latin-1").partition("\0")[0])
-            for i in range(len(profile.channels))
-        )
-    except MalformedProfileError:
-        return ()
-    return names if all(names) and len(set(names)) == len(names) else ()

@@ -1,10 +1,9 @@
 """The cost for few triangles: the change of the mismatch itself, and vertices moved to lower it.
 
-The vertices of the full boundary, or more points on its faces if they are few, are samples of it
-from the start. Down to 20,000 faces edges are
-ordered as by `volume`. From there on an edge's error is the change of the mismatch with the full
-boundary, and from 4000 faces on the new vertex of each collapse and its neighbours are moved
-towards less of it: the history keeps these moves, so every level has them. The volume is not
+Points on the faces of the full boundary are samples of it from the start. Down to 20,000 faces
+edges are ordered as by `volume`. From there on an edge's error is the change of the mismatch with
+the full boundary, and from 10,000 faces on the new vertex of each collapse and its neighbours are
+moved towards less of it: the history keeps these moves, so every level has them. The volume is not
 preserved then; what is inside the full boundary and outside the level is about as much as what is
 outside of the one and inside of the other.
 """
@@ -40,7 +39,6 @@ from gamutcore.decimation.samples import (
     redistribute_samples,
     samples_on_surface,
     start_at_surface,
-    start_at_vertices,
     thin_samples,
 )
 from gamutcore.decimation.star import Surface
@@ -63,6 +61,10 @@ WORTHWHILE = 1e-3
 ATTEMPTS = 3
 """Lengths that are tried for a move, each half the one before."""
 
+LONGEST = 2.0
+"""The first of them, as a part of the step: neighbours move the same way in their turn, so that
+going beyond one's own optimum converges sooner (successive over-relaxation)."""
+
 REFINED_VERTICES = 1000
 """In levels with so many vertices and fewer the place of a collapse is itself moved to lower the
 mismatch before its error counts."""
@@ -72,9 +74,9 @@ REFINEMENTS = 4
 
 
 SAMPLES = 40_000
-"""Boundaries with fewer faces have about so many samples on them; others have their vertices."""
+"""Samples of the reference, at least about; boundaries with more faces have one on each."""
 
-SAMPLES_PER_FACE = 100
+SAMPLES_PER_FACE = 32
 """When there are twice as many on average, every second sample goes: what an edge's error takes to
 evaluate stays the same, and the errors of large faces are as well known as those of small ones."""
 
@@ -87,7 +89,7 @@ class FinestState(NamedTuple):
     planes : Memoryless
     deviation : Deviation
     divisions : (1,) int32
-        Of the faces' edges for the samples; 0 where vertices are the samples.
+        Of the faces' edges for the samples.
     vertices : (1,) int32
         How many there are at the present level.
     trial : (3,) float64
@@ -113,8 +115,8 @@ def state(positions: FloatArray, faces: IndexArray) -> FinestState:
     -------
     FinestState
     """
-    divisions = divisions_for(SAMPLES, len(faces)) if len(faces) < SAMPLES else 0
-    samples = samples_on_surface(len(faces), divisions) if divisions else len(positions)
+    divisions = divisions_for(SAMPLES, len(faces))
+    samples = samples_on_surface(len(faces), divisions)
     return FinestState(
         memoryless(positions, faces),
         no_deviation(samples, len(faces)),
@@ -170,10 +172,7 @@ def _settle(cost: FinestState, surface: Surface, at: int) -> None:
 @kernel
 def _reach(cost: FinestState, surface: Surface, at: int) -> bool:
     if cost.deviation.counts[2] == 0:
-        if cost.divisions[0] > 0:
-            start_at_surface(cost.deviation, surface, cost.divisions[0])
-        else:
-            start_at_vertices(cost.deviation, surface)
+        start_at_surface(cost.deviation, surface, cost.divisions[0])
     begins = at <= COMPARED_VERTICES and cost.vertices[0] > COMPARED_VERTICES
     cost.vertices[0] = at
     if at > COMPARED_VERTICES:
@@ -193,7 +192,7 @@ def _improve(cost: FinestState, surface: Surface, at: int, place: FloatArray) ->
     present = deviation_around(deviation)
     if not step_towards_reference(deviation, place, trial):
         return False
-    length = 1.0
+    length = LONGEST
     for _ in range(ATTEMPTS):
         place[0] = x + length * (trial[0] - x)
         place[1] = y + length * (trial[1] - y)

@@ -58,7 +58,7 @@ REFINEMENTS = 2
 """Steps of such a move."""
 
 
-SAMPLES = 6000
+SAMPLES = 16_000
 """Samples of the reference, about; small boundaries have several on each face."""
 
 SAMPLES_PER_FACE = 12

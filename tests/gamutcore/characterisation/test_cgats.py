@@ -9,9 +9,13 @@ from hypothesis import strategies as st
 
 from gamutcore.characterisation import characterisation
 from gamutcore.characterisation.cgats import cgats_samples, looks_like_cgats
+from gamutcore.colours.media import medium_colours
 from gamutcore.errors import (
     CharacterisationError,
+    ConditionError,
     GamutError,
+    InvalidPointsError,
+    MalformedFileError,
     MissingColumnError,
     SampleLimitError,
 )
@@ -239,3 +243,205 @@ def test_many_tables_are_refused_in_time_linear_in_their_number():
     with pytest.raises(SampleLimitError, match="tables") as caught:
         characterisation(("CGATS.17\n" + table * 50_000).encode())
     assert caught.value.where["line"] > 0
+
+
+BANDS = range(380, 740, 10)
+
+
+def table(names, rows, head=""):
+    """Return a table of the CGATS family."""
+    lines = "\n".join(" ".join(str(cell) for cell in row) for row in rows)
+    return (
+        f"{head}\nBEGIN_DATA_FORMAT\n{names}\nEND_DATA_FORMAT\nNUMBER_OF_SETS {len(rows)}\n"
+        f"BEGIN_DATA\n{lines}\nEND_DATA\n"
+    )
+
+
+class TestTrapsOfRealFiles:
+    """Those of the notes on characterisation data that the tests above do not have."""
+
+    @pytest.mark.parametrize("where", ["before", "after"])
+    def test_the_counts_may_come_on_either_side_of_the_format_and_be_wrong(self, where):
+        counts = "NUMBER_OF_SETS 1624\nNUMBER_OF_FIELDS 99\n"
+        bare = PLAIN.replace("NUMBER_OF_SETS 4\n", "")
+        before, after = ("CTI3\n", f"CTI3\n{counts}"), ("END_DATA_FORMAT\n",)
+        text = (
+            bare.replace(*before)
+            if where == "before"
+            else bare.replace(after[0], after[0] + counts)
+        )
+        samples = cgats_samples(text)
+        assert_plain(samples)
+        assert any("1624" in said for said in samples.warnings)
+        assert any("99" in said for said in samples.warnings)
+
+    def test_a_calibration_after_the_measurements_is_not_read(self):
+        """Argyll's .ti3 with its CAL: the second table has device values alone."""
+        cal = table("RGB_I RGB_R RGB_G RGB_B", [(i / 3, i / 3, i / 3, i / 3) for i in range(4)])
+        samples = cgats_samples(PLAIN + 'CAL\nDESCRIPTOR "Argyll"\nCREATED "June"' + cal)
+        assert_plain(samples)
+        assert "CREATED" not in samples.conditions
+
+    @pytest.mark.parametrize(
+        "name", ["SPEC_{}", "SPECTRAL_{}", "SPECTRAL_NM{}", "NM_{}", "SPECTRAL_NM_{}"]
+    )
+    @pytest.mark.parametrize("scale", [1, 100])
+    def test_spectra_by_their_five_names_on_both_scales(self, name, scale):
+        names = " ".join(["CMYK_C CMYK_M CMYK_Y CMYK_K", *(name.format(nm) for nm in BANDS)])
+        rows = [(0, 0, 0, 0, *[0.8 * scale] * 36), (0, 0, 0, 100, *[0.02 * scale] * 36)]
+        samples = cgats_samples(table(names, rows))
+        assert samples.spectra.wavelengths.tolist() == list(BANDS)
+        lab = medium_colours(samples, "absolute").lab
+        # L* of Y 0.8 and 0.02 by CIE 15's formula; gray is neutral under any illuminant
+        np.testing.assert_allclose(lab[:, 0], [91.6849, 15.4874], atol=1e-3)
+        np.testing.assert_allclose(lab[:, 1:], 0, atol=1e-9)
+
+    def test_reflectances_above_one_are_legitimate(self):
+        names = " ".join(["CMY_C CMY_M CMY_Y", *(f"SPEC_{nm}" for nm in BANDS)])
+        paper = [1.25 if nm == 440 else 0.9 for nm in BANDS]
+        samples = cgats_samples(table(names, [(0, 0, 0, *paper), (100, 0, 0, *[0.3] * 36)]))
+        assert samples.spectra.values.max() == 1.25
+        plain = cgats_samples(table(names, [(0, 0, 0, *[0.9] * 36), (100, 0, 0, *[0.3] * 36)]))
+        bluer, gray = medium_colours(samples, "absolute"), medium_colours(plain, "absolute")
+        assert bluer.lab[0, 2] < gray.lab[0, 2] - 1
+
+    @pytest.mark.parametrize("full", [100, 255])
+    def test_device_values_in_per_cent_or_of_eight_bits(self, full):
+        samples = cgats_samples(PLAIN.replace("255", str(full)))
+        assert samples.device.max() == 1
+        assert samples.provenance["device_scale"] == full
+
+    @pytest.mark.parametrize("scale", [1, 100, 417.3])
+    def test_xyz_on_its_three_scales(self, scale):
+        """0-1, 0-100 and cd/m²: a display's colours are relative to its white in any."""
+        rows = [(0, 0, 0, 0, 0, 0), (255, 0, 0, 0.41, 0.21, 0.02), (255, 255, 255, 0.95, 1, 1.09)]
+        rows = [(*row[:3], *(value * scale for value in row[3:])) for row in rows]
+        samples = cgats_samples(table("RGB_R RGB_G RGB_B XYZ_X XYZ_Y XYZ_Z", rows))
+        lab = medium_colours(samples, "relative").lab
+        np.testing.assert_allclose(lab[2], [100, 0, 0], atol=1e-9)
+        np.testing.assert_allclose(lab[1, 0], 116 * 0.21 ** (1 / 3) - 16, atol=2)
+
+    def test_names_of_patches_may_be_numbers_with_letters_or_missing(self):
+        for name in ("SAMPLE_NO", "SampleID"):
+            text = PLAIN.replace("SAMPLE_ID", name).replace("2 255", "A12 255")
+            assert_plain(cgats_samples(text))
+
+    def test_the_colorchecker_of_measuretool(self):
+        """Decimal commas, names as Lab_L, and a quoted line without keyword."""
+        text = (
+            'LGOROWLENGTH 12\nORIGINATOR "ColorChecker24 - November2014 edition and newer"\n'
+            '"i1Pro 2 ; Serial number 1"\n"MeasurementCondition=M0\tFilter=no"\n\n'
+            "NUMBER_OF_FIELDS 4\nBEGIN_DATA_FORMAT\nSAMPLE_NAME Lab_L   Lab_a   Lab_b\n"
+            "END_DATA_FORMAT\nNUMBER_OF_SETS 2\nBEGIN_DATA\nA1\t37,54\t14,37\t14,92\n"
+            "A2\t62,73\t35,83\t56,5\nEND_DATA\n"
+        )
+        samples = cgats_samples(text)
+        np.testing.assert_array_equal(samples.lab, [[37.54, 14.37, 14.92], [62.73, 35.83, 56.5]])
+        assert samples.condition == "M0"
+
+
+class TestMeasurementConditions:
+    M0 = PLAIN.replace("CTI3", "CTI3\nMEASUREMENT_CONDITION M0")
+    M2 = table("RGB_R RGB_G RGB_B LAB_L LAB_A LAB_B", [(0, 0, 0, 7, 1, 1), (1, 1, 1, 90, 1, 1)])
+
+    def test_one_condition_is_read_and_named(self):
+        samples = cgats_samples(self.M0)
+        assert samples.condition == "M0"
+        assert cgats_samples(self.M0, condition="m0").condition == "M0"
+        with pytest.raises(ConditionError, match="M0"):
+            cgats_samples(self.M0, condition="M1")
+
+    def test_tables_of_two_conditions_are_refused_until_one_is_chosen(self):
+        text = self.M0 + 'CGATS.17\nFILTER "UVcut"' + self.M2
+        with pytest.raises(ConditionError, match="M0, M2") as caught:
+            cgats_samples(text)
+        assert caught.value.where["conditions"] == ["M0", "M2"]
+        assert "`condition`" in caught.value.remedy
+        assert_plain(cgats_samples(text, condition="M0"))
+        second = cgats_samples(text, condition="M2")
+        assert second.lab[:, 0].tolist() == [7, 90]
+        assert second.condition == "M2"
+
+    def test_columns_of_two_conditions_are_refused_until_one_is_chosen(self):
+        names = "RGB_R RGB_G RGB_B M0_LAB_L M0_LAB_A M0_LAB_B LAB_L_M1 LAB_A_M1 LAB_B_M1"
+        text = table(names, [(0, 0, 0, 1, 2, 3, 4, 5, 6)])
+        with pytest.raises(ConditionError, match="M0, M1"):
+            cgats_samples(text)
+        assert cgats_samples(text, condition="M0").lab.tolist() == [[1, 2, 3]]
+        assert cgats_samples(text, condition="M1").lab.tolist() == [[4, 5, 6]]
+
+    def test_rows_of_two_conditions_are_refused_until_one_is_chosen(self):
+        text = table("MEASUREMENT_CONDITION LAB_L LAB_A LAB_B", [("M0", 1, 2, 3), ("M1", 4, 5, 6)])
+        with pytest.raises(ConditionError, match="M0, M1"):
+            cgats_samples(text)
+        samples = cgats_samples(text, condition="M1")
+        assert samples.lab.tolist() == [[4, 5, 6]]
+        assert samples.provenance["patches"] == {"read": 2, "dropped": 1, "averaged": 0}
+
+    def test_a_condition_that_no_file_states_is_refused(self):
+        with pytest.raises(ConditionError, match="does not state"):
+            cgats_samples(PLAIN, condition="M1")
+
+
+class TestColourGamutEnvelopes:
+    """IDMS 1.3; the form is that of the tools at github.com/CIELab-gamut-tools."""
+
+    HEAD = (
+        "CGATS.17\nFORMAT_VERSION 2\nIDMS_FILE_TYPE\t{}\nIDMS_VERSION  1.3\n"
+        "CGV_DISPLAY_TYPE {}\nDISPLAY_MFR DisplayCo\nCIE_OBSERVER 1931 \nCIE_OBSERVER_ANGLE 2\n"
+        "ILLUMINATION_PERFECT_DIFFUSE_REFLECTOR_XYZ\t1.02E+02\t1.00E+02\t6.37E+01\n"
+        "KEYWORD SampleID\nNUMBER_OF_FIELDS 7"
+    )
+    XYZ = "SampleID RGB_R RGB_G RGB_B XYZ_X XYZ_Y XYZ_Z"
+    HALF = ((1, 0, 0, 0, 4.08, 4, 2.548), (2, 255, 255, 255, 51, 50, 31.85))
+
+    def test_a_measurement_of_a_reflective_display(self):
+        text = table(self.XYZ, self.HALF, self.HEAD.format("CGE_MEASUREMENT", "REFLECTIVE"))
+        samples = cgats_samples(text)
+        assert samples.provenance["dialect"] == "CGE_MEASUREMENT"
+        assert samples.illumination.tolist() == [102, 100, 63.7]
+        absolute = medium_colours(samples, "absolute")
+        # Half and a 25th of the perfect diffuser: neutral, L* by CIE 15.
+        np.testing.assert_allclose(absolute.lab[:, 0], 116 * np.cbrt([0.04, 0.5]) - 16)
+        np.testing.assert_allclose(absolute.lab[:, 1:], 0, atol=1e-6)
+        assert absolute.provenance["observer"] == "2°"
+        assert "102, 100, 63.7" in absolute.provenance["illuminant"]
+        relative = medium_colours(samples, "relative")
+        np.testing.assert_allclose(relative.lab[1], [100, 0, 0], atol=1e-6)
+
+    def test_a_measurement_of_an_emissive_display(self):
+        text = table(self.XYZ, self.HALF, self.HEAD.format("CGE_MEASUREMENT", "EMISSIVE"))
+        medium = medium_colours(cgats_samples(text), "relative")
+        assert medium.provenance["medium"] == "display"
+        np.testing.assert_allclose(medium.lab[1], [100, 0, 0], atol=1e-6)
+
+    def test_an_envelope(self):
+        names = "SampleID RGB_R RGB_G RGB_B LAB_L LAB_A LAB_B"
+        rows = [(1, 0, 0, 0, 0, 0, 0), (2, 255, 0, 0, 54, 81, 70), (3, 255, 255, 255, 100, 0, 0)]
+        samples = cgats_samples(table(names, rows, self.HEAD.format("CGE_ENVELOPE", "EMISSIVE")))
+        assert samples.provenance["dialect"] == "CGE_ENVELOPE"
+        np.testing.assert_allclose(
+            medium_colours(samples, "relative").lab[1], [54, 81, 70], atol=1e-3
+        )
+
+    def test_signals_alone_are_no_gamut(self):
+        with pytest.raises(MissingColumnError):
+            cgats_samples(table("SampleID RGB_R RGB_G RGB_B", [(1, 0, 0, 0)]))
+
+    @pytest.mark.parametrize("text", ["102 100", "102 100 x", "0 100 60", "1 2 3 4"])
+    def test_a_broken_illumination_is_refused_with_its_line(self, text):
+        head = self.HEAD.format("CGE_MEASUREMENT", "REFLECTIVE")
+        broken = head.replace("1.02E+02\t1.00E+02\t6.37E+01", text)
+        with pytest.raises(MalformedFileError) as caught:
+            cgats_samples(table(self.XYZ, self.HALF, broken))
+        assert caught.value.where["line"] == 9
+
+
+def test_chromaticities_and_polar_colours():
+    xyy = cgats_samples(table("R G B XYY_X XYY_Y XYY_CAPY", [(0, 0, 0, 0.25, 0.5, 40)]))
+    np.testing.assert_allclose(xyy.xyz, [[20, 40, 20]])
+    lch = cgats_samples(table("R G B LAB_L LAB_C LAB_H", [(0, 0, 0, 50, 20, 90)]))
+    np.testing.assert_allclose(lch.lab, [[50, 0, 20]], atol=1e-12)
+    with pytest.raises(InvalidPointsError) as caught:
+        cgats_samples(table("XYY_X XYY_Y XYY_CAPY", [(0.3, 0.3, 1), (0.3, 0, 40)]))
+    assert caught.value.where == {"line": 8, "column": "xyY"}

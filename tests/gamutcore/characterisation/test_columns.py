@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from gamutcore.characterisation.columns import MAX_COLUMNS, column_roles
-from gamutcore.errors import MissingColumnError, SampleLimitError
+from gamutcore.errors import ConditionError, MissingColumnError, SampleLimitError
 
 
 @pytest.mark.parametrize(
@@ -94,3 +94,57 @@ def test_columns_and_channels_are_limited():
     names = [f"16CLR_{i}" for i in range(1, 17)]
     with pytest.raises(SampleLimitError):
         column_roles([*names, "LAB_L", "LAB_A", "LAB_B"])
+
+
+BANDS = [f"SPEC_{nm}" for nm in range(380, 740, 10)]
+
+
+@pytest.mark.parametrize(
+    ("names", "kinds"),
+    [
+        ("LCH_L LCH_C LCH_H", ("LCH",)),
+        ("LAB_L LAB_C LAB_H", ("LCH",)),
+        ("L* C* h", ("LCH",)),
+        ("L* C*ab hab", ("LCH",)),
+        ("LAB_L LAB_A LAB_B LAB_C LAB_H", ("LAB",)),
+        ("XYY_X XYY_Y XYY_CAPY", ("XYY",)),
+        ("x y Y", ("XYY",)),
+        ("Y x y", ("XYY",)),
+        ("X Y Z x y Y", ("XYZ",)),
+        ("LAB_L LAB_A LAB_B x y Y", ("LAB", "XYY")),
+        (" ".join(BANDS), ("SPECTRUM",)),
+        (" ".join(["X Y Z", *BANDS]), ("XYZ", "SPECTRUM")),
+        ("XYZ_X XYZ_Y XYZ_Z XYY_X XYY_Y", ("XYZ",)),
+    ],
+)
+def test_all_kinds_of_colours(names, kinds):
+    roles = column_roles(names.split())
+    assert roles.colour_columns == kinds
+    assert len(roles.selected) == len(roles.kinds) == len(roles.selected_names)
+
+
+def test_upper_and_lower_case_tell_chromaticities_from_tristimulus_values():
+    assert column_roles(["Y", "x", "y"]).xyy == (1, 2, 0)
+
+
+@pytest.mark.parametrize("form", ["M{0}_{1}", "{1}_M{0}", "{1} (M{0})", "m{0}.{1}"])
+def test_conditions_in_names(form):
+    names = ["R", "G", "B", *(form.format(c, n) for c in (0, 2) for n in ("L", "a", "b"))]
+    with pytest.raises(ConditionError, match="M0, M2"):
+        column_roles(names)
+    roles = column_roles(names, condition="M2")
+    assert (roles.device, roles.lab, roles.condition) == ((0, 1, 2), (6, 7, 8), "M2")
+    assert roles.ignored == ("those of M0",)
+
+
+def test_colours_of_no_stated_condition_are_not_mixed_with_others():
+    roles = column_roles(["LAB_L", "LAB_A", "LAB_B", *(f"M1_{band}" for band in BANDS)])
+    assert roles.lab is None
+    assert roles.condition == "M1"
+    assert len(roles.spectrum) == 36
+
+
+def test_a_column_of_conditions_is_read_last():
+    roles = column_roles(["Condition", "LAB_L", "LAB_A", "LAB_B"])
+    assert roles.selected == (1, 2, 3, 0)
+    assert roles.kinds[-1] == "condition"

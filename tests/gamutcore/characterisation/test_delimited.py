@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from gamutcore.characterisation.delimited import delimited_samples
 from gamutcore.errors import (
+    ConditionError,
     GamutError,
     MalformedFileError,
     MissingColumnError,
@@ -79,3 +80,25 @@ def test_any_text_gives_samples_or_a_named_error(pieces):
     except GamutError:
         return
     assert np.isfinite(samples.lab).all()
+
+
+def test_wavelengths_as_names():
+    bands = range(380, 740, 10)
+    text = ";".join(map(str, bands)) + "\n" + ";".join(["0,5"] * 36) + "\n"
+    samples = delimited_samples(text)
+    assert samples.spectra.wavelengths.tolist() == list(bands)
+    assert set(samples.spectra.values[0]) == {0.5}
+
+
+def test_named_columns_of_all_kinds():
+    np.testing.assert_allclose(delimited_samples("x,y,Y\n0.25,0.5,10\n").xyz, [[5, 10, 5]])
+    polar = delimited_samples("C\tM\tY\tK\tL*\tC*\th\n0\t0\t0\t100\t50\t20\t180\n")
+    np.testing.assert_allclose(polar.lab, [[50, -20, 0]], atol=1e-12)
+    assert polar.channels == ("C", "M", "Y", "K")
+
+
+def test_rows_of_one_condition_are_chosen():
+    text = "condition,L,a,b\nM0,50,1,2\nM1,60,1,2\n"
+    with pytest.raises(ConditionError, match="M0, M1"):
+        delimited_samples(text)
+    assert delimited_samples(text, condition="M1").lab.tolist() == [[60, 1, 2]]

@@ -8,7 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gamutcore.characterisation.json_samples import MAX_JSON_SAMPLES, json_samples
-from gamutcore.errors import GamutError, MalformedFileError, MissingColumnError, SampleLimitError
+from gamutcore.errors import (
+    ConditionError,
+    GamutError,
+    MalformedFileError,
+    MissingColumnError,
+    SampleLimitError,
+)
 
 LAB = [[50, 0.5, 0], [60, -20, 30]]
 
@@ -115,3 +121,32 @@ def test_any_document_gives_samples_or_a_named_error(tree):
     except GamutError:
         return
     assert np.isfinite(samples.lab).all()
+
+
+BANDS = [f"SPEC_{nm}" for nm in range(380, 740, 10)]
+
+
+def test_spectra_names_and_conditions():
+    columns = ["patch", "MEASUREMENT_CONDITION", "R", "G", "B", *BANDS]
+    rows = [["white", "M0", 255, 255, 255, *[0.9] * 36], ["w", "M2", 255, 255, 255, *[0.8] * 36]]
+    text = json.dumps({"columns": columns, "samples": rows})
+    with pytest.raises(ConditionError, match="M0, M2"):
+        json_samples(text)
+    samples = json_samples(text, condition="M2")
+    assert set(samples.spectra.values[0]) == {0.8}
+    assert samples.condition == "M2"
+
+
+def test_a_condition_of_the_document():
+    text = json.dumps({"samples": LAB, "conditions": {"MEASUREMENT_CONDITION": "M1"}})
+    assert json_samples(text).condition == "M1"
+    with pytest.raises(ConditionError):
+        json_samples(text, condition="M0")
+
+
+@pytest.mark.parametrize("cell", [3, True, ["M0"]])
+def test_a_condition_that_is_no_text_is_refused(cell):
+    columns = ["CONDITION", "L", "a", "b"]
+    with pytest.raises(MalformedFileError) as caught:
+        json_samples(json.dumps({"columns": columns, "samples": [[cell, 1, 2, 3]]}))
+    assert caught.value.where == {"row": 1, "field": "samples[0][0]"}

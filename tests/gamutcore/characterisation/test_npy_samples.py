@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.characterisation.npy_samples import NPY_MAGIC, npy_samples
-from gamutcore.errors import GamutError, MalformedFileError, MissingColumnError
+from gamutcore.errors import ConditionError, GamutError, MalformedFileError, MissingColumnError
 
 LAB = np.array([[50, 0.5, 0], [60, -20, 30]])
 
@@ -109,3 +109,24 @@ def test_mutated_files_give_samples_or_a_named_error(seed):
     except GamutError:
         return
     assert np.isfinite(samples.lab).all()
+
+
+def test_fields_of_all_kinds_and_conditions():
+    fields = [("patch", "U8"), ("R", "u1"), ("G", "u1"), ("B", "u1"), ("CONDITION", "S2")]
+    array = np.zeros(3, [*fields, *((f"SPEC_{nm}", "f4") for nm in range(380, 740, 10))])
+    array["CONDITION"] = [b"M0", b"M1", b"m1"]
+    array["SPEC_500"] = [0.25, 0.5, 0.75]
+    with pytest.raises(ConditionError, match="M0, M1"):
+        npy_samples(saved(array))
+    samples = npy_samples(saved(array), condition="M1")
+    assert samples.spectra.values[:, 12].tolist() == [0.5, 0.75]
+    assert samples.device.shape == (2, 3)
+    chromaticities = np.array([(0.25, 0.5, 10)], [("x", "f8"), ("y", "f8"), ("Y", "f8")])
+    np.testing.assert_allclose(npy_samples(saved(chromaticities)).xyz, [[5, 10, 5]])
+
+
+def test_texts_in_the_place_of_numbers_are_refused():
+    array = np.array([("1", 2, 3)], [("L", "U4"), ("a", "f8"), ("b", "f8")])
+    with pytest.raises(MalformedFileError) as caught:
+        npy_samples(saved(array))
+    assert caught.value.where["column"] == "L"

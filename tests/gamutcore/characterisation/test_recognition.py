@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gamutcore.characterisation import IccProfile, Samples, characterisation
-from gamutcore.errors import GamutError, UnrecognisedFormatError
+from gamutcore.errors import GamutError, MissingColumnError, OptionError, UnrecognisedFormatError
 
 TABLE = "L,a,b\n50,0,0\n60,10,10\n"
 
@@ -79,3 +79,15 @@ def test_any_bytes_give_samples_or_a_named_error(data):
     except GamutError:
         return
     assert read.format
+
+
+def test_a_profile_has_no_measurement_condition(small_profile):
+    with pytest.raises(OptionError) as caught:
+        characterisation(small_profile("sRGB-v4.icc"), condition="M1")
+    assert caught.value.where == {"field": "condition"}
+
+
+def test_cxf_is_told_by_its_root():
+    data = b'<c:CxF xmlns:c="http://colorexchangeformat.com/CxF3-core"/>'
+    with pytest.raises(MissingColumnError, match="CxF"):
+        characterisation(data)

@@ -5,7 +5,7 @@ import pytest
 
 from gamutcore.characterisation.columns import column_roles
 from gamutcore.characterisation.samples import samples_from_values
-from gamutcore.errors import InvalidPointsError, MalformedFileError
+from gamutcore.errors import ConditionError, InvalidPointsError, MalformedFileError
 
 ROLES = column_roles(["RGB_R", "RGB_G", "RGB_B", "LAB_L", "LAB_A", "LAB_B"])
 
@@ -60,3 +60,38 @@ def test_hostile_conditions_are_cut_short():
     conditions = {f"K{i}": "x" * 10_000 for i in range(1000)}
     samples = samples_from_values("cgats", ROLES, values([(0, 0, 0)]), conditions=conditions)
     assert sum(map(len, samples.conditions.values())) <= 100_000
+
+
+def test_a_condition_that_rows_state():
+    roles = column_roles(["LAB_L", "LAB_A", "LAB_B", "CONDITION"])
+    rows = np.array([[1, 0, 0, 0], [2, 0, 0, 1], [3, 0, 0, 0]], float)
+    with pytest.raises(ConditionError, match="M0, M1"):
+        samples_from_values("csv", roles, rows, row_conditions=("M0", "M1"))
+    samples = samples_from_values("csv", roles, rows, row_conditions=("M0", "M1"), condition="M0")
+    assert samples.lab[:, 0].tolist() == [1, 3]
+    assert samples.provenance["measurement_condition"] == "M0"
+    assert samples.provenance["patches"] == {"read": 3, "dropped": 1, "averaged": 0}
+
+
+def test_black_has_no_chromaticity():
+    roles = column_roles(["XYY_X", "XYY_Y", "XYY_CAPY"])
+    samples = samples_from_values("csv", roles, np.array([[0, 0, 0], [0.5, 0.25, 10]], float))
+    np.testing.assert_allclose(samples.xyz, [[0, 0, 0], [20, 10, 10]])
+
+
+def test_spectra_are_described():
+    roles = column_roles([f"SPEC_{nm}" for nm in range(380, 740, 10)])
+    samples = samples_from_values("csv", roles, np.full((2, 36), 0.5))
+    assert len(samples) == 2
+    assert samples.provenance["spectra"] == {"from": 380, "to": 730, "bands": 36, "step": 10}
+    assert samples.provenance["colour_columns"] == ["SPECTRUM"]
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e9])
+def test_bands_that_are_no_numbers_are_refused(value):
+    roles = column_roles([f"SPEC_{nm}" for nm in range(380, 740, 10)])
+    rows = np.full((2, 36), 0.5)
+    rows[1, 3] = value
+    with pytest.raises(InvalidPointsError) as caught:
+        samples_from_values("csv", roles, rows)
+    assert caught.value.where == {"row": 2, "column": "SPEC_410"}

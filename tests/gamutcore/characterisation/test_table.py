@@ -1,11 +1,19 @@
 from __future__ import annotations
 
+import itertools
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from gamutcore.characterisation.columns import column_roles
-from gamutcore.characterisation.table import MAX_LINES, NumberTable, number, text_lines
+from gamutcore.characterisation.table import (
+    MAX_LINES,
+    MAX_TEXT_VALUES,
+    NumberTable,
+    number,
+    text_lines,
+)
 from gamutcore.errors import MalformedFileError, SampleLimitError
 
 ROLES = column_roles(["LAB_L", "LAB_A", "LAB_B"])
@@ -63,3 +71,29 @@ def test_blocks_are_joined_in_order():
     assert values[:, 0].tolist() == list(range(20_000))
     assert lines.tolist() == list(range(20_000))
     assert set(values[:, 2]) == {0.5}
+
+
+def test_conditions_become_numbers():
+    table = NumberTable(column_roles(["CONDITION", "L", "a", "b"]))
+    for label in ("M1", "m0", "M1_Daylight"):
+        table.append([label, "1", "2", "3"], 1)
+    assert table.row_conditions == ("M1", "M0")
+    assert table.arrays()[0][:, -1].tolist() == [0, 1, 0]
+
+
+def filled(names, rows):
+    table = NumberTable(column_roles(names))
+    for line, row in enumerate(rows):
+        table.append(row, line)
+
+
+def test_conditions_without_end_are_refused():
+    rows = ([f"run {number}", "1", "2", "3"] for number in range(1000))
+    with pytest.raises(SampleLimitError, match="conditions"):
+        filled(["CONDITION", "L", "a", "b"], rows)
+
+
+def test_numbers_are_limited_and_not_rows_alone():
+    rows = itertools.repeat(["0.5"] * 900, MAX_TEXT_VALUES // 900 + 1)
+    with pytest.raises(SampleLimitError, match="900 numbers"):
+        filled([f"SPEC_{nm}" for nm in range(300, 1200)], rows)

@@ -177,3 +177,73 @@ def test_a_white_without_light_is_refused():
     data = samples("R G B X Y Z", [[255, 255, 255, 0, 0, 0], [0, 0, 0, 0, 0, 0]])
     with pytest.raises(InvalidPointsError):
         medium_colours(data, "relative")
+
+
+BANDS = [f"SPEC_{nm}" for nm in range(380, 740, 10)]
+
+
+def spectral(device="CMYK_C CMYK_M CMYK_Y CMYK_K", white=(0, 0, 0, 0), colours="", **members):
+    """Return a white and a dark patch, with spectra that fall towards blue."""
+    slope = np.linspace(0.6, 0.9, 36)
+    dark = tuple(1 - (value or 0) for value in white) if max(white) <= 1 else (0,) * len(white)
+    given = [[95.0, 0, -2], [20, 0, 0]] if colours else [[], []]
+    rows = [[*white, *given[0], *slope], [*dark, *given[1], *(slope * 0.1)]]
+    return samples(" ".join([device, colours, *BANDS]), rows, **members)
+
+
+def test_spectra_are_seen_under_d50_by_2_degrees_unless_asked_otherwise():
+    medium = medium_colours(spectral(), "absolute")
+    assert (medium.provenance["illuminant"], medium.provenance["observer"]) == ("D50", "2°")
+    assert medium.provenance["colours_from"].startswith("SPECTRUM, ASTM E308")
+    same = medium_colours(spectral(), "absolute", observer=2, illuminant="D50")
+    np.testing.assert_array_equal(medium.lab, same.lab)
+    other = medium_colours(spectral(), "absolute", observer=10, illuminant="A")
+    assert (other.provenance["illuminant"], other.provenance["observer"]) == ("A", "10°")
+    assert other.provenance["adaptation"] == "Bradford from A to D50"
+    assert not np.allclose(other.lab, medium.lab, atol=0.1)
+
+
+@pytest.mark.parametrize("illuminant", ["A", "D65", "FL11"])
+def test_the_paper_is_white_under_any_illuminant(illuminant):
+    medium = medium_colours(spectral(), "relative", illuminant=illuminant)
+    np.testing.assert_allclose(medium.lab[0], [100, 0, 0], atol=1e-9)
+
+
+def test_stated_colours_are_taken_unless_the_spectra_are_asked_for():
+    both = spectral(colours="LAB_L LAB_A LAB_B", conditions={"ILLUMINANT": "D50"})
+    stated = medium_colours(both, "absolute")
+    assert stated.provenance["colours_from"] == "LAB"
+    np.testing.assert_allclose(stated.lab[0], [95, 0, -2])
+    assert medium_colours(both, "absolute", observer=2).lab[0, 2] > 5
+    elsewhere = spectral(colours="LAB_L LAB_A LAB_B", conditions={"ILLUMINANT": "D65"})
+    assert medium_colours(elsewhere, "absolute").provenance["illuminant"] == "D50"
+
+
+def test_colours_without_spectra_cannot_be_seen_otherwise():
+    for given in ({"observer": 10}, {"illuminant": "D65"}):
+        with pytest.raises(OptionError) as caught:
+            medium_colours(press(), "relative", **given)
+        assert list(given) == [caught.value.where["field"]]
+    own = medium_colours(press(), "relative", observer=2, illuminant="D50")
+    assert own.provenance["observer"] == "2° (assumed, not stated)"
+
+
+def test_lights_have_no_illuminant():
+    display_class = {"DEVICE_CLASS": "DISPLAY"}
+    light = spectral("R G B", (255, 255, 255), conditions=display_class)
+    medium = medium_colours(light, "relative", observer=10)
+    assert medium.provenance["medium"] == "display"
+    assert medium.provenance["observer"] == "10°"
+    np.testing.assert_allclose(medium.lab[0], [100, 0, 0], atol=1e-9)
+    assert medium.warnings == ()
+    with pytest.raises(OptionError, match="illuminant"):
+        medium_colours(light, "relative", illuminant="D65")
+
+
+def test_spectra_of_rgb_values_are_lights_unless_something_says_otherwise():
+    unsaid = medium_colours(spectral("R G B", (255, 255, 255)), "relative")
+    assert unsaid.provenance["medium"] == "display"
+    assert any("DEVICE_CLASS OUTPUT" in said for said in unsaid.warnings)
+    for said in ({"DEVICE_CLASS": "OUTPUT"}, {"MEASUREMENT_CONDITION": "M1"}):
+        printed = spectral("R G B", (255, 255, 255), conditions=said)
+        assert medium_colours(printed, "relative").provenance["medium"] == "reflective"

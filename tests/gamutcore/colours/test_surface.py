@@ -52,12 +52,18 @@ def test_the_model_agrees_with_the_profile_of_the_same_press(shared_data, fogra3
 def test_the_surface_of_a_profile(small_profile):
     profile = characterisation(small_profile("DisplayP3-v4.icc"))
     surface = surface_colours(profile)
-    assert len(surface.points) == 99_848
+    assert 99_000 < len(surface.points) <= 100_000
+    assert surface.provenance["surface"]["density"] == "by curvature"
     assert surface.points[:, 0].min() == pytest.approx(0, abs=1e-6)
     provenance = surface.provenance
     assert provenance["device_class"] == "display"
     assert provenance["intent"] == "relative"
     assert provenance["model"]["name"] == "ICC profile"
+    assert provenance["model"]["kind"] == "matrix and curves"
+    # P3's D65 was adapted to D50.
+    white = provenance["chromatic_adaptation"]["white"]
+    np.testing.assert_allclose(white, [0.9505, 1, 1.0891], atol=2e-3)
+    assert "ink_limits" not in provenance
     json.dumps(provenance, allow_nan=False)
 
 
@@ -176,3 +182,23 @@ def test_every_malformed_profile_is_refused_or_read(shared_data):
         except GamutError:
             continue
         assert np.isfinite(surface.points).all(), file.name
+
+
+@pytest.mark.parametrize("given", [{"observer": 10}, {"illuminant": "D65"}])
+def test_a_profile_has_neither_observer_nor_illuminant(small_profile, given):
+    with pytest.raises(OptionError) as caught:
+        surface_colours(characterisation(small_profile("sRGB-v4.icc")), **given)
+    assert [caught.value.where["field"]] == list(given)
+
+
+def test_a_press_measured_under_three_conditions_is_described_with_the_one_used():
+    columns = "MEASUREMENT_CONDITION CMY_C CMY_M CMY_Y LAB_L LAB_A LAB_B"
+    cube = rgb_cube(3, lambda device: lab(1 - device)).tolist()
+    rows = [[name, *row] for name in ("M0", "M1", "M2") for row in cube]
+    samples = characterisation(document(columns, rows), condition="M1")
+    provenance = surface_colours(samples, surface_samples=1000).provenance
+    assert provenance["measurement_condition"] == "M1"
+    assert provenance["patches"] == {"read": 81, "averaged": 0, "dropped": 54, "used": 27}
+    assert provenance["channels"] == ["C", "M", "Y"]
+    for member in ("format", "white", "illuminant", "observer", "adaptation", "warnings"):
+        assert member in provenance

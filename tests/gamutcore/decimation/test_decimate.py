@@ -189,7 +189,6 @@ class TestSphereAgainstTheory:
     def test_the_most_accurate_cost_is_between_it_and_the_optimum(self, constant):
         assert self.OPTIMUM * 0.97 < constant("finest") < constant("volume")
 
-    @pytest.mark.xfail(reason="2.4 is the goal; 2.65 is reached", strict=True)
     def test_the_most_accurate_cost_comes_near_the_optimum(self, constant):
         assert constant("finest") <= 2.4
 

@@ -5,7 +5,7 @@ import pytest
 
 from gamutcore.decimation.costs import finest, volume
 from gamutcore.decimation.relaxation import relax
-from gamutcore.decimation.samples import start_at_vertices
+from gamutcore.decimation.samples import start_at_surface
 
 CENTRE = np.array([50.0, 0.0, 0.0])
 STEP = 2.0**-11
@@ -23,7 +23,7 @@ def after_collapses(bumpy_mesh, surface_from, random_collapses, workspace_for, f
         surface = surface_from(positions, faces)
         state = module.state(positions, faces)
         if module is finest:
-            start_at_vertices(state.deviation, surface)
+            start_at_surface(state.deviation, surface, int(state.divisions[0]))
         work, ring = workspace_for(surface), np.empty((200, 2), np.int32)
         shifted, shift, shifts = np.empty(16, np.int32), np.empty((16, 2, 3), np.float32), 0
         for done, kept in enumerate(random_collapses(state, surface, seed, 60)):
@@ -110,7 +110,7 @@ def test_a_ring_that_is_too_large_for_the_scratch_is_left_alone(
 ):
     positions, faces = bumpy_mesh(4, 60)
     surface, state = surface_from(positions * 1.1, faces), finest.state(positions, faces)
-    start_at_vertices(state.deviation, surface_from(positions, faces))
+    start_at_surface(state.deviation, surface_from(positions, faces), int(state.divisions[0]))
     delivered = (surface.position + CENTRE).astype(np.float32)
     before = delivered.copy()
     kept = int(surface.degree.argmax())

@@ -36,9 +36,14 @@ def fogra39_curve(fogra39_history):
 
 class TestOfFogra39:
     def test_mismatch_is_within_its_bounds_of_that_against_the_full_boundary(
-        self, fogra39_history, fogra39_curve
+        self, request, fogra39_history, fogra39_curve
     ):
-        """Against the exact overlay with the full boundary, which the booleans confirm."""
+        """Against the exact overlay with the full boundary, which the booleans confirm.
+
+        Levels of `quadric` lose volume as they become coarser, so what the reference is off adds
+        up with what the level is off it; with `volume` the two are independent.
+        """
+        close = {"volume": 0.01, "quadric": 0.03}[request.node.callspec.params["fogra39_history"]]
         full = fogra39_history.full()
         for level in fogra39_curve[:-1]:
             mesh = fogra39_history.level(level.triangles)
@@ -48,7 +53,7 @@ class TestOfFogra39:
             assert exact <= level.mismatch_bound * (1 + 1e-9)
             # what the bounds leave open, and how good the figure is in truth
             assert level.mismatch_bound <= 1.2 * exact
-            assert level.mismatch == pytest.approx(exact, rel=0.02)
+            assert level.mismatch == pytest.approx(exact, rel=close)
 
     @pytest.mark.parametrize("count", [10, 108, 724])
     def test_mismatch_is_that_of_boolean_operations(self, fogra39_history, fogra39_curve, count):

@@ -54,6 +54,22 @@ def test_the_same_question_has_the_same_address(server, sphere):
     assert other.json()["id"] != answers[0].json()["id"]
 
 
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [
+        ({"ink_limit": 300}, "ink_limit"),
+        ({"black_limit": 90}, "black_limit"),
+        ({"source": "measurements"}, "source"),
+    ],
+)
+def test_options_that_the_data_does_not_have_are_refused(
+    server, sphere, assert_problem, options, field
+):
+    body = {"samples": sphere(seed=5), "options": options}
+    answer = server.client.post("/v1/gamuts", json=body)
+    assert assert_problem(answer, 422, "invalid-option")["where"] == {"field": field}
+
+
 def test_a_file_is_recognised_by_its_content(server, sphere):
     files = {"file": ("data.bin", csv(sphere(seed=4)), "application/octet-stream")}
     answer = server.client.post("/v1/gamuts", files=files, data={"options": '{"gamma": 1}'})

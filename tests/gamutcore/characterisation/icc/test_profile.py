@@ -91,7 +91,7 @@ def test_ink_names_come_from_the_colorant_table(made_profile):
 @pytest.mark.parametrize(
     ("options", "field"),
     [
-        ({"version": 5}, "version"),
+        ({"version": 6}, "version"),
         ({"version": 3}, "version"),
         ({"kind": "link"}, "device_class"),
         ({"kind": "nmcl"}, "device_class"),
@@ -105,9 +105,28 @@ def test_other_kinds_of_profiles_are_unsupported(made_profile, options, field):
     assert caught.value.where == {"field": field}
 
 
-def test_profiles_of_multi_process_elements_only_are_unsupported(made_profile):
-    with pytest.raises(UnsupportedProfileError, match="D2B"):
-        icc_profile(made_profile({"D2B1": b"mpet" + bytes(30)})).transform("relative")
+def test_the_white_that_colours_were_adapted_from(made_profile):
+    # ICC.1:2022, annex E.3: the linear Bradford matrix from D65 to D50.
+    bradford = (1.0478, 0.0229, -0.0501, 0.0295, 0.9905, -0.0171, -0.0092, 0.0150, 0.7517)
+    chad = b"sf32" + bytes(4) + struct.pack(">9i", *[round(v * 65536) for v in bradford])
+    profile = icc_profile(made_profile({**MATRIX, "chad": chad}, pcs="XYZ ", kind="mntr"))
+    white, warnings = profile.native_white()
+    np.testing.assert_allclose(white, [0.9505, 1, 1.0891], atol=1e-3)
+    assert warnings == []
+    assert profile.provenance["chromatic_adaptation"]["tag"] == "chad"
+    assert icc_profile(made_profile(MATRIX)).native_white() == (None, [])
+
+
+@pytest.mark.parametrize("chad", [b"sf32" + bytes(40), b"sf32" + bytes(10), b"text" + bytes(40)])
+def test_a_broken_adaptation_is_warned_of(made_profile, chad):
+    profile = icc_profile(made_profile({**MATRIX, "chad": chad}, pcs="XYZ ", kind="mntr"))
+    assert "chad" in profile.warnings[0]
+    assert profile.transform("relative")[0].tag.startswith("rXYZ")
+
+
+def test_channels_are_inks_or_not(made_profile):
+    kinds = {"RGB ": False, "GRAY": False, "CMYK": True, "CMY ": True, "7CLR": True}
+    assert {space: icc_profile(made_profile({}, space=space)).inks for space in kinds} == kinds
 
 
 @pytest.mark.parametrize(

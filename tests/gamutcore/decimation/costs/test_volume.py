@@ -180,12 +180,15 @@ def test_the_optimum_says_its_own_error_and_preserves_the_volume(
     assert refined > 0
 
 
-def test_samples_are_thinned_as_levels_become_coarser(tracked, compiled):
-    state, surface, left = tracked(1, 600, 0)
+def test_samples_are_thinned_as_levels_become_coarser(icosphere, surface_from, compiled):
+    mesh = icosphere(3)
+    positions = mesh.vertices.astype(np.float64)
+    state, surface = volume.state(positions, mesh.faces), surface_from(positions, mesh.faces)
+    assert compiled.reach(state, surface, len(positions)) is True
     used, divisions = int(state.deviation.counts[2]), int(state.divisions[0])
-    assert used == samples_on_surface(2 * left - 4, divisions)
+    assert used == samples_on_surface(mesh.triangles, divisions)
     assert used == pytest.approx(volume.SAMPLES, rel=0.5)
-    assert compiled.reach(state, surface, left) is False
+    assert compiled.reach(state, surface, len(positions)) is False
     few = (used - 1) // (4 * volume.SAMPLES_PER_FACE)
     assert compiled.reach(state, surface, few) is True
     assert state.deviation.counts[2] == (used + 1) // 2

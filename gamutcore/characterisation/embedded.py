@@ -1,0 +1,235 @@
+"""Measurements that a profile carries: the patches it was made from, as characterisation data.
+
+Profiling software leaves them in the tags `targ` (Argyll, GMG, many others: a CGATS text with
+device values and colours), `CIED` with `DevD` (Gretag and X-Rite: colours and device values, in one
+text or in one each, as CGATS or CxF) and `CxF `. They tell more than the profile: what was
+measured, without the smoothing, and under which conditions.
+"""
+
+from __future__ import annotations
+
+import re
+import zlib
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from gamutcore.characterisation.icc import IccProfile
+from gamutcore.characterisation.recognition import characterisation
+from gamutcore.characterisation.samples import JSON, Samples
+from gamutcore.errors import (
+    CharacterisationError,
+    GamutError,
+    InvalidPointsError,
+    MalformedProfileError,
+    MissingColumnError,
+    OptionError,
+)
+
+if TYPE_CHECKING:
+    from gamutcore.characterisation.recognition import Characterisation
+
+__all__ = ["MEASUREMENT_TAGS", "embedded_samples", "measurements_of"]
+
+MEASUREMENT_TAGS = ("targ", "CIED", "CxF ")
+"""Tags with colours, in the order in which they are tried."""
+
+DEVICE_TAG = "DevD"
+"""Tag with the device values of `CIED`, where that has colours only."""
+
+MAX_TEXT = 64 * 1024 * 1024
+"""Bytes of an embedded text at most, when it is unpacked. The largest targets take some 10 MB."""
+
+_PLAIN = ("text", "utf8", "data")
+_PACKED = ("ZXML", "zut8")
+_SECTION = re.compile(
+    r"BEGIN_DATA_FORMAT\s(?P<names>.*?)\sEND_DATA_FORMAT.*?BEGIN_DATA\s(?P<rows>.*?)\sEND_DATA",
+    re.DOTALL | re.IGNORECASE,
+)
+_VALUE = re.compile(r'"[^"\n]*"|\S+')
+_IDENTITIES = ("SAMPLE_ID", "SAMPLEID", "SAMPLE_NAME", "SAMPLE_NO", "SAMPLE_LOC")
+
+
+def measurements_of(data: Characterisation, *, condition: str | None = None) -> Samples:
+    """Return the measurements embedded in characterisation data.
+
+    Parameters
+    ----------
+    data : Samples or IccProfile
+    condition : str, optional
+        The measurement condition whose samples are wanted, as for `characterisation`.
+
+    Returns
+    -------
+    Samples
+
+    Raises
+    ------
+    OptionError
+        It is no profile, or one without measurements.
+    CharacterisationError, InvalidPointsError
+        The measurements are broken; ``where["tag"]`` names the tag.
+    """
+    if isinstance(data, IccProfile):
+        return embedded_samples(data, condition=condition)
+    raise OptionError(
+        "source is 'measurements', and the data is no ICC profile.",
+        where={"field": "source"},
+        remedy="Leave it out: only profiles have measurements besides their own content.",
+    )
+
+
+def embedded_samples(profile: IccProfile, *, condition: str | None = None) -> Samples:
+    """Return the measurements that a profile carries.
+
+    Parameters
+    ----------
+    profile : IccProfile
+    condition : str, optional
+        As for `measurements_of`.
+
+    Returns
+    -------
+    Samples
+        With the profile's names of inks where the text only numbers them, the profile's device
+        class where the text has none, and in the provenance the tag and the profile's name.
+
+    Raises
+    ------
+    OptionError
+        The profile has none of `MEASUREMENT_TAGS`.
+    CharacterisationError, InvalidPointsError
+        The measurements are broken; ``where["tag"]`` names the tag.
+    """
+    tag = next((tag for tag in MEASUREMENT_TAGS if tag in profile.tags), None)
+    if tag is None:
+        raise OptionError(
+            "source is 'measurements', and the profile has none of the tags "
+            f"{', '.join(name.strip() for name in MEASUREMENT_TAGS)}.",
+            where={"field": "source"},
+            remedy="Leave it out, or send the measurements themselves.",
+        )
+    text = _embedded_text(profile, tag)
+    try:
+        if tag == "CIED" and DEVICE_TAG in profile.tags:
+            text = _with_device_values(text, profile)
+        samples = characterisation(text, condition=condition)
+    except GamutError as error:
+        if isinstance(error, CharacterisationError | InvalidPointsError):
+            error.where.setdefault("tag", tag)
+        raise
+    if not isinstance(samples, Samples):
+        raise MalformedProfileError(
+            f"The tag {tag} holds no measurements.",
+            where={"tag": tag},
+            remedy="It is a text with the columns of device values and colours.",
+        )
+    return _described(samples, profile, tag)
+
+
+def _described(samples: Samples, profile: IccProfile, tag: str) -> Samples:
+    conditions = dict(samples.conditions)
+    stated = {"display": "DISPLAY", "output": "OUTPUT"}.get(profile.device_class)
+    if stated is not None and samples.device is not None:
+        conditions.setdefault("DEVICE_CLASS", stated)
+    channels = samples.channels
+    if len(channels) == len(profile.channels) and all(name.isdigit() for name in channels):
+        channels = profile.channels
+    provenance: dict[str, JSON] = {
+        **samples.provenance,
+        "channels": list[JSON](channels),
+        "conditions": dict[str, JSON](conditions),
+        "source": "measurements",
+        "embedded": {
+            "tag": tag.strip(),
+            "description": profile.provenance.get("description", ""),
+            "device_class": profile.device_class,
+        },
+    }
+    return replace(samples, channels=channels, conditions=conditions, provenance=provenance)
+
+
+def _embedded_text(profile: IccProfile, tag: str) -> bytes:
+    """Return the bytes of a text tag, unpacked where it is packed."""
+    element = profile.element(tag)
+    kind = element.kind
+    if kind in _PLAIN:
+        content = element.data[12 if kind == "data" else 8 :]
+    elif kind in _PACKED:
+        unpacker = zlib.decompressobj()
+        try:
+            content = unpacker.decompress(element.data[8:], MAX_TEXT + 1)
+        except zlib.error as cause:
+            raise element.malformed(f"cannot be unpacked ({cause})") from cause
+    else:
+        raise element.malformed(
+            f"is of the type {kind!r}",
+            f"Measurements are a text of the type {', '.join((*_PLAIN, *_PACKED))}.",
+        )
+    if len(content) > MAX_TEXT:
+        raise element.malformed(f"holds more than {MAX_TEXT} bytes of text")
+    return content.rstrip(b"\0")
+
+
+def _with_device_values(text: bytes, profile: IccProfile) -> bytes:
+    """Return a CGATS text of colours with the columns of the device values' text put before them.
+
+    Rows belong together by their sample's name, or by their order where either has no names.
+    """
+    colours = _SECTION.search(text.decode("latin-1"))
+    devices = _SECTION.search(_embedded_text(profile, DEVICE_TAG).decode("latin-1"))
+    if colours is None or devices is None:
+        return text  # another format, such as CxF, which has both
+    names, device_names = colours["names"].split(), devices["names"].split()
+    if {name.upper() for name in device_names} <= {name.upper() for name in names}:
+        return text
+    rows = _rows(colours["rows"], len(names), "CIED")
+    device_rows = _rows(devices["rows"], len(device_names), DEVICE_TAG)
+    own, other = _identity(names), _identity(device_names)
+    if own is not None and other is not None:
+        known = {row[other].strip('"'): row for row in device_rows}
+        missing = [row[own] for row in rows if row[own].strip('"') not in known]
+        if missing:
+            raise MissingColumnError(
+                f"The sample {missing[0][:40]} has no device values in the tag {DEVICE_TAG}.",
+                where={"tag": DEVICE_TAG},
+                remedy="Both tags name the same samples.",
+            )
+        device_rows = [known[row[own].strip('"')] for row in rows]
+    elif len(rows) != len(device_rows):
+        raise MissingColumnError(
+            f"The tag CIED has {len(rows)} samples and {DEVICE_TAG} {len(device_rows)}.",
+            where={"tag": DEVICE_TAG},
+            remedy="Both tags hold the same samples.",
+        )
+    taken = {name.upper() for name in names}
+    kept = [i for i, name in enumerate(device_names) if name.upper() not in taken]
+    header = text[: text.upper().index(b"BEGIN_DATA_FORMAT")].decode("latin-1")
+    joined = [
+        header,
+        "BEGIN_DATA_FORMAT",
+        " ".join([*names, *(device_names[i] for i in kept)]),
+        "END_DATA_FORMAT",
+        "BEGIN_DATA",
+        *(
+            " ".join([*row, *(device[i] for i in kept)])
+            for row, device in zip(rows, device_rows, strict=True)
+        ),
+        "END_DATA\n",
+    ]
+    return "\n".join(joined).encode("latin-1")
+
+
+def _rows(text: str, width: int, tag: str) -> list[list[str]]:
+    values = _VALUE.findall(text)
+    if not width or len(values) % width:
+        raise MissingColumnError(
+            f"The tag {tag} has {len(values)} values for {width} columns.",
+            where={"tag": tag},
+            remedy="Every row needs one value for each column.",
+        )
+    return [values[start : start + width] for start in range(0, len(values), width)]
+
+
+def _identity(names: list[str]) -> int | None:
+    upper = [name.upper() for name in names]
+    return next((upper.index(name) for name in _IDENTITIES if name in upper), None)

@@ -1,0 +1,200 @@
+"""Feed mutated files to the parsers: each must give a finite result or an error of gamutcore.
+
+Every module in `targets` is one parser: `SEEDS` (files to begin with), `TOKENS` (words of its
+language), `check`, which raises for a wrong result, and if wanted `WORD`, what a word is in it. A
+case may take two seconds of processor time and 512 MB. What fails is written to `build/fuzz`, with
+the number that repeats it by `--first`.
+
+    python tests/fuzz/fuzz.py --seconds 600             all targets, for ten minutes
+    python tests/fuzz/fuzz.py --cases 2000 cgats cxf    2000 files each, the same in every run
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import random
+import re
+import resource
+import signal
+import sys
+import time
+import traceback
+from pathlib import Path
+from types import FrameType, ModuleType
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
+FAILURES = ROOT / "build" / "fuzz"
+
+CASE_SECONDS = 2.0
+CASE_BYTES = 512 * 2**20
+MAX_MUTATIONS = 12
+WORD = re.compile(rb"[\w.+-]+")
+LONGEST = 4_000_000
+
+NUMBERS = [
+    b"0", b"-1", b"1e308", b"-1e-320", b"1e999", b"nan", b"inf", b"255", b"100,5", b"1_0",
+    b"99999999999999999999", b"0x10", b"3.4.5", b"\xc3\xa9", b"\0", b"\xff\xfe", b"",
+]  # fmt: skip
+
+
+class Hang(Exception):  # noqa: N818 - not an error of the parser, but a verdict on it
+    """A case took more than its processor time."""
+
+
+def target(name: str) -> ModuleType:
+    """Return the module of a target."""
+    spec = importlib.util.spec_from_file_location(
+        f"fuzz_target_{name}", HERE / "targets" / f"{name}.py"
+    )
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def mutated(module: ModuleType, chance: random.Random) -> bytes:
+    """Return a file with a few random changes: most of them of words and lines, some of bytes."""
+    others, tokens = module.SEEDS, module.TOKENS
+    data = chance.choice(others)
+    word = getattr(module, "WORD", WORD)
+    changed = bytearray(data)
+    for _ in range(min(int(chance.paretovariate(1.0)), MAX_MUTATIONS)):
+        kind = chance.randrange(4)
+        if kind < 2:
+            _other_word(changed, others, tokens, chance, word)
+        elif kind == 2:
+            _other_line(changed, others, tokens, chance)
+        else:
+            _other_bytes(changed, others, tokens, chance)
+    return bytes(changed[:LONGEST])
+
+
+def _other_word(
+    changed: bytearray,
+    others: list[bytes],
+    tokens: list[bytes],
+    chance: random.Random,
+    word: re.Pattern[bytes],
+) -> None:
+    """Put another word, from the same file, another one, or the lists, in the place of one."""
+    words = list(word.finditer(changed, chance.randrange(len(changed) + 1)))[:1]
+    found = [match for other in (changed, chance.choice(others)) for match in word.finditer(other)]
+    pool = chance.choice((tokens, NUMBERS, [bytes(match[0]) for match in found] or NUMBERS))
+    for match in words:
+        changed[match.start() : match.end()] = chance.choice(pool)
+
+
+def _other_line(
+    changed: bytearray, others: list[bytes], tokens: list[bytes], chance: random.Random
+) -> None:
+    """Drop, double, move or empty a line, or take one of another file."""
+    lines = bytes(changed).splitlines(keepends=True)
+    if not lines:
+        return
+    place = chance.randrange(len(lines))
+    kind = chance.randrange(5)
+    if kind == 0:
+        del lines[place]
+    elif kind == 1:
+        lines.insert(chance.randrange(len(lines)), lines[place])
+    elif kind == 2:
+        lines.insert(chance.randrange(len(lines)), lines.pop(place))
+    elif kind == 3:
+        lines[place] = chance.choice(tokens) + b"\n"
+    else:
+        lines.insert(place, chance.choice(chance.choice(others).splitlines(keepends=True)))
+    changed[:] = b"".join(lines)
+
+
+def _other_bytes(
+    changed: bytearray, others: list[bytes], tokens: list[bytes], chance: random.Random
+) -> None:
+    """Change, drop, repeat or cut off bytes anywhere."""
+    place = chance.randrange(len(changed) + 1)
+    length = min(int(chance.paretovariate(0.7)), 2000)
+    kind = chance.randrange(6)
+    if kind == 0 and place < len(changed):
+        changed[place] = chance.randrange(256)
+    elif kind == 1:
+        del changed[place : place + length]
+    elif kind == 2:
+        changed[place:place] = chance.choice(tokens)
+    elif kind == 3:
+        changed[place:place] = changed[place : place + length] * chance.randint(1, 50)
+    elif kind == 4:
+        other = chance.choice(others)
+        start = chance.randrange(len(other) + 1)
+        changed[place : place + length] = other[start : start + length]
+    elif chance.random() < 0.2:
+        del changed[place:]
+
+
+def interrupted(_number: int, _frame: FrameType | None) -> None:
+    """End a case that takes too long."""
+    raise Hang(f"more than {CASE_SECONDS:g} s")
+
+
+def checked(module: ModuleType, name: str, seed: int) -> bool:
+    """Return whether one case is handled as it should be; report and keep it if it is not."""
+    chance = random.Random(f"{name} {seed}")  # noqa: S311 - the same in every run
+    data = mutated(module, chance)
+    signal.setitimer(signal.ITIMER_VIRTUAL, CASE_SECONDS)
+    try:
+        module.check(data)
+    except BaseException:  # noqa: BLE001 - whatever it is, it should not be
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        FAILURES.mkdir(parents=True, exist_ok=True)
+        path = FAILURES / f"{name}-{seed}"
+        path.write_bytes(data)
+        traceback.print_exc()
+        print(f"{name}: case {seed}, {path.relative_to(ROOT)}", file=sys.stderr)  # noqa: T201
+        return False
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+    return True
+
+
+def bound_memory() -> None:
+    """Let a case take no more than its share beside what is loaded by now."""
+    pages = int(Path("/proc/self/statm").read_text().split()[0])
+    limit = pages * resource.getpagesize() + CASE_BYTES
+    resource.setrlimit(resource.RLIMIT_AS, (limit, resource.RLIM_INFINITY))
+
+
+def main() -> int:
+    """Run the targets that are asked for, and return how many cases failed, at most 1."""
+    known = sorted(path.stem for path in (HERE / "targets").glob("[a-z]*.py"))
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("targets", nargs="*", metavar="target", help=", ".join(known))
+    parser.add_argument("--seconds", type=float, default=0.0, help="of all targets together")
+    parser.add_argument("--cases", type=int, default=500, help="of each target, without --seconds")
+    parser.add_argument("--first", type=int, default=0, help="number of the first case")
+    given = parser.parse_args()
+    names = given.targets or known
+    modules = {name: target(name) for name in names}
+    for module in modules.values():
+        for seed in module.SEEDS:  # imports what is imported on first use
+            module.check(seed)
+    signal.signal(signal.SIGVTALRM, interrupted)
+    if Path("/proc/self/statm").exists():
+        bound_memory()
+    failures = 0
+    for name, module in modules.items():
+        begun, number = time.monotonic(), given.first
+        while (
+            time.monotonic() - begun < given.seconds / len(names)
+            if given.seconds
+            else number < given.first + given.cases
+        ):
+            failures += not checked(module, name, number)
+            number += 1
+        seconds = time.monotonic() - begun
+        print(f"{name}: {number - given.first} cases in {seconds:.1f} s")  # noqa: T201
+    return min(failures, 1)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,125 @@
+from __future__ import annotations
+
+import pytest
+
+from gamutcore.characterisation.cxf_document import (
+    CXF_NAMESPACE,
+    MAX_ATTRIBUTE_LENGTH,
+    MAX_BOUND_ELEMENTS,
+    MAX_DEPTH,
+    MAX_TEXT_LENGTH,
+    cxf_document,
+    looks_like_cxf,
+    looks_like_xml,
+)
+from gamutcore.errors import MalformedFileError, SampleLimitError, UnrecognisedFormatError
+
+
+def cxf(inside="", head='<?xml version="1.0" encoding="UTF-8"?>\n', root=""):
+    return f'{head}<cc:CxF xmlns:cc="{CXF_NAMESPACE}"{root}>{inside}</cc:CxF>'.encode()
+
+
+RESOURCES = "<cc:Resources><cc:ObjectCollection>{}</cc:ObjectCollection></cc:Resources>"
+OBJECT = (
+    '\n<cc:Object Name="a" Id="1"><cc:ColorValues><cc:ReflectanceSpectrum StartWL="380" '
+    'ColorSpecification="S">0.5 0.6</cc:ReflectanceSpectrum></cc:ColorValues></cc:Object>'
+)
+
+
+def test_objects_come_with_their_lines_and_spectra():
+    document = cxf_document(cxf(RESOURCES.format(OBJECT * 3)))
+    assert document.lines == (3, 4, 5)
+    assert document.spectra == ("0.5 0.6",) * 3
+    assert len(document.root.resources.object_collection.object_value) == 3
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "latin-1"])
+def test_any_encoding_that_is_declared(encoding):
+    text = cxf(head="").decode()
+    data = f'<?xml version="1.0" encoding="{encoding}"?>{text}'.encode(encoding)
+    assert looks_like_xml(data)
+    assert looks_like_cxf(data)
+    assert cxf_document(data).lines == ()
+
+
+def test_vendors_own_sections_are_passed_over():
+    custom = "<cc:CustomResources>" + "<x><y/></x>" * 50_000 + "</cc:CustomResources>"
+    foreign = '<o:thing xmlns:o="urn:other">text<cc:Resources/></o:thing>'
+    document = cxf_document(cxf(RESOURCES.format(OBJECT) + foreign + custom))
+    assert document.lines == (3,)
+    assert document.root.custom_resources is None
+
+
+BOMBS = {
+    "entities": '<!DOCTYPE l [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;">]>\n',
+    "an external entity": '<!DOCTYPE l [<!ENTITY a SYSTEM "file:///etc/hostname">]>\n',
+    "an external declaration": '<!DOCTYPE l SYSTEM "http://127.0.0.1:9/x.dtd">\n',
+    "a parameter entity": '<!DOCTYPE l [<!ENTITY % a SYSTEM "file:///etc/hostname"> %a;]>\n',
+}
+
+
+@pytest.mark.parametrize("name", BOMBS)
+def test_declarations_are_refused_with_their_place(name):
+    with pytest.raises(MalformedFileError, match="document type") as caught:
+        cxf_document(cxf("&a;", head=BOMBS[name]))
+    assert caught.value.where["line"] == 1
+    assert caught.value.remedy
+
+
+@pytest.mark.parametrize(
+    ("data", "problem"),
+    [
+        (cxf("<cc:Resources>" * (MAX_DEPTH + 1)), "nested"),
+        (cxf("<x>" * 500_000), "nested"),
+        (cxf(root=f' Id="{"a" * (MAX_ATTRIBUTE_LENGTH + 1)}"'), "attributes"),
+        (cxf(root=f' Id="{"a" * 10_000_000}"'), "attributes"),
+        (cxf(root=" ".join(f' a{i}="1"' for i in range(100_000))), "attributes"),
+        (cxf(RESOURCES.format(OBJECT.replace("0.5 0.6", "1 " * MAX_TEXT_LENGTH))), "text"),
+        (cxf("<cc:Resources>"), "broken"),
+        (cxf("&a;"), "broken"),
+        (cxf() + b"<more/>", "broken"),
+        (cxf()[:-3], "broken"),
+        (cxf("\0"), "broken"),
+        (cxf(head='<?xml version="1.0" encoding="no-such"?>'), "broken|encoding"),
+        (cxf(head='<?xml version="1.0" encoding="big5"?>'), "broken|encoding"),
+    ],
+)
+def test_hostile_and_broken_xml_is_refused_with_its_place(data, problem):
+    with pytest.raises(MalformedFileError, match=problem) as caught:
+        cxf_document(data)
+    assert caught.value.where["line"] >= 1
+
+
+def test_elements_are_limited():
+    with pytest.raises(SampleLimitError):
+        cxf_document(cxf(RESOURCES.format("<cc:Object/>" * MAX_BOUND_ELEMENTS)))
+
+
+def test_attributes_cannot_name_other_classes():
+    xsi = ' xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"'
+    text = OBJECT.replace("<cc:Object ", f'<cc:Object{xsi} xsi:type="cc:Tag" xsi:nil="true" ')
+    (entry,) = cxf_document(
+        cxf(RESOURCES.format(text))
+    ).root.resources.object_collection.object_value
+    assert type(entry).__name__ == "Object"
+    assert entry.color_values is not None
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"<CxF/>",
+        b'<CXF xmlns="http://www.gretagmacbeth.com/CxF2"/>',
+        b'<CxF xmlns="http://colorexchangeformat.com/v2"><a/></CxF>',
+        b'<html><CxF xmlns="http://colorexchangeformat.com/CxF3-core"/></html>',
+    ],
+)
+def test_other_schemas_are_not_taken_for_it(data):
+    with pytest.raises(UnrecognisedFormatError, match="root"):
+        cxf_document(data)
+
+
+def test_what_looks_like_xml():
+    assert looks_like_xml(b"\xef\xbb\xbf \n<a/>")
+    assert not looks_like_xml(b"1 < 2")
+    assert not looks_like_cxf(b"<a/>")
