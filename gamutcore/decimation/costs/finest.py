@@ -81,6 +81,10 @@ SAMPLES_PER_FACE = 32
 evaluate stays the same, and the errors of large faces are as well known as those of small ones."""
 
 
+THINNED_DOWN_TO = 100
+"""Vertices below which no more samples go: the few collapses that are left decide most."""
+
+
 class FinestState(NamedTuple):
     """The planes around every vertex, and the deviation from the full boundary.
 
@@ -177,7 +181,8 @@ def _reach(cost: FinestState, surface: Surface, at: int) -> bool:
     cost.vertices[0] = at
     if at > COMPARED_VERTICES:
         return False
-    return thin_samples(cost.deviation, surface, 4 * SAMPLES_PER_FACE * at) or begins
+    most = 4 * SAMPLES_PER_FACE * max(at, THINNED_DOWN_TO)
+    return thin_samples(cost.deviation, surface, most) or begins
 
 
 @leaf_kernel

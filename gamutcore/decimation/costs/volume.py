@@ -66,6 +66,10 @@ SAMPLES_PER_FACE = 12
 evaluate stays the same, and the errors of large faces are as well known as those of small ones."""
 
 
+THINNED_DOWN_TO = 100
+"""Vertices below which no more samples go: the few collapses that are left decide most."""
+
+
 class VolumeState(NamedTuple):
     """The planes around every vertex, and the deviation from the reference of the coarse levels.
 
@@ -164,7 +168,8 @@ def _reach(cost: VolumeState, surface: Surface, at: int) -> bool:
     if begins:
         start_at_surface(cost.deviation, surface, cost.divisions[0])
     cost.vertices[0] = at
-    return thin_samples(cost.deviation, surface, 4 * SAMPLES_PER_FACE * at) or begins
+    most = 4 * SAMPLES_PER_FACE * max(at, THINNED_DOWN_TO)
+    return thin_samples(cost.deviation, surface, most) or begins
 
 
 interface.implement(

@@ -192,3 +192,9 @@ def test_samples_are_thinned_as_levels_become_coarser(icosphere, surface_from, c
     few = (used - 1) // (4 * volume.SAMPLES_PER_FACE)
     assert compiled.reach(state, surface, few) is True
     assert state.deviation.counts[2] == (used + 1) // 2
+    while compiled.reach(state, surface, volume.THINNED_DOWN_TO):
+        pass
+    left = int(state.deviation.counts[2])
+    assert left > 2 * volume.SAMPLES_PER_FACE * volume.THINNED_DOWN_TO
+    assert compiled.reach(state, surface, 4) is False
+    assert state.deviation.counts[2] == left
