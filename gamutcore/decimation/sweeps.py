@@ -27,7 +27,7 @@ from gamutcore.kernels import kernel
 
 __all__ = ["SWEPT_DOWN_TO", "collapse_in_sweeps"]
 
-SWEPT_DOWN_TO = 20_000
+SWEPT_DOWN_TO = 6000
 """Collapses before the end at which strict order begins."""
 
 SWEEP_RATIO = 1.4
