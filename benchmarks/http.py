@@ -79,14 +79,16 @@ def ready_port(process: subprocess.Popen[bytes], log: Path) -> int:
     raise TimeoutError("the server was not ready within a minute")
 
 
-def posted(port: int, options: dict[str, object]) -> tuple[int, float, dict[str, Any]]:
-    """Post FOGRA39L; status, seconds and the description."""
+def posted(
+    port: int, options: dict[str, object], data: bytes | None = None
+) -> tuple[int, float, dict[str, Any]]:
+    """Post a file, FOGRA39L unless another is given; status, seconds and the description."""
     border = "benchmark-border"
     parts = [
         f'--{border}\r\nContent-Disposition: form-data; name="options"\r\n\r\n'
         f"{json.dumps(options)}\r\n".encode(),
         f'--{border}\r\nContent-Disposition: form-data; name="file"; filename="f"\r\n\r\n'.encode(),
-        FOGRA39L.read_bytes(),
+        FOGRA39L.read_bytes() if data is None else data,
         f"\r\n--{border}--\r\n".encode(),
     ]
     request = urllib.request.Request(

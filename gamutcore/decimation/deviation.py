@@ -14,6 +14,7 @@ from gamutcore.arrays import FloatArray
 from gamutcore.corner_table import following, preceding, swung
 from gamutcore.decimation.samples import LARGEST_RING, LARGEST_SHARE, Deviation
 from gamutcore.decimation.star import Surface
+from gamutcore.decimation.symmetric import adjugate
 from gamutcore.kernels import leaf_kernel
 
 __all__ = [
@@ -294,10 +295,9 @@ def step_towards_reference(deviation: Deviation, place: FloatArray, better: Floa
                 b2 += weight * e * nz
             sample = deviation.after[sample]
     pull = PULL * (a00 + a11 + a22)
-    a, b, c, d, e, f = a00 + pull, a01, a02, a11 + pull, a12, a22 + pull
-    i00, i01, i02 = d * f - e * e, c * e - b * f, b * e - c * d
-    i11, i12, i22 = a * f - c * c, b * c - a * e, a * d - b * b
-    determinant = a * i00 + b * i01 + c * i02
+    i00, i01, i02, i11, i12, i22, determinant = adjugate(
+        a00 + pull, a01, a02, a11 + pull, a12, a22 + pull
+    )
     if not determinant > 0.0:
         return False
     better[0] = place[0] + (i00 * b0 + i01 * b1 + i02 * b2) / determinant

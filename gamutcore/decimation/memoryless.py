@@ -24,6 +24,7 @@ import numpy as np
 from gamutcore.arrays import ByteArray, FloatArray, IndexArray
 from gamutcore.corner_table import following, preceding, swung
 from gamutcore.decimation.star import Surface
+from gamutcore.decimation.symmetric import adjugate
 from gamutcore.kernels import kernel, leaf_kernel
 
 __all__ = [
@@ -239,12 +240,10 @@ def constrained_optimum(
     _gather(planes, surface, corner)
     edge = planes.edge
     pull = REGULARISATION * (edge[0] + edge[3] + edge[5])
-    a, b, c = edge[0] + pull, edge[1], edge[2]
-    d, e, f = edge[3] + pull, edge[4], edge[5] + pull
-    # inverse of a symmetric 3 × 3 matrix by its cofactors; the determinant cancels in the end
-    i00, i01, i02 = d * f - e * e, c * e - b * f, b * e - c * d
-    i11, i12, i22 = a * f - c * c, b * c - a * e, a * d - b * b
-    determinant = a * i00 + b * i01 + c * i02
+    # the determinant cancels in the end
+    i00, i01, i02, i11, i12, i22, determinant = adjugate(
+        edge[0] + pull, edge[1], edge[2], edge[3] + pull, edge[4], edge[5] + pull
+    )
     bx, by, bz = edge[6], edge[7], edge[8]
     gx, gy, gz = edge[10], edge[11], edge[12]
     # A⁻¹ b, the free minimum, and A⁻¹ g, the way along which the volume changes most cheaply

@@ -17,10 +17,8 @@ import numpy as np
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.decimation.costs import interface
 from gamutcore.decimation.deviation import (
-    change_by_collapse,
     change_by_move,
     deviation_around,
-    shortness,
     step_towards_reference,
 )
 from gamutcore.decimation.memoryless import (
@@ -31,6 +29,7 @@ from gamutcore.decimation.memoryless import (
     memoryless,
     renew_planes,
 )
+from gamutcore.decimation.refinement import error_by_mismatch, refined_place
 from gamutcore.decimation.samples import (
     Deviation,
     divisions_for,
@@ -135,28 +134,15 @@ def _optimum(cost: FinestState, surface: Surface, at: int, place: FloatArray) ->
     value = constrained_optimum(cost.planes, surface, at, place)
     if cost.vertices[0] > COMPARED_VERTICES:
         return value
-    deviation, trial = cost.deviation, cost.trial
-    least = change_by_collapse(deviation, surface, at, place)
-    short = shortness(deviation, surface, at)
-    if cost.vertices[0] > REFINED_VERTICES or not least < np.inf:
-        return least + short
-    for _ in range(REFINEMENTS):
-        if not step_towards_reference(deviation, place, trial):
-            break
-        change = change_by_collapse(deviation, surface, at, trial)
-        if not change < least:
-            break
-        least = change
-        place[0], place[1], place[2] = trial[0], trial[1], trial[2]
-    return least + short
+    steps = REFINEMENTS if cost.vertices[0] <= REFINED_VERTICES else 0
+    return refined_place(cost.deviation, cost.planes, surface, at, place, cost.trial, steps, False)
 
 
 @leaf_kernel
 def _error(cost: FinestState, surface: Surface, at: int, place: FloatArray) -> float:
     if cost.vertices[0] > COMPARED_VERTICES:
         return error_of_place(cost.planes, surface, at, place)
-    change = change_by_collapse(cost.deviation, surface, at, place)
-    return change + shortness(cost.deviation, surface, at)
+    return error_by_mismatch(cost.deviation, surface, at, place)
 
 
 @leaf_kernel

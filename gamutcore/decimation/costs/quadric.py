@@ -19,6 +19,7 @@ from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.costs import interface
 from gamutcore.decimation.star import Surface
+from gamutcore.decimation.symmetric import adjugate
 from gamutcore.kernels import kernel, leaf_kernel
 
 __all__ = ["PRESERVES_VOLUME", "QuadricState", "state"]
@@ -141,12 +142,9 @@ def _optimum(cost: QuadricState, surface: Surface, corner: int, place: FloatArra
         place[axis] = 0.5 * (position[kept, axis] + position[dead, axis])
     _sum_about(cost, surface, kept, dead, place)
     pull = REGULARISATION * (pair[0] + pair[3] + pair[5])
-    a, b, c = pair[0] + pull, pair[1], pair[2]
-    d, e, f = pair[3] + pull, pair[4], pair[5] + pull
-    # inverse of a symmetric 3 × 3 matrix by its cofactors
-    i00, i01, i02 = d * f - e * e, c * e - b * f, b * e - c * d
-    i11, i12, i22 = a * f - c * c, b * c - a * e, a * d - b * b
-    determinant = a * i00 + b * i01 + c * i02
+    i00, i01, i02, i11, i12, i22, determinant = adjugate(
+        pair[0] + pull, pair[1], pair[2], pair[3] + pull, pair[4], pair[5] + pull
+    )
     short = _shortness(surface, kept, dead, pair)
     if not determinant > 0.0:
         return max(pair[9], 0.0) + short

@@ -14,20 +14,15 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.decimation.costs import interface
-from gamutcore.decimation.deviation import (
-    change_by_collapse,
-    shortness,
-    step_towards_reference,
-)
 from gamutcore.decimation.memoryless import (
     Memoryless,
     account_for_volume,
     constrained_optimum,
     error_of_place,
-    keep_volume,
     memoryless,
     renew_planes,
 )
+from gamutcore.decimation.refinement import error_by_mismatch, refined_place
 from gamutcore.decimation.samples import (
     Deviation,
     divisions_for,
@@ -121,29 +116,15 @@ def _optimum(cost: VolumeState, surface: Surface, at: int, place: FloatArray) ->
     value = constrained_optimum(cost.planes, surface, at, place)
     if cost.vertices[0] > TRACKED_VERTICES:
         return value
-    deviation, trial = cost.deviation, cost.trial
-    least = change_by_collapse(deviation, surface, at, place)
-    short = shortness(deviation, surface, at)
-    if cost.vertices[0] > REFINED_VERTICES or not least < np.inf:
-        return least + short
-    for _ in range(REFINEMENTS):
-        if not step_towards_reference(deviation, place, trial):
-            break
-        keep_volume(cost.planes, trial)
-        change = change_by_collapse(deviation, surface, at, trial)
-        if not change < least:
-            break
-        least = change
-        place[0], place[1], place[2] = trial[0], trial[1], trial[2]
-    return least + short
+    steps = REFINEMENTS if cost.vertices[0] <= REFINED_VERTICES else 0
+    return refined_place(cost.deviation, cost.planes, surface, at, place, cost.trial, steps, True)
 
 
 @leaf_kernel
 def _error(cost: VolumeState, surface: Surface, at: int, place: FloatArray) -> float:
     if cost.vertices[0] > TRACKED_VERTICES:
         return error_of_place(cost.planes, surface, at, place)
-    change = change_by_collapse(cost.deviation, surface, at, place)
-    return change + shortness(cost.deviation, surface, at)
+    return error_by_mismatch(cost.deviation, surface, at, place)
 
 
 @leaf_kernel

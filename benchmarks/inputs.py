@@ -1,0 +1,62 @@
+"""Measurements of what people send: from a file's bytes to the colours of its surface, and by HTTP.
+
+Files that may not be shipped are measured where `shared/data` lies beside the checkout, and left
+out elsewhere.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections import Counter
+from collections.abc import Iterator
+from statistics import median
+from typing import Any
+
+from benchmarks import http
+from benchmarks.compute import FOGRA39L, ROOT, SRGB, median_seconds
+from gamutcore.characterisation import characterisation
+from gamutcore.colours import SurfaceColours, surface_colours
+
+__all__ = ["input_times"]
+
+SHARED = ROOT.parent / "shared" / "data"
+
+FILES = {
+    "press, 1,617 patches": FOGRA39L,
+    "display profile, matrix": SRGB,
+    "press profile, CMYK": SHARED / "press" / "ISOcoated_v2_300_bas.icc",
+    "press profile, 7 inks": SHARED / "oracle" / "Ref-ECG-CMYKOGV_FOGRA55_TAC300.icc",
+}
+
+
+def input_times(runs: int) -> list[dict[str, Any]]:
+    """Seconds from each file to at most 100,000 surface colours, and from posting it to 201."""
+    rows = []
+    for name, data in _found():
+        sampled = functools.partial(_surface, data)
+        rows.append(
+            {
+                "input": name,
+                "points": len(sampled().points),
+                "colours_s": median_seconds(sampled, runs),
+            }
+        )
+    with http.server() as (port, _):
+        for row, (_name, data) in zip(rows, _found(), strict=True):
+            # builds differ in γ by a little, so that each is built anew
+            answers = [
+                http.posted(port, {"gamma": 0.2 + 1e-6 * run}, data) for run in range(runs + 1)
+            ]
+            row["http_s"] = median(seconds for _, seconds, _ in answers[1:])
+            row["statuses"] = dict(Counter(str(status) for status, _, _ in answers))
+    return rows
+
+
+def _surface(data: bytes) -> SurfaceColours:
+    return surface_colours(characterisation(data))
+
+
+def _found() -> Iterator[tuple[str, bytes]]:
+    for name, path in FILES.items():
+        if path.is_file():
+            yield name, path.read_bytes()

@@ -1,0 +1,67 @@
+"""Places that are moved: they become better by what is said, and keep the volume where asked."""
+
+import numpy as np
+import pytest
+
+from gamutcore.decimation.costs import finest
+from gamutcore.decimation.deviation import change_by_collapse
+from gamutcore.decimation.memoryless import constrained_optimum
+from gamutcore.decimation.refinement import error_by_mismatch, refined_place
+from gamutcore.decimation.samples import start_at_surface
+from gamutcore.decimation.star import ring_faces, star_volume, volume_slope
+
+
+@pytest.fixture(scope="module")
+def case(bumpy_mesh, surface_from):
+    """Return the planes, the deviation and the surface of a small boundary, and its edges."""
+    positions, faces = bumpy_mesh(3, 150)
+    surface, state = surface_from(positions, faces), finest.state(positions, faces)
+    start_at_surface(state.deviation, surface, 5)
+    return state, surface, surface.corner_facing[surface.corner_facing >= 0].tolist()
+
+
+@pytest.mark.parametrize("keeps_volume", [False, True])
+def test_refined_places_are_better_and_their_errors_those_of_the_place(case, keeps_volume):
+    state, surface, corners = case
+    place, trial, moved = np.empty(3), np.empty(3), 0
+    least = 1e-6 * state.deviation.weight.sum()
+    for corner in corners:
+        constrained_optimum(state.planes, surface, corner, place)
+        start = place.copy()
+        before = error_by_mismatch(state.deviation, surface, corner, start)
+        found = refined_place(
+            state.deviation, state.planes, surface, corner, place, trial, 3, keeps_volume
+        )
+        assert found <= before
+        # what is added for short edges decides between equals only
+        assert found == pytest.approx(
+            error_by_mismatch(state.deviation, surface, corner, place), abs=least
+        )
+        moved += bool((place != start).any())
+    assert moved > len(corners) / 4
+
+
+def test_without_steps_the_place_stays(case):
+    state, surface, corners = case
+    place, trial = np.empty(3), np.empty(3)
+    for corner in corners[:20]:
+        constrained_optimum(state.planes, surface, corner, place)
+        start = place.copy()
+        found = refined_place(
+            state.deviation, state.planes, surface, corner, place, trial, 0, False
+        )
+        np.testing.assert_array_equal(place, start)
+        assert found == error_by_mismatch(state.deviation, surface, corner, start)
+        change = change_by_collapse(state.deviation, surface, corner, start)
+        assert found == pytest.approx(change, abs=1e-6 * state.deviation.weight.sum())
+
+
+def test_the_volume_is_kept_where_it_has_to_be(case):
+    state, surface, corners = case
+    place, trial, ring, slope = np.empty(3), np.empty(3), np.empty((200, 2), np.int32), np.empty(3)
+    for corner in corners:
+        constrained_optimum(state.planes, surface, corner, place)
+        refined_place(state.deviation, state.planes, surface, corner, place, trial, 3, True)
+        one, two = (int(surface.vertex[3 * (corner // 3) + (corner + k) % 3]) for k in (1, 2))
+        volume_slope(surface.position, ring, ring_faces(surface, one, two, ring), slope)
+        assert slope @ place == pytest.approx(star_volume(surface, one, two), rel=1e-9)
