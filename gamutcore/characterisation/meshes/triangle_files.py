@@ -1,0 +1,185 @@
+"""STL and OBJ: triangles without a word on what they are; x, y, z are taken for L*, a*, b*.
+
+STL (3D Systems 1988), binary and text, has no shared vertices: equal positions are one. Of OBJ
+(Wavefront), vertices and faces are read; comments of the form ``# name: value``, as this package's
+own exports have them, are what the file says of itself.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gamutcore.characterisation.gamut_mesh import (
+    MAX_TRIANGLES,
+    MAX_VERTICES,
+    gamut_mesh,
+    refuse_too_many,
+    statements,
+)
+from gamutcore.characterisation.meshes.numbers import numbers_of, polygon_triangles
+from gamutcore.errors import MalformedFileError
+
+if TYPE_CHECKING:
+    from gamutcore.characterisation.gamut_mesh import GamutMesh
+
+__all__ = ["looks_like_obj", "looks_like_stl", "obj_mesh", "stl_mesh"]
+
+_HEADER = 84
+_FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
+_TEXT = re.compile(rb"\s*solid\b[^\r\n]*[\r\n]+\s*facet\b")
+_CORNER = re.compile(rb"\bvertex[ \t]+([^\r\n]{1,1200})")
+_OBJ_VERTEX = re.compile(rb"^[ \t]*v[ \t]+[-+.\d]", re.MULTILINE)
+_OBJ_FACE = re.compile(rb"^[ \t]*f[ \t]+[-\d]", re.MULTILINE)
+_NOTE = re.compile(r"#\s*([\w ./-]{1,80}):\s+(.*)")
+_REFERENCE = re.compile(rb"(-?\d{1,10})(?:/-?\d{0,10}){0,2}")
+MAX_NOTES = 200
+_OBJ_WORDS = {b"v", b"vn", b"vt", b"vp", b"o", b"g", b"s", b"mtllib", b"usemtl", b"f"}
+
+
+def looks_like_stl(data: bytes) -> bool:
+    """Return whether bytes are STL: of exactly the length that their count of facets says, or text.
+
+    Parameters
+    ----------
+    data : bytes
+
+    Returns
+    -------
+    bool
+    """
+    if len(data) > _HEADER and len(data) == _HEADER + 50 * int.from_bytes(data[80:84], "little"):
+        return True
+    return _TEXT.match(data[:2000]) is not None
+
+
+def stl_mesh(data: bytes) -> GamutMesh:
+    """Return the mesh in an STL file.
+
+    Parameters
+    ----------
+    data : bytes
+
+    Returns
+    -------
+    GamutMesh
+        With three vertices of its own for each triangle.
+
+    Raises
+    ------
+    MalformedFileError, SampleLimitError, InvalidPointsError
+        As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`; a text with a broken vertex.
+    """
+    count = (len(data) - _HEADER) // 50
+    if len(data) == _HEADER + 50 * int.from_bytes(data[80:84], "little"):
+        refuse_too_many(3 * count, count)
+        corners = np.frombuffer(data, _FACET, count, _HEADER)["corners"]
+        with np.errstate(invalid="ignore"):  # a signalling NaN becomes a quiet one
+            vertices = corners.reshape(-1, 3).astype(np.float64)
+    else:
+        count = data.count(b"vertex")
+        refuse_too_many(count, count // 3)
+        found = _CORNER.findall(data)
+        vertices = numbers_of(b" ".join(found), 1, 3 * len(found) + 1)
+        if len(vertices) != 3 * len(found) or len(found) % 3:
+            raise MalformedFileError(
+                f"The {len(found)} corners have {len(vertices)} coordinates.",
+                where={"field": "vertex"},
+                remedy="A facet has three lines `vertex x y z`.",
+            )
+        vertices = vertices.reshape(-1, 3)
+    faces = np.arange(len(vertices)).reshape(-1, 3)
+    return gamut_mesh("stl", vertices, faces)
+
+
+def looks_like_obj(data: bytes) -> bool:
+    """Return whether bytes have lines of vertices and faces as OBJ files do.
+
+    Parameters
+    ----------
+    data : bytes
+
+    Returns
+    -------
+    bool
+    """
+    # the first line tells nearly all other texts apart, without a search through all of them
+    for line in data[:100_000].splitlines():
+        words = line.split(None, 1)
+        if words and not words[0].startswith(b"#"):
+            return (
+                words[0] in _OBJ_WORDS
+                and _OBJ_VERTEX.search(data) is not None
+                and _OBJ_FACE.search(data) is not None
+            )
+    return False
+
+
+def obj_mesh(data: bytes) -> GamutMesh:
+    """Return the mesh in an OBJ file.
+
+    Parameters
+    ----------
+    data : bytes
+
+    Returns
+    -------
+    GamutMesh
+
+    Raises
+    ------
+    MalformedFileError
+        A line is broken; the error names it.
+    MeshError
+        The file says that it is in another colour space.
+    SampleLimitError, InvalidPointsError
+        As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`.
+    """
+    vertices: list[tuple[float, float, float]] = []
+    sides: list[int] = []
+    corners: list[int] = []
+    said: dict[str, str] = {}
+    for line, content in enumerate(data.splitlines(), start=1):
+        words = content.split(None, 4) if content[:1] == b"v" else content.split()
+        if not words:
+            continue
+        if words[0] == b"v":
+            vertices.append(_position(words, line))
+        elif words[0] == b"f":
+            count = len(vertices)
+            for word in words[1:]:
+                match = _REFERENCE.fullmatch(word)
+                if match is None:
+                    raise _broken(content, line, "f a b c, with whole numbers from 1")
+                number = int(match[1])
+                corners.append(number - 1 if number > 0 else count + number if number else -1)
+            sides.append(len(words) - 1)
+            if len(corners) > 3 * MAX_TRIANGLES or len(sides) > MAX_TRIANGLES:
+                refuse_too_many(0, MAX_TRIANGLES + 1, where={"line": line})
+        elif words[0].startswith(b"#") and len(said) < MAX_NOTES:
+            note = _NOTE.fullmatch(content[:2000].decode("utf-8", "replace").strip())
+            if note:
+                said.setdefault(note[1].strip().lower(), note[2])
+        if len(vertices) > MAX_VERTICES:
+            refuse_too_many(len(vertices), 0, where={"line": line})
+    lengths, names = np.array(sides, np.int64), np.array(corners, np.int64)
+    faces = polygon_triangles(lengths, names)
+    return gamut_mesh("obj", np.array(vertices).reshape(-1, 3), faces, stated=statements(said))
+
+
+def _position(words: list[bytes], line: int) -> tuple[float, float, float]:
+    try:
+        if len(words) < 4 or any(b"_" in word for word in words[1:4]):
+            raise ValueError
+        return float(words[1]), float(words[2]), float(words[3])
+    except ValueError:
+        raise _broken(b" ".join(words), line, "v x y z, with plain numbers") from None
+
+
+def _broken(content: bytes, line: int, right: str) -> MalformedFileError:
+    shown = content[:60].decode("ascii", "backslashreplace")
+    return MalformedFileError(
+        f"{shown!r} is no line of an OBJ file.", where={"line": line}, remedy=f"Write {right}."
+    )
