@@ -223,7 +223,11 @@ def build_gamut(
     digest = hashlib.sha256(data).hexdigest()
     description: dict[str, Any] = {
         "id": gamut_id(options, digest),
-        "options": options.to_mapping(),
+        "options": {
+            name: value
+            for name, value in options.to_mapping().items()
+            if not (isinstance(device, GamutMesh) and _is_of_colours(name, options))
+        },
         "provenance": {
             **provenance,
             "space": options.space,
@@ -250,14 +254,17 @@ def build_gamut(
     return Gamut(description, history)
 
 
+def _is_of_colours(name: str, options: Options) -> bool:
+    """Whether an option has no meaning for a mesh; the intent has one where it chose the tag."""
+    return name in NOT_OF_MESHES and not (name == "intent" and options.source == "boundary")
+
+
 def _refuse_options_of_colours(options: Options) -> None:
     """Refuse what only has a meaning where colours are sampled and wrapped."""
     default = Options()
     for name in NOT_OF_MESHES:
-        if name == "intent" and options.source == "boundary":
-            continue  # it chose the tag
         value = getattr(options, name)
-        if value != getattr(default, name):
+        if _is_of_colours(name, options) and value != getattr(default, name):
             raise OptionError.refusing(
                 name, value, "none: the data is a boundary already, and nothing is wrapped"
             )

@@ -85,7 +85,7 @@ def closed_surface(vertices: FloatArray, faces: LongArray) -> ClosedSurface:
     used = np.unique(corners)
     kept = np.zeros(len(places), np.int64)
     kept[used] = np.arange(len(used))
-    mesh = TriangleMesh(places[used], kept[corners])
+    mesh = TriangleMesh(places[used], kept[corners].astype(np.int32))
     _refuse_other_topology(mesh)
     if mesh.volume < 0:
         mesh = TriangleMesh(mesh.vertices, np.ascontiguousarray(mesh.faces[:, ::-1]))
@@ -117,8 +117,10 @@ def _distinct(vertices: FloatArray) -> tuple[FloatArray, LongArray, LongArray]:
 
 
 def _without_empty(faces: LongArray) -> tuple[LongArray, LongArray]:
-    """Return the faces that have three different corners and their numbers, less those that cover
-    each other in pairs, which two welded sides of a thin place leave behind."""
+    """Return the faces with three different corners that do not cover each other, and their numbers.
+
+    Two faces with the same corners are what is left of a thin place whose sides were welded.
+    """
     numbers = np.flatnonzero(
         (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
     )
@@ -128,7 +130,7 @@ def _without_empty(faces: LongArray) -> tuple[LongArray, LongArray]:
     _, group, counts = np.unique(
         np.sort(faces, axis=1), axis=0, return_inverse=True, return_counts=True
     )
-    single = counts[group.ravel()] != 2  # noqa: PLR2004
+    single = counts[group.ravel()] != 2
     return faces[single], numbers[single]
 
 
@@ -146,10 +148,10 @@ def _refuse_open(
 ) -> None:
     """Refuse triangles with an edge that has not exactly two of them."""
     counts = np.bincount(edge.ravel(), minlength=len(ends))
-    wrong = np.flatnonzero(counts != 2)  # noqa: PLR2004
+    wrong = np.flatnonzero(counts != 2)
     if not wrong.size:
         return
-    alone, many = int((counts == 1).sum()), int((counts > 2).sum())  # noqa: PLR2004
+    alone, many = int((counts == 1).sum()), int((counts > 2).sum())
     first = int(wrong[0])
     one, two = (int(sources[end]) for end in ends[first])
     face = int(numbers[np.flatnonzero((edge == first).any(axis=1))[0]])
@@ -163,7 +165,7 @@ def _refuse_open(
         f"The mesh is not closed: {' and '.join(parts)}. The first is that of vertices {one} and "
         f"{two}, from {at[0]} to {at[1]}, in face {face}.",
         where={"face": face, "vertex": one, "field": "faces"},
-        remedy="A closed mesh: every edge has two faces. Fill its holes, and leave out inner walls.",
+        remedy="A closed mesh: every edge has two faces. Fill holes, leave out inner walls.",
     )
 
 
@@ -188,7 +190,7 @@ def _turned(faces: LongArray, edge: LongArray) -> np.ndarray:
             where={"field": "faces"},
             remedy="A closed surface with an inside and an outside.",
         )
-    if pieces > 2:  # noqa: PLR2004
+    if pieces > 2:
         largest = int(np.bincount(label).max())
         raise MeshError(
             f"The mesh has {pieces // 2} pieces; the largest has {largest} of {count} faces.",
@@ -209,7 +211,7 @@ def _refuse_other_topology(mesh: TriangleMesh) -> None:
             remedy="A surface that is a disc around every vertex.",
         )
     euler = validity.euler_characteristic
-    if euler != 2:  # noqa: PLR2004
+    if euler != 2:
         raise MeshError(
             f"The mesh has {(2 - euler) // 2} handles: {len(mesh.vertices)} vertices and "
             f"{mesh.triangles} faces are no surface of genus 0.",

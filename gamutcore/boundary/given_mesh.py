@@ -14,6 +14,7 @@ import numpy as np
 from gamutcore.boundary.closed_surface import ClosedSurface, closed_surface
 from gamutcore.boundary.kernel_point import kernel_point
 from gamutcore.boundary.modified_convex_hull import Boundary
+from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.cielab import xyz_to_lab
 from gamutcore.errors import CentreError, MeshError
 from gamutcore.grid import grid_step, mesh_grid_step, rounded_to_grid
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation import GamutMesh
-    from gamutcore.characterisation.samples import JSON
 
 __all__ = ["given_boundary"]
 
@@ -59,7 +59,7 @@ def given_boundary(
     """
     vertices = mesh.vertices if mesh.space == "CIELAB" else xyz_to_lab(mesh.vertices)
     exact = closed_surface(vertices, mesh.faces)
-    steps = _steps(exact.mesh.vertices)
+    steps = _steps(np.asarray(exact.mesh.vertices, np.float64))
     for step in steps:
         try:
             surface, point, origin, margin = _on_grid(exact, step, mesh, centre)
@@ -68,7 +68,7 @@ def given_boundary(
             if step == steps[-1]:
                 raise
     boundary = Boundary(
-        TriangleMesh(surface.mesh.vertices.astype(np.float32), surface.mesh.faces.astype(np.int32)),
+        TriangleMesh(surface.mesh.vertices.astype(np.float32), surface.mesh.faces),
         point,
         exact.sources[surface.sources],
         0.0,
@@ -97,7 +97,7 @@ def given_boundary(
 
 
 def _steps(vertices: FloatArray) -> list[float]:
-    """Return the steps of the grids to try: the mesh's own if it is on one, else coarse and fine."""
+    """Return the steps of the grids to try: the mesh's own if it has one, else coarse and fine."""
     fine = mesh_grid_step(vertices)
     if np.array_equal(rounded_to_grid(vertices, fine), vertices):
         return [fine]
@@ -147,9 +147,7 @@ def _margin(mesh: TriangleMesh, centre: FloatArray) -> float:
     """Return the smallest distance of the centre from the plane of a face."""
     first, second, third = mesh.corners(centre)
     normals = np.cross(second - first, third - first)
-    return float(
-        (np.einsum("ij,ij->i", normals, first) / np.linalg.norm(normals, axis=1)).min()
-    )
+    return float((np.einsum("ij,ij->i", normals, first) / np.linalg.norm(normals, axis=1)).min())
 
 
 def _flat_faces(mesh: TriangleMesh) -> np.ndarray:

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from gamutcore.characterisation.samples import JSON
 from gamutcore.errors import InvalidPointsError, MalformedFileError, MeshError, SampleLimitError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from gamutcore.arrays import FloatArray, LongArray
-    from gamutcore.characterisation.samples import JSON
     from gamutcore.errors import Where
 
 __all__ = [
@@ -59,7 +59,7 @@ class GamutMesh:
     vertices : (v, 3) float
         In the coordinates of `space`, as the file has them.
     faces : (f, 3) int
-        Indices of vertices, in either orientation.
+        Indices of vertices, counter-clockwise seen from outside if the file keeps to its format.
     space : str
         ``"CIELAB"``, or ``"CIEXYZ"`` with Y = 1 for the white, for D50.
     centre : (3,) float or None
@@ -115,9 +115,7 @@ def statements(said: Mapping[str, str], *, where: Where | None = None) -> Statem
     MeshError
         They are for another colour space than CIELAB.
     """
-    kept = {
-        name[:80]: text[:MAX_STATED_LENGTH] for name, text in list(said.items())[:MAX_STATED]
-    }
+    kept = {name[:80]: text[:MAX_STATED_LENGTH] for name, text in list(said.items())[:MAX_STATED]}
     space = kept.get("space", "CIELAB")
     if SPACES.get(space.strip().upper()) != "CIELAB":
         raise MeshError(
@@ -162,6 +160,7 @@ def gamut_mesh(
     *,
     stated: Statements | None = None,
     space: str = "CIELAB",
+    clockwise: bool = False,
     provenance: Mapping[str, JSON] | None = None,
     warnings: Sequence[str] = (),
 ) -> GamutMesh:
@@ -178,6 +177,8 @@ def gamut_mesh(
         What the file says of itself.
     space : str
         As for `GamutMesh`.
+    clockwise : bool
+        Whether the format has its corners clockwise, seen from outside.
     provenance : mapping, optional
         What else is to be told.
     warnings : sequence of str
@@ -225,13 +226,17 @@ def gamut_mesh(
     return GamutMesh(
         file_format,
         np.ascontiguousarray(vertices, np.float64),
-        np.ascontiguousarray(faces, np.int64),
+        np.ascontiguousarray(faces[:, ::-1] if clockwise else faces, np.int64),
         space,
         told.centre,
         {
             "format": file_format,
             "vertices_read": len(vertices),
             "triangles_read": len(faces),
+            "intent": told.said.get("intent", "as in the file"),
+            "illuminant": "D50 (assumed, not stated)",
+            "observer": "2° (assumed, not stated)",
+            "adaptation": "none: the mesh is taken as it is",
             **said,
             **(provenance or {}),
         },

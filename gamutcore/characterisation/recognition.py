@@ -28,7 +28,9 @@ __all__ = ["Characterisation", "characterisation"]
 Characterisation: TypeAlias = Samples | IccProfile | GamutMesh
 
 
-def characterisation(data: bytes, *, condition: str | None = None) -> Characterisation:
+def characterisation(  # noqa: PLR0911  # one way out for each kind
+    data: bytes, *, condition: str | None = None
+) -> Characterisation:
     """Return the characterisation data in the bytes of a file or message.
 
     Parameters

@@ -94,7 +94,10 @@ def argyll_mesh(text: str) -> GamutMesh:
     facts = statements({**said, "space": "CIELAB", "centre": said.get("gamut_center", "")})
     facts.said.pop("centre", None)
     facts.said.pop("space", None)
-    return gamut_mesh("argyll-gam", table[:, 1:], places, stated=facts, warnings=warnings)
+    # Argyll has the corners clockwise
+    return gamut_mesh(
+        "argyll-gam", table[:, 1:], places, stated=facts, clockwise=True, warnings=warnings
+    )
 
 
 def _keywords(data: bytes) -> dict[str, str]:

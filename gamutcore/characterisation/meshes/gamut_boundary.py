@@ -94,7 +94,15 @@ def described_boundary(data: object, intent: str) -> GamutMesh:
         vertices,
         faces,
         space=_SPACES[data.pcs],
-        provenance={**data.provenance, "source": "boundary", "tag": tag, "intent": intent},
+        clockwise=True,  # ICC.2:2019, 10.2.11
+        provenance={
+            **data.provenance,
+            "source": "boundary",
+            "tag": tag,
+            "intent": intent,
+            "illuminant": "D50",
+            "observer": "2°",
+        },
         warnings=[*data.warnings, *warnings],
     )
 

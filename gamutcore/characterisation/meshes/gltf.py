@@ -106,7 +106,9 @@ def gltf_mesh(data: bytes) -> GamutMesh:
     SampleLimitError, InvalidPointsError
         As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`.
     """
-    name, text, chunk = ("gltf", data, None) if not looks_like_glb(data) else ("glb", *_chunks(data))
+    name, text, chunk = (
+        ("gltf", data, None) if not looks_like_glb(data) else ("glb", *_chunks(data))
+    )
     scene = _Scene(_decoded(text), chunk)
     vertices, faces, warnings = scene.triangles()
     return gamut_mesh(name, vertices, faces, stated=scene.stated, warnings=warnings)
@@ -120,7 +122,8 @@ def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
             where={"byte": 4},
             remedy="Send glTF 2.0, whole.",
         )
-    place, parts = 12, []
+    place = 12
+    parts: list[bytes] = []
     while place + 8 <= len(data) and len(parts) < 2:
         size = int.from_bytes(data[place : place + 4], "little")
         kind, content = data[place + 4 : place + 8], data[place + 8 : place + 8 + size]
@@ -278,7 +281,9 @@ class _Scene:
         nodes = self._items("nodes")
         scenes = self._items("scenes")
         if not nodes:
-            return [(number, np.eye(4)) for number in range(min(len(self._items("meshes")), MAX_NODES))]
+            return [
+                (number, np.eye(4)) for number in range(min(len(self._items("meshes")), MAX_NODES))
+            ]
         roots: object
         if scenes:
             roots = self._item("scenes", self.document.get("scene", 0), "scene").get("nodes", [])
@@ -326,9 +331,7 @@ class _Scene:
         found = []
         for index, primitive in enumerate(primitives):
             path = f"meshes[{number}].primitives[{index}]"
-            if not isinstance(primitive, dict) or not isinstance(
-                primitive.get("attributes"), dict
-            ):
+            if not isinstance(primitive, dict) or not isinstance(primitive.get("attributes"), dict):
                 raise _wrong(path, "has no attributes")
             mode = primitive.get("mode", _TRIANGLES)
             if mode not in {_TRIANGLES, _STRIP, _FAN} or isinstance(mode, bool):

@@ -1,4 +1,4 @@
-"""PLY (Turk, Stanford 1994): text and binary, of either byte order, polygons of any number of sides.
+"""PLY (Turk, Stanford 1994): text and binary of either byte order, with polygons of any size.
 
 The header says what each element has; its counts are believed only as far as the file is long.
 Vertices need the properties x, y and z, which are L*, a* and b*. Comments of the form
@@ -154,7 +154,7 @@ def _header(data: bytes) -> _Header:
     said: dict[str, str] = {}
     for line, content in enumerate(lines, start=1):
         words = content.split()
-        if line == 1 or not words or words[0] in {"obj_info"}:
+        if line == 1 or not words or words[0] == "obj_info":
             continue
         if words[0] == "comment":
             note = _NOTE.fullmatch(content.strip()[len("comment") :].strip())
@@ -170,6 +170,11 @@ def _header(data: bytes) -> _Header:
             raise _broken(line, f"{content[:60]!r} is no line of a PLY header.")
     if order is None:
         raise _broken(1, "The header has no format.")
+    _check(elements)
+    return _Header(order, elements, said, len(lines) + 1, end.end())
+
+
+def _check(elements: list[_Element]) -> None:
     for element in elements:
         names = [prop.name for prop in element.properties]
         if len(set(names)) < len(names):
@@ -179,7 +184,6 @@ def _header(data: bytes) -> _Header:
                 *((element.count, 0) if element.name == "vertex" else (0, element.count)),
                 where={"line": element.line},
             )
-    return _Header(order, elements, said, len(lines) + 1, end.end())
 
 
 def _property(words: list[str]) -> _Property | None:

@@ -170,11 +170,10 @@ def obj_mesh(data: bytes) -> GamutMesh:
 
 
 def _position(words: list[bytes], line: int) -> tuple[float, float, float]:
+    plain = len(words) >= 4 and not any(b"_" in word for word in words[1:4])
     try:
-        if len(words) < 4 or any(b"_" in word for word in words[1:4]):
-            raise ValueError
-        return float(words[1]), float(words[2]), float(words[3])
-    except ValueError:
+        return float(words[1]), float(words[2]), float(words[3]) if plain else float("")
+    except (ValueError, IndexError):
         raise _broken(b" ".join(words), line, "v x y z, with plain numbers") from None
 
 
