@@ -117,7 +117,7 @@ def _distinct(vertices: FloatArray) -> tuple[FloatArray, LongArray, LongArray]:
 
 
 def _without_empty(faces: LongArray) -> tuple[LongArray, LongArray]:
-    """Return the faces with three different corners that do not cover each other, and their numbers.
+    """Return the faces of three different corners that do not cover each other; their numbers.
 
     Two faces with the same corners are what is left of a thin place whose sides were welded.
     """

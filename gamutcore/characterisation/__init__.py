@@ -2,7 +2,8 @@
 
 `characterisation` tells the format by content and returns `Samples` (measured colours, with or
 without device values), an `IccProfile` or a `GamutMesh`; `measurements_of` and `described_boundary`
-return what else a profile carries. Reading checks everything that a file claims; colour is computed in `gamutcore.colours`.
+return what else a profile carries. Reading checks everything that a file claims; colour is computed
+in `gamutcore.colours`.
 """
 
 from gamutcore.characterisation.embedded import measurements_of
