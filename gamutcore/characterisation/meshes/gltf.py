@@ -214,7 +214,7 @@ class _Scene:
             raise _wrong("asset.version", "is not 2.0")
         required = document.get("extensionsRequired", [])
         for extension in required if isinstance(required, list) else [required]:
-            if extension not in _READ_EXTENSIONS:
+            if not isinstance(extension, str) or extension not in _READ_EXTENSIONS:
                 raise _wrong(
                     "extensionsRequired",
                     f"has {str(extension)[:60]!r}, which is not read",
@@ -334,7 +334,7 @@ class _Scene:
             if not isinstance(primitive, dict) or not isinstance(primitive.get("attributes"), dict):
                 raise _wrong(path, "has no attributes")
             mode = primitive.get("mode", _TRIANGLES)
-            if mode not in {_TRIANGLES, _STRIP, _FAN} or isinstance(mode, bool):
+            if mode not in (_TRIANGLES, _STRIP, _FAN):  # noqa: PLR6201  # it may be a list
                 continue  # points and lines
             positions = self._accessor(
                 primitive["attributes"].get("POSITION"), "VEC3", f"{path}.attributes.POSITION"
@@ -351,12 +351,12 @@ class _Scene:
         accessor = self._item("accessors", number, path)
         path = f"accessors[{number}]"
         component = accessor.get("componentType")
-        if accessor.get("type") != kind or component not in _COMPONENTS:
+        if accessor.get("type") != kind or component not in tuple(_COMPONENTS):
             raise _wrong(path, f"is not of the type {kind}")
         if "sparse" in accessor:
             raise _wrong(path, "is sparse, which is not read", "Send plain accessors.")
         count = _whole(accessor.get("count"), f"{path}.count", MAX_VERTICES)
-        dtype, width = np.dtype(_COMPONENTS[component]), _WIDTHS[kind]
+        dtype, width = np.dtype(_COMPONENTS[int(component)]), _WIDTHS[kind]
         if kind == "SCALAR" and dtype.kind != "u":
             raise _wrong(path, "has indices that are no unsigned integers")
         view = self._item("bufferViews", accessor.get("bufferView"), f"{path}.bufferView")

@@ -53,9 +53,9 @@ def numbers_of(text: bytes, line: int, most: int) -> FloatArray:
         end = min(place + _BLOCK, len(text))
         if end < len(text):
             space = _SPACE.search(text, end, end + LONGEST_WORD)
-            if space is None:
+            if space is None and len(text) > end + LONGEST_WORD:
                 raise _no_number(text[end : end + 40], text, end, line)
-            end = space.end()
+            end = len(text) if space is None else space.end()
         words = text[place:end].split()
         try:
             block = np.array([float(word) for word in words])

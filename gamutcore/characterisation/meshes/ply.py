@@ -327,8 +327,7 @@ class _TextRows:
     """Elements of a text file, from the first on."""
 
     def __init__(self, data: bytes, header: _Header) -> None:
-        self.line = header.lines
-        self.numbers = numbers_of(data[header.size :], self.line, MAX_NUMBERS + 1)
+        self.numbers = numbers_of(data[header.size :], header.lines + 1, MAX_NUMBERS + 1)
         if len(self.numbers) > MAX_NUMBERS:
             raise SampleLimitError(
                 f"The file has more than {MAX_NUMBERS} numbers.",
