@@ -70,30 +70,56 @@ def closed_surface(vertices: FloatArray, faces: LongArray) -> ClosedSurface:
         edges or pieces, and ``where`` names a vertex, edge or face of the given ones.
     """
     places, sources, of = _distinct(vertices)
-    welded = len(vertices) - len(places)
-    corners, numbers = _without_empty(of[faces])
+    corners = of[faces]
+    numbers = np.flatnonzero(
+        (corners[:, 0] != corners[:, 1])
+        & (corners[:, 1] != corners[:, 2])
+        & (corners[:, 2] != corners[:, 0])
+    )
+    corners = corners[numbers]
+    try:
+        return _oriented(places, sources, corners, numbers, vertices, faces)
+    except MeshError:
+        single = _uncovered(corners)
+        if len(single) == len(corners):
+            raise
+        return _oriented(places, sources, corners[single], numbers[single], vertices, faces)
+
+
+def _oriented(
+    places: FloatArray,
+    sources: LongArray,
+    corners: LongArray,
+    numbers: LongArray,
+    vertices: FloatArray,
+    faces: LongArray,
+) -> ClosedSurface:
+    """Return the surface of faces between distinct places, which are numbers of the given ones."""
     if not len(corners):
         raise MeshError(
             "All faces of the mesh are without area.",
             where={"field": "faces"},
             remedy="Triangles that enclose a volume.",
         )
-    edge, ends = _edges(corners)
-    _refuse_open(edge, ends, numbers, sources, places)
-    turned = _turned(corners, edge)
+    edge, order = _edges(corners)
+    _refuse_open(edge, corners, numbers, sources, places)
+    turned = _turned(corners, order)
     corners = np.where(turned[:, np.newaxis], corners[:, ::-1], corners)
-    used = np.unique(corners)
-    kept = np.zeros(len(places), np.int64)
-    kept[used] = np.arange(len(used))
-    mesh = TriangleMesh(places[used], kept[corners].astype(np.int32))
-    _refuse_other_topology(mesh)
+    is_used = np.zeros(len(places), bool)
+    is_used[corners.ravel()] = True
+    used = np.flatnonzero(is_used)
+    mesh = TriangleMesh(places[used], (np.cumsum(is_used) - 1)[corners].astype(np.int32))
+    # A closed, oriented surface in one piece that touches itself at no or some vertices has
+    # 2 V' - 4 + 4 g faces, for V' >= V fans and g handles: 2 V - 4 of them only for V' = V, g = 0.
+    if mesh.triangles != 2 * len(used) - 4:
+        raise _other_topology(mesh)
     if mesh.volume < 0:
         mesh = TriangleMesh(mesh.vertices, np.ascontiguousarray(mesh.faces[:, ::-1]))
         turned = ~turned
     return ClosedSurface(
         mesh,
         sources[used],
-        welded,
+        len(vertices) - len(places),
         len(places) - len(used),
         len(faces) - len(corners),
         int(turned.sum()),
@@ -116,46 +142,45 @@ def _distinct(vertices: FloatArray) -> tuple[FloatArray, LongArray, LongArray]:
     return vertices[sources], sources, of
 
 
-def _without_empty(faces: LongArray) -> tuple[LongArray, LongArray]:
-    """Return the faces of three different corners that do not cover each other; their numbers.
+def _uncovered(faces: LongArray) -> LongArray:
+    """Return the faces that do not cover another in a pair.
 
     Two faces with the same corners are what is left of a thin place whose sides were welded.
     """
-    numbers = np.flatnonzero(
-        (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
-    )
-    faces = faces[numbers]
     if not len(faces):
-        return faces, numbers
+        return np.empty(0, np.int64)
     _, group, counts = np.unique(
         np.sort(faces, axis=1), axis=0, return_inverse=True, return_counts=True
     )
-    single = counts[group.ravel()] != 2
-    return faces[single], numbers[single]
+    return np.flatnonzero(counts[group.ravel()] != 2)
 
 
 def _edges(faces: LongArray) -> tuple[LongArray, LongArray]:
-    """Return the number of the edge before each corner's next, (f, 3), and the edges' ends."""
+    """Return the number of the edge after each corner, (f, 3), and the corners in its order."""
     starts, stops = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    pairs = np.stack([np.minimum(starts, stops), np.maximum(starts, stops)], axis=1)
-    keys = pairs[:, 0] * (int(faces.max()) + 1) + pairs[:, 1]
-    _, first, edge = np.unique(keys, return_index=True, return_inverse=True)
-    return edge.reshape(faces.shape), pairs[first]
+    keys = np.minimum(starts, stops) * (int(faces.max()) + 1) + np.maximum(starts, stops)
+    order = np.argsort(keys, kind="stable")
+    ranked = keys[order]
+    edge = np.empty(len(keys), np.int64)
+    edge[order] = np.concatenate([[0], np.cumsum(ranked[1:] != ranked[:-1])])
+    return edge.reshape(faces.shape), order
 
 
 def _refuse_open(
-    edge: LongArray, ends: LongArray, numbers: LongArray, sources: LongArray, places: FloatArray
+    edge: LongArray, faces: LongArray, numbers: LongArray, sources: LongArray, places: FloatArray
 ) -> None:
     """Refuse triangles with an edge that has not exactly two of them."""
-    counts = np.bincount(edge.ravel(), minlength=len(ends))
+    counts = np.bincount(edge.ravel())
     wrong = np.flatnonzero(counts != 2)
     if not wrong.size:
         return
     alone, many = int((counts == 1).sum()), int((counts > 2).sum())
     first = int(wrong[0])
-    one, two = (int(sources[end]) for end in ends[first])
-    face = int(numbers[np.flatnonzero((edge == first).any(axis=1))[0]])
-    at = [tuple(round(float(x), 4) for x in places[end]) for end in ends[first]]
+    corner = int(np.argmax(edge.ravel() == first))
+    ends = (faces[corner // 3, corner % 3], faces[corner // 3, (corner + 1) % 3])
+    face = int(numbers[corner // 3])
+    one, two = (int(sources[end]) for end in ends)
+    at = [tuple(round(float(x), 4) for x in places[end]) for end in ends]
     parts = []
     if alone:
         parts.append(f"{alone} edges have one face only")
@@ -169,21 +194,24 @@ def _refuse_open(
     )
 
 
-def _turned(faces: LongArray, edge: LongArray) -> np.ndarray:
+def _turned(faces: LongArray, order: LongArray) -> np.ndarray:
     """Return which faces are to be turned so that all have one orientation."""
     count = len(faces)
-    starts, stops = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    order = np.argsort(edge.ravel(), kind="stable")
+    starts = faces.ravel()
     one, two = order[::2], order[1::2]  # the two faces' sides of every edge
-    same = (starts[one] == starts[two]) & (stops[one] == stops[two])
+    same = starts[one] == starts[two]
     left, right = one // 3, two // 3
+    if not same.any():
+        pieces, label = _components(left, right, count)
+        if pieces > 1:
+            raise _several(pieces, label, count)
+        return np.zeros(count, bool)
     # every face twice, as it is and turned; neighbours are joined where they fit together
-    rows = np.concatenate([left, left + count])
-    columns = np.concatenate(
-        [np.where(same, right + count, right), np.where(same, right, right + count)]
+    pieces, label = _components(
+        np.concatenate([left, left + count]),
+        np.concatenate([np.where(same, right + count, right), np.where(same, right, right + count)]),
+        2 * count,
     )
-    graph = coo_array((np.ones(len(rows), np.int8), (rows, columns)), shape=(2 * count,) * 2)
-    pieces, label = connected_components(graph, directed=False)
     if (label[:count] == label[count:]).any():
         raise MeshError(
             "The mesh has one side only, like a Klein bottle: its faces cannot be oriented.",
@@ -191,30 +219,40 @@ def _turned(faces: LongArray, edge: LongArray) -> np.ndarray:
             remedy="A closed surface with an inside and an outside.",
         )
     if pieces > 2:
-        largest = int(np.bincount(label).max())
-        raise MeshError(
-            f"The mesh has {pieces // 2} pieces; the largest has {largest} of {count} faces.",
-            where={"field": "faces", "pieces": pieces // 2},
-            remedy="One closed surface. Leave out markers, axes and inner shells.",
-        )
+        raise _several(pieces // 2, label, count)
     # the orientation that most faces have already
     chosen = label[:count] == label[0]
     return ~chosen if 2 * int(chosen.sum()) >= count else chosen
 
 
-def _refuse_other_topology(mesh: TriangleMesh) -> None:
+def _components(left: LongArray, right: LongArray, count: int) -> tuple[int, np.ndarray]:
+    graph = coo_array((np.ones(len(left), np.int8), (left, right)), shape=(count, count))
+    pieces, label = connected_components(graph, directed=False)
+    return int(pieces), label
+
+
+def _several(pieces: int, label: np.ndarray, count: int) -> MeshError:
+    largest = int(np.bincount(label).max())
+    return MeshError(
+        f"The mesh has {pieces} pieces; the largest has {largest} of {count} faces.",
+        where={"field": "faces", "pieces": pieces},
+        remedy="One closed surface. Leave out markers, axes and inner shells.",
+    )
+
+
+def _other_topology(mesh: TriangleMesh) -> MeshError:
+    """Return why a closed surface in one piece has not as many faces as a ball."""
     validity = mesh.validity()
     if not validity.manifold:
-        raise MeshError(
+        return MeshError(
             "The mesh touches itself: at a vertex, its faces are more than one fan.",
             where={"field": "vertices"},
             remedy="A surface that is a disc around every vertex.",
         )
-    euler = validity.euler_characteristic
-    if euler != 2:
-        raise MeshError(
-            f"The mesh has {(2 - euler) // 2} handles: {len(mesh.vertices)} vertices and "
-            f"{mesh.triangles} faces are no surface of genus 0.",
-            where={"field": "faces", "handles": (2 - euler) // 2},
-            remedy=f"{2 * len(mesh.vertices) - 4} faces over these vertices, as of a ball.",
-        )
+    handles = (2 - validity.euler_characteristic) // 2
+    return MeshError(
+        f"The mesh has {handles} handles: {len(mesh.vertices)} vertices and {mesh.triangles} "
+        "faces are no surface of genus 0.",
+        where={"field": "faces", "handles": handles},
+        remedy=f"{2 * len(mesh.vertices) - 4} faces over these vertices, as of a ball.",
+    )

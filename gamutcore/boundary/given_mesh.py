@@ -109,7 +109,7 @@ def _on_grid(
 ) -> tuple[ClosedSurface, FloatArray, str, float]:
     """Return the surface on a grid, its centre, where that is from, and the centre's margin."""
     rounded = rounded_to_grid(exact.mesh.vertices, step)
-    surface = closed_surface(rounded, exact.mesh.faces.astype(np.int64))
+    surface = closed_surface(rounded, np.asarray(exact.mesh.faces, np.int64))
     flat = _flat_faces(surface.mesh)
     if flat.size:
         one, two, three = surface.mesh.faces[flat[0]]
