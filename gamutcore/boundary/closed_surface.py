@@ -209,7 +209,9 @@ def _turned(faces: LongArray, order: LongArray) -> np.ndarray:
     # every face twice, as it is and turned; neighbours are joined where they fit together
     pieces, label = _components(
         np.concatenate([left, left + count]),
-        np.concatenate([np.where(same, right + count, right), np.where(same, right, right + count)]),
+        np.concatenate(
+            [np.where(same, right + count, right), np.where(same, right, right + count)]
+        ),
         2 * count,
     )
     if (label[:count] == label[count:]).any():

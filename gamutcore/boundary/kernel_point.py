@@ -27,8 +27,12 @@ TAKEN_IN = 200
 MOST_PROGRAMMES = 60
 """Each takes in the most violated faces, so a few are enough: 3 to 8 for real gamuts."""
 
+GAP = 1e-3
+"""Part of the best margin by which the one that is found may be less. Thousands of faces are nearly as
+far from the middle of a ball, and the last digits of the margin would take as many programmes."""
+
 TOLERANCE = 1e-9
-"""Violation, as a part of the surface's extent, below which a face counts as satisfied."""
+"""The same where the margin is near nothing, as a part of the surface's extent."""
 
 
 class KernelPoint(NamedTuple):
@@ -38,8 +42,9 @@ class KernelPoint(NamedTuple):
     ----------
     point : (3,) float
     margin : float
-        Its distance from the nearest plane of a face; negative if there is no point that all faces
-        see from inside, and then by how much the planes would have to be moved outwards.
+        Its distance from the nearest plane of a face, as good as the largest that there is. If no
+        point is seen by all faces from inside, it is negative or 0: the planes would have to be
+        moved outwards by this at least.
     decisive : (k,) int64
         Faces that decide: those that the point is nearest to.
     """
@@ -50,7 +55,7 @@ class KernelPoint(NamedTuple):
 
 
 def kernel_point(mesh: TriangleMesh) -> KernelPoint:
-    """Return the point that is furthest inside of all planes of a surface's faces.
+    """Return the point that is furthest inside of all planes of a surface's faces, to `GAP`.
 
     Parameters
     ----------
@@ -71,17 +76,23 @@ def kernel_point(mesh: TriangleMesh) -> KernelPoint:
     offsets = np.einsum("ij,ij->i", normals, first[given])
     # a fixed choice: the same file must give the same centre
     active = np.random.default_rng(0).permutation(len(given))[:STARTED_WITH]
-    point, margin = np.zeros(3), -np.inf
+    found, most = np.zeros(3), -np.inf
     for _ in range(MOST_PROGRAMMES):
-        point, margin = _deepest(normals[active], offsets[active])
+        # a programme with fewer faces has a larger margin: it bounds what all of them allow
+        point, bound = _deepest(normals[active], offsets[active])
         room = offsets - normals @ point
-        worst = np.argsort(room, kind="stable")[:TAKEN_IN]
-        if room[worst[0]] >= margin - TOLERANCE:
+        if bound <= 0.0:
+            decisive = active[np.flatnonzero(room[active] <= bound + 1e-6)]
+            return KernelPoint(point * extent + middle, bound * extent, given[decisive])
+        if room.min() > most:
+            found, most = point, float(room.min())
+        if most >= bound - max(TOLERANCE, GAP * bound):
             break
+        worst = np.argpartition(room, min(TAKEN_IN, len(room) - 1))[:TAKEN_IN]
         active = np.union1d(active, worst)
-    room = offsets - normals @ point
-    decisive = given[np.flatnonzero(room <= room.min() + 1e-6)]
-    return KernelPoint(point * extent + middle, float(room.min()) * extent, decisive)
+    room = offsets - normals @ found
+    decisive = np.flatnonzero(room <= most + 1e-6)
+    return KernelPoint(found * extent + middle, most * extent, given[decisive])
 
 
 def _deepest(normals: FloatArray, offsets: FloatArray) -> tuple[FloatArray, float]:

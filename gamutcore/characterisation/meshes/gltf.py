@@ -334,7 +334,7 @@ class _Scene:
             if not isinstance(primitive, dict) or not isinstance(primitive.get("attributes"), dict):
                 raise _wrong(path, "has no attributes")
             mode = primitive.get("mode", _TRIANGLES)
-            if mode not in (_TRIANGLES, _STRIP, _FAN):  # noqa: PLR6201  # it may be a list
+            if mode not in (_TRIANGLES, _STRIP, _FAN):  # it may be a list
                 continue  # points and lines
             positions = self._accessor(
                 primitive["attributes"].get("POSITION"), "VEC3", f"{path}.attributes.POSITION"

@@ -81,8 +81,9 @@ SEEDS = [
 ]
 TOKENS = [
     b'"sparse":{}', b'"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]', b'"children":[0]', b'"mesh":9',
-    b"5120", b"5121", b"5122", b"5125", b"5126", b"VEC2", b"VEC4", b"SCALAR", b"normalized", b"true",
-    b"null", b"{}", b"[]", b"[", b"}", b",", b'"', b"1e400", b"4294967296", b"99999999", b"NaN",
+    b"5120", b"5121", b"5122", b"5125", b"5126", b"VEC2", b"VEC4", b"SCALAR", b"normalized",
+    b"true", b"null", b"{}", b"[]", b"[", b"}", b",", b'"', b"1e400", b"4294967296",
+    b"99999999", b"NaN",
     b"byteStride", b"byteOffset", b"extensionsRequired", b"KHR_draco_mesh_compression", b"mode",
     b"http://a/b.bin", b"data:,", b"JSON", b"BIN\0", b"\xff\xff\xff\xff", b"gamutcore 0", b"space",
 ]  # fmt: skip

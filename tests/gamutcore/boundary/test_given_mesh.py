@@ -117,7 +117,7 @@ def test_slivers_on_the_grid_are_refused():
     body.apply_translation(MIDDLE)
     vertices = np.vstack([body.vertices, body.vertices[[0, 1]].mean(axis=0)])
     faces = np.vstack([body.faces, [0, 1, 8]])
-    shared = [face for face in body.faces.tolist() if 0 in face and 1 in face][0]
+    shared = next(face for face in body.faces.tolist() if 0 in face and 1 in face)
     start = shared.index(0)
     forward = shared[(start + 1) % 3] == 1
     faces = np.array([face for face in body.faces.tolist() if face != shared])

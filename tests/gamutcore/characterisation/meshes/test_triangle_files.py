@@ -42,7 +42,8 @@ def test_obj_of_trimesh():
 def test_obj_with_polygons_references_and_notes():
     text = (
         b"# centre: 1 2 3\n# made by hand\nmtllib a.mtl\n\nv 0 0 0\nv 1 0 0 0.5 0.5 0.5\nv 1 1 0\n"
-        b"v 0 1 0\nvt 0 0\nf 1/1 2/1 3/1 4/1\nv 0 0 1\nf -1 -5//2 4/1/2\nf 1 2 5\nf 2 3 5\nf 3 4 5\n"
+        b"v 0 1 0\nvt 0 0\nf 1/1 2/1 3/1 4/1\nv 0 0 1\nf -1 -5//2 4/1/2\nf 1 2 5\n"
+        b"f 2 3 5\nf 3 4 5\n"
     )
     mesh = obj_mesh(text)
     assert mesh.faces.tolist()[:3] == [[0, 1, 2], [0, 2, 3], [4, 0, 3]]
@@ -62,7 +63,9 @@ def test_obj_with_polygons_references_and_notes():
     ],
 )
 def test_what_is_broken_in_obj_is_named(line, place):
-    text = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 1\n" + line + b"\nf 1 2 3\nf 1 2 4\nf 2 3 4\nf 1 3 4\n"
+    text = (
+        b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 1\n" + line + b"\nf 1 2 3\nf 1 2 4\nf 2 3 4\nf 1 3 4\n"
+    )
     with pytest.raises(MalformedFileError) as caught:
         obj_mesh(text)
     assert place.items() <= caught.value.where.items()
