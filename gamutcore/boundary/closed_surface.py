@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
 __all__ = ["ClosedSurface", "closed_surface"]
 
+EXPLAINED = 200_000
+"""Faces of a mesh at most for which handles are told from places where it touches itself: 1 s."""
+
 
 class ClosedSurface(NamedTuple):
     """A closed surface, oriented outwards, and what became of the triangles that made it.
@@ -149,10 +152,13 @@ def _uncovered(faces: LongArray) -> LongArray:
     """
     if not len(faces):
         return np.empty(0, np.int64)
-    _, group, counts = np.unique(
-        np.sort(faces, axis=1), axis=0, return_inverse=True, return_counts=True
-    )
-    return np.flatnonzero(counts[group.ravel()] != 2)
+    named = np.sort(faces, axis=1)
+    order = np.lexsort(named.T)
+    ranked = named[order]
+    group = np.empty(len(faces), np.int64)
+    new = np.concatenate([[0], (ranked[1:] != ranked[:-1]).any(axis=1)])
+    group[order] = np.cumsum(new)
+    return np.flatnonzero(np.bincount(group)[group] != 2)
 
 
 def _edges(faces: LongArray) -> tuple[LongArray, LongArray]:
@@ -244,6 +250,13 @@ def _several(pieces: int, label: np.ndarray, count: int) -> MeshError:
 
 def _other_topology(mesh: TriangleMesh) -> MeshError:
     """Return why a closed surface in one piece has not as many faces as a ball."""
+    if mesh.triangles > EXPLAINED:
+        return MeshError(
+            f"The mesh has handles, or touches itself: {len(mesh.vertices)} vertices and "
+            f"{mesh.triangles} faces are no surface of genus 0.",
+            where={"field": "faces"},
+            remedy=f"{2 * len(mesh.vertices) - 4} faces over these vertices, as of a ball.",
+        )
     validity = mesh.validity()
     if not validity.manifold:
         return MeshError(

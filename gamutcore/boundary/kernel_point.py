@@ -28,8 +28,8 @@ MOST_PROGRAMMES = 60
 """Each takes in the most violated faces, so a few are enough: 3 to 8 for real gamuts."""
 
 GAP = 1e-3
-"""Part of the best margin by which the one that is found may be less. Thousands of faces are nearly as
-far from the middle of a ball, and the last digits of the margin would take as many programmes."""
+"""Part of the best margin by which the one that is found may be less. Thousands of faces are nearly
+as far from the middle of a ball, and the last digits would take as many programmes."""
 
 TOLERANCE = 1e-9
 """The same where the margin is near nothing, as a part of the surface's extent."""

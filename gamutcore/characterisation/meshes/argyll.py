@@ -29,10 +29,12 @@ if TYPE_CHECKING:
 __all__ = ["argyll_mesh", "looks_like_argyll"]
 
 MAX_COLUMNS = 100
+MAX_LAYOUT = 4_000
+"""Bytes between BEGIN_DATA_FORMAT and END_DATA_FORMAT at most."""
+
 MAX_KEYWORD_LINES = 2_000
 
 _FIRST = re.compile(r"(?:\s|#[^\r\n]*[\r\n])*GAMUT\b(?!_)")
-_FORMAT = re.compile(rb"BEGIN_DATA_FORMAT\s+(?P<names>[^\0]{0,4000}?)\s*END_DATA_FORMAT")
 _BEGIN = re.compile(rb"^[ \t]*BEGIN_DATA[ \t]*(?:\r\n|\r|\n)", re.MULTILINE)
 _END = re.compile(rb"^[ \t]*END_DATA\b", re.MULTILINE)
 _KEYWORD = re.compile(r'[ \t]*(?P<name>[A-Z][A-Z0-9_]{0,79})[ \t]+"(?P<text>[^"]*)"')
@@ -115,17 +117,18 @@ def _table(
     data: bytes, start: int, wanted: tuple[str, ...], most: int, what: str
 ) -> tuple[FloatArray, int]:
     """Return the wanted columns of the next table, and where it ends."""
-    layout = _FORMAT.search(data, start)
-    begin = _BEGIN.search(data, layout.end()) if layout else None
-    if layout is None or begin is None:
+    opened = data.find(b"BEGIN_DATA_FORMAT", start)
+    closed = data.find(b"END_DATA_FORMAT", opened + 17, opened + 17 + MAX_LAYOUT)
+    begin = _BEGIN.search(data, closed) if min(opened, closed) >= 0 else None
+    if begin is None:
         raise MalformedFileError(
             f"The file has no table of {what}.",
             where={"line": data.count(b"\n", 0, start) + 1},
             remedy=f"A gamut file has a table of vertices ({' '.join(_VERTEX)}) and one of "
             f"triangles ({' '.join(_TRIANGLE)}).",
         )
-    names = layout["names"].decode("utf-8", "replace").upper().split()
-    line = data.count(b"\n", 0, layout.start()) + 1
+    names = data[opened + 17 : closed].decode("utf-8", "replace").upper().split()
+    line = data.count(b"\n", 0, opened) + 1
     missing = [name for name in wanted if name not in names]
     if missing or len(names) > MAX_COLUMNS:
         raise MalformedFileError(

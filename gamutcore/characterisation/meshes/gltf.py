@@ -26,6 +26,8 @@ from gamutcore.characterisation.gamut_mesh import (
 from gamutcore.errors import MalformedFileError, SampleLimitError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from gamutcore.arrays import FloatArray, LongArray
     from gamutcore.characterisation.gamut_mesh import GamutMesh
 
@@ -323,12 +325,12 @@ class _Scene:
             inner |= {child for child in children if isinstance(child, int)}
         return [number for number in range(len(nodes)) if number not in inner]
 
-    def _primitives(self, number: int) -> list[tuple[FloatArray, LongArray]]:
+    def _primitives(self, number: int) -> Iterator[tuple[FloatArray, LongArray]]:
+        """Yield them one by one, as their sum is bounded while they are read."""
         mesh = self._item("meshes", number, f"meshes[{number}]")
         primitives = mesh.get("primitives", [])
         if not isinstance(primitives, list):
             raise _wrong(f"meshes[{number}].primitives", "is no array")
-        found = []
         for index, primitive in enumerate(primitives):
             path = f"meshes[{number}].primitives[{index}]"
             if not isinstance(primitive, dict) or not isinstance(primitive.get("attributes"), dict):
@@ -344,8 +346,7 @@ class _Scene:
             else:
                 values = self._accessor(primitive["indices"], "SCALAR", f"{path}.indices")
                 indices = values.ravel().astype(np.int64)
-            found.append((positions, _corners(indices, mode, path)))
-        return found
+            yield positions, _corners(indices, mode, path)
 
     def _accessor(self, number: object, kind: str, path: str) -> FloatArray:
         accessor = self._item("accessors", number, path)

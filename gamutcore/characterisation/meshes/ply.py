@@ -216,6 +216,7 @@ class _BinaryRows:
 
     def __init__(self, data: bytes, header: _Header) -> None:
         self.data, self.order, self.place = data, header.order, header.size
+        self.walked = 0
 
     def columns(self, element: _Element) -> _Columns:
         """Return the values of the next element."""
@@ -288,7 +289,7 @@ class _BinaryRows:
         return length
 
     def _row_by_row(self, element: _Element) -> _Columns:
-        _refuse_long_walk(element)
+        self.walked = _walked(self.walked, element)
         pieces: dict[str, list[bytes]] = {prop.name: [] for prop in element.properties}
         lengths: dict[str, list[int]] = {prop.name: [] for prop in element.properties}
         place, data = self.place, self.data
@@ -334,6 +335,7 @@ class _TextRows:
                 remedy="Send the mesh alone, without further elements.",
             )
         self.place = 0
+        self.walked = 0
 
     def columns(self, element: _Element) -> _Columns:
         """Return the values of the next element."""
@@ -390,7 +392,7 @@ class _TextRows:
         return int(length)
 
     def _row_by_row(self, element: _Element) -> _Columns:
-        _refuse_long_walk(element)
+        self.walked = _walked(self.walked, element)
         pieces: dict[str, list[FloatArray]] = {prop.name: [] for prop in element.properties}
         lengths: dict[str, list[int]] = {prop.name: [] for prop in element.properties}
         place, numbers = self.place, self.numbers
@@ -423,13 +425,16 @@ class _TextRows:
         )
 
 
-def _refuse_long_walk(element: _Element) -> None:
-    if element.count * len(element.properties) > MAX_WALKED:
+def _walked(before: int, element: _Element) -> int:
+    """Return how much is read one by one with an element's rows; refuse what is too much."""
+    walked = before + element.count * len(element.properties)
+    if walked > MAX_WALKED:
         raise SampleLimitError(
             f"The element {element.name} has {element.count} rows of different lengths.",
             where={"line": element.line},
             remedy="Send the mesh with triangles only, and without further properties.",
         )
+    return walked
 
 
 def _doubles(values: np.ndarray) -> FloatArray:

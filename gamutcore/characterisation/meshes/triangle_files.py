@@ -7,7 +7,9 @@ own exports have them, are what the file says of itself.
 
 from __future__ import annotations
 
+import io
 import re
+from array import array
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,9 +22,11 @@ from gamutcore.characterisation.gamut_mesh import (
     statements,
 )
 from gamutcore.characterisation.meshes.numbers import numbers_of, polygon_triangles
-from gamutcore.errors import MalformedFileError
+from gamutcore.errors import MalformedFileError, SampleLimitError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from gamutcore.characterisation.gamut_mesh import GamutMesh
 
 __all__ = ["looks_like_obj", "looks_like_stl", "obj_mesh", "stl_mesh"]
@@ -36,6 +40,10 @@ _OBJ_FACE = re.compile(rb"^[ \t]*f[ \t]+[-\d]", re.MULTILINE)
 _NOTE = re.compile(r"#\s*([\w ./-]{1,80}):\s+(.*)")
 _REFERENCE = re.compile(rb"(-?\d{1,10})(?:/-?\d{0,10}){0,2}")
 MAX_NOTES = 200
+MAX_LINES = 6_000_000
+MAX_LINE = 1_000_000
+"""Lines, and bytes of one, at most: as many as the largest mesh has, and words that fit memory."""
+
 _OBJ_WORDS = {b"v", b"vn", b"vt", b"vp", b"o", b"g", b"s", b"mtllib", b"usemtl", b"f"}
 
 
@@ -137,18 +145,16 @@ def obj_mesh(data: bytes) -> GamutMesh:
     SampleLimitError, InvalidPointsError
         As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`.
     """
-    vertices: list[tuple[float, float, float]] = []
-    sides: list[int] = []
-    corners: list[int] = []
+    vertices, sides, corners = array("d"), array("q"), array("q")
     said: dict[str, str] = {}
-    for line, content in enumerate(data.splitlines(), start=1):
+    for line, content in _lines(data):
         words = content.split(None, 4) if content[:1] == b"v" else content.split()
         if not words:
             continue
         if words[0] == b"v":
-            vertices.append(_position(words, line))
+            vertices.extend(_position(words, line))
         elif words[0] == b"f":
-            count = len(vertices)
+            count = len(vertices) // 3
             for word in words[1:]:
                 match = _REFERENCE.fullmatch(word)
                 if match is None:
@@ -162,11 +168,24 @@ def obj_mesh(data: bytes) -> GamutMesh:
             note = _NOTE.fullmatch(content[:2000].decode("utf-8", "replace").strip())
             if note:
                 said.setdefault(note[1].strip().lower(), note[2])
-        if len(vertices) > MAX_VERTICES:
-            refuse_too_many(len(vertices), 0, where={"line": line})
-    lengths, names = np.array(sides, np.int64), np.array(corners, np.int64)
-    faces = polygon_triangles(lengths, names)
-    return gamut_mesh("obj", np.array(vertices).reshape(-1, 3), faces, stated=statements(said))
+        if len(vertices) > 3 * MAX_VERTICES:
+            refuse_too_many(len(vertices) // 3, 0, where={"line": line})
+    faces = polygon_triangles(np.array(sides, np.int64), np.array(corners, np.int64))
+    positions = np.array(vertices, np.float64).reshape(-1, 3)
+    return gamut_mesh("obj", positions, faces, stated=statements(said))
+
+
+def _lines(data: bytes) -> Iterator[tuple[int, bytes]]:
+    """Yield the lines with their numbers, never all of them at once."""
+    unified = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in data else data
+    for line, content in enumerate(io.BytesIO(unified), start=1):
+        if len(content) > MAX_LINE or line > MAX_LINES:
+            raise SampleLimitError(
+                f"The text has more than {MAX_LINES} lines, or one of more than {MAX_LINE} bytes.",
+                where={"line": line},
+                remedy="Send the mesh as PLY or glTF.",
+            )
+        yield line, content
 
 
 def _position(words: list[bytes], line: int) -> tuple[float, float, float]:
