@@ -53,8 +53,8 @@ _LISTS = ("vertex_indices", "vertex_index")
 _WANTED = {"x", "y", "z", *_LISTS}
 """Properties whose values are kept."""
 
-MAX_WALKED = 4_000_000
-"""Numbers and lists that are read one by one at most, where rows differ in length: about 2 s."""
+MAX_WALKED = 2_000_000
+"""Numbers and lists that are read one by one at most, where rows differ in length: about 1 s."""
 
 _MOST = {"vertex": MAX_VERTICES, "face": MAX_TRIANGLES}
 

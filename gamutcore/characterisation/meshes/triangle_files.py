@@ -16,7 +16,6 @@ import numpy as np
 
 from gamutcore.characterisation.gamut_mesh import (
     MAX_TRIANGLES,
-    MAX_VERTICES,
     gamut_mesh,
     refuse_too_many,
     statements,
@@ -40,6 +39,9 @@ _OBJ_FACE = re.compile(rb"^[ \t]*f[ \t]+[-\d]", re.MULTILINE)
 _NOTE = re.compile(r"#\s*([\w ./-]{1,80}):\s+(.*)")
 _REFERENCE = re.compile(rb"(-?\d{1,10})(?:/-?\d{0,10}){0,2}")
 MAX_NOTES = 200
+MAX_OBJ_VERTICES = 1_000_000
+"""Vertices of an OBJ at most: twice as many as the largest mesh needs, as faces share them."""
+
 MAX_LINES = 6_000_000
 MAX_LINE = 1_000_000
 """Lines, and bytes of one, at most: as many as the largest mesh has, and words that fit memory."""
@@ -93,7 +95,8 @@ def stl_mesh(data: bytes) -> GamutMesh:
         vertices = numbers_of(b" ".join(found), 1, 3 * len(found) + 1)
         if len(vertices) != 3 * len(found) or len(found) % 3:
             raise MalformedFileError(
-                f"The {len(found)} corners have {len(vertices)} coordinates.",
+                f"The {len(found)} corners, of {len(found) / 3:g} facets, have {len(vertices)} "
+                "coordinates.",
                 where={"field": "vertex"},
                 remedy="A facet has three lines `vertex x y z`.",
             )
@@ -152,7 +155,12 @@ def obj_mesh(data: bytes) -> GamutMesh:
         if not words:
             continue
         if words[0] == b"v":
-            vertices.extend(_position(words, line))
+            try:
+                vertices.extend([float(words[1]), float(words[2]), float(words[3])])
+            except (ValueError, IndexError):
+                raise _broken(content, line, "v x y z, with plain numbers") from None
+            if b"_" in content:  # which float() takes for nothing
+                raise _broken(content, line, "v x y z, with plain numbers")
         elif words[0] == b"f":
             count = len(vertices) // 3
             for word in words[1:]:
@@ -168,8 +176,12 @@ def obj_mesh(data: bytes) -> GamutMesh:
             note = _NOTE.fullmatch(content[:2000].decode("utf-8", "replace").strip())
             if note:
                 said.setdefault(note[1].strip().lower(), note[2])
-        if len(vertices) > 3 * MAX_VERTICES:
-            refuse_too_many(len(vertices) // 3, 0, where={"line": line})
+        if len(vertices) > 3 * MAX_OBJ_VERTICES:
+            raise SampleLimitError(
+                f"The mesh has more than {MAX_OBJ_VERTICES} vertices.",
+                where={"line": line},
+                remedy="Send it as PLY or glTF, with vertices that faces share.",
+            )
     faces = polygon_triangles(np.array(sides, np.int64), np.array(corners, np.int64))
     positions = np.array(vertices, np.float64).reshape(-1, 3)
     return gamut_mesh("obj", positions, faces, stated=statements(said))
@@ -186,14 +198,6 @@ def _lines(data: bytes) -> Iterator[tuple[int, bytes]]:
                 remedy="Send the mesh as PLY or glTF.",
             )
         yield line, content
-
-
-def _position(words: list[bytes], line: int) -> tuple[float, float, float]:
-    plain = len(words) >= 4 and not any(b"_" in word for word in words[1:4])
-    try:
-        return float(words[1]), float(words[2]), float(words[3]) if plain else float("")
-    except (ValueError, IndexError):
-        raise _broken(b" ".join(words), line, "v x y z, with plain numbers") from None
 
 
 def _broken(content: bytes, line: int, right: str) -> MalformedFileError:
