@@ -11,8 +11,14 @@ import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from gamutcore.boundary import wrapped
-from gamutcore.characterisation import Characterisation, characterisation, measurements_of
+from gamutcore.boundary import given_boundary, wrapped
+from gamutcore.characterisation import (
+    Characterisation,
+    GamutMesh,
+    characterisation,
+    described_boundary,
+    measurements_of,
+)
 from gamutcore.colours import InkLimits, surface_colours
 from gamutcore.decimation import decimated
 from gamutcore.decimation.costs import cost_module
@@ -41,6 +47,22 @@ STAGES = ("characterisation", "colours", "boundary", "decimation", "metric")
 VOLUME_TOLERANCE = 1e-5
 """Part of the volume by which levels may differ that are said to preserve it. Very thin gamuts, and
 those far from the origin, lie on grids that do not allow it."""
+
+NOT_OF_MESHES = (
+    "boundary",
+    "gamma",
+    "segments",
+    "basis",
+    "subdivisions",
+    "surface_samples",
+    "intent",
+    "ink_limit",
+    "black_limit",
+    "observer",
+    "illuminant",
+)
+"""Options that say how colours are found and wrapped. A mesh has its boundary already, so all but
+their defaults are refused with it."""
 
 DESCRIPTION = "gamut"
 """Key of the description in a history file's metadata."""
@@ -169,21 +191,31 @@ def build_gamut(
         device: Characterisation = measurements_of(
             characterisation(data), condition=options.condition
         )
+    elif options.source == "boundary":
+        device = described_boundary(
+            characterisation(data, condition=options.condition), options.intent
+        )
     else:
         device = characterisation(data, condition=options.condition)
     report("colours", 0.0)
-    colours = surface_colours(
-        device,
-        intent=options.intent,
-        surface_samples=options.surface_samples,
-        limits=InkLimits(options.ink_limit, options.black_limit),
-        observer=options.observer,
-        illuminant=options.illuminant,
-    )
-    report("boundary", 0.0)
-    boundary = wrapped(
-        colours.points, options.boundary, options.centre, **options.boundary_parameters
-    )
+    if isinstance(device, GamutMesh):
+        _refuse_options_of_colours(options)
+        report("boundary", 0.0)
+        boundary, provenance = given_boundary(device, options.centre)
+    else:
+        colours = surface_colours(
+            device,
+            intent=options.intent,
+            surface_samples=options.surface_samples,
+            limits=InkLimits(options.ink_limit, options.black_limit),
+            observer=options.observer,
+            illuminant=options.illuminant,
+        )
+        provenance = colours.provenance
+        report("boundary", 0.0)
+        boundary = wrapped(
+            colours.points, options.boundary, options.centre, **options.boundary_parameters
+        )
     report("decimation", 0.0)
     history = history_of(decimated(boundary.mesh, boundary.centre, options.cost))
     report("metric", 0.0)
@@ -191,9 +223,13 @@ def build_gamut(
     digest = hashlib.sha256(data).hexdigest()
     description: dict[str, Any] = {
         "id": gamut_id(options, digest),
-        "options": options.to_mapping(),
+        "options": {
+            name: value
+            for name, value in options.to_mapping().items()
+            if not (isinstance(device, GamutMesh) and _is_of_colours(name, options))
+        },
         "provenance": {
-            **colours.provenance,
+            **provenance,
             "space": options.space,
             "input": {"sha256": digest, "bytes": len(data)},
             "algorithm": {"version": ALGORITHM_VERSION, "gamutcore": __version__},
@@ -216,6 +252,22 @@ def build_gamut(
         "levels": [level.to_mapping() for level in curve],
     }
     return Gamut(description, history)
+
+
+def _is_of_colours(name: str, options: Options) -> bool:
+    """Whether an option has no meaning for a mesh; the intent has one where it chose the tag."""
+    return name in NOT_OF_MESHES and not (name == "intent" and options.source == "boundary")
+
+
+def _refuse_options_of_colours(options: Options) -> None:
+    """Refuse what only has a meaning where colours are sampled and wrapped."""
+    default = Options()
+    for name in NOT_OF_MESHES:
+        value = getattr(options, name)
+        if _is_of_colours(name, options) and value != getattr(default, name):
+            raise OptionError.refusing(
+                name, value, "none: the data is a boundary already, and nothing is wrapped"
+            )
 
 
 def _description(metadata: dict[str, str]) -> dict[str, Any]:

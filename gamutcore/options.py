@@ -33,8 +33,9 @@ SPACES = ("CIELAB",)
 METHOD_OPTIONS = ("gamma", "segments", "basis", "subdivisions")
 """Options that not every boundary method has; `BOUNDARIES` says which has which."""
 
-SOURCES = ("transforms", "measurements")
-"""What of an ICC profile is used: its transforms, or the measurements that it carries."""
+SOURCES = ("transforms", "measurements", "boundary")
+"""What of an ICC profile is used: its transforms, or the measurements or the gamut boundary that it
+carries."""
 
 MOST_INK = {"ink_limit": 1500.0, "black_limit": 100.0}
 """Per cent of ink that limits can allow at most: fifteen inks in full, and one."""
@@ -75,8 +76,9 @@ class Options:
     intent : str
         Rendering intent; one of `gamutcore.colours.INTENTS`.
     source : str or None
-        "measurements" for those that an ICC profile carries; None for its transforms ("transforms"
-        means the same), and for all other data.
+        "measurements" for those that an ICC profile carries, "boundary" for the gamut boundary that
+        an iccMAX profile describes; None for its transforms ("transforms" means the same), and for
+        all other data.
     ink_limit : float or None
         Largest sum of all inks, in per cent, above 0; None without a limit.
     black_limit : float or None

@@ -111,10 +111,11 @@ class GamutOptions(BaseModel):
         Field(description="Rendering intent that an ICC profile is evaluated with."),
     ] = "relative"
     source: Annotated[
-        Literal["transforms", "measurements"] | SkipJsonSchema[None],
+        Literal["transforms", "measurements", "boundary"] | SkipJsonSchema[None],
         Field(
-            description="What of an ICC profile is used: its transforms unless given, or the "
-            "measurements that it carries (tags targ, CIED with DevD).",
+            description="What of an ICC profile is used: its transforms unless given, the "
+            "measurements that it carries (tags targ, CIED with DevD), or the gamut boundary that "
+            "an iccMAX profile describes (tags gbd0 to gbd3).",
             json_schema_extra=_without_default,
         ),
     ] = None
@@ -203,8 +204,8 @@ class MultipartSubmission(BaseModel):
     file: Annotated[
         bytes,
         Field(
-            description="CGATS or IT8 text, CxF3, CSV, JSON, a NumPy array (.npy) or an ICC "
-            "profile; recognised by its content.",
+            description="CGATS or IT8 text, CxF3, CSV, JSON, a NumPy array (.npy), an ICC profile, "
+            "or a gamut mesh (PLY, glTF, Argyll's .gam, STL, OBJ); recognised by its content.",
             json_schema_extra={"format": "binary"},
         ),
     ]

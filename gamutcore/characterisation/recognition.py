@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, TypeAlias
 from gamutcore.characterisation.cgats import cgats_samples, looks_like_cgats
 from gamutcore.characterisation.cxf import cxf_samples, looks_like_cxf, looks_like_xml
 from gamutcore.characterisation.delimited import delimited_samples
+from gamutcore.characterisation.gamut_mesh import GamutMesh
 from gamutcore.characterisation.icc import IccProfile, icc_profile, looks_like_icc
 from gamutcore.characterisation.json_samples import json_samples
+from gamutcore.characterisation.meshes import binary_mesh, text_mesh
 from gamutcore.characterisation.npy_samples import NPY_MAGIC, npy_samples
 from gamutcore.characterisation.samples import Samples
 from gamutcore.errors import OptionError, UnrecognisedFormatError
@@ -23,32 +25,34 @@ if TYPE_CHECKING:
 
 __all__ = ["Characterisation", "characterisation"]
 
-Characterisation: TypeAlias = Samples | IccProfile
+Characterisation: TypeAlias = Samples | IccProfile | GamutMesh
 
 
-def characterisation(data: bytes, *, condition: str | None = None) -> Characterisation:
+def characterisation(  # noqa: PLR0911  # one way out for each kind
+    data: bytes, *, condition: str | None = None
+) -> Characterisation:
     """Return the characterisation data in the bytes of a file or message.
 
     Parameters
     ----------
     data : bytes
-        An ICC profile, a text of the CGATS family, CxF3, JSON, delimited text, or a NumPy .npy
-        file.
+        An ICC profile, a text of the CGATS family, CxF3, JSON, delimited text, a NumPy .npy
+        file, or a gamut mesh (PLY, glTF, Argyll's .gam, STL, OBJ).
     condition : str, optional
         The measurement condition whose samples are wanted, such as ``"M1"``, for data that was
         measured under several.
 
     Returns
     -------
-    Samples or IccProfile
+    Samples, IccProfile or GamutMesh
 
     Raises
     ------
     UnrecognisedFormatError
         The content is none of these.
     OptionError
-        A condition is asked of a profile, which has none.
-    CharacterisationError, InvalidPointsError
+        A condition is asked of a profile or a mesh, which have none.
+    CharacterisationError, InvalidPointsError, MeshError
         It is one of these and broken; the error says where.
     """
     if looks_like_icc(data):
@@ -59,11 +63,17 @@ def characterisation(data: bytes, *, condition: str | None = None) -> Characteri
         return icc_profile(data)
     if data.startswith(NPY_MAGIC):
         return npy_samples(data, condition=condition)
+    mesh = binary_mesh(data)
+    if mesh is not None:
+        return _without_condition(mesh, condition)
     if looks_like_xml(data):
         if not looks_like_cxf(data):
             raise _unrecognised("The content is XML or HTML, and no CxF3.")
         return cxf_samples(data, condition=condition)
     text = _decoded(data)
+    mesh = text_mesh(text)
+    if mesh is not None:
+        return _without_condition(mesh, condition)
     start = text[:1000].lstrip()
     if start.startswith(("{", "[")):
         return json_samples(text, condition=condition)
@@ -72,11 +82,19 @@ def characterisation(data: bytes, *, condition: str | None = None) -> Characteri
     return delimited_samples(text, condition=condition)
 
 
+def _without_condition(mesh: GamutMesh, condition: str | None) -> GamutMesh:
+    if condition is not None:
+        raise OptionError.refusing(
+            "condition", condition, "none: a mesh has no measurement condition"
+        )
+    return mesh
+
+
 def _unrecognised(message: str) -> UnrecognisedFormatError:
     return UnrecognisedFormatError(
         message,
         remedy="Send an ICC profile (version 2 or 4), measurements as CGATS text, CxF3, CSV or "
-        "JSON, or a NumPy .npy file.",
+        "JSON, a NumPy .npy file, or a gamut mesh as PLY, glTF or Argyll's .gam.",
     )
 
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from gamutcore.arrays import FloatArray
-    from gamutcore.characterisation import Characterisation, Samples
+    from gamutcore.characterisation import Samples
 
 __all__ = ["INTENTS", "SurfaceColours", "surface_colours"]
 
@@ -70,7 +70,7 @@ class SurfaceColours:
 
 
 def surface_colours(
-    characterisation: Characterisation,
+    characterisation: Samples | IccProfile,
     *,
     intent: str = "relative",
     surface_samples: int = 100_000,

@@ -18,9 +18,12 @@ from gamutcore.errors import (
     FlatPointsError,
     GamutError,
     HistoryFileError,
+    MeshError,
+    OptionError,
     TooFewPointsError,
     UnrecognisedFormatError,
 )
+from gamutcore.export import FORMATS, encoded_mesh
 from gamutcore.gamut import STAGES, Gamut, Options, build_gamut, gamut_id, read_description
 from gamutcore.history import history_bytes
 from gamutcore.metric import mismatch
@@ -365,3 +368,84 @@ def test_provenance_of_a_profile_says_all_that_went_in(shared_data):
     assert provenance["warnings"] == []
     assert len(provenance["input"]["sha256"]) == 64
     assert characterisation(data).inks
+
+
+class TestMesh:
+    """A mesh is the boundary itself."""
+
+    @pytest.mark.parametrize("name", FORMATS)
+    @pytest.mark.parametrize("triangles", [4, 10, 500, 5000])
+    def test_an_exported_level_is_the_full_boundary(self, fogra39_gamut, name, triangles):
+        level = fogra39_gamut.history.level(triangles)
+        centre = fogra39_gamut.description["centre"]
+        provenance = {"centre": " ".join(map(repr, centre)), "space": "CIELAB"}
+        gamut = build_gamut(encoded_mesh(level, name, provenance), Options())
+        full = gamut.history.full()
+        assert gamut.description["counts"]["triangles"] == triangles
+        # sums in another order
+        assert gamut.description["volume"] == pytest.approx(level.volume, rel=1e-12)
+        # the same triangles, whatever their order
+        assert triangle_set(full) == triangle_set(level)
+        if name != "stl":  # has no place for a centre
+            assert gamut.description["centre"] == centre
+        assert full.validity(gamut.description["centre"]).is_gamut
+
+    def test_the_description_has_only_options_that_apply(self, fogra39_gamut):
+        data = encoded_mesh(fogra39_gamut.history.level(100), "ply")
+        gamut = build_gamut(data, Options(cost="quadric"))
+        assert gamut.description["options"] == {
+            "space": "CIELAB",
+            "centre": "auto",
+            "cost": "quadric",
+        }
+        # they ask the same question again
+        assert gamut.options == Options(cost="quadric")
+        assert Gamut.from_bytes(gamut.to_bytes()).description == gamut.description
+        provenance = gamut.description["provenance"]
+        assert provenance["format"] == "ply"
+        assert provenance["mesh"]["triangles_read"] == 100
+
+    @pytest.mark.parametrize(
+        "options",
+        [
+            {"boundary": "usv"},
+            {"boundary": "segment-maxima"},
+            {"gamma": 0.3},
+            {"surface_samples": 5000},
+            {"intent": "absolute"},
+            {"ink_limit": 300},
+            {"black_limit": 90},
+            {"observer": 10},
+            {"illuminant": "D65"},
+            {"condition": "M1"},
+            {"source": "measurements"},
+            {"source": "boundary"},
+        ],
+    )
+    def test_options_of_colours_are_refused(self, fogra39_gamut, options):
+        data = encoded_mesh(fogra39_gamut.history.level(100), "glb")
+        with pytest.raises(OptionError) as caught:
+            build_gamut(data, Options(**options))
+        assert caught.value.where["field"] in options
+        assert caught.value.remedy
+
+    def test_the_centre_may_be_chosen(self, fogra39_gamut):
+        data = encoded_mesh(fogra39_gamut.history.level(100), "stl")
+        centre = fogra39_gamut.description["centre"]
+        gamut = build_gamut(data, Options(centre=tuple(centre)))
+        assert gamut.description["centre"] == centre
+        with pytest.raises(CentreError):
+            build_gamut(data, Options(centre=(500, 0, 0)))
+
+    def test_an_open_mesh_is_refused(self, fogra39_gamut):
+        level = fogra39_gamut.history.level(100)
+        data = encoded_mesh(type(level)(level.vertices, level.faces[1:]), "ply")
+        with pytest.raises(MeshError, match="3 edges have one face only"):
+            build_gamut(data, Options())
+
+
+def triangle_set(mesh):
+    """Each triangle by its corners' positions, from the least of them on."""
+    corners = mesh.vertices[mesh.faces].tolist()
+    turned = (face[face.index(min(face)) :] + face[: face.index(min(face))] for face in corners)
+    return sorted(turned)

@@ -39,7 +39,7 @@ COMMON = st.fixed_dictionaries(
         "surface_samples": st.integers(8, 1_000_000),
         "intent": st.sampled_from(["relative", "absolute", "perceptual", "saturation"]),
         "space": st.just("CIELAB"),
-        "source": st.sampled_from(["transforms", "measurements"]),
+        "source": st.sampled_from(["transforms", "measurements", "boundary"]),
         "ink_limit": st.floats(0, 1500, exclude_min=True),
         "black_limit": st.floats(0, 100),
         **MEASUREMENT,

@@ -126,6 +126,41 @@ def test_a_real_press_is_built_while_the_client_waits(server):
     assert mesh.content[:4] == b"glTF"
 
 
+@pytest.mark.parametrize("name", ["ply", "glb", "gltf", "stl", "obj"])
+def test_a_downloaded_mesh_is_a_gamut_again(server, gamut, name):
+    """Its full boundary are the triangles that were downloaded, about the same centre."""
+    address = gamut["links"]["mesh"]
+    mesh = server.client.get(address, params={"triangles": 100, "format": name})
+    answer = server.client.post("/v1/gamuts", files={"file": ("mesh", mesh.content)})
+    assert answer.status_code in {200, 201}, answer.text
+    made = answer.json()
+    assert made["counts"]["triangles"] == 100
+    (level,) = [level for level in gamut["levels"] if level["triangles"] == 100] or [None]
+    assert level is None or made["volume"] == pytest.approx(level["volume"], rel=1e-9)
+    assert made["provenance"]["format"] == name
+    assert made["provenance"]["mesh"]["triangles_read"] == 100
+    if name != "stl":  # has no place for a centre
+        assert made["centre"] == gamut["centre"]
+    again = server.client.post(
+        "/v1/gamuts",
+        files={"file": ("mesh", mesh.content)},
+        data={"options": json.dumps(made["options"])},
+    )
+    assert (again.status_code, again.json()["id"]) == (200, made["id"])
+
+
+def test_a_mesh_that_is_no_boundary_is_a_problem(server, gamut, assert_problem):
+    text = server.client.get(gamut["links"]["mesh"], params={"triangles": 20, "format": "obj"}).text
+    lines = text.strip().splitlines()
+    answer = server.client.post("/v1/gamuts", files={"file": "\n".join(lines[:-1]).encode()})
+    document = assert_problem(answer, 422, "invalid-mesh")
+    assert "3 edges have one face only" in document["detail"]
+    assert document["where"]["field"] == "faces"
+    files = {"file": text.encode()}
+    answer = server.client.post("/v1/gamuts", files=files, data={"options": '{"gamma": 0.5}'})
+    assert assert_problem(answer, 422, "invalid-option")["where"] == {"field": "gamma"}
+
+
 @pytest.mark.parametrize("prefer", ["respond-async", "wait=0"])
 def test_a_client_that_does_not_wait_gets_a_job(server, sphere, prefer):
     body = {"samples": sphere(seed={"wait=0": 5}.get(prefer, 6))}

@@ -1,0 +1,175 @@
+"""Argyll CMS's gamut surfaces (`.gam`), as iccgamut and tiffgamut write them.
+
+A CGATS text whose first word is GAMUT, with two tables: the vertices (VERTEX_NO LAB_L LAB_A LAB_B)
+and the triangles (VERTEX_0 VERTEX_1 VERTEX_2). GAMUT_CENTER is the point that radii were taken
+from, COLOR_REP the colour space; surfaces of the appearance space CIECAM02 (JAB) are refused.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gamutcore.characterisation.gamut_mesh import (
+    MAX_TRIANGLES,
+    MAX_VERTICES,
+    gamut_mesh,
+    refuse_too_many,
+    statements,
+)
+from gamutcore.characterisation.meshes.numbers import numbers_of
+from gamutcore.errors import MalformedFileError, MeshError
+
+if TYPE_CHECKING:
+    from gamutcore.arrays import FloatArray
+    from gamutcore.characterisation.gamut_mesh import GamutMesh
+
+__all__ = ["argyll_mesh", "looks_like_argyll"]
+
+MAX_COLUMNS = 100
+MAX_LAYOUT = 4_000
+"""Bytes between BEGIN_DATA_FORMAT and END_DATA_FORMAT at most."""
+
+MAX_KEYWORD_LINES = 2_000
+
+_FIRST = re.compile(r"(?:\s|#[^\r\n]*[\r\n])*GAMUT\b(?!_)")
+_BEGIN = re.compile(rb"^[ \t]*BEGIN_DATA[ \t]*(?:\r\n|\r|\n)", re.MULTILINE)
+_END = re.compile(rb"^[ \t]*END_DATA\b", re.MULTILINE)
+_KEYWORD = re.compile(r'[ \t]*(?P<name>[A-Z][A-Z0-9_]{0,79})[ \t]+"(?P<text>[^"]*)"')
+_VERTEX = ("VERTEX_NO", "LAB_L", "LAB_A", "LAB_B")
+_TRIANGLE = ("VERTEX_0", "VERTEX_1", "VERTEX_2")
+
+
+def looks_like_argyll(text: str) -> bool:
+    """Return whether a text is of the type GAMUT.
+
+    Parameters
+    ----------
+    text : str
+        The decoded file.
+
+    Returns
+    -------
+    bool
+    """
+    return _FIRST.match(text[:10_000]) is not None and "BEGIN_DATA" in text
+
+
+def argyll_mesh(text: str) -> GamutMesh:
+    """Return the mesh in an Argyll gamut file.
+
+    Parameters
+    ----------
+    text : str
+        The decoded file.
+
+    Returns
+    -------
+    GamutMesh
+
+    Raises
+    ------
+    MalformedFileError
+        A table or column is missing or broken: with its line.
+    MeshError
+        The surface is not in CIELAB.
+    SampleLimitError, InvalidPointsError
+        As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`.
+    """
+    data = text.replace("\r\n", "\n").replace("\r", "\n").encode("utf-8", "replace")
+    said = _keywords(data)
+    stated = said.get("color_rep")
+    space = (stated or "LAB").strip().upper()
+    if space != "LAB":
+        what = ": the appearance space CIECAM02" if space == "JAB" else ""
+        raise MeshError(
+            f"The gamut surface's COLOR_REP is {space[:20]!r}{what}.",
+            where={"field": "COLOR_REP"},
+            remedy="Surfaces in CIELAB are read: iccgamut without -pj.",
+        )
+    warnings = [] if stated else ["COLOR_REP is missing; the surface is taken for CIELAB."]
+    table, end = _table(data, 0, _VERTEX, MAX_VERTICES, "vertices")
+    triangles, _ = _table(data, end, _TRIANGLE, MAX_TRIANGLES, "triangles")
+    places = _places(table[:, 0], triangles)
+    facts = statements({**said, "space": "CIELAB", "centre": said.get("gamut_center", "")})
+    facts.said.pop("centre", None)
+    facts.said.pop("space", None)
+    # Argyll has the corners clockwise
+    return gamut_mesh(
+        "argyll-gam", table[:, 1:], places, stated=facts, clockwise=True, warnings=warnings
+    )
+
+
+def _keywords(data: bytes) -> dict[str, str]:
+    begin = _BEGIN.search(data)
+    head = data[: begin.start() if begin else len(data)][:200_000].decode("utf-8", "replace")
+    found: dict[str, str] = {}
+    for line in head.split("\n")[:MAX_KEYWORD_LINES]:
+        match = _KEYWORD.match(line)
+        if match:
+            found.setdefault(match["name"].lower(), match["text"])
+    return found
+
+
+def _table(
+    data: bytes, start: int, wanted: tuple[str, ...], most: int, what: str
+) -> tuple[FloatArray, int]:
+    """Return the wanted columns of the next table, and where it ends."""
+    opened = data.find(b"BEGIN_DATA_FORMAT", start)
+    closed = data.find(b"END_DATA_FORMAT", opened + 17, opened + 17 + MAX_LAYOUT)
+    begin = _BEGIN.search(data, closed) if min(opened, closed) >= 0 else None
+    if begin is None:
+        raise MalformedFileError(
+            f"The file has no table of {what}.",
+            where={"line": data.count(b"\n", 0, start) + 1},
+            remedy=f"A gamut file has a table of vertices ({' '.join(_VERTEX)}) and one of "
+            f"triangles ({' '.join(_TRIANGLE)}).",
+        )
+    names = data[opened + 17 : closed].decode("utf-8", "replace").upper().split()
+    line = data.count(b"\n", 0, opened) + 1
+    missing = [name for name in wanted if name not in names]
+    if missing or len(names) > MAX_COLUMNS:
+        raise MalformedFileError(
+            f"The table of {what} has no column {missing[0]}."
+            if missing
+            else f"The table of {what} has {len(names)} columns.",
+            where={"line": line},
+            remedy=f"Its columns are {' '.join(wanted)}.",
+        )
+    line = data.count(b"\n", 0, begin.end()) + 1
+    close = _END.search(data, begin.end())
+    stop = close.start() if close else len(data)
+    numbers = numbers_of(data[begin.end() : stop], line, most * len(names) + 1)
+    rows, rest = divmod(len(numbers), len(names))
+    if rows > most or (rows == most and rest):
+        refuse_too_many(
+            *((rows + 1, 0) if wanted is _VERTEX else (0, rows + 1)), where={"line": line}
+        )
+    if rest:
+        raise MalformedFileError(
+            f"The table of {what} has {len(numbers)} numbers for {len(names)} columns.",
+            where={"line": line},
+            remedy="Every row needs one number for each column.",
+        )
+    columns = [names.index(name) for name in wanted]
+    return numbers.reshape(rows, len(names))[:, columns], stop
+
+
+def _places(numbers: FloatArray, triangles: FloatArray) -> np.ndarray:
+    """Return the rows of the vertices that triangles name by their numbers."""
+    order = np.argsort(numbers, kind="stable")
+    ranked = numbers[order]
+    places = np.searchsorted(ranked, triangles)
+    found = places < len(ranked)
+    found[found] = ranked[places[found]] == triangles[found]
+    if not found.all():
+        face = int(np.argmax(~found.all(axis=1)))
+        raise MalformedFileError(
+            f"Triangle {face} names the vertices {[f'{n:g}' for n in triangles[face]]}, and not "
+            "all of them are in the table of vertices.",
+            where={"field": "VERTEX_0", "face": face},
+            remedy="Triangles name vertices by their VERTEX_NO.",
+        )
+    return np.asarray(order[places], np.int64)

@@ -1,0 +1,445 @@
+"""glTF 2.0 (Khronos Group; ISO/IEC 12113): binary (GLB) or JSON with its buffers embedded.
+
+Only what the file itself holds is read, the GLB chunk and ``data:`` URIs; nothing is ever fetched.
+Triangles, strips and fans of all meshes of the scene are taken together, with the transforms of
+their nodes. Positions of this package's own exports hold L*, a*, b* as they are, and their node is
+turned for display only: that turn is not applied, wherever it is met.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+import re
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import numpy as np
+
+from gamutcore.characterisation.gamut_mesh import (
+    MAX_VERTICES,
+    Statements,
+    gamut_mesh,
+    refuse_too_many,
+    statements,
+)
+from gamutcore.errors import MalformedFileError, SampleLimitError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from gamutcore.arrays import FloatArray, LongArray
+    from gamutcore.characterisation.gamut_mesh import GamutMesh
+
+__all__ = ["gltf_mesh", "looks_like_glb", "looks_like_gltf"]
+
+MAX_OBJECTS = 50_000
+"""Brackets in the JSON at most. A scene of one gamut has some tens."""
+
+MAX_COMMAS = 500_000
+MAX_NODES = 1_000
+"""Nodes with a mesh at most."""
+
+LIGHTNESS_UPWARDS = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+"""The turn of this package's exports for display, from (L*, a*, b*) to glTF's (a*, L*, -b*)."""
+
+_COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+_TRIANGLES, _STRIP, _FAN = 4, 5, 6
+_READ_EXTENSIONS = {"KHR_materials_unlit", "KHR_mesh_quantization"}
+_DATA_URI = re.compile(r"data:[^,]{0,200};base64,")
+_ASSET = re.compile(r'"asset"\s*:\s*\{')
+
+
+def looks_like_glb(data: bytes) -> bool:
+    """Return whether bytes have the magic of binary glTF.
+
+    Parameters
+    ----------
+    data : bytes
+
+    Returns
+    -------
+    bool
+    """
+    return data.startswith(b"glTF")
+
+
+def looks_like_gltf(text: str) -> bool:
+    """Return whether a JSON text has the required member of glTF, an object ``asset``, and meshes.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    bool
+    """
+    return (
+        text.lstrip().startswith("{")
+        and '"meshes"' in text
+        and '"accessors"' in text
+        and _ASSET.search(text) is not None
+    )
+
+
+def gltf_mesh(data: bytes) -> GamutMesh:
+    """Return the mesh in a glTF file.
+
+    Parameters
+    ----------
+    data : bytes
+        Binary glTF, or its JSON in UTF-8.
+
+    Returns
+    -------
+    GamutMesh
+        The triangles of all meshes of the scene. Where neither this package wrote the file nor the
+        turn for display stands alone, the nodes' transforms are applied, and a warning says so if
+        they change anything.
+
+    Raises
+    ------
+    MalformedFileError
+        The file breaks glTF, or needs what is not read; ``where["field"]`` is a path into the JSON.
+    MeshError
+        The file says that it is in another colour space.
+    SampleLimitError, InvalidPointsError
+        As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`.
+    """
+    name, text, chunk = (
+        ("gltf", data, None) if not looks_like_glb(data) else ("glb", *_chunks(data))
+    )
+    scene = _Scene(_decoded(text), chunk)
+    vertices, faces, warnings = scene.triangles()
+    return gamut_mesh(name, vertices, faces, stated=scene.stated, warnings=warnings)
+
+
+def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
+    """Return the JSON and the binary chunk (glTF 2.0, 4.4)."""
+    if len(data) < 20 or int.from_bytes(data[4:8], "little") != 2:
+        raise MalformedFileError(
+            "The file is no binary glTF of version 2.",
+            where={"byte": 4},
+            remedy="Send glTF 2.0, whole.",
+        )
+    place = 12
+    parts: list[bytes] = []
+    while place + 8 <= len(data) and len(parts) < 2:
+        size = int.from_bytes(data[place : place + 4], "little")
+        kind, content = data[place + 4 : place + 8], data[place + 8 : place + 8 + size]
+        if len(content) < size or (not parts and kind != b"JSON"):
+            raise MalformedFileError(
+                f"A chunk of {size} bytes is not within the file's {len(data)} bytes, or not JSON.",
+                where={"byte": place},
+                remedy="Send the whole file.",
+            )
+        if parts and kind != b"BIN\0":
+            break
+        parts.append(content)
+        place += 8 + size
+    if not parts:
+        raise MalformedFileError(
+            "The file has no JSON chunk.", where={"byte": 12}, remedy="Send the whole file."
+        )
+    return parts[0], parts[1] if len(parts) > 1 else None
+
+
+def _decoded(text: bytes) -> dict[str, Any]:
+    if (
+        text.count(b"[") + text.count(b"{") > MAX_OBJECTS or text.count(b",") > MAX_COMMAS
+    ):  # before decoding, which makes an object of each
+        raise SampleLimitError(
+            f"The glTF has more than {MAX_OBJECTS} objects.",
+            remedy="Send one mesh, with its numbers in a buffer.",
+        )
+    try:
+        document = json.loads(text.decode("utf-8-sig"), parse_constant=_refuse_constant)
+    except json.JSONDecodeError as error:
+        raise MalformedFileError(
+            f"The JSON is broken: {error.msg}.",
+            where={"line": error.lineno, "column": error.colno},
+            remedy="Send glTF 2.0.",
+        ) from None
+    except (ValueError, RecursionError):
+        raise MalformedFileError(
+            "The JSON is not UTF-8, nested too deeply, or has a number with too many digits.",
+            remedy="Send glTF 2.0.",
+        ) from None
+    if not isinstance(document, dict):
+        raise _wrong("", "is no object")
+    return document
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise MalformedFileError(f"{name} is not a number in JSON.", remedy="Send glTF 2.0.")
+
+
+def _wrong(path: str, problem: str, remedy: str = "") -> MalformedFileError:
+    return MalformedFileError(
+        f"The glTF's {path or 'JSON'} {problem}.",
+        where={"field": path[:80]},
+        remedy=remedy or "Send glTF 2.0 as its specification has it.",
+    )
+
+
+def _whole(value: object, path: str, most: int = 2**32) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= most:
+        raise _wrong(path, "is no whole number in its range")
+    return value
+
+
+def _numbers(value: object, count: int, path: str) -> FloatArray:
+    if (
+        not isinstance(value, list)
+        or len(value) != count
+        or any(isinstance(number, bool) or not isinstance(number, int | float) for number in value)
+    ):
+        raise _wrong(path, f"is not {count} numbers")
+    try:
+        numbers = np.array([float(number) for number in value])
+    except OverflowError:
+        numbers = np.full(count, np.inf)
+    if not (np.abs(numbers) < 1e9).all():
+        raise _wrong(path, "has numbers out of range")
+    return numbers
+
+
+class _Scene:
+    """The meshes of a document's scene."""
+
+    def __init__(self, document: dict[str, Any], chunk: bytes | None) -> None:
+        self.document, self.chunk = document, chunk
+        asset = document.get("asset")
+        if not isinstance(asset, dict) or not str(asset.get("version", "")).startswith("2"):
+            raise _wrong("asset.version", "is not 2.0")
+        required = document.get("extensionsRequired", [])
+        for extension in required if isinstance(required, list) else [required]:
+            if not isinstance(extension, str) or extension not in _READ_EXTENSIONS:
+                raise _wrong(
+                    "extensionsRequired",
+                    f"has {str(extension)[:60]!r}, which is not read",
+                    "Send the mesh uncompressed, without extensions.",
+                )
+        self.own = str(asset.get("generator", "")).startswith("gamutcore ")
+        extras = asset.get("extras")
+        extras = extras if isinstance(extras, dict) else {}
+        said = {str(k).lower(): v for k, v in extras.items() if isinstance(v, str)}
+        self.stated: Statements = statements(said, where={"field": "asset.extras"})
+        self._buffers: dict[int, bytes] = {}
+
+    def triangles(self) -> tuple[FloatArray, LongArray, list[str]]:
+        """Return vertices, faces and warnings."""
+        vertices, faces, count, triangles = [], [], 0, 0
+        turned, moved = False, False
+        for number, transform in self._placed_meshes():
+            turn = np.abs(transform[:3, :3] - LIGHTNESS_UPWARDS).max() < 1e-5
+            display = self.own or (turn and not transform[:3, 3].any())
+            turned |= bool(display and not self.own)
+            moved |= not display and not np.array_equal(transform, np.eye(4))
+            for positions, corners in self._primitives(number):
+                refuse_too_many(count + len(positions), triangles + len(corners))
+                if not display:
+                    with np.errstate(over="ignore", invalid="ignore"):
+                        positions = positions @ transform[:3, :3].T + transform[:3, 3]  # noqa: PLW2901
+                beyond = (corners < 0) | (corners >= len(positions))
+                if beyond.any():
+                    raise _wrong(f"meshes[{number}]", "has an index of a vertex that there is not")
+                vertices.append(positions)
+                faces.append(corners + count)
+                count, triangles = count + len(positions), triangles + len(corners)
+        warnings = []
+        if moved:
+            warnings.append(
+                "The transforms of the glTF's nodes were applied; the results are taken for L*, "
+                "a*, b*."
+            )
+        if turned:
+            warnings.append(
+                "The glTF's node is turned as for display, with lightness upwards; the positions "
+                "before that turn are taken for L*, a*, b*."
+            )
+        if not faces:
+            raise _wrong("meshes", "have no triangles")
+        return np.concatenate(vertices), np.concatenate(faces), warnings
+
+    def _items(self, name: str) -> list[Any]:
+        items = self.document.get(name, [])
+        if not isinstance(items, list):
+            raise _wrong(name, "is no array")
+        return items
+
+    def _item(self, name: str, number: object, path: str) -> dict[str, Any]:
+        items = self._items(name)
+        index = _whole(number, path)
+        if index >= len(items) or not isinstance(items[index], dict):
+            raise _wrong(path, f"names {name}[{index}], which there is not")
+        item: dict[str, Any] = items[index]
+        return item
+
+    def _placed_meshes(self) -> list[tuple[int, FloatArray]]:
+        """Return the meshes of the scene with the transforms of their nodes."""
+        nodes = self._items("nodes")
+        scenes = self._items("scenes")
+        if not nodes:
+            return [
+                (number, np.eye(4)) for number in range(min(len(self._items("meshes")), MAX_NODES))
+            ]
+        roots: object
+        if scenes:
+            roots = self._item("scenes", self.document.get("scene", 0), "scene").get("nodes", [])
+        else:
+            roots = self._roots(nodes)
+        if not isinstance(roots, list):
+            raise _wrong("scenes", "have nodes that are no array")
+        waiting = [(number, np.eye(4)) for number in reversed(roots)]
+        found: list[tuple[int, FloatArray]] = []
+        seen: set[int] = set()
+        while waiting:
+            number, outer = waiting.pop()
+            path = f"nodes[{number}]"
+            node = self._item("nodes", number, path)
+            if number in seen:
+                raise _wrong(path, "is reached twice: nodes form trees")
+            seen.add(number)
+            with np.errstate(over="ignore", invalid="ignore"):
+                transform = outer @ _local(node, path)
+            if "mesh" in node:
+                found.append((_whole(node["mesh"], f"{path}.mesh"), transform))
+                if len(found) > MAX_NODES:
+                    raise SampleLimitError(
+                        f"The glTF has more than {MAX_NODES} meshes.", remedy="Send one mesh."
+                    )
+            children = node.get("children", [])
+            if not isinstance(children, list):
+                raise _wrong(f"{path}.children", "is no array")
+            waiting += [(child, transform) for child in reversed(children)]
+        return found
+
+    @staticmethod
+    def _roots(nodes: list[Any]) -> list[int]:
+        inner: set[object] = set()
+        for node in nodes:
+            children = node.get("children", []) if isinstance(node, dict) else []
+            inner |= {child for child in children if isinstance(child, int)}
+        return [number for number in range(len(nodes)) if number not in inner]
+
+    def _primitives(self, number: int) -> Iterator[tuple[FloatArray, LongArray]]:
+        """Yield them one by one, as their sum is bounded while they are read."""
+        mesh = self._item("meshes", number, f"meshes[{number}]")
+        primitives = mesh.get("primitives", [])
+        if not isinstance(primitives, list):
+            raise _wrong(f"meshes[{number}].primitives", "is no array")
+        for index, primitive in enumerate(primitives):
+            path = f"meshes[{number}].primitives[{index}]"
+            if not isinstance(primitive, dict) or not isinstance(primitive.get("attributes"), dict):
+                raise _wrong(path, "has no attributes")
+            mode = primitive.get("mode", _TRIANGLES)
+            if mode not in (_TRIANGLES, _STRIP, _FAN):  # it may be a list
+                continue  # points and lines
+            positions = self._accessor(
+                primitive["attributes"].get("POSITION"), "VEC3", f"{path}.attributes.POSITION"
+            )
+            if primitive.get("indices") is None:
+                indices = np.arange(len(positions))
+            else:
+                values = self._accessor(primitive["indices"], "SCALAR", f"{path}.indices")
+                indices = values.ravel().astype(np.int64)
+            yield positions, _corners(indices, mode, path)
+
+    def _accessor(self, number: object, kind: str, path: str) -> FloatArray:
+        accessor = self._item("accessors", number, path)
+        path = f"accessors[{number}]"
+        component = accessor.get("componentType")
+        if accessor.get("type") != kind or component not in tuple(_COMPONENTS):
+            raise _wrong(path, f"is not of the type {kind}")
+        if "sparse" in accessor:
+            raise _wrong(path, "is sparse, which is not read", "Send plain accessors.")
+        count = _whole(accessor.get("count"), f"{path}.count", MAX_VERTICES)
+        dtype, width = np.dtype(_COMPONENTS[int(component)]), _WIDTHS[kind]
+        if kind == "SCALAR" and dtype.kind != "u":
+            raise _wrong(path, "has indices that are no unsigned integers")
+        view = self._item("bufferViews", accessor.get("bufferView"), f"{path}.bufferView")
+        content = self._buffer(view.get("buffer"), f"bufferViews of {path}")
+        start = _whole(view.get("byteOffset", 0), f"{path}.byteOffset")
+        length = _whole(view.get("byteLength"), f"{path}.byteLength")
+        offset = start + _whole(accessor.get("byteOffset", 0), f"{path}.byteOffset")
+        packed = dtype.itemsize * width
+        stride = _whole(view.get("byteStride", packed), f"{path}.byteStride", 65535)
+        end = offset + (count - 1) * stride + packed if count else offset
+        if stride < packed or end > min(start + length, len(content)):
+            raise _wrong(
+                path,
+                f"needs {end} bytes of a buffer that has {len(content)}",
+                "Send the whole file, with accessors inside their buffer views.",
+            )
+        if not count:
+            return np.empty((0, width))
+        strides = (stride, dtype.itemsize)
+        values = np.ndarray((count, width), dtype, content, offset, strides)
+        with np.errstate(invalid="ignore"):  # a signalling NaN becomes a quiet one
+            numbers = values.astype(np.float64)
+        if accessor.get("normalized") is True and dtype.kind in "iu" and kind == "VEC3":
+            numbers = np.maximum(numbers / np.iinfo(dtype).max, -1.0)
+        return numbers
+
+    def _buffer(self, number: object, path: str) -> bytes:
+        buffer = self._item("buffers", number, path)
+        index = _whole(number, path)
+        if index in self._buffers:
+            return self._buffers[index]
+        uri = buffer.get("uri")
+        if uri is None:
+            if index or self.chunk is None:
+                raise _wrong(f"buffers[{index}]", "has no content")
+            content = self.chunk
+        else:
+            head = _DATA_URI.match(uri) if isinstance(uri, str) else None
+            if head is None:
+                raise _wrong(
+                    f"buffers[{index}].uri",
+                    "is not embedded, and nothing outside the file is read",
+                    "Send a .glb, or glTF with its buffers embedded as data: URIs in base64.",
+                )
+            try:
+                content = base64.b64decode(uri[head.end() :], validate=True)
+            except (binascii.Error, ValueError):
+                raise _wrong(f"buffers[{index}].uri", "is no base64") from None
+        self._buffers[index] = content
+        return content
+
+
+def _corners(indices: LongArray, mode: int, path: str) -> LongArray:
+    """Return the triangles of a list, strip or fan of vertices (glTF 2.0, 3.7.2.1)."""
+    if mode == _TRIANGLES:
+        if len(indices) % 3:
+            raise _wrong(path, f"has {len(indices)} corners, no multiple of 3")
+        return indices.reshape(-1, 3)
+    count = max(len(indices) - 2, 0)
+    place = np.arange(count)
+    if mode == _FAN:
+        places = np.stack([place + 1, place + 2, np.zeros(count, np.int64)], axis=1)
+    else:
+        places = np.stack([place, place + 1 + place % 2, place + 2 - place % 2], axis=1)
+    return np.asarray(indices[places], np.int64).reshape(-1, 3)
+
+
+def _local(node: dict[str, Any], path: str) -> FloatArray:
+    """Return a node's own transform (glTF 2.0, 3.5.3)."""
+    if "matrix" in node:
+        return _numbers(node["matrix"], 16, f"{path}.matrix").reshape(4, 4).T
+    x, y, z, w = _numbers(node.get("rotation", [0, 0, 0, 1]), 4, f"{path}.rotation")
+    norm = x * x + y * y + z * z + w * w
+    if norm <= 0:
+        raise _wrong(f"{path}.rotation", "is no rotation")
+    s = 2.0 / norm
+    transform = np.eye(4)
+    transform[:3, :3] = [
+        [1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
+        [s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)],
+        [s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)],
+    ]
+    transform[:3, :3] *= _numbers(node.get("scale", [1, 1, 1]), 3, f"{path}.scale")
+    transform[:3, 3] = _numbers(node.get("translation", [0, 0, 0]), 3, f"{path}.translation")
+    return transform

@@ -1,0 +1,111 @@
+"""Numbers of mesh files: blocks of text as arrays, and polygons as triangles.
+
+Text is converted a block at a time, so that the words never take more memory than a few times the
+block, whatever the length of the file.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gamutcore.errors import MalformedFileError
+
+if TYPE_CHECKING:
+    from gamutcore.arrays import FloatArray, LongArray
+
+__all__ = ["numbers_of", "polygon_triangles"]
+
+_BLOCK = 1 << 20
+"""Bytes of text that are converted at once."""
+
+_SPACE = re.compile(rb"\s")
+_PLAIN = re.compile(rb"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?")
+LONGEST_WORD = 400
+"""Characters of a number at most: a double in full, with all its decimals, has some 330."""
+
+
+def numbers_of(text: bytes, line: int, most: int) -> FloatArray:
+    """Return the numbers that a text spells, between white space.
+
+    Parameters
+    ----------
+    text : bytes
+    line : int
+        The line of the file that it starts in, for errors.
+    most : int
+        Numbers that are wanted at most; reading ends after them.
+
+    Returns
+    -------
+    (n,) float
+        May be infinite or no numbers, where the text says ``nan``, ``inf`` or ``1e999``.
+
+    Raises
+    ------
+    MalformedFileError
+        A word is no number: with its line.
+    """
+    blocks, found, place = [], 0, 0
+    while place < len(text) and found < most:
+        end = min(place + _BLOCK, len(text))
+        if end < len(text):
+            space = _SPACE.search(text, end, end + LONGEST_WORD)
+            if space is None and len(text) > end + LONGEST_WORD:
+                raise _no_number(text[end : end + 40], text, end, line)
+            end = len(text) if space is None else space.end()
+        words = text[place:end].split()
+        try:
+            block = np.array([float(word) for word in words])
+        except ValueError:
+            block = None
+        # float() takes 1_000 for a thousand
+        if block is None or b"_" in text[place:end]:
+            raise _first_fault(text, place, line)
+        blocks.append(block)
+        found += len(block)
+        place = end
+    numbers = np.concatenate(blocks) if blocks else np.empty(0)
+    return numbers[:most]
+
+
+def _first_fault(text: bytes, place: int, line: int) -> MalformedFileError:
+    for word in re.finditer(rb"\S+", text[place : place + _BLOCK + LONGEST_WORD]):
+        if len(word[0]) > LONGEST_WORD or not _PLAIN.fullmatch(word[0]):
+            return _no_number(word[0], text, place + word.start(), line)
+    return _no_number(b"", text, place, line)
+
+
+def _no_number(word: bytes, text: bytes, place: int, line: int) -> MalformedFileError:
+    shown = word[:40].decode("ascii", "backslashreplace")
+    return MalformedFileError(
+        f"{shown!r} is not a number.",
+        where={"line": line + text.count(b"\n", 0, place)},
+        remedy="Write plain decimal numbers, such as 12.5.",
+    )
+
+
+def polygon_triangles(sides: LongArray, corners: LongArray) -> LongArray:
+    """Return the triangles of polygons, each split from its first corner.
+
+    Parameters
+    ----------
+    sides : (n,) int
+        Corners of each polygon. Those of fewer than three have no triangles.
+    corners : (sum of sides,) int
+        Vertices at the corners, polygon by polygon.
+
+    Returns
+    -------
+    (m, 3) int
+    """
+    triangles = np.maximum(sides - 2, 0)
+    starts = np.repeat(np.cumsum(sides) - sides, triangles)
+    # number of each triangle within its polygon
+    within = np.arange(int(triangles.sum())) - np.repeat(
+        np.cumsum(triangles) - triangles, triangles
+    )
+    places = np.stack([starts, starts + within + 1, starts + within + 2], axis=1)
+    return np.asarray(corners[places], np.int64)

@@ -1,0 +1,73 @@
+"""Which mesh format some bytes or a text are of, told by what only that format has."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from gamutcore.characterisation.meshes.argyll import argyll_mesh, looks_like_argyll
+from gamutcore.characterisation.meshes.gltf import gltf_mesh, looks_like_glb, looks_like_gltf
+from gamutcore.characterisation.meshes.ply import looks_like_ply, ply_mesh
+from gamutcore.characterisation.meshes.triangle_files import (
+    looks_like_obj,
+    looks_like_stl,
+    obj_mesh,
+    stl_mesh,
+)
+
+if TYPE_CHECKING:
+    from gamutcore.characterisation.gamut_mesh import GamutMesh
+
+__all__ = ["binary_mesh", "text_mesh"]
+
+
+def binary_mesh(data: bytes) -> GamutMesh | None:
+    """Return the mesh in bytes of a mesh format that is told by its first bytes.
+
+    Parameters
+    ----------
+    data : bytes
+
+    Returns
+    -------
+    GamutMesh or None
+        None if they are of no such format.
+
+    Raises
+    ------
+    CharacterisationError, InvalidPointsError, MeshError
+        They are of one, and broken.
+    """
+    if looks_like_ply(data):
+        return ply_mesh(data)
+    if looks_like_glb(data):
+        return gltf_mesh(data)
+    if looks_like_stl(data):
+        return stl_mesh(data)
+    return None
+
+
+def text_mesh(text: str) -> GamutMesh | None:
+    """Return the mesh in a text of a mesh format.
+
+    Parameters
+    ----------
+    text : str
+        The decoded file.
+
+    Returns
+    -------
+    GamutMesh or None
+        None if it is of no such format.
+
+    Raises
+    ------
+    CharacterisationError, InvalidPointsError, MeshError
+        It is of one, and broken.
+    """
+    if looks_like_gltf(text):
+        return gltf_mesh(text.encode())
+    if looks_like_argyll(text):
+        return argyll_mesh(text)
+    if looks_like_obj(text.encode("utf-8", "replace")):
+        return obj_mesh(text.encode("utf-8", "replace"))
+    return None

@@ -1,0 +1,142 @@
+"""PLY: what the format allows is read, what breaks it is named."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gamutcore.characterisation.meshes.ply import looks_like_ply, ply_mesh
+from gamutcore.errors import GamutError, MalformedFileError, MeshError, SampleLimitError
+
+VERTICES = np.array([(10.0, 0, 0), (90, 0, 0), (50, 40, 0), (50, 0, 40.5)])
+FACES = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+
+
+def header(order, *, vertices=4, faces=4, number="float", extra="", notes="", lists="uchar int"):
+    return (
+        f"ply\nformat {order} 1.0\n{notes}element vertex {vertices}\nproperty {number} x\n"
+        f"property {number} y\nproperty {number} z\n{extra}element face {faces}\n"
+        f"property list {lists} vertex_indices\nend_header\n"
+    ).encode()
+
+
+def text(faces=FACES, vertices=VERTICES, **parts):
+    rows = [" ".join(map(str, row)) for row in np.asarray(vertices).tolist()]
+    rows += [" ".join(map(str, [len(face), *face])) for face in faces]
+    head = header("ascii", vertices=len(vertices), faces=len(faces), **parts)
+    return head + "\n".join(rows).encode() + b"\n"
+
+
+def binary(mark, kind, length, index):
+    rows = VERTICES.astype(f"{mark}{kind}").tobytes()
+    for face in FACES:
+        rows += np.array([3], f"{mark}{length}").tobytes()
+        rows += np.array(face, f"{mark}{index}").tobytes()
+    order = {"<": "binary_little_endian", ">": "binary_big_endian"}[mark]
+    names = {"f4": "float", "f8": "float64", "i4": "int", "u2": "ushort", "u1": "uint8"}
+    return header(order, number=names[kind], lists=f"{names[length]} {names[index]}") + rows
+
+
+@pytest.mark.parametrize("mark", ["<", ">"])
+@pytest.mark.parametrize("kind", ["f4", "f8"])
+@pytest.mark.parametrize(("length", "index"), [("u1", "i4"), ("i4", "u2"), ("u2", "u1")])
+def test_binary_of_every_kind(mark, kind, length, index):
+    mesh = ply_mesh(binary(mark, kind, length, index))
+    np.testing.assert_array_equal(mesh.vertices, VERTICES)
+    np.testing.assert_array_equal(mesh.faces, FACES)
+    assert mesh.provenance["format"] == "ply"
+
+
+@pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r"])
+def test_text_with_every_line_end(end):
+    data = text().replace(b"\n", end)
+    assert looks_like_ply(data)
+    mesh = ply_mesh(data)
+    np.testing.assert_array_equal(mesh.vertices, VERTICES)
+    np.testing.assert_array_equal(mesh.faces, FACES)
+
+
+def test_polygons_are_fans_of_triangles():
+    """Of n corners n − 2 triangles, all from the first corner, in the polygon's orientation."""
+    vertices = [(0, x, y) for x in range(3) for y in range(3)]
+    mesh = ply_mesh(text(faces=[[0, 1, 2, 5, 8], [3, 4], [0, 1, 4, 3]], vertices=vertices))
+    assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 5], [0, 5, 8], [0, 1, 4], [0, 4, 3]]
+
+
+def test_further_properties_and_elements_are_passed_over():
+    data = text(extra="property uchar red\nproperty list uchar float weights\n")
+    rows = [f"{' '.join(map(str, row))} 7 2 0.5 0.25" for row in VERTICES.tolist()]
+    rows += [f"3 {' '.join(map(str, face))}" for face in FACES]
+    end = data.index(b"end_header\n") + len(b"end_header\n")
+    head = data[:end].replace(b"element vertex", b"element edge 1\nproperty int a\nelement vertex")
+    mesh = ply_mesh(head + b"5\n" + "\n".join(rows).encode())
+    np.testing.assert_array_equal(mesh.vertices, VERTICES)
+    np.testing.assert_array_equal(mesh.faces, FACES)
+
+
+def test_comments_state_space_and_centre():
+    notes = "comment space: CIELAB\ncomment centre: 50.5 1.0 -2\ncomment intent: absolute\n"
+    mesh = ply_mesh(text(notes=notes))
+    assert mesh.centre.tolist() == [50.5, 1, -2]
+    assert mesh.provenance["stated"]["intent"] == mesh.provenance["intent"] == "absolute"
+    with pytest.raises(MeshError, match="Oklab"):
+        ply_mesh(text(notes="comment space: Oklab\n"))
+
+
+@pytest.mark.parametrize(
+    ("data", "where"),
+    [
+        (b"ply\nformat ascii 1.0\n", {"line": 1}),
+        (text().replace(b"format ascii", b"format morse"), {"line": 2}),
+        (text().replace(b"property float y", b"property quad y"), {"line": 5}),
+        (text().replace(b"property float y", b"property float x"), {"line": 3}),
+        (text().replace(b"10.0", b"ten"), {"line": 10}),
+        (text().replace(b"10.0", b"1_0"), {"line": 10}),
+        (text()[:-9], {"field": "face"}),
+        (text().replace(b"element face", b"element edge"), {"field": "face"}),
+        (text().replace(b"float z", b"float w"), {"field": "vertex"}),
+        (text(faces=[[0, 1, 2.5], *FACES[1:]]), {"field": "face"}),
+        (text(faces=[[0, 1, 9], *FACES[1:]]), {"face": 0}),
+        (text(faces=[[0, -1, 2], *FACES[1:]]), {"face": 0}),
+        (binary("<", "f4", "u1", "i4")[:-1], {"field": "face"}),
+        (text(faces=FACES[:3]), {"field": "faces"}),
+    ],
+)
+def test_what_is_broken_is_named_with_its_place(data, where):
+    with pytest.raises(MalformedFileError) as caught:
+        ply_mesh(data)
+    assert where.items() <= caught.value.where.items(), caught.value.where
+    assert caught.value.remedy
+
+
+@pytest.mark.parametrize("word", ["nan", "inf", "1e999", "2e4"])
+def test_coordinates_that_are_no_colours_are_refused(word):
+    with pytest.raises(GamutError, match="Vertex 0 is at"):
+        ply_mesh(text().replace(b"10.0", word.encode()))
+
+
+@pytest.mark.parametrize(("vertices", "faces"), [(10**9, 4), (4, 10**9)])
+def test_sizes_are_refused_before_anything_is_read(vertices, faces):
+    with pytest.raises(SampleLimitError):
+        ply_mesh(header("binary_little_endian", vertices=vertices, faces=faces))
+
+
+def test_a_list_longer_than_the_file_is_refused():
+    data = binary("<", "f4", "i4", "u2")
+    broken = data[:-40] + (2**31 - 1).to_bytes(4, "little") + data[-36:]
+    with pytest.raises(MalformedFileError, match="ends within"):
+        ply_mesh(broken)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 8))
+def test_any_polygons_are_read_as_text_and_binary_alike(seed, count):
+    """Row by row where their sizes differ, all at once where they do not."""
+    chance = np.random.default_rng(seed)
+    faces = [chance.integers(0, 4, chance.integers(0, 6)).tolist() for _ in range(count)]
+    faces += FACES
+    lists = b"".join(bytes([len(f)]) + np.array(f, "<i4").tobytes() for f in faces)
+    head = header("binary_little_endian", faces=len(faces))
+    one = ply_mesh(head + VERTICES.astype("<f4").tobytes() + lists)
+    two = ply_mesh(text(faces=faces))
+    np.testing.assert_array_equal(one.faces, two.faces)
+    assert len(one.faces) == sum(max(len(face) - 2, 0) for face in faces)

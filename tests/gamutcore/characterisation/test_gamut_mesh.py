@@ -1,0 +1,80 @@
+"""What every mesh is checked for, whatever format it was read from."""
+
+import numpy as np
+import pytest
+
+from gamutcore.characterisation.gamut_mesh import (
+    MAX_TRIANGLES,
+    MAX_VERTICES,
+    gamut_mesh,
+    refuse_too_many,
+    statements,
+)
+from gamutcore.errors import InvalidPointsError, MalformedFileError, MeshError, SampleLimitError
+
+VERTICES = np.array([(10.0, 0, 0), (90, 0, 0), (50, 40, 0), (50, 0, 40)])
+FACES = np.array([(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
+
+
+def test_arrays_become_a_mesh_with_its_provenance():
+    mesh = gamut_mesh(
+        "ply", VERTICES, FACES, stated=statements({"centre": "1 2 3e0", "title": "x"})
+    )
+    assert mesh.centre.tolist() == [1, 2, 3]
+    assert mesh.provenance["format"] == "ply"
+    assert (mesh.provenance["vertices_read"], mesh.provenance["triangles_read"]) == (4, 4)
+    assert mesh.provenance["stated"]["title"] == "x"
+
+
+def test_clockwise_corners_are_put_in_the_other_order():
+    mesh = gamut_mesh("ply", VERTICES, FACES, clockwise=True)
+    np.testing.assert_array_equal(mesh.faces, FACES[:, ::-1])
+
+
+@pytest.mark.parametrize("centre", ["", "1 2", "1 2 nan", "1 2 1e9", "1 2 x", "1 2 1_0"])
+def test_a_centre_that_is_none_is_passed_over(centre):
+    assert statements({"centre": centre}).centre is None
+
+
+@pytest.mark.parametrize("space", ["CIELAB", "cielab", "Lab", " LAB "])
+def test_cielab_has_several_names(space):
+    assert statements({"space": space}).space == "CIELAB"
+
+
+@pytest.mark.parametrize("space", ["CIEXYZ", "CIELUV", "", "x" * 5000])
+def test_other_spaces_are_refused(space):
+    with pytest.raises(MeshError) as caught:
+        statements({"space": space})
+    assert caught.value.where == {"field": "space"}
+    assert len(caught.value.message) < 200
+
+
+def test_statements_are_bounded():
+    told = statements({f"name {number}" * 50: "x" * 10_000 for number in range(1000)})
+    assert len(told.said) <= 200
+    assert all(len(name) <= 80 and len(text) <= 500 for name, text in told.said.items())
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "kind"),
+    [
+        (VERTICES, FACES[:3], MalformedFileError),
+        (VERTICES[:3], FACES, MalformedFileError),
+        (VERTICES, FACES + 1, MalformedFileError),
+        (VERTICES, FACES - 1, MalformedFileError),
+        (np.where(VERTICES == 90, np.nan, VERTICES), FACES, InvalidPointsError),
+        (np.where(VERTICES == 90, 1e5, VERTICES), FACES, InvalidPointsError),
+    ],
+)
+def test_what_is_no_mesh_is_refused(vertices, faces, kind):
+    with pytest.raises(kind) as caught:
+        gamut_mesh("ply", vertices, faces)
+    assert caught.value.remedy
+    assert caught.value.where["field"] in {"vertices", "faces"}
+
+
+def test_limits():
+    refuse_too_many(MAX_VERTICES, MAX_TRIANGLES)
+    for sizes in ((MAX_VERTICES + 1, 0), (0, MAX_TRIANGLES + 1)):
+        with pytest.raises(SampleLimitError):
+            refuse_too_many(*sizes)
