@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from gamutcore.boundary import wrapped
 from gamutcore.characterisation import Characterisation, characterisation, measurements_of
 from gamutcore.colours import InkLimits, surface_colours
+from gamutcore.colours.spaces import colours_in_space
 from gamutcore.decimation import decimated
 from gamutcore.decimation.costs import cost_module
 from gamutcore.errors import HistoryFileError, OptionError
@@ -179,7 +180,9 @@ def build_gamut(
         limits=InkLimits(options.ink_limit, options.black_limit),
         observer=options.observer,
         illuminant=options.illuminant,
+        adaptation=options.adaptation or "Bradford",
     )
+    colours = colours_in_space(colours, options.colour_space)
     report("boundary", 0.0)
     boundary = wrapped(
         colours.points, options.boundary, options.centre, **options.boundary_parameters
