@@ -2,9 +2,9 @@
 
 Both models are one: responses are adapted to the white, compressed and made opponent. CIECAM02
 adapts in the space of CAT02 and compresses in that of the cones; CAM16 does both in the space of
-CAT16, which spares it CIECAM02's breakdowns for saturated blues. The inverse is in closed form (Li et
-al. 2017, appendix B), and both directions are finite for all finite colours: where the model has no
-answer, its nearest one is taken and counted.
+CAT16, which spares it CIECAM02's breakdowns for saturated blues. The inverse is in closed form (Li
+et al. 2017, appendix B), and both directions are finite for all finite colours: where the model has
+no answer, its nearest one is taken and counted.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _OFFSET = 0.305
 """The response to no light of (2R + G + B/20), with 0.1 in each."""
 
 _LEAST_SUM = 1e-3
-"""Of R + G + 21/20 B, which chroma is divided by. Real colours stay above it: no light has 0.305."""
+"""Of R + G + 21/20 B, which chroma is divided by; no light has 0.305, and real colours more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,9 @@ class AppearanceModel:
     background: float
     surround: str
 
-    def correlates(self, xyz: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
+    def correlates(
+        self, xyz: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
         """Return lightness, colourfulness and hue of colours.
 
         Parameters
@@ -173,7 +175,7 @@ class AppearanceModel:
     def _luminance_level(self) -> float:
         fifth = 5.0 * self.adapting_luminance
         k = 1.0 / (fifth + 1.0)
-        return 0.2 * k**4 * fifth + 0.1 * (1.0 - k**4) ** 2 * fifth ** (1.0 / 3.0)
+        return float(0.2 * k**4 * fifth + 0.1 * (1.0 - k**4) ** 2 * fifth ** (1.0 / 3.0))
 
     @cached_property
     def _ratio(self) -> float:
@@ -181,11 +183,11 @@ class AppearanceModel:
 
     @cached_property
     def _background_induction(self) -> float:
-        return 0.725 * self._ratio**-0.2
+        return float(0.725 * self._ratio**-0.2)
 
     @cached_property
     def _exponent(self) -> float:
-        return SURROUNDS[self.surround][1] * (1.48 + self._ratio**0.5)
+        return float(SURROUNDS[self.surround][1] * (1.48 + self._ratio**0.5))
 
     @cached_property
     def _chroma_factor(self) -> float:
@@ -199,7 +201,7 @@ class AppearanceModel:
         degree = min(max(float(degree), 0.0), 1.0)
         sharp = np.array(ADAPTATIONS["CAT16" if self.name == "CAM16" else "CAT02"])
         gains = degree * self.white[1] / (sharp @ self.white) + 1.0 - degree
-        adapted = gains[:, np.newaxis] * sharp
+        adapted: FloatArray = gains[:, np.newaxis] * sharp
         if self.name == "CAM16":
             return adapted
         cones: FloatArray = _CONES @ np.linalg.inv(sharp) @ adapted

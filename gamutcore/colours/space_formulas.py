@@ -1,10 +1,10 @@
 """The formulas of the colour spaces: tristimulus values to coordinates, and back.
 
 Every class is one kind of space. `coordinates` takes X, Y, Z that are adapted to the space's white,
-with Y = 1 for it, and says where a formula has no answer and its nearest one was taken; `xyz` is the
-inverse. Both are finite for all finite input of reasonable size, which measured colours do not grant
-by themselves: noise makes tristimulus values negative, of which most roots and logarithms here know
-nothing.
+with Y = 1 for it, and says where a formula has no answer and its nearest one was taken; `xyz` is
+the inverse. Both are finite for all finite input of reasonable size, which measured colours do not
+grant by themselves: noise makes tristimulus values negative, of which most roots and logarithms
+know nothing.
 """
 
 from __future__ import annotations
@@ -57,6 +57,11 @@ def _none(xyz: FloatArray) -> NDArray[np.bool_]:
     return np.zeros(len(xyz), dtype=np.bool_)
 
 
+def _negative(values: FloatArray) -> NDArray[np.bool_]:
+    negative: NDArray[np.bool_] = np.any(values < -_SLIGHT, axis=1)
+    return negative
+
+
 @dataclass(frozen=True, eq=False)
 class Ciexyz:
     """CIE 1931 tristimulus values themselves, Y = 1 for the white."""
@@ -101,7 +106,7 @@ class Cieluv:
 
     def coordinates(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """See `Formula`."""
-        outside = (xyz < -_SLIGHT).any(axis=1)
+        outside = _negative(xyz)
         x, y, z = np.maximum(xyz, 0.0).T
         ratio = y / self.white[1]
         lightness = np.where(
@@ -154,7 +159,7 @@ class Din99:
         red, yellow = a * cosine + b * sine, self.FLATTENING * (b * cosine - a * sine)
         chroma = self.CHROMA_SCALE * np.log1p(self.CHROMA * np.hypot(red, yellow))
         hue = np.arctan2(yellow, red) + self.ANGLE
-        outside = lightness < -100 * _SLIGHT
+        outside: NDArray[np.bool_] = lightness < -100 * _SLIGHT
         light = self.LIGHTNESS_SCALE * np.log1p(self.LIGHTNESS * np.maximum(lightness, 0.0))
         return np.stack([light, chroma * np.cos(hue), chroma * np.sin(hue)], axis=1), outside
 
@@ -286,7 +291,7 @@ class PerceptualQuantizer:
     def coordinates(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """See `Formula`."""
         responses = xyz @ self.cones.T
-        outside = (responses < -_SLIGHT).any(axis=1)
+        outside = _negative(responses)
         return pq_signal(np.maximum(responses, 0.0) * self.luminance) @ self.opponent.T, outside
 
     def xyz(self, coordinates: FloatArray) -> FloatArray:
@@ -349,9 +354,11 @@ class Jzazbz:
     def coordinates(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """See `Formula`."""
         x, y, z = xyz.T
-        shifted = np.stack([self.B * x - (self.B - 1) * z, self.G * y - (self.G - 1) * x, z], axis=1)
+        shifted = np.stack(
+            [self.B * x - (self.B - 1) * z, self.G * y - (self.G - 1) * x, z], axis=1
+        )
         responses = shifted @ self.CONES.T
-        outside = (responses < -_SLIGHT).any(axis=1)
+        outside = _negative(responses)
         signals = pq_signal(np.maximum(responses, 0.0) * self.luminance, self.EXPONENT)
         intensity, a, b = self.OPPONENT @ signals.T
         lightness = (1 + self.D) * intensity / (1 + self.D * intensity) - self.D0
@@ -377,7 +384,7 @@ class UniformAppearance:
 
     def coordinates(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """See `Formula`."""
-        negative = (xyz < -_SLIGHT).any(axis=1)
+        negative = _negative(xyz)
         coordinates, outside = self.model.uniform(np.maximum(xyz, 0.0) * 100.0)
         return coordinates, negative | outside
 

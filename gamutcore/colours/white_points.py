@@ -65,9 +65,9 @@ ADAPTATIONS: Mapping[str, tuple[tuple[float, float, float], ...] | None] = Mappi
         "none": None,
     }
 )
-"""Matrices from tristimulus values to cone-like responses. Bradford: ICC.1:2022, annex E. CAT02: CIE
-159:2004. CAT16: Li et al. 2017. von Kries: Hunt, Pointer and Estévez's cones, D65 normalised
-(Fairchild 2013, equation 9.6). None takes the values as they are."""
+"""Matrices from tristimulus values to cone-like responses. Bradford: ICC.1:2022, annex E. CAT02:
+CIE 159:2004. CAT16: Li et al. 2017. von Kries: Hunt, Pointer and Estévez's cones, D65 normalised
+(Fairchild 2013, chapter 9). None takes the values as they are."""
 
 
 def white_point(name: str) -> FloatArray:

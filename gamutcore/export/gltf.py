@@ -22,9 +22,8 @@ if TYPE_CHECKING:
 
 __all__ = ["glb", "gltf"]
 
-def glb(
-    mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB
-) -> bytes:
+
+def glb(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
     """Return a mesh as binary glTF.
 
     Parameters
@@ -46,9 +45,7 @@ def glb(
     return exported
 
 
-def gltf(
-    mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB
-) -> bytes:
+def gltf(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
     """Return a mesh as JSON glTF with its buffers embedded as data URIs; parameters as `glb`."""
     from trimesh.exchange.gltf import export_gltf  # noqa: PLC0415  # heavy, for exchange alone
 
@@ -72,9 +69,7 @@ def _scene(mesh: TriangleMesh, space: ColourSpace) -> Any:  # noqa: ANN401  # tr
     return trimesh.Scene({"gamut": coloured})
 
 
-def _finish(
-    provenance: Mapping[str, str], space: ColourSpace
-) -> Callable[[dict[str, Any]], None]:
+def _finish(provenance: Mapping[str, str], space: ColourSpace) -> Callable[[dict[str, Any]], None]:
     """Return what completes trimesh's tree."""
 
     def complete(tree: dict[str, Any]) -> None:

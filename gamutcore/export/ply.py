@@ -21,9 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["comment_lines", "ply"]
 
 
-def ply(
-    mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB
-) -> bytes:
+def ply(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
     """Return a mesh as binary PLY.
 
     Parameters

@@ -18,9 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["obj", "stl"]
 
 
-def stl(
-    mesh: TriangleMesh, _provenance: Mapping[str, str], _space: ColourSpace = CIELAB
-) -> bytes:
+def stl(mesh: TriangleMesh, _provenance: Mapping[str, str], _space: ColourSpace = CIELAB) -> bytes:
     """Return a mesh as binary STL, which has no place for colours or provenance.
 
     Parameters
@@ -37,9 +35,7 @@ def stl(
     return exported
 
 
-def obj(
-    mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB
-) -> bytes:
+def obj(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
     """Return a mesh as Wavefront OBJ, with sRGB behind each vertex and provenance in comments.
 
     Parameters

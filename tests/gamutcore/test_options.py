@@ -38,7 +38,6 @@ COMMON = st.fixed_dictionaries(
         "cost": st.sampled_from(COSTS),
         "surface_samples": st.integers(8, 1_000_000),
         "intent": st.sampled_from(["relative", "absolute", "perceptual", "saturation"]),
-        "space": st.just("CIELAB"),
         "source": st.sampled_from(["transforms", "measurements"]),
         "ink_limit": st.floats(0, 1500, exclude_min=True),
         "black_limit": st.floats(0, 100),
@@ -173,7 +172,7 @@ def test_the_boundary_is_called_with_what_applies():
             ("gamma", value)
             for value in (0, -0.2, 1.01, math.nan, math.inf, "0.2", None, True, [], 10**400)
         ],
-        *[("space", value) for value in ("CIEXYZ", "cielab", "", None, 1, [], {})],
+        *[("space", value) for value in ("CIEXYY", "cielab", "", None, 1, [], {})],
         *[("boundary", value) for value in ("hull", None, 1, ["convex-hull"])],
         *[("cost", value) for value in ("area", "interface", None, 2)],
         *[("intent", value) for value in ("media", None, 0)],
