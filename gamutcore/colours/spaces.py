@@ -312,10 +312,10 @@ class ColourSpace:
         """
         if self.is_icc_cielab:
             return lab, 0
-        xyz = Cielab(white_point("D50")).xyz(np.asarray(lab, np.float64))
-        if not as_measured:
-            xyz = xyz @ self._from_d50(self.adaptation or "Bradford").T
         with np.errstate(all="ignore"):  # what comes of it is looked at below
+            xyz = Cielab(white_point("D50")).xyz(np.asarray(lab, np.float64))
+            if not as_measured:
+                xyz = xyz @ self._from_d50(self.adaptation or "Bradford").T
             coordinates, moved = self._formula.coordinates(xyz)
             coordinates = coordinates * (self.scale or 1.0)
         faulty = np.flatnonzero(~np.isfinite(coordinates).all(axis=1))

@@ -7,8 +7,12 @@ from gamutcore.colours.appearance_model import SURROUNDS, AppearanceModel
 from gamutcore.colours.cielab import colour_science
 
 SRGB_TO_XYZ = np.array(
-    [(0.41233895, 0.35762064, 0.18051042), (0.2126, 0.7152, 0.0722), (0.01932141, 0.11916382, 0.95034478)]
-)  # fmt: skip
+    [
+        (0.41233895, 0.35762064, 0.18051042),
+        (0.2126, 0.7152, 0.0722),
+        (0.01932141, 0.11916382, 0.95034478),
+    ]
+)
 D65 = np.array([95.047, 100.0, 108.883])
 
 

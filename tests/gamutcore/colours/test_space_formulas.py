@@ -145,7 +145,7 @@ class TestWorkedExamples:
         np.testing.assert_allclose(one(ictcp(203.0), CSS_SRGB @ rgb), expected, atol=1e-6)
 
     def test_ictcp_of_the_primaries_of_bt_2020(self):
-        """Red of 10,000 cd/m²: BT.2100's table 7 gives its L, M and S as 1688, 683 and 99 / 4096."""
+        """BT.2100's table 7 has 1688, 683 and 99 / 4096 for red's L, M and S."""
         xyz = np.array([0.636958, 0.262700, 0.0])  # BT.2020's red, Y 0.2627 of the white
         cones = pq_signal(1e4 * np.array([1688, 683, 99]) / 4096)
         expected = (
