@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, TypeAlias
 from gamutcore.boundary import BOUNDARIES
 from gamutcore.characterisation.conditions import condition_label
 from gamutcore.colours.cube_surface import MAX_SURFACE_SAMPLES
-from gamutcore.colours.spaces import SPACE_PARAMETERS, SPACES, ColourSpace, space_parameters
+from gamutcore.colours.space_parameters import SPACE_PARAMETERS, space_parameters
+from gamutcore.colours.spaces import SPACES, ColourSpace
 from gamutcore.colours.spectral import ILLUMINANTS, OBSERVERS
 from gamutcore.colours.surface import INTENTS
 from gamutcore.decimation.costs import COSTS
