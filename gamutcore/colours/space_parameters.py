@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from gamutcore.colours.appearance_model import SURROUNDS
 from gamutcore.colours.spaces import SPACES
 from gamutcore.colours.white_points import ADAPTATIONS, WHITES
@@ -39,6 +41,9 @@ _RANGES = {
 
 _LEAST_WHITE, _MOST_WHITE = 0.1, 5.0
 """Of X and Z of a white with Y = 1; illuminant A has Z 0.36, a blue sky of 25,000 K Z 1.7."""
+
+_LEAST_RESPONSE = 0.05
+"""Of every sensor, for a white with Y = 1; illuminant A has 0.33."""
 
 
 def space_parameters(space: str, given: Mapping[str, object]) -> dict[str, object]:
@@ -104,14 +109,19 @@ def _checked_white(value: object) -> object:
         x, y, z = (_number(part) for part in value)
         if x is not None and y is not None and z is not None and 1e-6 <= y <= 1e6:
             white = (x / y, 1.0, z / y)
-            if all(_LEAST_WHITE <= part <= _MOST_WHITE for part in white):
+            if all(_LEAST_WHITE <= part <= _MOST_WHITE for part in white) and _is_seen(white):
                 return white
     raise OptionError.refusing(
         "reference_white",
         value,
-        f"one of {', '.join(WHITES)}, or X, Y, Z with X/Y and Z/Y from {_LEAST_WHITE:g} to"
-        f" {_MOST_WHITE:g}",
+        f"one of {', '.join(WHITES)}, or X, Y, Z of a light that is nearly white",
     )
+
+
+def _is_seen(white: tuple[float, float, float]) -> bool:
+    """Whether all cones and sharpened sensors respond to a white: adaptation divides by them."""
+    matrices = [np.array(matrix) for matrix in ADAPTATIONS.values() if matrix is not None]
+    return all(bool((matrix @ white >= _LEAST_RESPONSE).all()) for matrix in matrices)
 
 
 def _number(value: object) -> float | None:

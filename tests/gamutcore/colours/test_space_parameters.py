@@ -1,9 +1,16 @@
 """Parameters of spaces: defaults made explicit, one form for what means the same, refusals."""
 
+import contextlib
+import json
+
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from gamutcore.colours.space_parameters import SPACE_PARAMETERS, space_parameters
 from gamutcore.colours.spaces import SPACES, ColourSpace
+from gamutcore.colours.white_points import ADAPTATIONS
 from gamutcore.errors import OptionError
 
 ABSOLUTE = {"ICtCp", "ITP", "Jzazbz"}
@@ -57,6 +64,7 @@ def test_a_white_is_kept_with_y_of_one():
             for value in (
                 "D51", "d50", "", 50, [1, 1], [1, 0, 1], [0, 1, 1], [1, 1, -1], [1, 1, "1"],
                 [1, 1, float("inf")], [1e300, 1e-300, 1], {"X": 1}, True, [9, 1, 1],
+                    [3, 1, 0.2], [0.2, 1, 3],
             )
         ],
         *[("CIELAB", "adaptation", value) for value in ("bradford", "", 1, ["CAT02"])],
@@ -68,3 +76,23 @@ def test_what_is_not_accepted_is_named(space, name, value):
         space_parameters(space, {name: value})
     assert caught.value.where == {"field": name}
     assert caught.value.remedy
+
+
+@given(
+    st.sampled_from(sorted(SPACES)),
+    st.tuples(st.floats(0.05, 6), st.just(1.0), st.floats(0.05, 6)),
+    st.sampled_from(sorted(ADAPTATIONS)),
+    st.sampled_from([1e-4, 1.0, 1e6]),
+    st.sampled_from([0.0, 1.0]),
+)
+def test_every_space_works_with_all_that_is_accepted(name, white, adaptation, scale, end):
+    own = {"luminance": (0.1, 1e4), "adapting_luminance": (0.01, 1e4), "background": (1.0, 100.0)}
+    extremes = {key: own[key][int(end)] for key in own if key in SPACES[name].parameters}
+    asked = {"reference_white": white, "adaptation": adaptation, "scale": scale, **extremes}
+    with contextlib.suppress(OptionError):
+        space = ColourSpace(name, **space_parameters(name, asked))
+        json.dumps(space.description(), allow_nan=False)
+        lab = np.array([(0, 0, 0), (50, 60, -20), (100, 0, 0), (80, -80, 80.0)])
+        coordinates, _ = space.coordinates(lab)
+        assert np.isfinite(coordinates).all()
+        assert np.isfinite(space.appearance_lab(coordinates)).all()
