@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from gamutcore.boundary import wrapped
 from gamutcore.characterisation import Characterisation, characterisation, measurements_of
 from gamutcore.colours import InkLimits, surface_colours
-from gamutcore.colours.spaces import colours_in_space
+from gamutcore.colours.spaces import ColourSpace, colours_in_space
 from gamutcore.decimation import decimated
 from gamutcore.decimation.costs import cost_module
 from gamutcore.errors import HistoryFileError, OptionError
@@ -89,6 +89,11 @@ class Gamut:
     def options(self) -> Options:
         """The options that it was built with."""
         return Options.from_mapping(self.description["options"])
+
+    @property
+    def colour_space(self) -> ColourSpace:
+        """The space that its coordinates are in."""
+        return self.options.colour_space(self.description["provenance"].get("white_luminance"))
 
     @property
     def nbytes(self) -> int:
@@ -182,7 +187,9 @@ def build_gamut(
         illuminant=options.illuminant,
         adaptation=options.adaptation or "Bradford",
     )
-    colours = colours_in_space(colours, options.colour_space)
+    colours = colours_in_space(
+        colours, options.colour_space(colours.provenance.get("white_luminance"))
+    )
     report("boundary", 0.0)
     boundary = wrapped(
         colours.points, options.boundary, options.centre, **options.boundary_parameters

@@ -15,7 +15,12 @@ from typing import TYPE_CHECKING, TypeAlias
 from gamutcore.boundary import BOUNDARIES
 from gamutcore.characterisation.conditions import condition_label
 from gamutcore.colours.cube_surface import MAX_SURFACE_SAMPLES
-from gamutcore.colours.space_parameters import SPACE_PARAMETERS, space_parameters
+from gamutcore.colours.space_parameters import (
+    MEASURED,
+    SPACE_PARAMETERS,
+    measured_luminance,
+    space_parameters,
+)
 from gamutcore.colours.spaces import SPACES, ColourSpace
 from gamutcore.colours.spectral import ILLUMINANTS, OBSERVERS
 from gamutcore.colours.surface import INTENTS
@@ -97,8 +102,8 @@ class Options:
         measured white to D50 as well.
     scale : float or None
         What all coordinates are multiplied by.
-    luminance : float or None
-        Of the white in cd/m², for ICtCp, ITP and Jzazbz.
+    luminance : float, "measured" or None
+        Of the white in cd/m², for ICtCp, ITP and Jzazbz; "measured" for what the data states.
     adapting_luminance, background : float or None
         L_A in cd/m² and Y_b in per cent of the white, for CAM16-UCS and CAM02-UCS.
     surround : str or None
@@ -129,7 +134,7 @@ class Options:
     reference_white: str | tuple[float, float, float] | None = None
     adaptation: str | None = None
     scale: float | None = None
-    luminance: float | None = None
+    luminance: float | str | None = None
     adapting_luminance: float | None = None
     background: float | None = None
     surround: str | None = None
@@ -255,10 +260,27 @@ class Options:
         """What the boundary method is called with beside the points and the centre."""
         return {name: getattr(self, name) for name in BOUNDARIES[self.boundary].parameters}
 
-    @property
-    def colour_space(self) -> ColourSpace:
-        """The space that the boundary lives in, with its parameters."""
-        return ColourSpace(self.space, **{name: getattr(self, name) for name in SPACE_PARAMETERS})
+    def colour_space(self, white_luminance: object = None) -> ColourSpace:
+        """Return the space that the boundary lives in, with its parameters.
+
+        Parameters
+        ----------
+        white_luminance : float, optional
+            What the data states, in cd/m²; for the luminance "measured".
+
+        Returns
+        -------
+        ColourSpace
+
+        Raises
+        ------
+        OptionError
+            The luminance is to be the measured one, and there is none.
+        """
+        parameters = {name: getattr(self, name) for name in SPACE_PARAMETERS}
+        if self.luminance == MEASURED:
+            parameters["luminance"] = measured_luminance(white_luminance)
+        return ColourSpace(self.space, **parameters)
 
     @property
     def canonical(self) -> str:

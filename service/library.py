@@ -119,7 +119,7 @@ class Library:
             self._store.set_aside(gamut_id, str(error))
             raise GamutNotStoredError(gamut_id) from error
         provenance = mesh_provenance(gamut.id, gamut.description)
-        return OpenGamut(gamut, provenance, gamut.options.colour_space)
+        return OpenGamut(gamut, provenance, gamut.colour_space)
 
 
 def mesh_provenance(gamut_id: str, description: dict[str, Any]) -> dict[str, str]:

@@ -193,10 +193,10 @@ class GamutOptions(BaseModel):
         ),
     ] = None
     luminance: Annotated[
-        Annotated[float, Field(ge=0.1, le=10_000)] | SkipJsonSchema[None],
+        Annotated[float, Field(ge=0.1, le=10_000)] | Literal["measured"] | SkipJsonSchema[None],
         Field(
-            description="Luminance of the white in cd/m², for `ICtCp`, `ITP` and `Jzazbz`; 203 "
-            "unless given.",
+            description="Luminance of the white in cd/m², for `ICtCp`, `ITP` and `Jzazbz`, or "
+            "`measured` for what the data of a display states; 203 unless given.",
             json_schema_extra=_without_default,
         ),
     ] = None

@@ -33,6 +33,7 @@ _ILLUMINANT_KEYWORDS = ("ILLUMINANT", "ILLUMINATION_NAME")
 _OBSERVER_KEYWORDS = ("OBSERVER", "OBSERVER_ANGLE", "CIE_OBSERVER_ANGLE", "CIE_OBSERVER")
 _OBSERVER_WORDS = {"2": "2", "10": "10", "1931": "2", "1964": "10"}
 _TELLING_KEYWORDS = ("WEIGHTING_FUNCTION", "MEASUREMENT_SOURCE", "INSTRUMENTATION")
+_PLAIN_NUMBER = re.compile(r"\d{1,6}(\.\d{1,12})?")
 _CONSISTENT = 2.0
 """Mean ΔE*ab up to which Lab and XYZ columns say the same; two rounded decimals of XYZ make 0.1."""
 
@@ -193,7 +194,15 @@ class _Medium:
             "observer": self.observer_said,
             "adaptation": adaptation,
             "colours_from": self.colours_from,
+            **self._stated_luminance(),
         }
+
+    def _stated_luminance(self) -> dict[str, JSON]:
+        """Return the luminance of a display's white in cd/m², as Argyll's files state it."""
+        stated = self.samples.conditions.get("LUMINANCE_XYZ_CDM2", "").split()
+        if self.display and len(stated) == 3 and _PLAIN_NUMBER.fullmatch(stated[1]):
+            return {"white_luminance": round(float(stated[1]), 4)}
+        return {}
 
     def _needs_spectra(self, observer: int | None, illuminant: str | None) -> bool:
         samples = self.samples

@@ -19,7 +19,10 @@ from gamutcore.errors import OptionError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["SPACE_PARAMETERS", "space_parameters"]
+__all__ = ["MEASURED", "SPACE_PARAMETERS", "measured_luminance", "space_parameters"]
+
+MEASURED = "measured"
+"""Luminance of the white as the data states it."""
 
 SPACE_PARAMETERS = (
     "reference_white",
@@ -34,7 +37,7 @@ SPACE_PARAMETERS = (
 
 _RANGES = {
     "scale": (1e-4, 1e6, "a number from 0.0001 to 1000000"),
-    "luminance": (0.1, 10_000.0, "a number from 0.1 to 10000, in cd/m²"),
+    "luminance": (0.1, 10_000.0, "'measured', or a number from 0.1 to 10000, in cd/m²"),
     "adapting_luminance": (0.01, 10_000.0, "a number from 0.01 to 10000, in cd/m²"),
     "background": (1.0, 100.0, "a number from 1 to 100, in per cent of the white"),
 }
@@ -87,9 +90,41 @@ def space_parameters(space: str, given: Mapping[str, object]) -> dict[str, objec
     return result
 
 
+def measured_luminance(stated: object) -> float:
+    """Return the luminance of a device's white that its data states.
+
+    Parameters
+    ----------
+    stated : float or None
+        In cd/m².
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    OptionError
+        There is none, or it is out of the range of the option.
+    """
+    least, most, _ = _RANGES["luminance"]
+    number = _number(stated)
+    if number is None or not least <= number <= most:
+        raise OptionError(
+            "The data does not state the luminance of its white."
+            if number is None
+            else f"The data states that its white has {number:g} cd/m².",
+            where={"field": "luminance"},
+            remedy=f"Ask for a luminance from {least:g} to {most:g}, in cd/m².",
+        )
+    return number
+
+
 def _checked(name: str, value: object) -> object:
     if name == "reference_white":
         return _checked_white(value)
+    if name == "luminance" and value == MEASURED:
+        return MEASURED
     if name in _RANGES:
         least, most, accepted = _RANGES[name]
         number = _number(value)

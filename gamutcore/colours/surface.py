@@ -8,6 +8,7 @@ is in the provenance of the result.
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -162,6 +163,7 @@ def _profile_surface(
         "illuminant": "D50",
         "observer": "2°",
         "adaptation": adaptation,
+        **_stated_luminance(profile),
         **_limits_provenance(limited),
         "model": {"name": "ICC profile", "tag": colours.tag, "kind": _kind(colours)},
         "surface": {"points": len(points), "density": density},
@@ -215,6 +217,15 @@ def _stated_white(profile: IccProfile) -> tuple[JSON, list[str]]:
     except MalformedProfileError as error:
         return None, [error.message]
     return [round(float(value), 6) for value in white], warnings
+
+
+def _stated_luminance(profile: IccProfile) -> dict[str, JSON]:
+    """Return the luminance of a display's white, which the tag `lumi` states; nothing if broken."""
+    with contextlib.suppress(MalformedProfileError):
+        luminance = float(profile.xyz("lumi")[1]) if "lumi" in profile.tags else 0.0
+        if luminance > 0:
+            return {"white_luminance": round(luminance, 4)}
+    return {}
 
 
 def _sample_surface(

@@ -304,7 +304,7 @@ def test_a_space_and_its_parameters_survive_json(name, mapping):
     again = Options.from_mapping(json.loads(json.dumps(options.to_mapping())))
     assert again == options
     assert again.canonical == options.canonical
-    assert again.colour_space == options.colour_space
+    assert again.colour_space() == options.colour_space()
     own = set(SPACE_PARAMETERS) & set(options.to_mapping())
     common = set() if name == "CIELAB" else {"reference_white", "adaptation", "scale"}
     assert own == common | set(SPACES[name].parameters)
@@ -331,10 +331,10 @@ def test_equal_spaces_have_one_canonical_form(one, other):
 
 
 def test_the_space_of_options_has_their_parameters():
-    assert Options().colour_space == ColourSpace()
+    assert Options().colour_space() == ColourSpace()
     options = Options(space="Jzazbz", luminance=100, reference_white="D50")
-    assert options.colour_space.luminance == 100.0
-    assert options.colour_space.white.tolist() == [0.9642, 1.0, 0.8249]
+    assert options.colour_space().luminance == 100.0
+    assert options.colour_space().white.tolist() == [0.9642, 1.0, 0.8249]
     assert Options(space="Jzazbz").canonical != options.canonical
 
 
@@ -354,3 +354,14 @@ def test_parameters_of_other_spaces_and_wrong_ones_are_refused(mapping, field):
         Options.from_mapping(mapping)
     assert caught.value.where == {"field": field}
     assert caught.value.remedy
+
+
+def test_a_measured_luminance_is_the_datas_or_refused():
+    options = Options(space="ITP", luminance="measured")
+    assert options.to_mapping()["luminance"] == "measured"
+    assert options.colour_space(484.8).luminance == 484.8
+    for stated in (None, 0.0, 20_000.0, float("nan"), "100"):
+        with pytest.raises(OptionError) as caught:
+            options.colour_space(stated)
+        assert caught.value.where == {"field": "luminance"}
+        assert caught.value.remedy

@@ -272,3 +272,21 @@ def test_another_adaptation_of_samples_for_another_illuminant():
     assert bradford.provenance["adaptation"] == "Bradford from D65 to D50"
     assert cat16.provenance["adaptation"] == "CAT16 from D65 to D50"
     assert np.abs(bradford.lab - cat16.lab).max() > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("stated", "expected"),
+    [
+        ("112.3 118.2 130.0", 118.2),
+        ("118.2", None),
+        ("1 -5 3", None),
+        ("1 1e999 3", None),
+        ("a b c", None),
+    ],
+)
+def test_the_luminance_that_argyll_states_of_a_display(stated, expected):
+    data = display(conditions={"LUMINANCE_XYZ_CDM2": stated})
+    for intent in ("relative", "absolute"):
+        assert medium_colours(data, intent).provenance.get("white_luminance") == expected
+    printed = press(conditions={"LUMINANCE_XYZ_CDM2": stated})
+    assert "white_luminance" not in medium_colours(printed, "relative").provenance
