@@ -93,7 +93,7 @@ class Gamut:
     @property
     def colour_space(self) -> ColourSpace:
         """The space that its coordinates are in."""
-        return self.options.colour_space(self.description["provenance"].get("white_luminance"))
+        return _colour_space(self.description)
 
     @property
     def nbytes(self) -> int:
@@ -228,11 +228,16 @@ def build_gamut(
     return Gamut(description, history)
 
 
+def _colour_space(description: dict[str, Any]) -> ColourSpace:
+    options = Options.from_mapping(description["options"])
+    return options.colour_space(description.get("provenance", {}).get("white_luminance"))
+
+
 def _description(metadata: dict[str, str]) -> dict[str, Any]:
     try:
         description = dict(json.loads(metadata[DESCRIPTION]))
         bytes.fromhex(description["id"])
-        Options.from_mapping(description["options"])
+        _colour_space(description)
     except (KeyError, ValueError, TypeError, AttributeError, RecursionError, OptionError) as cause:
         raise HistoryFileError(
             "the history does not describe a gamut",

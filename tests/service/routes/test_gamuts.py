@@ -145,6 +145,7 @@ def test_every_colour_space_is_built_and_exported(server, sphere, name):
     [
         ({"space": "CIELAB", "luminance": 100}, "luminance"),
         ({"space": "ICtCp", "luminance": 1e5}, "luminance"),
+        ({"space": "ICtCp", "luminance": "measured"}, "luminance"),  # of bare colours
         ({"space": "Oklab", "background": 20}, "background"),
         ({"space": "CAM16-UCS", "surround": "bright"}, "surround"),
         ({"space": "CIEXYZ", "reference_white": [0, 1, 1]}, "reference_white"),
