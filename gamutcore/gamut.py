@@ -20,6 +20,8 @@ from gamutcore.characterisation import (
     measurements_of,
 )
 from gamutcore.colours import InkLimits, surface_colours
+from gamutcore.colours.space_parameters import SPACE_PARAMETERS
+from gamutcore.colours.spaces import ColourSpace, colours_in_space
 from gamutcore.decimation import decimated
 from gamutcore.decimation.costs import cost_module
 from gamutcore.errors import HistoryFileError, OptionError
@@ -110,6 +112,11 @@ class Gamut:
     def options(self) -> Options:
         """The options that it was built with."""
         return Options.from_mapping(self.description["options"])
+
+    @property
+    def colour_space(self) -> ColourSpace:
+        """The space that its coordinates are in."""
+        return _colour_space(self.description)
 
     @property
     def nbytes(self) -> int:
@@ -210,6 +217,10 @@ def build_gamut(
             limits=InkLimits(options.ink_limit, options.black_limit),
             observer=options.observer,
             illuminant=options.illuminant,
+            adaptation=options.adaptation or "Bradford",
+        )
+        colours = colours_in_space(
+            colours, options.colour_space(colours.provenance.get("white_luminance"))
         )
         provenance = colours.provenance
         report("boundary", 0.0)
@@ -268,13 +279,24 @@ def _refuse_options_of_colours(options: Options) -> None:
             raise OptionError.refusing(
                 name, value, "none: the data is a boundary already, and nothing is wrapped"
             )
+    for name in ("space", *SPACE_PARAMETERS):
+        value = getattr(options, name)
+        if value != getattr(default, name):
+            raise OptionError.refusing(
+                name, value, "none: the data is a boundary already, in CIELAB with D50"
+            )
+
+
+def _colour_space(description: dict[str, Any]) -> ColourSpace:
+    options = Options.from_mapping(description["options"])
+    return options.colour_space(description.get("provenance", {}).get("white_luminance"))
 
 
 def _description(metadata: dict[str, str]) -> dict[str, Any]:
     try:
         description = dict(json.loads(metadata[DESCRIPTION]))
         bytes.fromhex(description["id"])
-        Options.from_mapping(description["options"])
+        _colour_space(description)
     except (KeyError, ValueError, TypeError, AttributeError, RecursionError, OptionError) as cause:
         raise HistoryFileError(
             "the history does not describe a gamut",

@@ -15,6 +15,13 @@ from typing import TYPE_CHECKING, TypeAlias
 from gamutcore.boundary import BOUNDARIES
 from gamutcore.characterisation.conditions import condition_label
 from gamutcore.colours.cube_surface import MAX_SURFACE_SAMPLES
+from gamutcore.colours.space_parameters import (
+    MEASURED,
+    SPACE_PARAMETERS,
+    measured_luminance,
+    space_parameters,
+)
+from gamutcore.colours.spaces import SPACES, ColourSpace
 from gamutcore.colours.spectral import ILLUMINANTS, OBSERVERS
 from gamutcore.colours.surface import INTENTS
 from gamutcore.decimation.costs import COSTS
@@ -26,9 +33,6 @@ if TYPE_CHECKING:
 __all__ = ["SPACES", "Centre", "Options"]
 
 Centre: TypeAlias = "tuple[float, float, float] | str"
-
-SPACES = ("CIELAB",)
-"""Colour spaces that a boundary can live in."""
 
 METHOD_OPTIONS = ("gamma", "segments", "basis", "subdivisions")
 """Options that not every boundary method has; `BOUNDARIES` says which has which."""
@@ -53,7 +57,9 @@ class Options:
     Attributes
     ----------
     space : str
-        Colour space of the boundary; one of `SPACES`.
+        Colour space of the boundary; one of `gamutcore.colours.spaces.SPACES`. It decides which of
+        its parameters apply, see there: those that do have their defaults where they are not given
+        (None in CIELAB), those that do not are None, and refused where they are given.
     boundary : str
         How the colours are wrapped; one of `gamutcore.boundary.BOUNDARIES`. It decides which of
         the next four apply. Those that do have their defaults where they are not given; those that
@@ -91,6 +97,19 @@ class Options:
         None where the data's own is used, or D50.
     condition : str or None
         The measurement condition to be used of data that has several, such as ``"M1"``.
+    reference_white : str, three floats, or None
+        White of the space that colours are adapted to: a name, or X, Y, Z, kept with Y = 1.
+    adaptation : str or None
+        How: one of `gamutcore.colours.white_points.ADAPTATIONS`. It is used for the way from the
+        measured white to D50 as well.
+    scale : float or None
+        What all coordinates are multiplied by.
+    luminance : float, "measured" or None
+        Of the white in cd/m², for ICtCp, ITP and Jzazbz; "measured" for what the data states.
+    adapting_luminance, background : float or None
+        L_A in cd/m² and Y_b in per cent of the white, for CAM16-UCS and CAM02-UCS.
+    surround : str or None
+        "average", "dim" or "dark", for the same.
 
     Raises
     ------
@@ -114,10 +133,17 @@ class Options:
     observer: int | None = None
     illuminant: str | None = None
     condition: str | None = None
+    reference_white: str | tuple[float, float, float] | None = None
+    adaptation: str | None = None
+    scale: float | None = None
+    luminance: float | str | None = None
+    adapting_luminance: float | None = None
+    background: float | None = None
+    surround: str | None = None
 
     def __post_init__(self) -> None:
         for name, accepted in (
-            ("space", SPACES),
+            ("space", tuple(SPACES)),
             ("boundary", tuple(BOUNDARIES)),
             ("cost", COSTS),
             ("intent", INTENTS),
@@ -147,6 +173,9 @@ class Options:
         # frozen, so set this way: the canonical form of what was given
         object.__setattr__(self, "centre", _canonical_centre(self.centre))
         self._check_measurement()
+        given_to_space = {name: getattr(self, name) for name in SPACE_PARAMETERS}
+        for name, value in space_parameters(self.space, given_to_space).items():
+            object.__setattr__(self, name, value)
         parameters = BOUNDARIES[self.boundary].parameters
         for name in METHOD_OPTIONS:
             value = getattr(self, name)
@@ -232,6 +261,28 @@ class Options:
     def boundary_parameters(self) -> dict[str, object]:
         """What the boundary method is called with beside the points and the centre."""
         return {name: getattr(self, name) for name in BOUNDARIES[self.boundary].parameters}
+
+    def colour_space(self, white_luminance: object = None) -> ColourSpace:
+        """Return the space that the boundary lives in, with its parameters.
+
+        Parameters
+        ----------
+        white_luminance : float, optional
+            What the data states, in cd/m²; for the luminance "measured".
+
+        Returns
+        -------
+        ColourSpace
+
+        Raises
+        ------
+        OptionError
+            The luminance is to be the measured one, and there is none.
+        """
+        parameters = {name: getattr(self, name) for name in SPACE_PARAMETERS}
+        if self.luminance == MEASURED:
+            parameters["luminance"] = measured_luminance(white_luminance)
+        return ColourSpace(self.space, **parameters)
 
     @property
     def canonical(self) -> str:

@@ -12,6 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
+from gamutcore.colours.spaces import ColourSpace
 from gamutcore.errors import HistoryFileError
 from gamutcore.gamut import Gamut
 from service.cache import ByteBoundedCache
@@ -42,10 +43,13 @@ class OpenGamut:
         With its history.
     provenance : dict of str
         What every mesh of it carries.
+    space : ColourSpace
+        What its coordinates are in.
     """
 
     gamut: Gamut
     provenance: dict[str, str]
+    space: ColourSpace
 
 
 class Library:
@@ -114,7 +118,8 @@ class Library:
         except HistoryFileError as error:
             self._store.set_aside(gamut_id, str(error))
             raise GamutNotStoredError(gamut_id) from error
-        return OpenGamut(gamut, mesh_provenance(gamut.id, gamut.description))
+        provenance = mesh_provenance(gamut.id, gamut.description)
+        return OpenGamut(gamut, provenance, gamut.colour_space)
 
 
 def mesh_provenance(gamut_id: str, description: dict[str, Any]) -> dict[str, str]:

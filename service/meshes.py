@@ -239,7 +239,7 @@ def _key(gamut_id: str, count: int, format_name: str) -> MeshKey:
 
 def _encoded(opened: OpenGamut, key: MeshKey) -> EncodedMesh:
     mesh = opened.gamut.history.level(key.triangles)
-    body = encoded_mesh(mesh, key.format_name, opened.provenance)
+    body = encoded_mesh(mesh, key.format_name, opened.provenance, opened.space)
     media_type = FORMATS[key.format_name].media_type
     promises = _promises(opened, len(mesh.faces))
     return EncodedMesh.of(body, media_type, len(mesh.faces), len(mesh.vertices), promises)

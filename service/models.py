@@ -10,7 +10,10 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.json_schema import SkipJsonSchema
 
+from gamutcore.colours.appearance_model import SURROUNDS
+from gamutcore.colours.spaces import SPACES
 from gamutcore.colours.spectral import ILLUMINANTS
+from gamutcore.colours.white_points import ADAPTATIONS, WHITES
 from gamutcore.decimation import COSTS
 
 __all__ = [
@@ -49,7 +52,13 @@ class GamutOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    space: Annotated[str, Field(description="Colour space that the boundary lives in.")] = "CIELAB"
+    space: Annotated[
+        Literal[tuple(SPACES)],  # type: ignore[valid-type]
+        Field(
+            description="Colour space that the boundary lives in. An option that only other spaces "
+            "have is refused, and not in the answer."
+        ),
+    ] = "CIELAB"
     boundary: Annotated[
         Literal["modified-convex-hull", "convex-hull", "segment-maxima", "usv"],
         Field(
@@ -157,6 +166,63 @@ class GamutOptions(BaseModel):
             description="The measurement condition to be used of data that has several, such as "
             "`M0`, `M1` or `M2` of ISO 13655; a problem of the code `measurement-condition` names "
             "those that there are.",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
+    reference_white: Annotated[
+        Literal[tuple(WHITES)] | Triple | SkipJsonSchema[None],  # type: ignore[valid-type]
+        Field(
+            description="The space's white, which colours are adapted to: a name, or X, Y, Z in "
+            "any scale. D50 unless given for `CIELAB`, `CIELUV`, `CIEXYZ`, `CAM16-UCS` and "
+            "`CAM02-UCS`, D65 for all other spaces.",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
+    adaptation: Annotated[
+        Literal[tuple(ADAPTATIONS)] | SkipJsonSchema[None],  # type: ignore[valid-type]
+        Field(
+            description="How colours are adapted from one white to another; `Bradford` unless "
+            "given.",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
+    scale: Annotated[
+        Annotated[float, Field(ge=1e-4, le=1e6)] | SkipJsonSchema[None],
+        Field(
+            description="What all coordinates of the space are multiplied by; 1 unless given.",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
+    luminance: Annotated[
+        Annotated[float, Field(ge=0.1, le=10_000)] | Literal["measured"] | SkipJsonSchema[None],
+        Field(
+            description="Luminance of the white in cd/m², for `ICtCp`, `ITP` and `Jzazbz`, or "
+            "`measured` for what the data of a display states; 203 unless given.",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
+    adapting_luminance: Annotated[
+        Annotated[float, Field(ge=0.01, le=10_000)] | SkipJsonSchema[None],
+        Field(
+            description="Luminance in cd/m² that the eye is adapted to, L_A, for `CAM16-UCS` and "
+            "`CAM02-UCS`: a fifth of the white's. 4.07 unless given, that of sRGB's ambient of "
+            "64 lx.",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
+    background: Annotated[
+        Annotated[float, Field(ge=1, le=100)] | SkipJsonSchema[None],
+        Field(
+            description="Luminance of the background in per cent of the white's, Y_b, for "
+            "`CAM16-UCS` and `CAM02-UCS`; 20 unless given.",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
+    surround: Annotated[
+        Literal[tuple(SURROUNDS)] | SkipJsonSchema[None],  # type: ignore[valid-type]
+        Field(
+            description="What is around the background, for `CAM16-UCS` and `CAM02-UCS`; `average` "
+            "unless given.",
             json_schema_extra=_without_default,
         ),
     ] = None

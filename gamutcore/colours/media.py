@@ -17,6 +17,7 @@ import numpy as np
 from gamutcore.characterisation.conditions import is_reflective_condition
 from gamutcore.colours.cielab import ICC_D50, colour_science, lab_to_xyz, white_of, xyz_to_lab
 from gamutcore.colours.spectral import emission_xyz, reflectance_xyz
+from gamutcore.colours.white_points import adaptation_matrix
 from gamutcore.errors import InvalidPointsError, OptionError
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ _ILLUMINANT_KEYWORDS = ("ILLUMINANT", "ILLUMINATION_NAME")
 _OBSERVER_KEYWORDS = ("OBSERVER", "OBSERVER_ANGLE", "CIE_OBSERVER_ANGLE", "CIE_OBSERVER")
 _OBSERVER_WORDS = {"2": "2", "10": "10", "1931": "2", "1964": "10"}
 _TELLING_KEYWORDS = ("WEIGHTING_FUNCTION", "MEASUREMENT_SOURCE", "INSTRUMENTATION")
+_PLAIN_NUMBER = re.compile(r"\d{1,6}(\.\d{1,12})?")
 _CONSISTENT = 2.0
 """Mean ΔE*ab up to which Lab and XYZ columns say the same; two rounded decimals of XYZ make 0.1."""
 
@@ -48,11 +50,14 @@ class MediumColours:
         ``white``, ``illuminant``, ``observer``, ``adaptation``, ``intent``, ``colours_from``.
     warnings : tuple of str
         What had to be assumed.
+    as_measured : bool
+        Whether the tristimulus values are a display's own, adapted to no white.
     """
 
     lab: FloatArray
     provenance: dict[str, JSON]
     warnings: tuple[str, ...]
+    as_measured: bool = False
 
 
 def medium_colours(
@@ -61,6 +66,7 @@ def medium_colours(
     *,
     observer: int | None = None,
     illuminant: str | None = None,
+    adaptation: str = "Bradford",
 ) -> MediumColours:
     """Return CIELAB colours of measured samples.
 
@@ -79,6 +85,9 @@ def medium_colours(
     illuminant : str, optional
         One of `gamutcore.colours.spectral.ILLUMINANTS`: what reflectances are seen under; D50 if
         it is not given.
+    adaptation : str
+        How colours of another white are adapted to D50, a key of
+        `gamutcore.colours.white_points.ADAPTATIONS`.
 
     Returns
     -------
@@ -98,7 +107,9 @@ def medium_colours(
             where={"field": "intent"},
             remedy="Ask for relative or absolute.",
         )
-    return _Medium(samples, intent, observer, illuminant).colours()
+    medium = _Medium(samples, intent, observer, illuminant, adaptation)
+    colours = medium.colours()
+    return replace(colours, as_measured=medium.as_measured)
 
 
 def bradford_to_d50(xyz: FloatArray, white: FloatArray) -> FloatArray:
@@ -131,8 +142,15 @@ class _Medium:
     """The samples' medium: its kind, its white and what was assumed of it."""
 
     def __init__(
-        self, samples: Samples, intent: str, observer: int | None, illuminant: str | None
+        self,
+        samples: Samples,
+        intent: str,
+        observer: int | None,
+        illuminant: str | None,
+        adaptation: str,
     ) -> None:
+        self.adaptation = adaptation
+        self.as_measured = False
         self.samples = samples
         self.intent = intent
         self.warnings: list[str] = []
@@ -176,7 +194,15 @@ class _Medium:
             "observer": self.observer_said,
             "adaptation": adaptation,
             "colours_from": self.colours_from,
+            **self._stated_luminance(),
         }
+
+    def _stated_luminance(self) -> dict[str, JSON]:
+        """Return the luminance of a display's white in cd/m², as Argyll's files state it."""
+        stated = self.samples.conditions.get("LUMINANCE_XYZ_CDM2", "").split()
+        if self.display and len(stated) == 3 and _PLAIN_NUMBER.fullmatch(stated[1]):
+            return {"white_luminance": round(float(stated[1]), 4)}
+        return {}
 
     def _needs_spectra(self, observer: int | None, illuminant: str | None) -> bool:
         samples = self.samples
@@ -249,8 +275,7 @@ class _Medium:
             )
         xyz = self._tristimulus_values()
         if not np.array_equal(self.reference, ICC_D50):
-            xyz = bradford_to_d50(xyz, self.reference)
-            adaptation = f"Bradford from {self.illuminant} to D50"
+            xyz, adaptation = self._to_d50(xyz, self.reference), self._said(self.illuminant)
         return MediumColours(
             xyz_to_lab(xyz), self._provenance(None, adaptation), tuple(self.warnings)
         )
@@ -311,19 +336,20 @@ class _Medium:
     def _display_lab(self, xyz: FloatArray, white: FloatArray) -> tuple[FloatArray, str]:
         if self.intent == "relative":
             return (
-                xyz_to_lab(bradford_to_d50(xyz, white)),
-                "Bradford from the white to D50, luminance relative to the white",
+                xyz_to_lab(self._to_d50(xyz, white)),
+                f"{self._said('the white')}, luminance relative to the white",
             )
         if self.samples.lab is not None and np.array_equal(self.reference, ICC_D50):
             return self.samples.lab, "none"
+        self.as_measured = True
         return xyz_to_lab(xyz / white[1]), "none; luminance relative to the white"
 
     def _print_lab(self, xyz: FloatArray, white: FloatArray) -> tuple[FloatArray, str]:
         adaptation = "none"
         if not np.array_equal(self.reference, ICC_D50):
-            adaptation = f"Bradford from {self.illuminant} to D50"
-            xyz = bradford_to_d50(xyz, self.reference)
-            white = bradford_to_d50(white[np.newaxis], self.reference)[0]
+            adaptation = self._said(self.illuminant)
+            xyz = self._to_d50(xyz, self.reference)
+            white = self._to_d50(white[np.newaxis], self.reference)[0]
         if self.intent == "relative":
             scaled = "ICC media-relative: XYZ scaled by D50/white"
             return xyz_to_lab(xyz * (ICC_D50 / white)), (
@@ -332,6 +358,19 @@ class _Medium:
         if self.samples.lab is not None and adaptation == "none":
             return self.samples.lab, adaptation
         return xyz_to_lab(xyz), adaptation
+
+    def _to_d50(self, xyz: FloatArray, white: FloatArray) -> FloatArray:
+        """Return colours adapted to ICC's D50 in the way that is asked for, with Y = 1."""
+        if self.adaptation == "Bradford":
+            return bradford_to_d50(xyz, white)
+        adapted: FloatArray = (
+            xyz / white[1] @ adaptation_matrix(white / white[1], ICC_D50, self.adaptation).T
+        )
+        return adapted
+
+    def _said(self, white: str) -> str:
+        none = self.adaptation == "none"
+        return "none, as asked" if none else f"{self.adaptation} from {white} to D50"
 
     def _illuminant(self) -> tuple[str, str]:
         conditions = self.samples.conditions

@@ -8,7 +8,8 @@ is in the provenance of the result.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import contextlib
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -62,11 +63,14 @@ class SurfaceColours:
         The device values that make them, 0 to 1; None for bare colours.
     provenance : dict
         All that went in, JSON-able.
+    as_measured : bool
+        Whether the colours are a display's own tristimulus values, adapted to no white.
     """
 
     points: FloatArray
     device: FloatArray | None
     provenance: dict[str, JSON]
+    as_measured: bool = False
 
 
 def surface_colours(
@@ -77,6 +81,7 @@ def surface_colours(
     limits: InkLimits | None = None,
     observer: int | None = None,
     illuminant: str | None = None,
+    adaptation: str = "Bradford",
 ) -> SurfaceColours:
     """Return colours at the surface of a device's gamut.
 
@@ -94,6 +99,9 @@ def surface_colours(
         2 or 10 degrees, for spectra.
     illuminant : str, optional
         What reflectance spectra are seen under, one of `gamutcore.colours.spectral.ILLUMINANTS`.
+    adaptation : str
+        How measured colours are adapted to D50, one of
+        `gamutcore.colours.white_points.ADAPTATIONS`; the colours of profiles are by definition.
 
     Returns
     -------
@@ -121,8 +129,11 @@ def surface_colours(
                     name, value, "none: the colours of a profile are those of D50 and 2°"
                 )
         return _profile_surface(characterisation, intent, surface_samples, limits or InkLimits())
-    medium = medium_colours(characterisation, intent, observer=observer, illuminant=illuminant)
-    return _sample_surface(characterisation, medium, surface_samples, limits or InkLimits())
+    medium = medium_colours(
+        characterisation, intent, observer=observer, illuminant=illuminant, adaptation=adaptation
+    )
+    surface = _sample_surface(characterisation, medium, surface_samples, limits or InkLimits())
+    return replace(surface, as_measured=medium.as_measured)
 
 
 def _profile_surface(
@@ -152,6 +163,7 @@ def _profile_surface(
         "illuminant": "D50",
         "observer": "2°",
         "adaptation": adaptation,
+        **_stated_luminance(profile),
         **_limits_provenance(limited),
         "model": {"name": "ICC profile", "tag": colours.tag, "kind": _kind(colours)},
         "surface": {"points": len(points), "density": density},
@@ -205,6 +217,15 @@ def _stated_white(profile: IccProfile) -> tuple[JSON, list[str]]:
     except MalformedProfileError as error:
         return None, [error.message]
     return [round(float(value), 6) for value in white], warnings
+
+
+def _stated_luminance(profile: IccProfile) -> dict[str, JSON]:
+    """Return the luminance of a display's white, which the tag `lumi` states; nothing if broken."""
+    with contextlib.suppress(MalformedProfileError):
+        luminance = float(profile.xyz("lumi")[1]) if "lumi" in profile.tags else 0.0
+        if luminance > 0:
+            return {"white_luminance": round(luminance, 4)}
+    return {}
 
 
 def _sample_surface(

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.errors import OptionError
 from gamutcore.export.gltf import glb, gltf
 from gamutcore.export.ply import ply
@@ -31,13 +32,13 @@ class MeshFormat:
     suffix : str
         With the dot.
     encode : callable
-        (mesh, provenance) → bytes.
+        (mesh, provenance, space) → bytes.
     """
 
     name: str
     media_type: str
     suffix: str
-    encode: Callable[[TriangleMesh, Mapping[str, str]], bytes]
+    encode: Callable[[TriangleMesh, Mapping[str, str], ColourSpace], bytes]
 
 
 FORMATS: dict[str, MeshFormat] = {
@@ -54,18 +55,23 @@ FORMATS: dict[str, MeshFormat] = {
 
 
 def encoded_mesh(
-    mesh: TriangleMesh, format_name: str, provenance: Mapping[str, str] | None = None
+    mesh: TriangleMesh,
+    format_name: str,
+    provenance: Mapping[str, str] | None = None,
+    space: ColourSpace = CIELAB,
 ) -> bytes:
     """Return a mesh as a file.
 
     Parameters
     ----------
     mesh : TriangleMesh
-        In CIELAB.
+        In the coordinates of `space`.
     format_name : str
         A key of `FORMATS`.
     provenance : mapping of str to str, optional
         Where the mesh comes from; kept in the formats that have a place for it (glTF, PLY, OBJ).
+    space : ColourSpace, optional
+        What the vertices' appearance, and lightness upwards, are told from.
 
     Returns
     -------
@@ -83,4 +89,4 @@ def encoded_mesh(
             where={"field": "format"},
             remedy=f"one of {', '.join(FORMATS)}",
         )
-    return mesh_format.encode(mesh, provenance or {})
+    return mesh_format.encode(mesh, provenance or {}, space)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gamutcore.colours.appearance import linear_srgb
+from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.version import __version__
 
 if TYPE_CHECKING:
@@ -21,19 +22,16 @@ if TYPE_CHECKING:
 
 __all__ = ["glb", "gltf"]
 
-LIGHTNESS_UPWARDS = [0.7071067811865476, 0.7071067811865476, 0.0, 0.0]
-"""Quaternion (x, y, z, w) of the half turn that takes (L*, a*, b*) to glTF's (a*, L*, −b*):
-L* upwards, a* to the right, b* away from the viewer."""
 
-
-def glb(mesh: TriangleMesh, provenance: Mapping[str, str]) -> bytes:
+def glb(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
     """Return a mesh as binary glTF.
 
     Parameters
     ----------
     mesh : TriangleMesh
-        In CIELAB.
+        In the coordinates of `space`.
     provenance : mapping of str to str
+    space : ColourSpace, optional
 
     Returns
     -------
@@ -42,36 +40,36 @@ def glb(mesh: TriangleMesh, provenance: Mapping[str, str]) -> bytes:
     from trimesh.exchange.gltf import export_glb  # noqa: PLC0415  # heavy, for exchange alone
 
     exported: bytes = export_glb(
-        _scene(mesh), include_normals=False, tree_postprocessor=_finish(provenance)
+        _scene(mesh, space), include_normals=False, tree_postprocessor=_finish(provenance, space)
     )
     return exported
 
 
-def gltf(mesh: TriangleMesh, provenance: Mapping[str, str]) -> bytes:
+def gltf(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
     """Return a mesh as JSON glTF with its buffers embedded as data URIs; parameters as `glb`."""
     from trimesh.exchange.gltf import export_gltf  # noqa: PLC0415  # heavy, for exchange alone
 
     files: dict[str, bytes] = export_gltf(
-        _scene(mesh),
+        _scene(mesh, space),
         include_normals=False,
         merge_buffers=True,
         embed_buffers=True,
-        tree_postprocessor=_finish(provenance),
+        tree_postprocessor=_finish(provenance, space),
     )
     return files["model.gltf"]
 
 
-def _scene(mesh: TriangleMesh) -> Any:  # noqa: ANN401  # trimesh has no type stubs
+def _scene(mesh: TriangleMesh, space: ColourSpace) -> Any:  # noqa: ANN401  # trimesh has no type stubs
     import trimesh  # noqa: PLC0415
 
     colours = np.full((len(mesh.vertices), 4), 65535, np.uint16)
-    colours[:, :3] = np.rint(linear_srgb(mesh.vertices) * 65535.0)
+    colours[:, :3] = np.rint(linear_srgb(space.appearance_lab(mesh.vertices)) * 65535.0)
     coloured = mesh.to_trimesh()
     coloured.vertex_attributes["COLOR"] = colours
     return trimesh.Scene({"gamut": coloured})
 
 
-def _finish(provenance: Mapping[str, str]) -> Callable[[dict[str, Any]], None]:
+def _finish(provenance: Mapping[str, str], space: ColourSpace) -> Callable[[dict[str, Any]], None]:
     """Return what completes trimesh's tree."""
 
     def complete(tree: dict[str, Any]) -> None:
@@ -95,6 +93,6 @@ def _finish(provenance: Mapping[str, str]) -> Callable[[dict[str, Any]], None]:
         for node in tree["nodes"]:
             if "mesh" in node:
                 node.pop("matrix", None)
-                node["rotation"] = LIGHTNESS_UPWARDS
+                node["rotation"] = list(space.rotation)
 
     return complete

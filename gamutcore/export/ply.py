@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.colours.appearance import srgb
+from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.version import __version__
 
 if TYPE_CHECKING:
@@ -20,14 +21,15 @@ if TYPE_CHECKING:
 __all__ = ["comment_lines", "ply"]
 
 
-def ply(mesh: TriangleMesh, provenance: Mapping[str, str]) -> bytes:
+def ply(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
     """Return a mesh as binary PLY.
 
     Parameters
     ----------
     mesh : TriangleMesh
-        In CIELAB.
+        In the coordinates of `space`.
     provenance : mapping of str to str
+    space : ColourSpace, optional
 
     Returns
     -------
@@ -35,7 +37,7 @@ def ply(mesh: TriangleMesh, provenance: Mapping[str, str]) -> bytes:
     """
     from trimesh.exchange.ply import export_ply  # noqa: PLC0415  # heavy, for exchange alone
 
-    colours = np.rint(srgb(mesh.vertices) * 255.0).astype(np.uint8)
+    colours = np.rint(srgb(space.appearance_lab(mesh.vertices)) * 255.0).astype(np.uint8)
     coloured = mesh.to_trimesh()
     for channel, name in enumerate(("red", "green", "blue")):
         coloured.vertex_attributes[name] = colours[:, channel]

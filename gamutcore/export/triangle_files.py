@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.colours.appearance import srgb
+from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.export.ply import comment_lines
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["obj", "stl"]
 
 
-def stl(mesh: TriangleMesh, _provenance: Mapping[str, str]) -> bytes:
+def stl(mesh: TriangleMesh, _provenance: Mapping[str, str], _space: ColourSpace = CIELAB) -> bytes:
     """Return a mesh as binary STL, which has no place for colours or provenance.
 
     Parameters
@@ -34,14 +35,15 @@ def stl(mesh: TriangleMesh, _provenance: Mapping[str, str]) -> bytes:
     return exported
 
 
-def obj(mesh: TriangleMesh, provenance: Mapping[str, str]) -> bytes:
+def obj(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
     """Return a mesh as Wavefront OBJ, with sRGB behind each vertex and provenance in comments.
 
     Parameters
     ----------
     mesh : TriangleMesh
-        In CIELAB.
+        In the coordinates of `space`.
     provenance : mapping of str to str
+    space : ColourSpace, optional
 
     Returns
     -------
@@ -51,7 +53,7 @@ def obj(mesh: TriangleMesh, provenance: Mapping[str, str]) -> bytes:
     from trimesh.visual import ColorVisuals  # noqa: PLC0415
 
     coloured = mesh.to_trimesh()
-    colours = np.rint(srgb(mesh.vertices) * 255.0).astype(np.uint8)
+    colours = np.rint(srgb(space.appearance_lab(mesh.vertices)) * 255.0).astype(np.uint8)
     coloured.visual = ColorVisuals(coloured, vertex_colors=colours)
     header = "\n# ".join(
         line.encode("ascii", "backslashreplace").decode() for line in comment_lines(provenance)

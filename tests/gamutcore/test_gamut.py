@@ -420,6 +420,8 @@ class TestMesh:
             {"condition": "M1"},
             {"source": "measurements"},
             {"source": "boundary"},
+            {"space": "Oklab"},
+            {"reference_white": "D65"},
         ],
     )
     def test_options_of_colours_are_refused(self, fogra39_gamut, options):
@@ -449,3 +451,44 @@ def triangle_set(mesh):
     corners = mesh.vertices[mesh.faces].tolist()
     turned = (face[face.index(min(face)) :] + face[: face.index(min(face))] for face in corners)
     return sorted(turned)
+
+
+class TestColourSpace:
+    def display(self, luminance="90.0 184.5 101.0"):
+        """A display with the primaries of CIEXYZ itself, which states its luminance."""
+        cube = np.array(list(np.ndindex(3, 3, 3))) / 2
+        rows = np.concatenate([cube, cube @ np.diag([0.95, 1.0, 1.09])], axis=1)
+        document = {
+            "columns": ["R", "G", "B", "X", "Y", "Z"],
+            "samples": rows.tolist(),
+            "conditions": {"DEVICE_CLASS": "DISPLAY", "LUMINANCE_XYZ_CDM2": luminance},
+        }
+        return json.dumps(document).encode()
+
+    def test_the_measured_luminance_is_used_and_kept(self):
+        measured = Options(space="ICtCp", luminance="measured", surface_samples=1000)
+        gamut = build_gamut(self.display(), measured)
+        assert gamut.description["provenance"]["colour_space"]["luminance"] == 184.5
+        assert gamut.colour_space.luminance == 184.5
+        assert Gamut.from_bytes(gamut.to_bytes()).colour_space == gamut.colour_space
+        stated = Options(space="ICtCp", luminance=184.5, surface_samples=1000)
+        same = build_gamut(self.display(), stated)
+        assert same.description["volume"] == gamut.description["volume"]
+        assert same.id != gamut.id
+
+    def test_what_is_not_stated_cannot_be_used(self):
+        with pytest.raises(OptionError) as caught:
+            build_gamut(self.display(""), Options(space="Jzazbz", luminance="measured"))
+        assert caught.value.where == {"field": "luminance"}
+
+    @pytest.mark.parametrize("space", ["CIEXYZ", "Oklab", "CAM16-UCS", "Jzazbz"])
+    def test_the_whole_description_is_in_the_space(self, space):
+        gamut = build_gamut(bare(OCTAHEDRON), Options(space=space, gamma=1.0))
+        points, _ = gamut.colour_space.coordinates(np.array(OCTAHEDRON, float))
+        step = gamut.description["grid_step"]
+        lowest, highest = points.min(axis=0), points.max(axis=0)
+        np.testing.assert_allclose(gamut.description["bounds"], [lowest, highest], atol=step)
+        assert (lowest < gamut.description["centre"]).all()
+        assert (gamut.description["centre"] < highest).all()
+        assert gamut.description["provenance"]["space"] == space
+        assert gamut.description["provenance"]["colour_space"]["name"] == space

@@ -9,6 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gamutcore.boundary import BOUNDARIES
+from gamutcore.colours.space_parameters import SPACE_PARAMETERS
+from gamutcore.colours.spaces import SPACES, ColourSpace
 from gamutcore.decimation import COSTS
 from gamutcore.errors import OptionError
 from gamutcore.options import Options
@@ -173,7 +175,7 @@ def test_the_boundary_is_called_with_what_applies():
             ("gamma", value)
             for value in (0, -0.2, 1.01, math.nan, math.inf, "0.2", None, True, [], 10**400)
         ],
-        *[("space", value) for value in ("CIEXYZ", "cielab", "", None, 1, [], {})],
+        *[("space", value) for value in ("CIEXYY", "cielab", "", None, 1, [], {})],
         *[("boundary", value) for value in ("hull", None, 1, ["convex-hull"])],
         *[("cost", value) for value in ("area", "interface", None, 2)],
         *[("intent", value) for value in ("media", None, 0)],
@@ -294,3 +296,72 @@ def test_limits_of_ink_that_are_given_are_part_of_the_question():
     assert Options(ink_limit=300).canonical == Options(ink_limit=300.0).canonical
     assert Options(ink_limit=300) != Options()
     assert Options(black_limit=0).to_mapping()["black_limit"] == 0
+
+
+@given(st.sampled_from(sorted(SPACES)), VALID)
+def test_a_space_and_its_parameters_survive_json(name, mapping):
+    options = Options.from_mapping({**mapping, "space": name})
+    again = Options.from_mapping(json.loads(json.dumps(options.to_mapping())))
+    assert again == options
+    assert again.canonical == options.canonical
+    assert again.colour_space() == options.colour_space()
+    own = set(SPACE_PARAMETERS) & set(options.to_mapping())
+    common = set() if name == "CIELAB" else {"reference_white", "adaptation", "scale"}
+    assert own == common | set(SPACES[name].parameters)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ({"space": "CIELAB", "reference_white": "D50", "adaptation": "Bradford", "scale": 1}, {}),
+        (
+            {"space": "Oklab"},
+            {"space": "Oklab", "reference_white": "D65", "adaptation": "Bradford"},
+        ),
+        (
+            {"space": "Oklab", "reference_white": [95.5, 100, 110]},
+            {"space": "Oklab", "reference_white": (0.955, 1.0, 1.1)},
+        ),
+        ({"space": "ICtCp"}, {"space": "ICtCp", "luminance": 203}),
+        ({"space": "CAM16-UCS"}, {"space": "CAM16-UCS", "background": 20, "surround": "average"}),
+    ],
+)
+def test_equal_spaces_have_one_canonical_form(one, other):
+    assert Options.from_mapping(one).canonical == Options.from_mapping(other).canonical
+
+
+def test_the_space_of_options_has_their_parameters():
+    assert Options().colour_space() == ColourSpace()
+    options = Options(space="Jzazbz", luminance=100, reference_white="D50")
+    assert options.colour_space().luminance == 100.0
+    assert options.colour_space().white.tolist() == [0.9642, 1.0, 0.8249]
+    assert Options(space="Jzazbz").canonical != options.canonical
+
+
+@pytest.mark.parametrize(
+    ("mapping", "field"),
+    [
+        ({"luminance": 100}, "luminance"),
+        ({"space": "Oklab", "surround": "dim"}, "surround"),
+        ({"space": "Oklab", "reference_white": None}, "reference_white"),
+        ({"space": "CAM16-UCS", "surround": "light"}, "surround"),
+        ({"adaptation": "cat02"}, "adaptation"),
+        ({"scale": 0}, "scale"),
+    ],
+)
+def test_parameters_of_other_spaces_and_wrong_ones_are_refused(mapping, field):
+    with pytest.raises(OptionError) as caught:
+        Options.from_mapping(mapping)
+    assert caught.value.where == {"field": field}
+    assert caught.value.remedy
+
+
+def test_a_measured_luminance_is_the_datas_or_refused():
+    options = Options(space="ITP", luminance="measured")
+    assert options.to_mapping()["luminance"] == "measured"
+    assert options.colour_space(484.8).luminance == 484.8
+    for stated in (None, 0.0, 20_000.0, float("nan"), "100"):
+        with pytest.raises(OptionError) as caught:
+            options.colour_space(stated)
+        assert caught.value.where == {"field": "luminance"}
+        assert caught.value.remedy

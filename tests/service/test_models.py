@@ -5,6 +5,7 @@ import re
 import pytest
 
 from gamutcore.boundary import BOUNDARIES
+from gamutcore.colours.spaces import SPACES
 from gamutcore.errors import OptionError
 from gamutcore.gamut import Options
 from service.models import GamutDescription, GamutOptions, JobDescription, Level
@@ -60,7 +61,31 @@ def test_the_defaults_that_depend_on_the_boundary_are_in_the_descriptions(bounda
         )
 
 
-@pytest.mark.parametrize("name", ["boundary", "cost", "intent"])
+@pytest.mark.parametrize("name", ["scale", "luminance", "adapting_luminance", "background"])
+def test_the_documented_limits_of_spaces_are_those_of_gamutcore(name):
+    schema = GamutOptions.model_json_schema()["properties"][name]
+    schema = {**schema, **schema.get("anyOf", [{}])[0]}
+    spaces = [space for space in SPACES if name == "scale" or name in SPACES[space].parameters]
+    for space in spaces:
+        for value in (schema["minimum"], schema["maximum"]):
+            given = Options.from_mapping({"space": space, name: value}).to_mapping()
+            assert given[name] == value
+            GamutOptions.model_validate_json(json.dumps(given), strict=True)
+        for value in (0.99 * schema["minimum"], 1.01 * schema["maximum"]):
+            with pytest.raises(OptionError):
+                Options.from_mapping({"space": space, name: value})
+    assert name == "scale" or all(f"`{space}`" in schema["description"] for space in spaces)
+
+
+@pytest.mark.parametrize("name", ["adaptation", "surround", "reference_white"])
+def test_every_documented_choice_of_spaces_is_accepted(name):
+    schema = GamutOptions.model_json_schema()["properties"][name]
+    choices = schema.get("enum") or schema["anyOf"][0]["enum"]
+    for choice in choices:
+        assert getattr(Options.from_mapping({"space": "CAM16-UCS", name: choice}), name) == choice
+
+
+@pytest.mark.parametrize("name", ["space", "boundary", "cost", "intent"])
 def test_every_documented_choice_is_accepted(name):
     schema = GamutOptions.model_json_schema()["properties"][name]
     for choice in schema.get("enum", [schema.get("const")]):

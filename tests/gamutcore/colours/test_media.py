@@ -247,3 +247,46 @@ def test_spectra_of_rgb_values_are_lights_unless_something_says_otherwise():
     for said in ({"DEVICE_CLASS": "OUTPUT"}, {"MEASUREMENT_CONDITION": "M1"}):
         printed = spectral("R G B", (255, 255, 255), conditions=said)
         assert medium_colours(printed, "relative").provenance["medium"] == "reflective"
+
+
+@pytest.mark.parametrize("adaptation", ["CAT02", "CAT16", "von-Kries", "XYZ-scaling"])
+def test_another_adaptation_takes_the_white_to_d50_as_well(adaptation):
+    medium = medium_colours(display(), "relative", adaptation=adaptation)
+    np.testing.assert_allclose(medium.lab[0], [100, 0, 0], atol=1e-9)
+    assert medium.provenance["adaptation"].startswith(f"{adaptation} from the white to D50")
+    assert np.abs(medium.lab[1] - medium_colours(display(), "relative").lab[1]).max() > 0.1
+    assert not medium.as_measured
+
+
+def test_without_adaptation_a_display_keeps_its_tristimulus_values():
+    medium = medium_colours(display(scale=250.0), "relative", adaptation="none")
+    np.testing.assert_allclose(lab_to_xyz(medium.lab), [D65, RED_D65, [0, 0, 0]], atol=1e-9)
+    assert medium.provenance["adaptation"].startswith("none, as asked")
+
+
+def test_another_adaptation_of_samples_for_another_illuminant():
+    data = press(columns="CMYK_C CMYK_M CMYK_Y CMYK_K L A B", conditions={"ILLUMINANT": "D65"})
+    bradford, cat16 = (
+        medium_colours(data, "absolute", adaptation=name) for name in ("Bradford", "CAT16")
+    )
+    assert bradford.provenance["adaptation"] == "Bradford from D65 to D50"
+    assert cat16.provenance["adaptation"] == "CAT16 from D65 to D50"
+    assert np.abs(bradford.lab - cat16.lab).max() > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("stated", "expected"),
+    [
+        ("112.3 118.2 130.0", 118.2),
+        ("118.2", None),
+        ("1 -5 3", None),
+        ("1 1e999 3", None),
+        ("a b c", None),
+    ],
+)
+def test_the_luminance_that_argyll_states_of_a_display(stated, expected):
+    data = display(conditions={"LUMINANCE_XYZ_CDM2": stated})
+    for intent in ("relative", "absolute"):
+        assert medium_colours(data, intent).provenance.get("white_luminance") == expected
+    printed = press(conditions={"LUMINANCE_XYZ_CDM2": stated})
+    assert "white_luminance" not in medium_colours(printed, "relative").provenance

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import struct
 
 import numpy as np
 import pytest
@@ -202,3 +203,18 @@ def test_a_press_measured_under_three_conditions_is_described_with_the_one_used(
     assert provenance["channels"] == ["C", "M", "Y"]
     for member in ("format", "white", "illuminant", "observer", "adaptation", "warnings"):
         assert member in provenance
+
+
+@pytest.mark.parametrize(
+    ("stated", "expected"),
+    [(struct.pack(">3i", 0, 250 << 16, 0), 250.0), (b"", None), (bytes(12), None)],
+)
+def test_the_luminance_that_a_profile_states(small_profile, stated, expected):
+    """The tag `lumi`, ICC.1:2022, 9.2.33: Y in cd/m²; a broken one is as good as none."""
+    data = bytearray(small_profile("sRGB-v4.icc"))
+    entry = data.index(b"cprt", 128)
+    data[entry : entry + 12] = struct.pack(">4sII", b"lumi", len(data), 8 + len(stated))
+    data += b"XYZ \0\0\0\0" + stated
+    data[:4] = struct.pack(">I", len(data))
+    surface = surface_colours(characterisation(bytes(data)), surface_samples=100)
+    assert surface.provenance.get("white_luminance") == expected

@@ -6,6 +6,7 @@ import numpy as np
 import pygltflib
 import pytest
 
+from gamutcore.colours.spaces import SPACES, ColourSpace
 from gamutcore.export import encoded_mesh
 from gamutcore.mesh import TriangleMesh
 
@@ -119,3 +120,19 @@ def test_gltf_is_one_json_document_that_refers_to_no_file(level):
     document = json.loads(encoded_mesh(level, "gltf"))
     for buffer in document["buffers"]:
         assert buffer["uri"].startswith("data:application/octet-stream;base64,")
+
+
+@pytest.mark.parametrize("name", SPACES)
+def test_every_space_shows_lightness_upwards_and_the_same_colours(
+    fogra39_gamut, kind, name, gltf_accessor, displayed
+):
+    level = fogra39_gamut.history.level(1000)  # coarser ones have vertices of imaginary colours
+    space = ColourSpace(name)
+    positions, _ = space.coordinates(np.asarray(level.vertices, np.float64))
+    mesh = TriangleMesh(positions.astype(np.float32), level.faces)
+    asset = asset_of(encoded_mesh(mesh, kind, {}, space), kind)
+    (node,) = [node for node in asset.nodes if node.mesh is not None]
+    assert node.rotation == list(space.rotation)
+    (primitive,) = asset.meshes[0].primitives
+    stored = gltf_accessor(asset, primitive.attributes.COLOR_0)[:, :3] / 65535
+    assert np.abs(stored - displayed(level.vertices, encoded=False)).max() < 1e-4

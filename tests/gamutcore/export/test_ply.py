@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 import trimesh
 
+from gamutcore.colours.spaces import SPACES, ColourSpace
 from gamutcore.export import encoded_mesh
 from gamutcore.export.ply import comment_lines
+from gamutcore.mesh import TriangleMesh
 
 
 def header_lines(data):
@@ -91,3 +93,18 @@ class TestComments:
 
 def test_reruns_are_bit_identical(level, written, provenance):
     assert encoded_mesh(level, "ply", provenance) == written
+
+
+@pytest.mark.parametrize("name", SPACES)
+def test_vertices_have_the_same_colours_in_every_space(fogra39_gamut, displayed, name):
+    level = fogra39_gamut.history.level(1000)  # coarser ones have vertices of imaginary colours
+    space = ColourSpace(name)
+    positions, _ = space.coordinates(np.asarray(level.vertices, np.float64))
+    mesh = TriangleMesh(positions.astype(np.float32), level.faces)
+    loaded = trimesh.load(
+        io.BytesIO(encoded_mesh(mesh, "ply", {}, space)), file_type="ply", process=False
+    )
+    np.testing.assert_array_equal(loaded.vertices.astype(np.float32), mesh.vertices)
+    expected = 255 * displayed(level.vertices, encoded=True)
+    # a bit of float32 is up to half a step in the darkest colours
+    assert np.abs(loaded.visual.vertex_colors[:, :3] - expected).max() <= 1.01

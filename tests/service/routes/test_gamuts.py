@@ -1,5 +1,6 @@
 import concurrent.futures
 import hashlib
+import io
 import json
 import os
 import signal
@@ -9,7 +10,12 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 import httpx
+import numpy as np
 import pytest
+import trimesh
+
+from gamutcore.colours.appearance import srgb
+from gamutcore.colours.spaces import SPACES, ColourSpace
 
 UNKNOWN = "0" * 64
 EXAMPLE = Path(__file__).parents[3] / "examples" / "FOGRA39L.ti3"
@@ -102,6 +108,57 @@ def test_every_boundary_is_built_and_decimated(server, sphere, options, triangle
     assert (again.status_code, again.json()["id"]) == (200, gamut["id"])
     mesh = server.client.get(gamut["links"]["mesh"], params={"triangles": 20})
     assert mesh.headers["gamut-triangles"] == "20"
+
+
+@pytest.mark.parametrize("name", SPACES)
+def test_every_colour_space_is_built_and_exported(server, sphere, name):
+    body = {"samples": sphere(seed=91, count=500), "options": {"space": name, "gamma": 1}}
+    answer = server.client.post("/v1/gamuts", json=body, headers={"Prefer": "wait=60"})
+    assert answer.status_code == 201, answer.text
+    gamut = answer.json()
+    assert gamut["options"]["space"] == gamut["provenance"]["colour_space"]["name"] == name
+    assert gamut["provenance"]["axes"] == " ".join(SPACES[name].axes)
+    # the options as they are answered ask the same question again
+    again = server.client.post("/v1/gamuts", json={**body, "options": gamut["options"]})
+    assert (again.status_code, again.json()["id"]) == (200, gamut["id"])
+    query = {"triangles": gamut["counts"]["triangles"]}
+    ply = server.client.get(gamut["links"]["mesh"], params={**query, "format": "ply"}).content
+    header = ply.partition(b"end_header")[0].decode()
+    assert f"comment space: {name}\n" in header
+    assert f"comment axes: {' '.join(SPACES[name].axes)}\n" in header
+    mesh = trimesh.load(io.BytesIO(ply), file_type="ply", process=False)
+    lab = ColourSpace(name).appearance_lab(np.asarray(mesh.vertices, np.float32))
+    # back in CIELAB all vertices are on the sphere that was sent
+    np.testing.assert_allclose(np.linalg.norm(lab - (50, 0, 0), axis=1), 40, atol=0.01)
+    shown = 255 * srgb(np.ascontiguousarray(lab, np.float32))
+    assert np.abs(shown - mesh.visual.vertex_colors[:, :3]).max() <= 1
+    glb = server.client.get(gamut["links"]["mesh"], params=query)
+    scene = trimesh.load(io.BytesIO(glb.content), file_type="glb", process=False)
+    (placed,) = scene.dump()
+    # lightness is shown along y
+    lightest = placed.vertices[np.argmax(lab[:, 0]), 1]
+    assert lightest >= np.sort(placed.vertices[:, 1])[-len(lab) // 20]
+
+
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [
+        ({"space": "CIELAB", "luminance": 100}, "luminance"),
+        ({"space": "ICtCp", "luminance": 1e5}, "luminance"),
+        ({"space": "ICtCp", "luminance": "measured"}, "luminance"),  # of bare colours
+        ({"space": "Oklab", "background": 20}, "background"),
+        ({"space": "CAM16-UCS", "surround": "bright"}, "surround"),
+        ({"space": "CIEXYZ", "reference_white": [0, 1, 1]}, "reference_white"),
+        ({"adaptation": "best"}, "adaptation"),
+        ({"space": "HSV"}, "space"),
+    ],
+)
+def test_options_that_a_space_does_not_have_are_refused(
+    server, sphere, assert_problem, options, field
+):
+    body = {"samples": sphere(seed=92), "options": options}
+    answer = server.client.post("/v1/gamuts", json=body)
+    assert assert_problem(answer, 422, "invalid-option")["where"] == {"field": field}
 
 
 def test_segments_that_do_not_surround_the_centre_are_a_problem(server, assert_problem):
