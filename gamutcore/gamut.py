@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from gamutcore.boundary import wrapped
+from gamutcore.boundary import vertex_device_values, wrapped
 from gamutcore.characterisation import Characterisation, characterisation, measurements_of
 from gamutcore.colours import InkLimits, surface_colours
 from gamutcore.decimation import decimated
@@ -32,6 +32,8 @@ from gamutcore.version import ALGORITHM_VERSION, __version__
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
+
+    from gamutcore.mesh import TriangleMesh
 
 __all__ = ["STAGES", "Gamut", "Options", "build_gamut", "gamut_id", "read_description"]
 
@@ -94,6 +96,27 @@ class Gamut:
         """Memory held by the history, in bytes."""
         return self.history.nbytes
 
+    def level(self, triangles: int) -> TriangleMesh:
+        """Return a level with the device values at its vertices, where the gamut has them.
+
+        Parameters
+        ----------
+        triangles : int
+            As for `History.level`.
+
+        Returns
+        -------
+        TriangleMesh
+            In time proportional to its size. Without `device` if the gamut is of bare colours.
+
+        Raises
+        ------
+        TriangleCountError
+            If there is no such level.
+        """
+        mesh = self.history.level(triangles)
+        return replace(mesh, device=self.history.device_values(triangles))
+
     def to_bytes(self) -> bytes:
         """Return the gamut as a history file with the description in its metadata."""
         text = json.dumps(self.description, separators=(",", ":"), allow_nan=False)
@@ -117,6 +140,8 @@ class Gamut:
             If the file is damaged, or a history without a gamut's description.
         """
         history, metadata = history_from_bytes(data)
+        # these are unpacked when they are asked for; damage is to be noticed now
+        history.device_values(MINIMUM_TRIANGLES)
         return cls(_description(metadata), history)
 
 
@@ -185,7 +210,13 @@ def build_gamut(
         colours.points, options.boundary, options.centre, **options.boundary_parameters
     )
     report("decimation", 0.0)
-    history = history_of(decimated(boundary.mesh, boundary.centre, options.cost))
+    device_values = None
+    if colours.device is not None:
+        device_values = vertex_device_values(
+            boundary, colours.points, colours.device, colours.channels
+        )
+    decimation = decimated(boundary.mesh, boundary.centre, options.cost)
+    history = history_of(decimation, device_values)
     report("metric", 0.0)
     curve = error_curve(history, curve_counts(history.triangles))
     digest = hashlib.sha256(data).hexdigest()

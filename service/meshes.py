@@ -238,7 +238,7 @@ def _key(gamut_id: str, count: int, format_name: str) -> MeshKey:
 
 
 def _encoded(opened: OpenGamut, key: MeshKey) -> EncodedMesh:
-    mesh = opened.gamut.history.level(key.triangles)
+    mesh = opened.gamut.level(key.triangles)
     body = encoded_mesh(mesh, key.format_name, opened.provenance)
     media_type = FORMATS[key.format_name].media_type
     promises = _promises(opened, len(mesh.faces))

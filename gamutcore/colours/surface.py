@@ -62,11 +62,14 @@ class SurfaceColours:
         The device values that make them, 0 to 1; None for bare colours.
     provenance : dict
         All that went in, JSON-able.
+    channels : tuple of str
+        Names of the k device channels; none of bare colours.
     """
 
     points: FloatArray
     device: FloatArray | None
     provenance: dict[str, JSON]
+    channels: tuple[str, ...] = ()
 
 
 def surface_colours(
@@ -167,7 +170,7 @@ def _profile_surface(
             )
         ),
     }
-    return SurfaceColours(points, device, provenance)
+    return SurfaceColours(points, device, provenance, profile.channels)
 
 
 def _kind(colours: ProfileColours) -> str:
@@ -241,7 +244,7 @@ def _sample_surface(
         warnings.append(f"No device model can be fitted ({error}); the samples' colours are used.")
         provenance["model"] = {"name": "none: the samples' own colours"}
         provenance["warnings"] = list[JSON](warnings)
-        return SurfaceColours(lab, device, provenance)
+        return SurfaceColours(lab, device, provenance, samples.channels)
 
     warnings += _range_warnings(samples, lowest, highest, device, limited)
     mean, high = _error_figures(model.leave_out_errors)
@@ -266,7 +269,7 @@ def _sample_surface(
     provenance["surface"] = {"points": len(points), "density": density}
     provenance.update(_limits_provenance(limited))
     provenance["warnings"] = list[JSON](warnings)
-    return SurfaceColours(points, values, provenance)
+    return SurfaceColours(points, values, provenance, samples.channels)
 
 
 def _patches(samples: Samples, used: int, *, averaged: int = 0, thinned: int = 0) -> JSON:
