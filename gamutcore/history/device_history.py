@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple, cast
 import numpy as np
 
 from gamutcore.device_values import DeviceValues
-from gamutcore.errors import HistoryFileError
+from gamutcore.errors import HistoryFileError, MeshError
 from gamutcore.history.bit_codes import read_bits, reader_of, written
 from gamutcore.history.device_codes import (
     LENGTHS,
@@ -155,7 +155,18 @@ def device_history_of(device: DeviceValues, slots: IndexArray, splits: Splits) -
     Returns
     -------
     DeviceHistory
+
+    Raises
+    ------
+    MeshError
+        If there is not one row for each vertex.
     """
+    if len(device) != len(slots):
+        raise MeshError(
+            f"there are device values of {len(device)} vertices, not of {len(slots)}",
+            where={"field": "device"},
+            remedy="one row for each vertex of the full boundary",
+        )
     values = np.empty(device.values.shape, np.int16)
     values[slots] = np.rint(device.values.astype(np.float64) * FULL_SCALE)
     shape = (len(values) - 4, values.shape[1])

@@ -81,11 +81,26 @@ function parse(bytes) {
   return {
     metadata,
     streams,
+    device: deviceSection(metadata, streams.length, slice, numbers),
     vertices: Math.min(Number(metadata.vertices), 4 * 2 ** streams.length),
     step: numbers("step", 1, 8, "getFloat64")[0],
     positions: numbers("base.positions", 12, 4, "getInt32"),
     faces: numbers("base.faces", 12, 4, "getInt32"),
   };
+}
+
+/** What the file says of device values; null if there are none, or not all of their groups. */
+function deviceSection(metadata, groups, slice, numbers) {
+  const name = (group) => `device.${String(group).padStart(2, "0")}`;
+  const streams = Array.from({ length: groups }, (_, group) => slice(name(group)));
+  if (!metadata.device || streams.includes(null) || slice("device.base") === null) return null;
+  const { channels, steps: scale } = JSON.parse(metadata.device);
+  const base = numbers("device.base", 4 * channels.length, 4, "getInt32");
+  const contexts = Array.from({ length: 2 * channels.length * CLASSES }, () => ({
+    total: 32,
+    count: 1,
+  }));
+  return { channels, scale, streams, contexts, values: base };
 }
 
 /**
@@ -117,6 +132,12 @@ export class History {
     return 2 * this.count - 4;
   }
 
+  /** Device values of the present level, as float32: those of slot 0, of slot 1, ... */
+  get deviceValues() {
+    const { values, scale, channels } = this.device;
+    return Float32Array.from(values.slice(0, channels.length * this.count), (v) => v / scale);
+  }
+
   /** The present level: x, y, z of each slot as float32, and three slots for each face. */
   get level() {
     const positions = new Float32Array(3 * this.count);
@@ -144,6 +165,7 @@ export class History {
       if (this.count === 4 * 2 ** group) {
         this.reader = new BitReader(this.streams[group]);
         this.shifts = this.reader.bits(1) === 1;
+        if (this.device) this.device.reader = new BitReader(this.device.streams[group]);
       }
       this.split();
     }
@@ -166,7 +188,9 @@ export class History {
     const half = Math.ceil(degree / 2);
     const kept = half + code < degree ? half + code : degree - 1 - code;
 
+    const before = this.place(parent);
     this.places(parent, slot, ring, kept);
+    if (this.device) this.deviceSplit(parent, slot, before);
 
     const [one, two] = [6 * slot - 12, 6 * slot - 9];
     const [left, right] = [ring[0].slot, ring[kept].slot];
@@ -191,6 +215,37 @@ export class History {
       { corner: two, slot: parent },
     ];
     this.count += 1;
+  }
+
+  /** Where a slot is, in steps. */
+  place(slot) {
+    return [0, 1, 2].map((axis) => this.steps[3 * slot + axis]);
+  }
+
+  /** Read the device values of the parent and of the new slot. */
+  deviceSplit(parent, slot, before) {
+    const { values, scale, channels, reader, contexts } = this.device;
+    const [fine, added] = [this.place(parent), this.place(slot)];
+    let [along, square, distance] = [0, 0, 0];
+    for (const axis of [0, 1, 2]) {
+      const edge = added[axis] - fine[axis];
+      along += (before[axis] - fine[axis]) * edge;
+      square += edge * edge;
+      distance += Math.abs(edge);
+    }
+    const place = square === 0 ? 0 : Math.min(1, Math.max(0, along / square));
+    let length = 0;
+    while (length < CLASSES - 1 && !(distance < 2 ** length)) length++;
+    channels.forEach((_, channel) => {
+      const old = values[channels.length * parent + channel];
+      const between = old > 0 && old < scale ? 1 : 0;
+      const change = reader.signed(contexts[(2 * channel + between) * CLASSES + length]);
+      const here = old - Math.floor(place * change + 0.5);
+      for (const [whose, value] of [[parent, here], [slot, here + change]]) {
+        if (value < 0 || value > scale) throw new RangeError("beyond full scale");
+        values[channels.length * whose + channel] = value;
+      }
+    });
   }
 
   /** Read the places of the parent, of the new slot and of the neighbours that move. */
