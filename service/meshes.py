@@ -30,7 +30,7 @@ __all__ = [
 ]
 
 DEFAULT_TRIANGLES = 1000
-"""Triangles of a mesh when none are asked for: 26 kB as GLB, and looks smooth on a screen."""
+"""Triangles of a mesh when none are asked for: 23 kB as GLB, 32 kB with four inks; looks smooth."""
 
 MEDIA_TYPES = {mesh_format.media_type: name for name, mesh_format in FORMATS.items()}
 """Names of the formats by media type, the preferred one first."""

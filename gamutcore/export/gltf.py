@@ -96,7 +96,9 @@ def _finish(mesh: TriangleMesh, provenance: Mapping[str, str]) -> Callable[[dict
         colour = attributes.pop("_COLOR")
         attributes["COLOR_0"] = colour
         if mesh.device is not None:
-            names = dict(zip(_attribute_names(mesh), mesh.device.channels, strict=True))
+            # JSON has no place for halves of surrogate pairs
+            channels = [name.encode("utf-8", "replace").decode() for name in mesh.device.channels]
+            names = dict(zip(_attribute_names(mesh), channels, strict=True))
             tree["meshes"][0].setdefault("extras", {})["device_channels"] = names
         tree["accessors"][colour]["normalized"] = True
         tree["materials"] = [

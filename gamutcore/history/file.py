@@ -27,7 +27,7 @@ from gamutcore.errors import HistoryFileError
 from gamutcore.history.bit_codes import read_bits, reader_of, written
 from gamutcore.history.device_history import (
     PackedDeviceValues,
-    device_scale,
+    device_section,
     packed_device_values,
     unpacked_device_values,
 )
@@ -127,8 +127,9 @@ def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -
     if history.device is not None:
         groups = _groups(splits.vertices)
         packed = packed_device_values(history.device, history.splits, history.step, groups)
-        channels = {"channels": packed.channels, "steps": packed.scale}
-        described[DEVICE] = json.dumps(channels, separators=(",", ":"))
+        channels, steps, corrected = packed.section
+        section = {"channels": channels, "steps": steps, "corrected": corrected}
+        described[DEVICE] = json.dumps(section, separators=(",", ":"))
         arrays.append(("device.base", packed.base))
         arrays += [(_group_name(i, DEVICE), stream) for i, stream in enumerate(packed.streams)]
     header: dict[str, object] = {"__metadata__": described}
@@ -351,7 +352,8 @@ def _packed_device_values(
     """Return the section of device values, if there is one; the streams are not read yet."""
     if DEVICE not in metadata:
         return None
-    channels, scale = device_scale(metadata[DEVICE])
+    section = device_section(metadata[DEVICE])
+    channels, scale, _ = section
     groups = _groups(vertices)
     wanted = ["device.base", *(_group_name(number, DEVICE) for number in range(len(groups)))]
     if partial and any(name not in arrays for name in wanted):
@@ -373,7 +375,7 @@ def _packed_device_values(
                 remedy=DAMAGED,
             )
         streams.append(stream)
-    return PackedDeviceValues(channels, scale, base, streams)
+    return PackedDeviceValues(section, base, streams)
 
 
 def _history(

@@ -94,13 +94,13 @@ function deviceSection(metadata, groups, slice, numbers) {
   const name = (group) => `device.${String(group).padStart(2, "0")}`;
   const streams = Array.from({ length: groups }, (_, group) => slice(name(group)));
   if (!metadata.device || streams.includes(null) || slice("device.base") === null) return null;
-  const { channels, steps: scale } = JSON.parse(metadata.device);
+  const { channels, steps: scale, corrected } = JSON.parse(metadata.device);
   const base = numbers("device.base", 4 * channels.length, 4, "getInt32");
-  const contexts = Array.from({ length: 2 * channels.length * CLASSES }, () => ({
+  const contexts = Array.from({ length: 6 * channels.length * CLASSES }, () => ({
     total: 32,
     count: 1,
   }));
-  return { channels, scale, streams, contexts, values: base };
+  return { channels, scale, corrected, streams, contexts, values: base };
 }
 
 /**
@@ -189,8 +189,8 @@ export class History {
     const kept = half + code < degree ? half + code : degree - 1 - code;
 
     const before = this.place(parent);
-    this.places(parent, slot, ring, kept);
-    if (this.device) this.deviceSplit(parent, slot, before);
+    const moved = this.places(parent, slot, ring, kept);
+    if (this.device) this.deviceSplit(parent, slot, before, moved);
 
     const [one, two] = [6 * slot - 12, 6 * slot - 9];
     const [left, right] = [ring[0].slot, ring[kept].slot];
@@ -222,9 +222,10 @@ export class History {
     return [0, 1, 2].map((axis) => this.steps[3 * slot + axis]);
   }
 
-  /** Read the device values of the parent and of the new slot. */
-  deviceSplit(parent, slot, before) {
-    const { values, scale, channels, reader, contexts } = this.device;
+  /** Read the device values of the parent, of the new slot and of the neighbours that moved. */
+  deviceSplit(parent, slot, before, moved) {
+    const { values, scale, channels, corrected, reader, contexts } = this.device;
+    const count = channels.length;
     const [fine, added] = [this.place(parent), this.place(slot)];
     let [along, square, distance] = [0, 0, 0];
     for (const axis of [0, 1, 2]) {
@@ -236,19 +237,32 @@ export class History {
     const place = square === 0 ? 0 : Math.min(1, Math.max(0, along / square));
     let length = 0;
     while (length < CLASSES - 1 && !(distance < 2 ** length)) length++;
-    channels.forEach((_, channel) => {
-      const old = values[channels.length * parent + channel];
+    const number = (kind, channel, old) => {
       const between = old > 0 && old < scale ? 1 : 0;
-      const change = reader.signed(contexts[(2 * channel + between) * CLASSES + length]);
-      const here = old - Math.floor(place * change + 0.5);
-      for (const [whose, value] of [[parent, here], [slot, here + change]]) {
-        if (value < 0 || value > scale) throw new RangeError("beyond full scale");
-        values[channels.length * whose + channel] = value;
+      return reader.signed(contexts[((kind * count + channel) * 2 + between) * CLASSES + length]);
+    };
+    const set = (whose, channel, value) => {
+      if (value < 0 || value > scale) throw new RangeError("beyond full scale");
+      values[count * whose + channel] = value;
+    };
+    for (let channel = 0; channel < count; channel++) {
+      const old = values[count * parent + channel];
+      const change = number(0, channel, old);
+      const correction = slot < corrected ? number(1, channel, old) : 0;
+      const here = old - correction - Math.floor(place * change + 0.5);
+      set(parent, channel, here);
+      set(slot, channel, here + change);
+    }
+    for (const neighbour of slot < corrected ? moved.sort((a, b) => a - b) : []) {
+      for (let channel = 0; channel < count; channel++) {
+        const old = values[count * neighbour + channel];
+        set(neighbour, channel, old + number(2, channel, old));
       }
-    });
+    }
   }
 
-  /** Read the places of the parent, of the new slot and of the neighbours that move. */
+  /** Read the places of the parent, of the new slot and of the neighbours that move; return the
+   * latter. */
   places(parent, slot, ring, kept) {
     const { reader, contexts, steps } = this;
     const degree = ring.length;
@@ -303,12 +317,15 @@ export class History {
     const [eu, ev] = [q[0] - du, q[1] - dv];
     place(slot, here, eu, ev, plane(eu, ev) + q[2]);
 
-    if (!this.shifts || reader.bits(1) === 0) return;
+    const moved = [];
+    if (!this.shifts || reader.bits(1) === 0) return moved;
     for (const entry of ring) {
       if (reader.bits(1) === 0) continue;
       const s = differences(SHIFTED_ALONG + size, SHIFTED_OFF + height);
       const from = [0, 1, 2].map((axis) => steps[3 * entry.slot + axis]);
       place(entry.slot, from, s[0], s[1], plane(s[0], s[1]) + s[2]);
+      moved.push(entry.slot);
     }
+    return moved;
   }
 }

@@ -2,12 +2,14 @@
 
 import io
 import re
+from dataclasses import replace
 
 import meshio
 import numpy as np
 import pytest
 import trimesh
 
+from gamutcore.device_values import DeviceValues
 from gamutcore.export import encoded_mesh
 from gamutcore.export.ply import comment_lines
 
@@ -91,3 +93,36 @@ class TestComments:
 
 def test_reruns_are_bit_identical(level, written, provenance):
     assert encoded_mesh(level, "ply", provenance) == written
+
+
+class TestDeviceValues:
+    """A float property for each channel, behind the colours, and comments with their full names."""
+
+    def test_are_properties(self, fogra39_gamut, provenance):
+        level = fogra39_gamut.level(1000)
+        written = encoded_mesh(level, "ply", provenance)
+        lines = header_lines(written)
+        names = [f"device_{ink}" for ink in "CMYK"]
+        properties = [line.split()[1:] for line in lines if line.startswith("property")]
+        assert properties[6:-1] == [["float", name] for name in names]
+        assert [line for line in lines if line.startswith("comment device_")] == [
+            f"comment {name}: {ink}" for name, ink in zip(names, "CMYK", strict=True)
+        ]
+        read = meshio.read(io.BytesIO(written), "ply")
+        np.testing.assert_array_equal(read.points, level.vertices)
+        for channel, name in enumerate(names):
+            np.testing.assert_array_equal(read.point_data[name], level.device.values[:, channel])
+
+    def test_a_reader_that_knows_nothing_of_them_reads_the_rest(self, mesh_readers, fogra39_gamut):
+        level = fogra39_gamut.level(100)
+        for reader in ("trimesh", "meshio"):
+            read = mesh_readers["ply", reader](encoded_mesh(level, "ply"))
+            assert read == replace(level, device=None)
+
+    def test_channels_of_any_name_break_nothing(self, level):
+        channels = ("end_header\nproperty", "Größe", "", "\ud800")
+        values = np.full((len(level.vertices), 4), 0.5, np.float32)
+        written = encoded_mesh(replace(level, device=DeviceValues(channels, values)), "ply")
+        read = meshio.read(io.BytesIO(written), "ply")
+        np.testing.assert_array_equal(read.points, level.vertices)
+        assert (read.point_data["device_3"] == 0.5).all()
