@@ -405,16 +405,15 @@ class TestDamage:
         for _ in range(data.draw(st.integers(1, 4))):
             place = data.draw(st.integers(begin + min(starts), len(file) - 1))
             mutated[place] = data.draw(st.integers(0, 255))
+        where = {"field": "device"}
+        found = []
         try:
             history, _ = history_from_bytes(bytes(mutated))
             found = [history.device_values(count) for count in (4, 30, history.triangles)]
+            assert history.full() == inked[0].full()
         except HistoryFileError as error:
-            found = []
             where = error.where
-        else:
-            where = {"field": "device"}
         assert str(where["field"]).startswith("device")
-        assert history.full() == inked[0].full()
         for values in found:
             assert (values.values >= 0).all()
             assert (values.values <= 1).all()
