@@ -7,7 +7,15 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["ByteArray", "Float32Array", "FloatArray", "IndexArray", "LongArray", "PositionArray"]
+__all__ = [
+    "ByteArray",
+    "Float32Array",
+    "FloatArray",
+    "IndexArray",
+    "LongArray",
+    "PositionArray",
+    "ShortArray",
+]
 
 FloatArray: TypeAlias = NDArray[np.float64]
 """Colours and geometry in double precision."""
@@ -26,3 +34,6 @@ LongArray: TypeAlias = NDArray[np.int64]
 
 ByteArray: TypeAlias = NDArray[np.uint8]
 """Flags and small numbers."""
+
+ShortArray: TypeAlias = NDArray[np.int16]
+"""Device values in steps."""

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from gamutcore.boundary import given_boundary, wrapped
+from gamutcore.boundary import given_boundary, vertex_device_values, wrapped
 from gamutcore.characterisation import (
     Characterisation,
     GamutMesh,
@@ -40,6 +40,11 @@ from gamutcore.version import ALGORITHM_VERSION, __version__
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
+
+    from gamutcore.boundary import Boundary
+    from gamutcore.characterisation import IccProfile, Samples
+    from gamutcore.device_values import DeviceValues
+    from gamutcore.mesh import TriangleMesh
 
 __all__ = ["STAGES", "Gamut", "Options", "build_gamut", "gamut_id", "read_description"]
 
@@ -123,6 +128,27 @@ class Gamut:
         """Memory held by the history, in bytes."""
         return self.history.nbytes
 
+    def level(self, triangles: int) -> TriangleMesh:
+        """Return a level with the device values at its vertices, where the gamut has them.
+
+        Parameters
+        ----------
+        triangles : int
+            As for `History.level`.
+
+        Returns
+        -------
+        TriangleMesh
+            In time proportional to its size. Without `device` if the gamut is of bare colours.
+
+        Raises
+        ------
+        TriangleCountError
+            If there is no such level.
+        """
+        mesh = self.history.level(triangles)
+        return replace(mesh, device=self.history.device_values(triangles))
+
     def to_bytes(self) -> bytes:
         """Return the gamut as a history file with the description in its metadata."""
         text = json.dumps(self.description, separators=(",", ":"), allow_nan=False)
@@ -146,6 +172,8 @@ class Gamut:
             If the file is damaged, or a history without a gamut's description.
         """
         history, metadata = history_from_bytes(data)
+        # these are unpacked when they are asked for; damage is to be noticed now
+        history.device_values(MINIMUM_TRIANGLES)
         return cls(_description(metadata), history)
 
 
@@ -205,30 +233,13 @@ def build_gamut(
     else:
         device = characterisation(data, condition=options.condition)
     report("colours", 0.0)
-    if isinstance(device, GamutMesh):
-        _refuse_options_of_colours(options)
-        report("boundary", 0.0)
-        boundary, provenance = given_boundary(device, options.centre)
-    else:
-        colours = surface_colours(
-            device,
-            intent=options.intent,
-            surface_samples=options.surface_samples,
-            limits=InkLimits(options.ink_limit, options.black_limit),
-            observer=options.observer,
-            illuminant=options.illuminant,
-            adaptation=options.adaptation or "Bradford",
-        )
-        colours = colours_in_space(
-            colours, options.colour_space(colours.provenance.get("white_luminance"))
-        )
-        provenance = colours.provenance
-        report("boundary", 0.0)
-        boundary = wrapped(
-            colours.points, options.boundary, options.centre, **options.boundary_parameters
-        )
+    boundary, values, provenance = (
+        _given(device, options)
+        if isinstance(device, GamutMesh)
+        else _wrapped(device, options, report)
+    )
     report("decimation", 0.0)
-    history = history_of(decimated(boundary.mesh, boundary.centre, options.cost))
+    history = history_of(decimated(boundary.mesh, boundary.centre, options.cost), values)
     report("metric", 0.0)
     curve = error_curve(history, curve_counts(history.triangles))
     digest = hashlib.sha256(data).hexdigest()
@@ -263,6 +274,44 @@ def build_gamut(
         "levels": [level.to_mapping() for level in curve],
     }
     return Gamut(description, history)
+
+
+class _Wrapping(NamedTuple):
+    """A boundary, the device values of its vertices, if known, and all that went in."""
+
+    boundary: Boundary
+    values: DeviceValues | None
+    provenance: dict[str, Any]
+
+
+def _wrapped(
+    device: Samples | IccProfile, options: Options, report: Callable[[str, float], None]
+) -> _Wrapping:
+    colours = surface_colours(
+        device,
+        intent=options.intent,
+        surface_samples=options.surface_samples,
+        limits=InkLimits(options.ink_limit, options.black_limit),
+        observer=options.observer,
+        illuminant=options.illuminant,
+        adaptation=options.adaptation or "Bradford",
+    )
+    space = options.colour_space(colours.provenance.get("white_luminance"))
+    colours = colours_in_space(colours, space)
+    report("boundary", 0.0)
+    boundary = wrapped(
+        colours.points, options.boundary, options.centre, **options.boundary_parameters
+    )
+    values = None
+    if colours.device is not None:
+        values = vertex_device_values(boundary, colours.points, colours.device, colours.channels)
+    return _Wrapping(boundary, values, colours.provenance)
+
+
+def _given(mesh: GamutMesh, options: Options) -> _Wrapping:
+    _refuse_options_of_colours(options)
+    boundary, provenance = given_boundary(mesh, options.centre)
+    return _Wrapping(boundary, None, provenance)
 
 
 def _is_of_colours(name: str, options: Options) -> bool:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from gamutcore.arrays import FloatArray, IndexArray, PositionArray
+    from gamutcore.device_values import DeviceValues
 
 __all__ = ["TriangleMesh", "Validity"]
 
@@ -91,6 +92,8 @@ class TriangleMesh:
         Coordinates in the order of the colour space, (L*, a*, b*) for CIELAB.
     faces : (n, 3) int
         Indices of vertices.
+    device : DeviceValues, optional
+        What makes the colours at the m vertices.
 
     Raises
     ------
@@ -100,6 +103,7 @@ class TriangleMesh:
 
     vertices: PositionArray
     faces: IndexArray
+    device: DeviceValues | None = None
 
     def __post_init__(self) -> None:
         vertices, faces = np.asarray(self.vertices), np.asarray(self.faces)
@@ -121,6 +125,12 @@ class TriangleMesh:
                 where={"field": "faces"},
                 remedy="indices of the given vertices",
             )
+        if self.device is not None and len(self.device) != len(vertices):
+            raise MeshError(
+                f"there are device values of {len(self.device)} vertices, not of {len(vertices)}",
+                where={"field": "device"},
+                remedy="one row for each vertex",
+            )
         if vertices.dtype.kind != "f":
             object.__setattr__(self, "vertices", vertices.astype(np.float64))
 
@@ -129,6 +139,7 @@ class TriangleMesh:
             isinstance(other, TriangleMesh)
             and np.array_equal(self.vertices, other.vertices)
             and np.array_equal(self.faces, other.faces)
+            and self.device == other.device
         )
 
     __hash__ = None  # type: ignore[assignment]  # arrays can be written to

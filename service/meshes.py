@@ -30,7 +30,7 @@ __all__ = [
 ]
 
 DEFAULT_TRIANGLES = 1000
-"""Triangles of a mesh when none are asked for: 26 kB as GLB, and looks smooth on a screen."""
+"""Triangles of a mesh when none are asked for: 23 kB as GLB, 32 kB with four inks; looks smooth."""
 
 MEDIA_TYPES = {mesh_format.media_type: name for name, mesh_format in FORMATS.items()}
 """Names of the formats by media type, the preferred one first."""
@@ -238,7 +238,7 @@ def _key(gamut_id: str, count: int, format_name: str) -> MeshKey:
 
 
 def _encoded(opened: OpenGamut, key: MeshKey) -> EncodedMesh:
-    mesh = opened.gamut.history.level(key.triangles)
+    mesh = opened.gamut.level(key.triangles)
     body = encoded_mesh(mesh, key.format_name, opened.provenance, opened.space)
     media_type = FORMATS[key.format_name].media_type
     promises = _promises(opened, len(mesh.faces))

@@ -73,33 +73,47 @@ def gltf_report(
 @pytest.fixture(scope="session")
 def javascript_levels(
     tmp_path_factory: pytest.TempPathFactory,
-) -> Callable[..., list[tuple[np.ndarray, np.ndarray]]]:
+) -> Callable[..., list[tuple[np.ndarray, ...]]]:
     """Return a function from a history file, or a prefix of one, to its levels as JavaScript reads
-    them: positions and faces, of the triangle counts that are asked for or of all.
+    them: positions and faces, of the triangle counts that are asked for or of all; and the values
+    of so many device channels, if there are to be any.
     """
     node = shutil.which("node")
     if node is None:
         missing("Node.js is not there, which runs the reader of histories in JavaScript")
 
-    def levels(data: bytes, counts: list[int] | None = None) -> list[tuple[np.ndarray, np.ndarray]]:
+    def levels(
+        data: bytes, counts: list[int] | None = None, channels: int = 0
+    ) -> list[tuple[np.ndarray, ...]]:
         path = tmp_path_factory.mktemp("javascript") / "history"
         path.write_bytes(data)
         asked = ["all"] if counts is None else [str(count) for count in counts]
         ended = subprocess.run(
-            [str(node), str(JAVASCRIPT / "levels.mjs"), str(path), *asked],
+            [
+                str(node),
+                str(JAVASCRIPT / "levels.mjs"),
+                *(["--device"] if channels else []),
+                str(path),
+                *asked,
+            ],
             check=False,
             capture_output=True,
         )
         assert ended.returncode == 0, ended.stderr.decode()
-        found: list[tuple[np.ndarray, np.ndarray]] = []
+        found: list[tuple[np.ndarray, ...]] = []
         place = 0
         while place < len(ended.stdout):
             triangles = 4 + 2 * len(found) if counts is None else counts[len(found)]
             width = 6 * triangles + 24
             positions = np.frombuffer(ended.stdout, "<f4", width // 4, place)
             faces = np.frombuffer(ended.stdout, "<i4", 3 * triangles, place + width)
-            found.append((positions, faces))
             place += width + faces.nbytes
+            if not channels:
+                found.append((positions, faces))
+                continue
+            values = np.frombuffer(ended.stdout, "<f4", channels * width // 12, place)
+            found.append((positions, faces, values.reshape(-1, channels)))
+            place += values.nbytes
         return found
 
     return levels

@@ -65,12 +65,15 @@ class SurfaceColours:
         All that went in, JSON-able.
     as_measured : bool
         Whether the colours are a display's own tristimulus values, adapted to no white.
+    channels : tuple of str
+        Names of the k device channels; none of bare colours.
     """
 
     points: FloatArray
     device: FloatArray | None
     provenance: dict[str, JSON]
     as_measured: bool = False
+    channels: tuple[str, ...] = ()
 
 
 def surface_colours(
@@ -179,7 +182,7 @@ def _profile_surface(
             )
         ),
     }
-    return SurfaceColours(points, device, provenance)
+    return SurfaceColours(points, device, provenance, channels=profile.channels)
 
 
 def _kind(colours: ProfileColours) -> str:
@@ -262,7 +265,7 @@ def _sample_surface(
         warnings.append(f"No device model can be fitted ({error}); the samples' colours are used.")
         provenance["model"] = {"name": "none: the samples' own colours"}
         provenance["warnings"] = list[JSON](warnings)
-        return SurfaceColours(lab, device, provenance)
+        return SurfaceColours(lab, device, provenance, channels=samples.channels)
 
     warnings += _range_warnings(samples, lowest, highest, device, limited)
     mean, high = _error_figures(model.leave_out_errors)
@@ -287,7 +290,7 @@ def _sample_surface(
     provenance["surface"] = {"points": len(points), "density": density}
     provenance.update(_limits_provenance(limited))
     provenance["warnings"] = list[JSON](warnings)
-    return SurfaceColours(points, values, provenance)
+    return SurfaceColours(points, values, provenance, channels=samples.channels)
 
 
 def _patches(samples: Samples, used: int, *, averaged: int = 0, thinned: int = 0) -> JSON:

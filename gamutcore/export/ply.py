@@ -1,6 +1,7 @@
 """PLY (Turk, Stanford 1994), binary little-endian: x y z, red green blue, vertex_indices.
 
-The colours are 8-bit sRGB as PLY readers expect them; the provenance is in comments.
+The colours are 8-bit sRGB as PLY readers expect them; the provenance is in comments. Device values
+are a float property for each channel, behind the colours, with the channel's name in a comment.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import numpy as np
 
 from gamutcore.colours.appearance import srgb
 from gamutcore.colours.spaces import CIELAB, ColourSpace
+from gamutcore.export.device_properties import property_names
 from gamutcore.version import __version__
 
 if TYPE_CHECKING:
@@ -41,12 +43,18 @@ def ply(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = 
     coloured = mesh.to_trimesh()
     for channel, name in enumerate(("red", "green", "blue")):
         coloured.vertex_attributes[name] = colours[:, channel]
+    facts = dict(provenance)
+    if mesh.device is not None:
+        for channel, name in enumerate(property_names(mesh.device.channels)):
+            values = mesh.device.values[:, channel].astype(np.float32)
+            coloured.vertex_attributes[name] = values
+            facts[name] = mesh.device.channels[channel]
     exported: bytes = export_ply(coloured, encoding="binary", vertex_normal=False)
     head, comment, rest = exported.partition(b"comment https://github.com/mikedh/trimesh\n")
     if not comment:  # the place to put ours: after the line that names the encoding
         head, end, rest = exported.partition(b"1.0\n")
         head += end
-    lines = "".join(f"comment {line}\n" for line in comment_lines(provenance))
+    lines = "".join(f"comment {line}\n" for line in comment_lines(facts))
     lines = lines.replace("end_header", "end-header")  # trimesh ends the header wherever it says so
     return head + lines.encode("ascii", "backslashreplace") + rest
 

@@ -4,9 +4,11 @@ A history file is a safetensors file (an 8-byte length, a JSON header that names
 place of every array, then the arrays' raw little-endian bytes), so any safetensors library opens
 it; the full description is in ``docs/history-format.md``. The splits are stored in groups that
 double the number of vertices, each one stream of bits, one group after the other: any prefix that
-ends with a group is a complete history of the coarser levels. Loading never trusts the file:
+ends with a group is a complete history of the coarser levels. Device values, where there are any,
+come last, divided in the same way. Loading never trusts the file:
 everything is checked, all splits are replayed on the way, and what is returned is closed and
-star-shaped about its centre at every level.
+star-shaped about its centre at every level. Only the device values' streams are read, and checked,
+when they are first asked for.
 """
 
 from __future__ import annotations
@@ -23,6 +25,12 @@ from gamutcore.arrays import ByteArray
 from gamutcore.corner_table import opposite_corners
 from gamutcore.errors import HistoryFileError
 from gamutcore.history.bit_codes import read_bits, reader_of, written
+from gamutcore.history.device_history import (
+    PackedDeviceValues,
+    device_section,
+    packed_device_values,
+    unpacked_device_values,
+)
 from gamutcore.history.history import History
 from gamutcore.history.prefix_order import Splits, ascending_in_parts
 from gamutcore.history.replay import replay_of
@@ -37,6 +45,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from gamutcore.arrays import FloatArray, IndexArray
+    from gamutcore.history.device_history import DeviceHistory
 
 __all__ = ["FORMAT", "VERSION", "history_bytes", "history_from_bytes", "history_metadata"]
 
@@ -45,6 +54,9 @@ FORMAT = "gamut-history"
 
 VERSION = "2"
 """Value of ``version``; raised when a reader of this version could not read the file any more."""
+
+DEVICE = "device"
+"""Key of the device channels in the metadata, of files that have device values."""
 
 LARGEST_HEADER = 16 * 1024 * 1024
 """Headers longer than this are refused before they are parsed (bytes)."""
@@ -72,7 +84,8 @@ def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -
     ----------
     history : History
     metadata : mapping of str to str, optional
-        Kept in the header beside the format's own ``format``, ``version`` and ``vertices``.
+        Kept in the header beside the format's own ``format``, ``version``, ``vertices`` and
+        ``device``.
 
     Returns
     -------
@@ -110,6 +123,15 @@ def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -
         "version": VERSION,
         "vertices": str(splits.vertices),
     }
+    described.pop(DEVICE, None)
+    if history.device is not None:
+        groups = _groups(splits.vertices)
+        packed = packed_device_values(history.device, history.splits, history.step, groups)
+        channels, steps, corrected = packed.section
+        section = {"channels": channels, "steps": steps, "corrected": corrected}
+        described[DEVICE] = json.dumps(section, separators=(",", ":"))
+        arrays.append(("device.base", packed.base))
+        arrays += [(_group_name(i, DEVICE), stream) for i, stream in enumerate(packed.streams)]
     header: dict[str, object] = {"__metadata__": described}
     offset = 0
     for name, array in arrays:
@@ -131,7 +153,7 @@ def history_from_bytes(data: bytes, *, partial: bool = False) -> tuple[History, 
         A whole history file.
     partial : bool, optional
         Whether the file may be cut off anywhere behind its coarsest level. The levels are then
-        those whose groups are there as a whole.
+        those whose groups are there as a whole; device values are there if all of theirs are.
 
     Returns
     -------
@@ -141,7 +163,8 @@ def history_from_bytes(data: bytes, *, partial: bool = False) -> tuple[History, 
     Raises
     ------
     HistoryFileError
-        If anything in the file is not as it should be; says what and where.
+        If anything in the file is not as it should be; says what and where. Damage within the
+        streams of device values is noticed when `History.device` is first asked for.
     """
     metadata = _parsed_metadata(data)
     vertices = _vertex_count(metadata)
@@ -154,7 +177,8 @@ def history_from_bytes(data: bytes, *, partial: bool = False) -> tuple[History, 
         raise HistoryFileError(
             f"the history file is damaged: {cause}", where={"byte": 8}, remedy=DAMAGED
         ) from cause
-    return _history(arrays, vertices), metadata
+    device = _packed_device_values(arrays, metadata, vertices, partial=partial)
+    return _history(arrays, vertices, device), metadata
 
 
 def history_metadata(path: Path) -> dict[str, str]:
@@ -191,8 +215,8 @@ def _groups(vertices: int) -> list[tuple[int, int]]:
     return groups
 
 
-def _group_name(number: int) -> str:
-    return f"splits.{number:02d}"
+def _group_name(number: int, kind: str = "splits") -> str:
+    return f"{kind}.{number:02d}"
 
 
 def _in_steps(splits: Splits, step: float) -> Splits:
@@ -223,7 +247,9 @@ def _without_cut_arrays(data: bytes) -> tuple[bytes, int]:
     size = 8 + struct.unpack("<Q", data[:8])[0]
     header = json.loads(data[8:size])
     names = ["centre", "step", "base.positions", "base.faces"]
-    names += [_group_name(number) for number in range(LARGEST_VERTICES.bit_length())]
+    numbers = range(LARGEST_VERTICES.bit_length())
+    names += [_group_name(number) for number in numbers]
+    names += ["device.base", *(_group_name(number, DEVICE) for number in numbers)]
     try:
         ends = {name: int(header[name]["data_offsets"][1]) for name in names if name in header}
     except (KeyError, TypeError, ValueError, IndexError, OverflowError) as cause:
@@ -316,7 +342,45 @@ def _taken(
     return array
 
 
-def _history(arrays: Mapping[str, NDArray[np.generic]], vertices: int) -> History:
+def _packed_device_values(
+    arrays: Mapping[str, NDArray[np.generic]],
+    metadata: Mapping[str, str],
+    vertices: int,
+    *,
+    partial: bool,
+) -> PackedDeviceValues | None:
+    """Return the section of device values, if there is one; the streams are not read yet."""
+    if DEVICE not in metadata:
+        return None
+    section = device_section(metadata[DEVICE])
+    channels, scale, _ = section
+    groups = _groups(vertices)
+    wanted = ["device.base", *(_group_name(number, DEVICE) for number in range(len(groups)))]
+    if partial and any(name not in arrays for name in wanted):
+        return None
+    base = _taken(arrays, "device.base", "I32", (4, len(channels))).astype(np.int32)
+    if base.min() < 0 or base.max() > scale:
+        raise HistoryFileError(
+            "the coarsest level has device values beyond full scale",
+            where={"field": "device.base"},
+            remedy=f"numbers from 0 to {scale}",
+        )
+    streams = []
+    for name, (start, end) in zip(wanted[1:], groups, strict=True):
+        stream = cast("ByteArray", _taken(arrays, name, "U8", (None,)))
+        if 8 * stream.size < len(channels) * (end - start):
+            raise HistoryFileError(
+                f"{stream.size} bytes are too few for {end - start} device values of each channel",
+                where={"field": name},
+                remedy=DAMAGED,
+            )
+        streams.append(stream)
+    return PackedDeviceValues(section, base, streams)
+
+
+def _history(
+    arrays: Mapping[str, NDArray[np.generic]], vertices: int, device: PackedDeviceValues | None
+) -> History:
     """Check the arrays and replay the splits; nothing is allocated that the file does not fill."""
     centre = cast("FloatArray", _taken(arrays, "centre", "F64", (3,))).astype(np.float64)
     step = float(cast("FloatArray", _taken(arrays, "step", "F64", (1,)))[0])
@@ -380,7 +444,13 @@ def _history(arrays: Mapping[str, NDArray[np.generic]], vertices: int) -> Histor
         growing.shifted_coarse[order],
         growing.shifted_fine[order],
     )
-    return History(splits, centre, step)
+    if device is None:
+        return History(splits, centre, step)
+
+    def unpacked(splits: Splits) -> DeviceHistory:
+        return unpacked_device_values(device, splits, step, groups)
+
+    return History(splits, centre, step, unpacked)
 
 
 def _base(

@@ -16,15 +16,17 @@ import numpy as np
 
 from gamutcore.arrays import Float32Array, FloatArray, IndexArray
 from gamutcore.errors import TriangleCountError
-from gamutcore.history.prefix_order import Splits, splits_in_prefix_order
+from gamutcore.history.device_history import DeviceHistory, device_history_of
+from gamutcore.history.prefix_order import Splits, slots_of_vertices, splits_in_prefix_order
 from gamutcore.history.stepping import LevelCursor, refine
 from gamutcore.kernels import kernel
 from gamutcore.mesh import TriangleMesh
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from gamutcore.decimation import Decimation
+    from gamutcore.device_values import DeviceValues
 
 __all__ = ["MINIMUM_TRIANGLES", "History", "history_of"]
 
@@ -43,12 +45,22 @@ class History:
         What every level is star-shaped about.
     step : float
         Of the grid that all positions lie on: a power of two.
+    device : DeviceHistory or callable, optional
+        The device values of all levels, or what makes them from the splits when they are first
+        asked for; none of bare colours.
     """
 
-    def __init__(self, splits: Splits, centre: FloatArray, step: float) -> None:
+    def __init__(
+        self,
+        splits: Splits,
+        centre: FloatArray,
+        step: float,
+        device: DeviceHistory | Callable[[Splits], DeviceHistory] | None = None,
+    ) -> None:
         self.splits = splits
         self.centre = centre
         self.step = step
+        self._device = device
         self._levels, self._positions, self._corners = _snapshots(splits)
 
     @property
@@ -63,12 +75,26 @@ class History:
 
     @property
     def nbytes(self) -> int:
-        """Memory held, in bytes."""
-        return sum(
+        """Memory held, in bytes; device values count once they have been asked for."""
+        device = self._device.nbytes if isinstance(self._device, DeviceHistory) else 0
+        return device + sum(
             array.nbytes
             for arrays in (self.splits, self._positions, self._corners)
             for array in arrays
         )
+
+    @property
+    def device(self) -> DeviceHistory | None:
+        """The device values of all levels; None of bare colours.
+
+        Raises
+        ------
+        HistoryFileError
+            When they are first asked for, if those of a file turn out to be damaged.
+        """
+        if callable(self._device):
+            self._device = self._device(self.splits)
+        return self._device
 
     def level(self, triangles: int) -> TriangleMesh:
         """Return the mesh with at most so many triangles.
@@ -89,15 +115,7 @@ class History:
         TriangleCountError
             If there is no such level.
         """
-        whole = isinstance(triangles, int | np.integer) and not isinstance(triangles, bool)
-        if not whole or not MINIMUM_TRIANGLES <= triangles <= self.triangles:
-            raise TriangleCountError(
-                f"{triangles!r} triangles were asked for; this gamut has levels of"
-                f" {MINIMUM_TRIANGLES} to {self.triangles}",
-                where={"field": "triangles"},
-                remedy=f"a number from {MINIMUM_TRIANGLES} to {self.triangles}",
-            )
-        vertices = int(triangles) // 2 + 2
+        vertices = self._vertices_of_level(triangles)
         index = min((vertices - 1).bit_length() - 2, len(self._levels) - 1)
         positions, faces = _level_from_snapshot(
             vertices,
@@ -111,6 +129,41 @@ class History:
             self.splits.shifted_coarse,
         )
         return TriangleMesh(positions, faces)
+
+    def device_values(self, triangles: int) -> DeviceValues | None:
+        """Return the device values at the vertices of a level, in time proportional to it.
+
+        Parameters
+        ----------
+        triangles : int
+            As for `level`.
+
+        Returns
+        -------
+        DeviceValues or None
+            Own array, float32, in the order of the level's vertices; None of bare colours.
+
+        Raises
+        ------
+        TriangleCountError
+            If there is no such level.
+        HistoryFileError
+            As of `device`.
+        """
+        vertices = self._vertices_of_level(triangles)
+        device = self.device
+        return None if device is None else device.level(vertices)
+
+    def _vertices_of_level(self, triangles: int) -> int:
+        whole = isinstance(triangles, int | np.integer) and not isinstance(triangles, bool)
+        if not whole or not MINIMUM_TRIANGLES <= triangles <= self.triangles:
+            raise TriangleCountError(
+                f"{triangles!r} triangles were asked for; this gamut has levels of"
+                f" {MINIMUM_TRIANGLES} to {self.triangles}",
+                where={"field": "triangles"},
+                remedy=f"a number from {MINIMUM_TRIANGLES} to {self.triangles}",
+            )
+        return int(triangles) // 2 + 2
 
     def full(self) -> TriangleMesh:
         """Return the full boundary."""
@@ -137,18 +190,24 @@ class History:
             yield self.level(triangles)
 
 
-def history_of(decimation: Decimation) -> History:
+def history_of(decimation: Decimation, device: DeviceValues | None = None) -> History:
     """Return the history of a decimation.
 
     Parameters
     ----------
     decimation : Decimation
+    device : DeviceValues, optional
+        What makes the vertices of the full boundary, in its order.
 
     Returns
     -------
     History
     """
-    return History(splits_in_prefix_order(decimation), decimation.centre, decimation.step)
+    splits = splits_in_prefix_order(decimation)
+    if device is None:
+        return History(splits, decimation.centre, decimation.step)
+    values = device_history_of(device, slots_of_vertices(decimation), splits)
+    return History(splits, decimation.centre, decimation.step, values)
 
 
 def _snapshots(splits: Splits) -> tuple[list[int], list[Float32Array], list[IndexArray]]:

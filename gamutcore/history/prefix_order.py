@@ -17,7 +17,7 @@ from gamutcore.kernels import kernel
 if TYPE_CHECKING:
     from gamutcore.decimation import Decimation
 
-__all__ = ["Splits", "ascending_in_parts", "splits_in_prefix_order"]
+__all__ = ["Splits", "ascending_in_parts", "slots_of_vertices", "splits_in_prefix_order"]
 
 
 class Splits(NamedTuple):
@@ -89,10 +89,8 @@ def splits_in_prefix_order(decimation: Decimation) -> Splits:
     """
     record = decimation.record
     steps = len(record.dead)
-    slot_of = np.full(steps + 4, -1, np.int32)
-    slot_of[record.dead] = np.arange(steps + 3, 3, -1, dtype=np.int32)
-    survivors = np.flatnonzero(slot_of < 0)
-    slot_of[survivors] = np.arange(4, dtype=np.int32)
+    slot_of = slots_of_vertices(decimation)
+    survivors = np.flatnonzero(slot_of < 4)
     # where each corner goes: to its face's number, and in the face to its place after the first one
     first_corner = np.empty(2 * steps + 4, np.int32)
     face_of = np.full(2 * steps + 4, -1, np.int32)
@@ -125,6 +123,24 @@ def splits_in_prefix_order(decimation: Decimation) -> Splits:
         shifted_coarse=record.shift[order, 1],
         shifted_fine=record.shift[order, 0],
     )
+
+
+def slots_of_vertices(decimation: Decimation) -> IndexArray:
+    """Return the slot that each vertex of the full boundary is, by the reverse order of death.
+
+    Parameters
+    ----------
+    decimation : Decimation
+
+    Returns
+    -------
+    (V,) int32
+    """
+    dead = decimation.record.dead
+    slot_of = np.full(len(dead) + 4, -1, np.int32)
+    slot_of[dead] = np.arange(len(dead) + 3, 3, -1, dtype=np.int32)
+    slot_of[slot_of < 0] = np.arange(4, dtype=np.int32)
+    return slot_of
 
 
 def ascending_in_parts(ends: IndexArray, slots: IndexArray) -> LongArray:

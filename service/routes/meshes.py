@@ -86,7 +86,8 @@ FormatName = Annotated[
     summary="Download a mesh",
     description="The gamut's surface with at most as many triangles, or at most as large an error, "
     "as is asked for, in the coordinates of its colour space. The format is that of `format=`, "
-    "else the one that `Accept` likes best, else `model/gltf-binary`.",
+    "else the one that `Accept` likes best, else `model/gltf-binary`. GLB, glTF and PLY have what "
+    "the device was told to make each vertex, where the data says it.",
     response_class=Response,
     responses={**_RESPONSES, **problems(*_PROBLEMS, "not-acceptable")},
 )

@@ -81,11 +81,26 @@ function parse(bytes) {
   return {
     metadata,
     streams,
+    device: deviceSection(metadata, streams.length, slice, numbers),
     vertices: Math.min(Number(metadata.vertices), 4 * 2 ** streams.length),
     step: numbers("step", 1, 8, "getFloat64")[0],
     positions: numbers("base.positions", 12, 4, "getInt32"),
     faces: numbers("base.faces", 12, 4, "getInt32"),
   };
+}
+
+/** What the file says of device values; null if there are none, or not all of their groups. */
+function deviceSection(metadata, groups, slice, numbers) {
+  const name = (group) => `device.${String(group).padStart(2, "0")}`;
+  const streams = Array.from({ length: groups }, (_, group) => slice(name(group)));
+  if (!metadata.device || streams.includes(null) || slice("device.base") === null) return null;
+  const { channels, steps: scale, corrected } = JSON.parse(metadata.device);
+  const base = numbers("device.base", 4 * channels.length, 4, "getInt32");
+  const contexts = Array.from({ length: 6 * channels.length * CLASSES }, () => ({
+    total: 32,
+    count: 1,
+  }));
+  return { channels, scale, corrected, streams, contexts, values: base };
 }
 
 /**
@@ -117,6 +132,12 @@ export class History {
     return 2 * this.count - 4;
   }
 
+  /** Device values of the present level, as float32: those of slot 0, of slot 1, ... */
+  get deviceValues() {
+    const { values, scale, channels } = this.device;
+    return Float32Array.from(values.slice(0, channels.length * this.count), (v) => v / scale);
+  }
+
   /** The present level: x, y, z of each slot as float32, and three slots for each face. */
   get level() {
     const positions = new Float32Array(3 * this.count);
@@ -144,6 +165,7 @@ export class History {
       if (this.count === 4 * 2 ** group) {
         this.reader = new BitReader(this.streams[group]);
         this.shifts = this.reader.bits(1) === 1;
+        if (this.device) this.device.reader = new BitReader(this.device.streams[group]);
       }
       this.split();
     }
@@ -166,7 +188,9 @@ export class History {
     const half = Math.ceil(degree / 2);
     const kept = half + code < degree ? half + code : degree - 1 - code;
 
-    this.places(parent, slot, ring, kept);
+    const before = this.place(parent);
+    const moved = this.places(parent, slot, ring, kept);
+    if (this.device) this.deviceSplit(parent, slot, before, moved);
 
     const [one, two] = [6 * slot - 12, 6 * slot - 9];
     const [left, right] = [ring[0].slot, ring[kept].slot];
@@ -193,7 +217,52 @@ export class History {
     this.count += 1;
   }
 
-  /** Read the places of the parent, of the new slot and of the neighbours that move. */
+  /** Where a slot is, in steps. */
+  place(slot) {
+    return [0, 1, 2].map((axis) => this.steps[3 * slot + axis]);
+  }
+
+  /** Read the device values of the parent, of the new slot and of the neighbours that moved. */
+  deviceSplit(parent, slot, before, moved) {
+    const { values, scale, channels, corrected, reader, contexts } = this.device;
+    const count = channels.length;
+    const [fine, added] = [this.place(parent), this.place(slot)];
+    let [along, square, distance] = [0, 0, 0];
+    for (const axis of [0, 1, 2]) {
+      const edge = added[axis] - fine[axis];
+      along += (before[axis] - fine[axis]) * edge;
+      square += edge * edge;
+      distance += Math.abs(edge);
+    }
+    const place = square === 0 ? 0 : Math.min(1, Math.max(0, along / square));
+    let length = 0;
+    while (length < CLASSES - 1 && !(distance < 2 ** length)) length++;
+    const number = (kind, channel, old) => {
+      const between = old > 0 && old < scale ? 1 : 0;
+      return reader.signed(contexts[((kind * count + channel) * 2 + between) * CLASSES + length]);
+    };
+    const set = (whose, channel, value) => {
+      if (value < 0 || value > scale) throw new RangeError("beyond full scale");
+      values[count * whose + channel] = value;
+    };
+    for (let channel = 0; channel < count; channel++) {
+      const old = values[count * parent + channel];
+      const change = number(0, channel, old);
+      const correction = slot < corrected ? number(1, channel, old) : 0;
+      const here = old - correction - Math.floor(place * change + 0.5);
+      set(parent, channel, here);
+      set(slot, channel, here + change);
+    }
+    for (const neighbour of slot < corrected ? moved.sort((a, b) => a - b) : []) {
+      for (let channel = 0; channel < count; channel++) {
+        const old = values[count * neighbour + channel];
+        set(neighbour, channel, old + number(2, channel, old));
+      }
+    }
+  }
+
+  /** Read the places of the parent, of the new slot and of the neighbours that move; return the
+   * latter. */
   places(parent, slot, ring, kept) {
     const { reader, contexts, steps } = this;
     const degree = ring.length;
@@ -248,12 +317,15 @@ export class History {
     const [eu, ev] = [q[0] - du, q[1] - dv];
     place(slot, here, eu, ev, plane(eu, ev) + q[2]);
 
-    if (!this.shifts || reader.bits(1) === 0) return;
+    const moved = [];
+    if (!this.shifts || reader.bits(1) === 0) return moved;
     for (const entry of ring) {
       if (reader.bits(1) === 0) continue;
       const s = differences(SHIFTED_ALONG + size, SHIFTED_OFF + height);
       const from = [0, 1, 2].map((axis) => steps[3 * entry.slot + axis]);
       place(entry.slot, from, s[0], s[1], plane(s[0], s[1]) + s[2]);
+      moved.push(entry.slot);
     }
+    return moved;
   }
 }

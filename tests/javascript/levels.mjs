@@ -1,14 +1,15 @@
 // Writes levels of a history file to standard output, one after the other: positions as float32,
-// then faces as int32, both little-endian.
+// then faces as int32, then device values as float32 if --device is given; all little-endian.
 //
-//   node levels.mjs FILE TRIANGLES...
+//   node levels.mjs [--device] FILE TRIANGLES...
 //
 // The file may be the beginning of one. The counts ascend; "all" stands for all that are there.
 import { readFileSync, writeSync } from "node:fs";
 import process from "node:process";
 import { History } from "./history.mjs";
 
-const [file, ...counts] = process.argv.slice(2);
+const device = process.argv[2] === "--device";
+const [file, ...counts] = process.argv.slice(device ? 3 : 2);
 const history = new History(new Uint8Array(readFileSync(file)));
 const all = Array.from({ length: history.vertices - 3 }, (_, i) => 4 + 2 * i);
 
@@ -30,4 +31,5 @@ for (const triangles of counts[0] === "all" ? all : counts.map(Number)) {
   const { positions, faces } = history.level;
   write(positions);
   write(faces);
+  if (device) write(history.deviceValues);
 }

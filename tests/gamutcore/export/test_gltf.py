@@ -1,12 +1,14 @@
 """GLB and glTF: valid to Khronos' validator, and carrying what the design says a mesh carries."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pygltflib
 import pytest
 
 from gamutcore.colours.spaces import SPACES, ColourSpace
+from gamutcore.device_values import DeviceValues
 from gamutcore.export import encoded_mesh
 from gamutcore.mesh import TriangleMesh
 
@@ -114,6 +116,57 @@ class TestProvenance:
 
     def test_is_absent_where_there_is_none(self, level, kind):
         assert not asset_of(encoded_mesh(level, kind), kind).asset.extras
+
+
+class TestDeviceValues:
+    """Scalars of 32 bits for each channel, and the mesh's extras say which is which."""
+
+    def test_are_attributes(self, fogra39_gamut, kind, provenance, gltf_accessor):
+        level = fogra39_gamut.level(1000)
+        document = tree_of(encoded_mesh(level, kind, provenance), kind)
+        asset = asset_of(encoded_mesh(level, kind, provenance), kind)
+        (mesh,) = document["meshes"]
+        names = mesh["extras"]["device_channels"]
+        assert names == {f"_DEVICE_{ink}": ink for ink in "CMYK"}
+        attributes = mesh["primitives"][0]["attributes"]
+        assert set(attributes) == {"POSITION", "COLOR_0", *names}
+        for channel, name in enumerate(names):
+            accessor = document["accessors"][attributes[name]]
+            assert (accessor["componentType"], accessor["type"]) == (5126, "SCALAR")
+            values = gltf_accessor(asset, attributes[name])
+            np.testing.assert_array_equal(values, level.device.values[:, channel])
+            assert accessor["min"] == [values.min()]
+            assert accessor["max"] == [values.max()]
+
+    @pytest.mark.parametrize("triangles", [4, 1000])
+    def test_khronos_validator_finds_nothing(self, gltf_report, fogra39_gamut, kind, triangles):
+        report = gltf_report(encoded_mesh(fogra39_gamut.level(triangles), kind))
+        assert report["issues"]["numErrors"] == 0, report["issues"]["messages"]
+        assert report["issues"]["numWarnings"] == 0, report["issues"]["messages"]
+
+    def test_of_strange_and_of_many_channels(self, gltf_report, level, kind):
+        channels = ("Größe", "gold", "GOLD", "\ud800", "", *map(str, range(60)))
+        values = np.zeros((len(level.vertices), len(channels)), np.float32)
+        values[:, ::3] = 1.0
+        mesh = replace(level, device=DeviceValues(channels, values))
+        written = encoded_mesh(mesh, kind)
+        report = gltf_report(written)
+        assert report["issues"]["numErrors"] == 0, report["issues"]["messages"]
+        extras = tree_of(written, kind)["meshes"][0]["extras"]["device_channels"]
+        assert len(extras) == len(channels)
+        assert extras["_DEVICE_GR_E"] == "Größe"
+
+    def test_are_absent_where_there_are_none(self, level, kind):
+        mesh = tree_of(encoded_mesh(level, kind), kind)["meshes"][0]
+        assert "device_channels" not in mesh.get("extras", {})
+
+
+def tree_of(data, kind):
+    """Return the JSON of a glTF asset."""
+    if kind == "glb":
+        length = int.from_bytes(data[12:16], "little")
+        data = data[20 : 20 + length]
+    return json.loads(data)
 
 
 def test_gltf_is_one_json_document_that_refers_to_no_file(level):

@@ -2,6 +2,7 @@
 
 import io
 import re
+from dataclasses import replace
 
 import meshio
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 import trimesh
 
 from gamutcore.colours.spaces import SPACES, ColourSpace
+from gamutcore.device_values import DeviceValues
 from gamutcore.export import encoded_mesh
 from gamutcore.export.ply import comment_lines
 from gamutcore.mesh import TriangleMesh
@@ -108,3 +110,36 @@ def test_vertices_have_the_same_colours_in_every_space(fogra39_gamut, displayed,
     expected = 255 * displayed(level.vertices, encoded=True)
     # a bit of float32 is up to half a step in the darkest colours
     assert np.abs(loaded.visual.vertex_colors[:, :3] - expected).max() <= 1.01
+
+
+class TestDeviceValues:
+    """A float property for each channel, behind the colours, and comments with their full names."""
+
+    def test_are_properties(self, fogra39_gamut, provenance):
+        level = fogra39_gamut.level(1000)
+        written = encoded_mesh(level, "ply", provenance)
+        lines = header_lines(written)
+        names = [f"device_{ink}" for ink in "CMYK"]
+        properties = [line.split()[1:] for line in lines if line.startswith("property")]
+        assert properties[6:-1] == [["float", name] for name in names]
+        assert [line for line in lines if line.startswith("comment device_")] == [
+            f"comment {name}: {ink}" for name, ink in zip(names, "CMYK", strict=True)
+        ]
+        read = meshio.read(io.BytesIO(written), "ply")
+        np.testing.assert_array_equal(read.points, level.vertices)
+        for channel, name in enumerate(names):
+            np.testing.assert_array_equal(read.point_data[name], level.device.values[:, channel])
+
+    def test_a_reader_that_knows_nothing_of_them_reads_the_rest(self, mesh_readers, fogra39_gamut):
+        level = fogra39_gamut.level(100)
+        for reader in ("trimesh", "meshio"):
+            read = mesh_readers["ply", reader](encoded_mesh(level, "ply"))
+            assert read == replace(level, device=None)
+
+    def test_channels_of_any_name_break_nothing(self, level):
+        channels = ("end_header\nproperty", "Größe", "", "\ud800")
+        values = np.full((len(level.vertices), 4), 0.5, np.float32)
+        written = encoded_mesh(replace(level, device=DeviceValues(channels, values)), "ply")
+        read = meshio.read(io.BytesIO(written), "ply")
+        np.testing.assert_array_equal(read.points, level.vertices)
+        assert (read.point_data["device_3"] == 0.5).all()

@@ -197,7 +197,12 @@ class TestWorkFollowsTheLevel:
         full = history.full()
         mesh = full.vertices.nbytes + full.faces.nbytes
         splits = sum(array.nbytes for array in history.splits)
-        assert splits + mesh < history.nbytes < splits + 3 * mesh
+        geometry = History(history.splits, history.centre, history.step)
+        assert splits + mesh < geometry.nbytes < splits + 3 * mesh
+        # device values: three of each at the splits, less than three of the full mesh's
+        values = history.device_values(history.triangles).values.astype(np.int16).nbytes
+        edges = 9 * history.vertices
+        assert 3 * values < history.nbytes - geometry.nbytes < 6 * values + edges
 
 
 def test_a_history_of_a_tetrahedron_has_one_level(assert_every_invariant):

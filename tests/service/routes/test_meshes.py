@@ -1,11 +1,13 @@
 import hashlib
 import io
+from pathlib import Path
 
 import pytest
 import trimesh
 
 from gamutcore.export import FORMATS
 
+PROFILE = Path(__file__).parents[2] / "data" / "sRGB-v4.icc"
 IMMUTABLE = "public, max-age=31536000, immutable"
 
 
@@ -184,3 +186,29 @@ def test_levels_of_a_large_gamut_are_served_as_well(server, sphere):
     for _ in range(2):
         answer = server.client.get(gamut["links"]["mesh"], params={"triangles": largest})
         assert answer.headers["gamut-triangles"] == str(largest)
+
+
+def test_device_values_come_along(server, gamut):
+    """Of a profile, whose white is R = G = B = 1; not of bare colours."""
+    made = server.client.post(
+        "/v1/gamuts",
+        files={"file": PROFILE.read_bytes()},
+        data={"options": '{"surface_samples": 2000}'},
+    ).json()
+    for suffix, names in (
+        ("ply", [f"device_{light}" for light in "RGB"]),
+        ("glb", [f"_DEVICE_{light}" for light in "RGB"]),
+    ):
+        content = server.client.get(f"{made['links']['mesh']}.{suffix}?triangles=500").content
+        mesh = trimesh.load(io.BytesIO(content), suffix, force="mesh", process=False)
+        if suffix == "ply":
+            stored = mesh.metadata["_ply_raw"]["vertex"]["data"]
+        else:
+            stored = mesh.vertex_attributes
+        upwards = 0 if suffix == "ply" else 1  # glTF's scene is turned
+        lightest = mesh.vertices[:, upwards].argmax()
+        for name in names:
+            assert len(stored[name]) == len(mesh.vertices)
+            assert stored[name][lightest] > 0.99
+        bare = server.client.get(f"{gamut['links']['mesh']}.{suffix}?triangles=100").content
+        assert not any(name.encode() in bare for name in names)

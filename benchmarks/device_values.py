@@ -1,0 +1,102 @@
+"""How well the device values kept at vertices make the vertices' colours, and what they take.
+
+``python -m benchmarks.device_values`` prints the tables of ``docs/decisions/device-values.md``: the
+difference between the colour at each vertex of a level and the one that the device model predicts
+for the values kept there, and the size of the values in a history file.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from benchmarks.compute import FOGRA39L, ROOT, SRGB
+from benchmarks.markdown import table
+from gamutcore.characterisation import IccProfile, characterisation
+from gamutcore.colours.media import medium_colours
+from gamutcore.colours.profile_colours import profile_colours
+from gamutcore.colours.scattered_model import scattered_model
+from gamutcore.gamut import Gamut, Options, build_gamut
+from gamutcore.history import History, history_bytes, history_from_bytes
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from gamutcore.arrays import FloatArray
+    from gamutcore.device_values import DeviceValues
+
+COUNTS = (100, 300, 1000, 10_000, 40_000)
+P3 = ROOT / "tests" / "data" / "DisplayP3-v4.icc"
+
+
+def device_model(path: Path) -> Callable[[FloatArray], FloatArray]:
+    """From device values to CIELAB, media-relative."""
+    device = characterisation(path.read_bytes())
+    if isinstance(device, IccProfile):
+        return lambda values: profile_colours(device, values, "relative").lab
+    lab = medium_colours(device, "relative").lab
+    given = cast("FloatArray", device.device)
+    values, which, counts = np.unique(given, axis=0, return_inverse=True, return_counts=True)
+    sums = np.zeros((len(values), 3))
+    np.add.at(sums, which.reshape(-1), lab)
+    return scattered_model(values, sums / counts[:, np.newaxis]).colours
+
+
+def differences(gamut: Gamut, model: Callable[[FloatArray], FloatArray], count: int) -> FloatArray:
+    """ΔE*ab between kept and predicted colours at the vertices of a level."""
+    level = gamut.level(count)
+    predicted = model(cast("DeviceValues", level.device).values.astype(np.float64))
+    distances: FloatArray = np.linalg.norm(predicted - level.vertices, axis=1)
+    return distances
+
+
+def milliseconds(function: Callable[[], object], runs: int = 7) -> float:
+    """Shortest time of a call."""
+    times = []
+    for _ in range(runs):
+        start = time.perf_counter()
+        function()
+        times.append(time.perf_counter() - start)
+    return 1e3 * min(times)
+
+
+def main() -> None:
+    """Print both tables."""
+    errors, sizes = [], []
+    for name, path, cost in (
+        ("FOGRA39L", FOGRA39L, "volume"),
+        ("FOGRA39L", FOGRA39L, "finest"),
+        ("sRGB", SRGB, "volume"),
+        ("Display P3", P3, "volume"),
+    ):
+        gamut = build_gamut(path.read_bytes(), Options(cost=cost))
+        history, model = gamut.history, device_model(path)
+        figures = [differences(gamut, model, count) for count in COUNTS]
+        errors.append(
+            [name, cost, *(f"{found.mean():.3f} / {found.max():.2f}" for found in figures)]
+        )
+        geometry = history_bytes(History(history.splits, history.centre, history.step))
+        data = history_bytes(history)
+        unpacked = milliseconds(lambda data=data: history_from_bytes(data)[0].device)
+        opened = milliseconds(lambda data=data: history_from_bytes(data)[0].level(4))
+        sizes.append(
+            [
+                name,
+                cost,
+                f"{history.vertices:,}",
+                f"{8 * len(geometry) / history.vertices:.1f}",
+                f"{8 * (len(data) - len(geometry)) / history.vertices:.1f}",
+                f"{unpacked - opened:.0f}",
+            ]
+        )
+    print(table(["device", "cost", *(f"{count:,}" for count in COUNTS)], errors))
+    print()
+    heads = ["device", "cost", "vertices", "geometry, bits", "device values, bits", "unpacking, ms"]
+    print(table(heads, sizes))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,128 @@
+"""Device values at places near a surface: those that it has nearest to them."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from gamutcore.arrays import FloatArray, IndexArray, LongArray, ShortArray
+from gamutcore.kernels import kernel, leaf_kernel
+
+if TYPE_CHECKING:
+    from gamutcore.arrays import Float32Array
+
+__all__ = ["nearest_values"]
+
+NEAR = 8
+"""Vertices around whose faces the nearest point is looked for. With 4 the mean distance is a tenth
+larger in levels of 1000 triangles, with 12 it is the same."""
+
+
+def nearest_values(
+    places: Float32Array, vertices: Float32Array, faces: IndexArray, values: ShortArray
+) -> ShortArray:
+    """Return what a surface has at the points nearest to some places.
+
+    Parameters
+    ----------
+    places : (n, 3) float32
+    vertices : (m, 3) float32
+    faces : (f, 3) int32
+        A closed surface over them.
+    values : (m, k) int16
+        At the vertices; interpolated within the faces.
+
+    Returns
+    -------
+    (n, k) int16
+        Within the range of the three values that each is interpolated between.
+    """
+    if not len(places):
+        return np.empty((0, values.shape[1]), np.int16)
+    origin = vertices.astype(np.float64).mean(axis=0)
+    corners = vertices - origin
+    wanted = places - origin
+    count = min(NEAR, len(corners))
+    near = cKDTree(corners).query(wanted, count)[1].reshape(-1, count)
+    around = np.argsort(faces.ravel(), kind="stable") // 3
+    ends = np.cumsum(np.bincount(faces.ravel(), minlength=len(corners)))
+    return _at_nearest_points(wanted, near, corners, faces, around, ends, values)
+
+
+@kernel
+def _at_nearest_points(
+    places: FloatArray,
+    near: LongArray,
+    vertices: FloatArray,
+    faces: IndexArray,
+    around: LongArray,
+    ends: LongArray,
+    values: ShortArray,
+) -> ShortArray:
+    channels = values.shape[1]
+    found = np.empty((len(places), channels), np.int16)
+    for place in range(len(places)):
+        best, best_face, best_v, best_w = np.inf, 0, 0.0, 0.0
+        for candidate in range(near.shape[1]):
+            vertex = near[place, candidate]
+            for index in range(ends[vertex - 1] if vertex > 0 else 0, ends[vertex]):
+                face = around[index]
+                square, v, w = _nearest_in_face(places, place, vertices, faces, face)
+                if square < best:
+                    best, best_face, best_v, best_w = square, face, v, w
+        one, two, three = faces[best_face, 0], faces[best_face, 1], faces[best_face, 2]
+        for channel in range(channels):
+            a = np.float64(values[one, channel])
+            b = np.float64(values[two, channel])
+            c = np.float64(values[three, channel])
+            value = math.floor(a + best_v * (b - a) + best_w * (c - a) + 0.5)
+            found[place, channel] = min(max(value, min(a, b, c)), max(a, b, c))
+    return found
+
+
+@leaf_kernel
+def _nearest_in_face(
+    places: FloatArray, place: int, vertices: FloatArray, faces: IndexArray, face: int
+) -> tuple[float, float, float]:
+    """Squared distance to a face, and how far its nearest point is to its second and third corner.
+
+    Ericson, "Real-Time Collision Detection" (2005), section 5.1.5: by the region of the triangle
+    that the point is nearest to.
+    """
+    one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
+    d1, d2, d3, d4, d5, d6 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for axis in range(3):
+        a, b, c = vertices[one, axis], vertices[two, axis], vertices[three, axis]
+        p = places[place, axis]
+        d1 += (b - a) * (p - a)
+        d2 += (c - a) * (p - a)
+        d3 += (b - a) * (p - b)
+        d4 += (c - a) * (p - b)
+        d5 += (b - a) * (p - c)
+        d6 += (c - a) * (p - c)
+    va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
+    v, w = 0.0, 0.0
+    if d1 <= 0.0 and d2 <= 0.0:
+        pass
+    elif d3 >= 0.0 and d4 <= d3:
+        v = 1.0
+    elif d6 >= 0.0 and d5 <= d6:
+        w = 1.0
+    elif vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
+        v = d1 / (d1 - d3)
+    elif vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
+        w = d2 / (d2 - d6)
+    elif va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
+        w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
+        v = 1.0 - w
+    else:
+        v, w = vb / (va + vb + vc), vc / (va + vb + vc)
+    square = 0.0
+    for axis in range(3):
+        a, b, c = vertices[one, axis], vertices[two, axis], vertices[three, axis]
+        off = a + v * (b - a) + w * (c - a) - places[place, axis]
+        square += off * off
+    return square, v, w

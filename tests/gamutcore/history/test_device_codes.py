@@ -1,0 +1,149 @@
+"""The kernels of device values: collapses that can be taken back, and a code that is."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gamutcore.history.bit_codes import reader_of, written
+from gamutcore.history.device_codes import (
+    LENGTHS,
+    NearestValues,
+    SplitEdges,
+    SplitValues,
+    collapse_values,
+    first_value_contexts,
+    level_values,
+    read_values,
+    split_values,
+    write_values,
+)
+
+LARGEST = 5100
+
+
+def columns(edges, channels):
+    moves = int(edges.shifted_end[edges.corrected - 1]) if edges.corrected else 0
+    counts = (*(len(edges.parent),) * 3, moves, moves)
+    return SplitValues(*(np.empty((count, channels), np.int16) for count in counts))
+
+
+@st.composite
+def forests(draw):
+    """Return values of a full boundary, edges and corrected values as any history may have."""
+    vertices = draw(st.integers(4, 60))
+    channels = draw(st.integers(1, 5))
+    random = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    splits = vertices - 4
+    parent = np.array([random.integers(0, slot) for slot in range(4, vertices)], np.int32)
+    moved = [
+        np.sort(random.choice(np.delete(np.arange(slot), parent[slot - 4]), random.integers(0, 4)))
+        if random.random() < 0.3
+        else []
+        for slot in range(4, vertices)
+    ]
+    moved = [np.unique(slots).astype(np.int32) for slots in moved]
+    edges = SplitEdges(
+        parent,
+        random.choice([0.0, 1.0, 0.5, *random.random(5)], splits),
+        random.integers(0, LENGTHS, splits).astype(np.uint8),
+        np.cumsum([len(slots) for slots in moved]).astype(np.int32),
+        np.concatenate([*moved, np.empty(0, np.int32)]),
+        draw(st.integers(0, splits)),
+    )
+    some = [0, LARGEST, *random.integers(0, LARGEST + 1, 6)]
+    values = random.choice(some, (vertices, channels)).astype(np.int16)
+    empty = columns(edges, channels)
+    nearest = NearestValues(
+        random.choice(some, (edges.corrected, channels)).astype(np.int16),
+        random.choice(some, empty.shifted_fine.shape).astype(np.int16),
+    )
+    return values, edges, nearest
+
+
+def levels_of(values, edges, nearest):
+    """Return the values of every level from the finest on, as the definition has it."""
+    level = values.astype(np.int64)
+    yield level
+    for slot in range(len(values) - 1, 3, -1):
+        split = slot - 4
+        level = level.copy()
+        parent = edges.parent[split]
+        change = level[slot] - level[parent]
+        level[parent] += np.floor(edges.place[split] * change + 0.5).astype(int)
+        if split < edges.corrected:
+            level[parent] = nearest.parent[split]
+            begin = edges.shifted_end[split - 1] if split else 0
+            for index in range(begin, edges.shifted_end[split]):
+                level[edges.shifted[index]] = nearest.shifted[index]
+        level = level[:slot]
+        yield level
+
+
+class TestLevels:
+    @given(forests())
+    def test_every_level_is_the_one_before_with_an_edge_collapsed(self, forest):
+        values, edges, nearest = forest
+        splits, coarsest = columns(edges, values.shape[1]), values.copy()
+        collapse_values(coarsest, edges, nearest, splits)
+        refined = np.empty_like(values)
+        refined[:4] = coarsest[:4]
+        for level in reversed(list(levels_of(values, edges, nearest))):
+            count = len(level)
+            if count > 4:
+                split_values(refined, edges, splits, count - 1, count)
+            np.testing.assert_array_equal(refined[:count], level)
+            np.testing.assert_array_equal(level_values(count, values, edges, splits), level)
+
+    @given(forests())
+    def test_no_level_leaves_the_range_of_the_full_boundary(self, forest):
+        values, edges, nearest = forest
+        for level in levels_of(values, edges._replace(corrected=0), nearest):
+            assert (level >= values.min(axis=0)).all()
+            assert (level <= values.max(axis=0)).all()
+
+
+class TestCode:
+    @given(forests(), st.data())
+    def test_is_read_back(self, forest, data):
+        values, edges, nearest = forest
+        vertices, channels = values.shape
+        splits, coarsest = columns(edges, channels), values.copy()
+        collapse_values(coarsest, edges, nearest, splits)
+        cut = data.draw(st.integers(4, vertices))
+        writing, reading = first_value_contexts(channels), first_value_contexts(channels)
+        read, found = np.empty_like(values), columns(edges, channels)
+        read[:4] = coarsest[:4]
+        for start, end in ((4, cut), (cut, vertices)):
+            writer = write_values(writing, edges, LARGEST, splits, start, end)
+            reader = reader_of(written(writer))
+            faulty = read_values(reader, reading, edges, LARGEST, read, found, start, end)
+            assert faulty == 0
+            assert reader.place[0] == writer.place[0]
+        np.testing.assert_array_equal(read, values)
+        for one, other in zip(found, splits, strict=True):
+            np.testing.assert_array_equal(one, other)
+
+    @pytest.mark.parametrize("data", [b"", b"\0\0\0\0\0\0\0\0", b"\0\0\0\xff\xff\xff\xff\xff"])
+    @pytest.mark.parametrize("corrected", [0, 1])
+    def test_what_is_no_value_is_told(self, data, corrected):
+        """A stream that ends early, and one whose differences lead beyond full scale."""
+        edges = SplitEdges(
+            np.zeros(1, np.int32),
+            np.full(1, 0.5),
+            np.zeros(1, np.uint8),
+            np.ones(1, np.int32),
+            np.ones(1, np.int32),
+            corrected,
+        )
+        faulty = read_values(
+            reader_of(np.frombuffer(data, np.uint8)),
+            first_value_contexts(2),
+            edges,
+            LARGEST,
+            np.full((5, 2), 7, np.int16),
+            columns(edges, 2),
+            4,
+            5,
+        )
+        assert faulty == 4

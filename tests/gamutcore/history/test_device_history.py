@@ -1,0 +1,429 @@
+"""Device values of all levels: averages of the full boundary's, in a section of the file."""
+
+import json
+import struct
+
+import numpy as np
+import pytest
+import safetensors.numpy
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gamutcore.boundary import modified_convex_hull, vertex_device_values
+from gamutcore.characterisation import characterisation
+from gamutcore.colours import surface_colours
+from gamutcore.colours.profile_colours import profile_colours
+from gamutcore.decimation import decimated
+from gamutcore.device_values import DeviceValues
+from gamutcore.errors import HistoryFileError, MeshError, TriangleCountError
+from gamutcore.gamut import Gamut, Options, build_gamut
+from gamutcore.history import History, history_bytes, history_from_bytes, history_of
+from gamutcore.history.device_history import CORRECTED, FULL_SCALE, device_history_of
+
+CHANNELS = ("Cyan", "Größe 🎨")
+
+
+@pytest.fixture(scope="module")
+def inked(random_cloud):
+    """Return a small history of a device of two inks, and the values of its boundary by vertex."""
+    boundary = modified_convex_hull(random_cloud(1))
+    random = np.random.default_rng(2)
+    values = random.choice([0.0, 1.0, 0.37, 0.123456], (len(boundary.mesh.vertices), 2))
+    device = DeviceValues(CHANNELS, values)
+    return history_of(decimated(boundary.mesh, boundary.centre), device), boundary, values
+
+
+TRACES = ("x", "y", "z")
+
+
+def traced(positions):
+    """Return device values that say where something is, from 0 to 1 within 100 units of L* 50."""
+    return (np.asarray(positions, np.float64) - (50.0, 0.0, 0.0)) / 200.0 + 0.5
+
+
+@pytest.fixture(scope="module")
+def tracing(icosphere):
+    """Return the history of a sphere whose device values say where they are."""
+    mesh = icosphere(3, 60.0, (50.0, 0.0, 0.0))
+    boundary = modified_convex_hull(mesh.vertices)
+    device = DeviceValues(TRACES, traced(boundary.mesh.vertices))
+    return history_of(decimated(boundary.mesh, boundary.centre), device)
+
+
+@pytest.fixture(scope="module")
+def srgb(small_profile):
+    return small_profile("sRGB-v4.icc")
+
+
+@pytest.fixture(scope="module")
+def srgb_gamut(srgb):
+    return build_gamut(srgb, Options())
+
+
+@pytest.fixture(scope="module")
+def file(inked):
+    return history_bytes(inked[0], {"note": "a note"})
+
+
+@pytest.fixture(scope="module")
+def limited_gamut(fogra39):
+    """Return the gamut of a press that uses 250 % of ink at most."""
+    return build_gamut(fogra39, Options(ink_limit=250, surface_samples=20_000))
+
+
+def header_of(data):
+    (size,) = struct.unpack("<Q", data[:8])
+    return json.loads(data[8 : 8 + size]), 8 + size
+
+
+def tampered(data, metadata=None, **arrays):
+    """Return a file with arrays or metadata replaced, or left out where they are None."""
+    header, _ = header_of(data)
+    replaced = safetensors.numpy.load(data) | {
+        name.replace("__", "."): array for name, array in arrays.items()
+    }
+    described = header["__metadata__"] | (metadata or {})
+    return safetensors.numpy.save(
+        {name: array for name, array in replaced.items() if array is not None},
+        {name: text for name, text in described.items() if text is not None},
+    )
+
+
+class TestFullBoundary:
+    def test_has_the_values_of_its_sources(self, inked):
+        history, boundary, values = inked
+        full, found = history.full(), history.device_values(history.triangles)
+        assert found.channels == CHANNELS
+        assert found.values.dtype == np.float32
+        expected = {
+            row.tobytes(): value for row, value in zip(boundary.mesh.vertices, values, strict=True)
+        }
+        for position, value in zip(full.vertices, found.values, strict=True):
+            step = 0.5 / FULL_SCALE + 1e-7
+            np.testing.assert_allclose(value, expected[position.tobytes()], rtol=0, atol=step)
+
+    def test_whole_percents_and_codes_are_exact(self):
+        for whole in (100, 255):
+            assert FULL_SCALE % whole == 0
+
+    def test_of_a_press(self, fogra39_gamut, fogra39):
+        colours = surface_colours(characterisation(fogra39))
+        assert colours.channels == ("C", "M", "Y", "K")
+        full = fogra39_gamut.level(fogra39_gamut.history.triangles)
+        boundary = modified_convex_hull(colours.points)
+        sources = vertex_device_values(boundary, colours.points, colours.device, colours.channels)
+        order = np.lexsort(full.vertices.T), np.lexsort(boundary.mesh.vertices.T)
+        np.testing.assert_array_equal(full.vertices[order[0]], boundary.mesh.vertices[order[1]])
+        np.testing.assert_allclose(
+            full.device.values[order[0]],
+            sources.values[order[1]],
+            rtol=0,
+            atol=0.5 / FULL_SCALE + 1e-7,
+        )
+
+    def test_one_row_for_each_vertex(self, random_cloud):
+        boundary = modified_convex_hull(random_cloud(1))
+        decimation = decimated(boundary.mesh, boundary.centre)
+        with pytest.raises(MeshError):
+            history_of(decimation, DeviceValues(CHANNELS, np.zeros((3, 2))))
+
+
+class TestLevels:
+    def test_coarse_ones_have_what_the_full_boundary_has_nearest(self, tracing):
+        """Device values that tell where they are, against the nearest points by trimesh."""
+        surface = tracing.full().to_trimesh()
+        for triangles in [*range(4, 100, 2), *range(100, tracing.triangles, 50)]:
+            vertices = tracing.level(triangles).vertices
+            nearest, _, _ = trimesh.proximity.closest_point_naive(surface, vertices)
+            found = tracing.device_values(triangles).values
+            np.testing.assert_allclose(found, traced(nearest), rtol=0, atol=1.05 / FULL_SCALE)
+
+    def test_neighbours_that_move_too(self, shifting_history):
+        slots = np.arange(shifting_history.vertices, dtype=np.int32)
+        full = shifting_history.full()
+        device = device_history_of(
+            DeviceValues(TRACES, traced(full.vertices)), slots, shifting_history.splits
+        )
+        assert len(device.splits.shifted_fine) == len(shifting_history.splits.shifted) > 100
+        moving = History(
+            shifting_history.splits, shifting_history.centre, shifting_history.step, device
+        )
+        splits = moving.splits
+        for split in (0, 17, 40, len(splits.parent) - 1):
+            begin = splits.shifted_end[split - 1] if split else 0
+            before = moving.device_values(2 * split + 4).values
+            after = moving.device_values(2 * split + 6).values
+            for index in range(begin, splits.shifted_end[split]):
+                slot = splits.shifted[index]
+                for values, rows in (
+                    (before, device.splits.shifted_coarse),
+                    (after, device.splits.shifted_fine),
+                ):
+                    expected = (rows[index] / FULL_SCALE).astype(np.float32)
+                    np.testing.assert_array_equal(values[slot], expected)
+
+    def test_fine_ones_are_interpolated_along_the_edges_that_collapse(self, fogra39_gamut):
+        """Collapse after collapse from the full boundary on, by the definition in floats."""
+        history = fogra39_gamut.history
+        splits = history.splits
+        values = history.device_values(history.triangles).values.astype(np.float64)
+        for slot in range(history.vertices - 1, CORRECTED - 1, -1):
+            parent = splits.parent[slot - 4]
+            coarse, fine, added = (
+                array[slot - 4].astype(np.float64)
+                for array in (splits.coarse, splits.fine, splits.added)
+            )
+            edge = added - fine
+            place = np.clip((coarse - fine) @ edge / (edge @ edge), 0.0, 1.0)
+            values[parent] += place * (values[slot] - values[parent])
+            if slot % 10_000 == 0 or slot == CORRECTED:
+                found = history.device_values(2 * slot - 4).values
+                # half a step for each collapse, averaged with what was rounded before
+                np.testing.assert_allclose(found, values[:slot], rtol=0, atol=4 / FULL_SCALE)
+
+    @pytest.mark.parametrize("triangles", [1000, 4000, 16_000, 40_000])
+    def test_the_device_makes_the_colours_with_them(self, srgb_gamut, srgb, triangles):
+        """Predicted and kept colours differ by what is hardly seen, but for a few."""
+        level = srgb_gamut.level(triangles)
+        device = level.device.values.astype(np.float64)
+        predicted = profile_colours(characterisation(srgb), device, "relative").lab
+        error = np.linalg.norm(predicted - level.vertices, axis=1)
+        assert error.mean() < 0.1
+        assert np.percentile(error, 95) < 0.3
+
+    def test_random_access_is_what_stepping_gives(self, fogra39_gamut):
+        history = fogra39_gamut.history
+        device = history.device
+        values = np.empty((history.vertices, 4), np.int16)
+        values[:4] = device.base
+        wanted = {4, 5, 6, 8, 9, 502, 5000, 8192, 8193, history.vertices}
+        assert not len(history.splits.shifted)  # or they would have to be stepped as well
+        for slot in range(4, history.vertices + 1):
+            if slot in wanted:
+                found = history.device_values(2 * slot - 4).values
+                expected = (values[:slot] / FULL_SCALE).astype(np.float32)
+                np.testing.assert_array_equal(found, expected)
+            if slot < history.vertices:
+                values[history.splits.parent[slot - 4]] = device.splits.fine[slot - 4]
+                values[slot] = device.splits.added[slot - 4]
+
+    @pytest.mark.parametrize("triangles", [4, 12, 100, 1000, 10_000])
+    def test_keep_the_ink_limit(self, limited_gamut, triangles):
+        values = limited_gamut.level(triangles).device.values
+        assert values.min() >= 0
+        assert values.max() <= 1
+        assert values.astype(np.float64).sum(axis=1).max() <= 2.5 + 4 / FULL_SCALE
+
+    def test_odd_counts_and_others(self, inked):
+        history = inked[0]
+        assert history.device_values(31) == history.device_values(30)
+        for triangles in (3, history.triangles + 1, 10.0, True):
+            with pytest.raises(TriangleCountError):
+                history.device_values(triangles)
+
+    def test_bare_colours_have_none(self, small_gamut):
+        assert small_gamut.history.device is None
+        assert small_gamut.history.device_values(10) is None
+        assert small_gamut.level(10).device is None
+        assert "device" not in header_of(small_gamut.to_bytes())[0]["__metadata__"]
+
+
+class TestFile:
+    def test_comes_back(self, inked, file):
+        history, metadata = history_from_bytes(file)
+        section = {"channels": list(CHANNELS), "steps": FULL_SCALE, "corrected": CORRECTED}
+        assert json.loads(metadata["device"]) == section
+        for triangles in range(4, history.triangles + 1, 2):
+            assert history.device_values(triangles) == inked[0].device_values(triangles)
+        assert history_bytes(history, metadata) == file
+
+    def test_without_splits(self):
+        corners = [(50, 0, 40), (50, 40, -20), (50, -40, -20), (90, 0, 0)]
+        boundary = modified_convex_hull(corners, centre=(60, 0, 0))
+        device = DeviceValues(("W",), np.array([[0.0], [0.25], [0.5], [1.0]]))
+        built = history_of(decimated(boundary.mesh, boundary.centre), device)
+        history, _ = history_from_bytes(history_bytes(built))
+        np.testing.assert_array_equal(history.device_values(4).values, device.values)
+
+    def test_the_geometry_is_the_same_with_it_and_without(self, inked, file):
+        """A reader that knows nothing of it finds what it knows, and where it expects it."""
+        history = inked[0]
+        plain = history_bytes(History(history.splits, history.centre, history.step))
+        (one, begin), (other, start) = header_of(plain), header_of(file)
+        del one["__metadata__"], other["__metadata__"]
+        added = {name for name in other if name not in one}
+        assert added == {name for name in other if name.startswith("device.")}
+        assert {name: other[name] for name in one} == one
+        assert file[start:].startswith(plain[begin:])
+        kinds = {other[name]["dtype"] for name in added}
+        assert kinds <= {"I32", "U8"}  # what readers of geometry alone accept of any array
+
+    def test_a_prefix_has_none_until_all_are_there(self, inked, file):
+        header, begin = header_of(file)
+        last = max(name for name in header if name.startswith("splits."))
+        end = begin + header[last]["data_offsets"][1]
+        for length in (end, len(file) - 1):
+            history, _ = history_from_bytes(file[:length], partial=True)
+            assert history.vertices == inked[0].vertices
+            assert history.device is None
+        history, _ = history_from_bytes(file, partial=True)
+        assert history.device_values(30) == inked[0].device_values(30)
+
+    def test_is_unpacked_when_it_is_asked_for(self, file):
+        history, _ = history_from_bytes(file)
+        before = history.nbytes
+        history.level(30)
+        assert history.nbytes == before
+        device = history.device
+        assert history.nbytes == before + device.nbytes
+        assert history.device is device
+
+    def test_a_press_takes_less_than_24_bits_for_each_vertex(self, fogra39_gamut):
+        header, _ = header_of(fogra39_gamut.to_bytes())
+        sizes = [
+            entry["data_offsets"][1] - entry["data_offsets"][0]
+            for name, entry in header.items()
+            if name.startswith("device.")
+        ]
+        assert 8 * sum(sizes) < 24 * fogra39_gamut.history.vertices
+
+
+class TestReaderInJavaScript:
+    def test_small(self, javascript_levels, inked, file):
+        history = inked[0]
+        levels = javascript_levels(file, channels=2)
+        assert len(levels) == history.vertices - 3
+        for (positions, faces, values), triangles in zip(
+            levels, range(4, history.triangles + 1, 2), strict=True
+        ):
+            mesh = history.level(triangles)
+            assert positions.tobytes() == mesh.vertices.tobytes()
+            assert faces.tobytes() == mesh.faces.tobytes()
+            np.testing.assert_array_equal(values, history.device_values(triangles).values)
+
+    def test_neighbours_that_move(self, javascript_levels, shifting_history):
+        slots = np.arange(shifting_history.vertices, dtype=np.int32)
+        values = DeviceValues(TRACES, traced(shifting_history.full().vertices))
+        splits = shifting_history.splits
+        device = device_history_of(values, slots, splits)
+        history = History(splits, shifting_history.centre, shifting_history.step, device)
+        data = history_bytes(history)
+        read, _ = history_from_bytes(data)
+        for (_, _, found), triangles in zip(
+            javascript_levels(data, channels=3), range(4, history.triangles + 1, 2), strict=True
+        ):
+            expected = history.device_values(triangles)
+            np.testing.assert_array_equal(found, expected.values)
+            assert read.device_values(triangles) == expected
+
+    def test_large(self, javascript_levels, fogra39_gamut):
+        history = fogra39_gamut.history
+        counts = [4, 100, 1000, 30_000, history.triangles]
+        levels = javascript_levels(history_bytes(history), counts, 4)
+        for (_, _, values), triangles in zip(levels, counts, strict=True):
+            np.testing.assert_array_equal(values, history.device_values(triangles).values)
+
+
+class TestDamage:
+    @pytest.mark.parametrize(
+        "text",
+        [
+            "",
+            "[]",
+            "null",
+            "[" * 100_000,
+            '{"channels":["C","M"]}',
+            '{"channels":["C","M"],"steps":5100}',
+            '{"channels":["C","M"],"steps":5100,"corrected":-1}',
+            '{"channels":["C","M"],"steps":5100,"corrected":1.5}',
+            '{"channels":["C","M"],"steps":5100,"corrected":null}',
+            '{"channels":["C","M"],"steps":0,"corrected":0}',
+            '{"channels":["C","M"],"steps":32768,"corrected":0}',
+            '{"channels":["C","M"],"steps":true,"corrected":0}',
+            '{"channels":["C","M"],"steps":"5100","corrected":0}',
+            '{"channels":[],"steps":5100,"corrected":0}',
+            '{"channels":"CM","steps":5100,"corrected":0}',
+            '{"channels":["C",5],"steps":5100,"corrected":0}',
+            '{"channels":["C"],"steps":5100,"corrected":0}',
+            json.dumps({"channels": ["C"] * 65, "steps": 5100, "corrected": 0}),
+            json.dumps({"channels": ["C", "M" * 1001], "steps": 5100, "corrected": 0}),
+        ],
+    )
+    def test_of_the_channels(self, file, text):
+        with pytest.raises(HistoryFileError):
+            history_from_bytes(tampered(file, {"device": text}))
+
+    @pytest.mark.parametrize(
+        "base",
+        [
+            None,
+            np.zeros((4, 3), np.int32),
+            np.zeros((4, 2), np.float64),
+            np.full((4, 2), -1, np.int32),
+            np.full((4, 2), 5101, np.int32),
+            np.full((4, 2), 2**31 - 1, np.int32),
+        ],
+    )
+    def test_of_the_coarsest_level(self, file, base):
+        with pytest.raises(HistoryFileError, match=r"device"):
+            history_from_bytes(tampered(file, device__base=base))
+
+    @pytest.mark.parametrize(
+        "stream", [None, np.zeros(0, np.uint8), np.zeros(8, np.int32), np.zeros((8, 1), np.uint8)]
+    )
+    def test_of_a_group(self, file, stream):
+        with pytest.raises(HistoryFileError, match=r"device|bytes"):
+            history_from_bytes(tampered(file, device__01=stream))
+
+    def test_a_section_that_is_not_announced_is_ignored(self, file):
+        history, _ = history_from_bytes(tampered(file, {"device": None}))
+        assert history.device is None
+
+    @pytest.mark.parametrize("longer", [1, 3])
+    def test_bytes_that_are_left_over(self, file, longer):
+        stream = safetensors.numpy.load(file)["device.02"]
+        padded = np.concatenate([stream, np.zeros(longer, np.uint8)])
+        history, _ = history_from_bytes(tampered(file, device__02=padded))
+        with pytest.raises(HistoryFileError, match="bits over"):
+            _ = history.device
+
+    def test_a_stream_that_ends_early(self, file):
+        stream = safetensors.numpy.load(file)["device.03"]
+        history, _ = history_from_bytes(tampered(file, device__03=stream[:-2]))
+        with pytest.raises(HistoryFileError, match="adds slot") as caught:
+            _ = history.device
+        assert caught.value.where["field"] == "device.03"
+
+    @settings(max_examples=300)
+    @given(data=st.data())
+    def test_any_bytes_of_the_section(self, file, inked, data):
+        """A clear error, or values within full scale at the levels of an unchanged geometry."""
+        header, begin = header_of(file)
+        starts = [header[name]["data_offsets"][0] for name in header if name.startswith("device.")]
+        mutated = bytearray(file)
+        for _ in range(data.draw(st.integers(1, 4))):
+            place = data.draw(st.integers(begin + min(starts), len(file) - 1))
+            mutated[place] = data.draw(st.integers(0, 255))
+        where = {"field": "device"}
+        found = []
+        try:
+            history, _ = history_from_bytes(bytes(mutated))
+            found = [history.device_values(count) for count in (4, 30, history.triangles)]
+            assert history.full() == inked[0].full()
+        except HistoryFileError as error:
+            where = error.where
+        assert str(where["field"]).startswith("device")
+        for values in found:
+            assert (values.values >= 0).all()
+            assert (values.values <= 1).all()
+
+    def test_a_gamut_notices_it_when_it_is_read(self, fogra39):
+        built = build_gamut(fogra39, Options(surface_samples=1000))
+        data = built.to_bytes()
+        read = Gamut.from_bytes(data)
+        assert read.level(100) == built.level(100)
+        last = max(name for name in safetensors.numpy.load(data) if name.startswith("device."))
+        stream = safetensors.numpy.load(data)[last]
+        with pytest.raises(HistoryFileError):
+            Gamut.from_bytes(tampered(data, **{last.replace(".", "__"): stream[:-8]}))
