@@ -179,6 +179,7 @@ def build_gamut(
         limits=InkLimits(options.ink_limit, options.black_limit),
         observer=options.observer,
         illuminant=options.illuminant,
+        popularity=options.popularity,
     )
     report("boundary", 0.0)
     boundary = wrapped(

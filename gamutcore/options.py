@@ -89,6 +89,9 @@ class Options:
         None where the data's own is used, or D50.
     condition : str or None
         The measurement condition to be used of data that has several, such as ``"M1"``.
+    popularity : float or None
+        Which part of a picture's pixels is left out: those of its least used colours. Above 0,
+        below 1; None for all colours.
 
     Raises
     ------
@@ -112,6 +115,7 @@ class Options:
     observer: int | None = None
     illuminant: str | None = None
     condition: str | None = None
+    popularity: float | None = None
 
     def __post_init__(self) -> None:
         for name, accepted in (
@@ -145,6 +149,13 @@ class Options:
         # frozen, so set this way: the canonical form of what was given
         object.__setattr__(self, "centre", _canonical_centre(self.centre))
         self._check_measurement()
+        if self.popularity is not None:
+            share = _number(self.popularity)
+            if share is None or not 0 < share < 1:
+                raise OptionError.refusing(
+                    "popularity", self.popularity, "a number above 0 and below 1"
+                )
+            object.__setattr__(self, "popularity", share)
         parameters = BOUNDARIES[self.boundary].parameters
         for name in METHOD_OPTIONS:
             value = getattr(self, name)

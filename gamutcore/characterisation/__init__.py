@@ -1,13 +1,22 @@
 """Characterisation data: what is known of a device, read from the files people hold.
 
 `characterisation` tells the format by content and returns `Samples` (measured colours, with or
-without device values) or an `IccProfile`; `measurements_of` returns those that a profile carries.
+without device values), an `IccProfile` or a `Picture`; `measurements_of` returns those that a profile
+carries.
 Reading checks everything that a file claims; colour is computed in `gamutcore.colours`.
 """
 
 from gamutcore.characterisation.embedded import measurements_of
 from gamutcore.characterisation.icc import IccProfile
+from gamutcore.characterisation.pictures import Picture
 from gamutcore.characterisation.recognition import Characterisation, characterisation
 from gamutcore.characterisation.samples import Samples
 
-__all__ = ["Characterisation", "IccProfile", "Samples", "characterisation", "measurements_of"]
+__all__ = [
+    "Characterisation",
+    "IccProfile",
+    "Picture",
+    "Samples",
+    "characterisation",
+    "measurements_of",
+]

@@ -15,6 +15,7 @@ from gamutcore.characterisation.delimited import delimited_samples
 from gamutcore.characterisation.icc import IccProfile, icc_profile, looks_like_icc
 from gamutcore.characterisation.json_samples import json_samples
 from gamutcore.characterisation.npy_samples import NPY_MAGIC, npy_samples
+from gamutcore.characterisation.pictures import Picture, looks_like_picture, picture
 from gamutcore.characterisation.samples import Samples
 from gamutcore.errors import OptionError, UnrecognisedFormatError
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Characterisation", "characterisation"]
 
-Characterisation: TypeAlias = Samples | IccProfile
+Characterisation: TypeAlias = Samples | IccProfile | Picture
 
 
 def characterisation(data: bytes, *, condition: str | None = None) -> Characterisation:
@@ -32,22 +33,22 @@ def characterisation(data: bytes, *, condition: str | None = None) -> Characteri
     Parameters
     ----------
     data : bytes
-        An ICC profile, a text of the CGATS family, CxF3, JSON, delimited text, or a NumPy .npy
-        file.
+        An ICC profile, a text of the CGATS family, CxF3, JSON, delimited text, a NumPy .npy
+        file, or a picture: PNG, TIFF or JPEG.
     condition : str, optional
         The measurement condition whose samples are wanted, such as ``"M1"``, for data that was
         measured under several.
 
     Returns
     -------
-    Samples or IccProfile
+    Samples, IccProfile or Picture
 
     Raises
     ------
     UnrecognisedFormatError
         The content is none of these.
     OptionError
-        A condition is asked of a profile, which has none.
+        A condition is asked of a profile or a picture, which have none.
     CharacterisationError, InvalidPointsError
         It is one of these and broken; the error says where.
     """
@@ -57,6 +58,12 @@ def characterisation(data: bytes, *, condition: str | None = None) -> Characteri
                 "condition", condition, "none: a profile has no measurement condition"
             )
         return icc_profile(data)
+    if looks_like_picture(data):
+        if condition is not None:
+            raise OptionError.refusing(
+                "condition", condition, "none: a picture has no measurement condition"
+            )
+        return picture(data)
     if data.startswith(NPY_MAGIC):
         return npy_samples(data, condition=condition)
     if looks_like_xml(data):
@@ -76,7 +83,7 @@ def _unrecognised(message: str) -> UnrecognisedFormatError:
     return UnrecognisedFormatError(
         message,
         remedy="Send an ICC profile (version 2 or 4), measurements as CGATS text, CxF3, CSV or "
-        "JSON, or a NumPy .npy file.",
+        "JSON, a NumPy .npy file, or a picture (PNG, TIFF, JPEG).",
     )
 
 
