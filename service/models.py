@@ -211,8 +211,8 @@ class MultipartSubmission(BaseModel):
     file: Annotated[
         bytes,
         Field(
-            description="CGATS or IT8 text, CxF3, CSV, JSON, a NumPy array (.npy), an ICC profile or "
-            "a picture (PNG, TIFF, JPEG); recognised by its content.",
+            description="CGATS or IT8 text, CxF3, CSV, JSON, a NumPy array (.npy), an ICC "
+            "profile or a picture (PNG, TIFF, JPEG); recognised by its content.",
             json_schema_extra={"format": "binary"},
         ),
     ]

@@ -64,8 +64,8 @@ def _core(
 
 
 _READ = (
-    "CGATS and IT8 text, CxF3, CSV, JSON, NumPy arrays (.npy), ICC profiles and pictures (PNG, TIFF, "
-    "JPEG) are read."
+    "CGATS and IT8 text, CxF3, CSV, JSON, NumPy arrays (.npy), ICC profiles and pictures (PNG, "
+    "TIFF, JPEG) are read."
 )
 _DEFECT = "This is a defect of the service; please report it with the gamut's id."
 

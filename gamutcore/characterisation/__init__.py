@@ -1,8 +1,8 @@
 """Characterisation data: what is known of a device, read from the files people hold.
 
 `characterisation` tells the format by content and returns `Samples` (measured colours, with or
-without device values), an `IccProfile` or a `Picture`; `measurements_of` returns those that a profile
-carries.
+without device values), an `IccProfile` or a `Picture`; `measurements_of` returns the samples that a
+profile carries.
 Reading checks everything that a file claims; colour is computed in `gamutcore.colours`.
 """
 

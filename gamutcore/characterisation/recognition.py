@@ -52,18 +52,14 @@ def characterisation(data: bytes, *, condition: str | None = None) -> Characteri
     CharacterisationError, InvalidPointsError
         It is one of these and broken; the error says where.
     """
-    if looks_like_icc(data):
+    if looks_like_icc(data) or looks_like_picture(data):
         if condition is not None:
             raise OptionError.refusing(
-                "condition", condition, "none: a profile has no measurement condition"
+                "condition",
+                condition,
+                "none: profiles and pictures have no measurement condition",
             )
-        return icc_profile(data)
-    if looks_like_picture(data):
-        if condition is not None:
-            raise OptionError.refusing(
-                "condition", condition, "none: a picture has no measurement condition"
-            )
-        return picture(data)
+        return icc_profile(data) if looks_like_icc(data) else picture(data)
     if data.startswith(NPY_MAGIC):
         return npy_samples(data, condition=condition)
     if looks_like_xml(data):

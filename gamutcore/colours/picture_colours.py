@@ -1,7 +1,7 @@
 """The colours of a picture, in CIELAB, without the least used ones if they are not wanted.
 
-Through the embedded profile where there is one, else by the primaries and the transfer function that
-the file states or that are assumed; pictures in CIELAB have their colours themselves.
+Through the embedded profile where there is one, else by the primaries and the transfer function
+that the file states or that are assumed; pictures in CIELAB have their colours themselves.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 __all__ = ["POPULARITY_CELL", "PictureColours", "picture_colours", "popular"]
 
 POPULARITY_CELL = 2.0
-"""Edge in CIELAB of the cells whose pixels are counted for the popularity cut. Colours within one are
-hardly told apart (a just noticeable difference is 1 to 2.3 ΔE*ab; Mahy et al. 1994)."""
+"""Edge in CIELAB of the cells whose pixels are counted for the popularity cut. Colours within one
+are hardly told apart (a just noticeable difference is 2.3 ΔE*ab; Mahy et al. 1994)."""
 
 _AT_A_TIME = 2**18
 
@@ -136,7 +136,7 @@ def popular(lab: FloatArray, counts: IntArray, share: float) -> tuple[IntArray, 
     extent = places.max(axis=0) + 1
     _, cell = np.unique(np.ravel_multi_index(tuple(places.T), tuple(extent)), return_inverse=True)
     pixels = np.bincount(cell, counts).astype(np.int64)
-    sizes, group = np.unique(pixels, return_inverse=True)
+    _, group = np.unique(pixels, return_inverse=True)
     taken = np.cumsum(np.bincount(group, pixels))
     lost = taken[group] <= share * pixels.sum()
     return np.flatnonzero(~lost[cell]), {"used": len(pixels), "left_out": int(lost.sum())}

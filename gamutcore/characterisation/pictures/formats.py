@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from gamutcore.characterisation.pictures.jpeg import JPEG_SIGNATURE, jpeg_raster
-from gamutcore.characterisation.pictures.raster import Picture, picture_of_raster
 from gamutcore.characterisation.pictures.png import PNG_SIGNATURE, png_raster
+from gamutcore.characterisation.pictures.raster import Picture, picture_of_raster
 from gamutcore.characterisation.pictures.tiff import TIFF_SIGNATURES, tiff_raster
 
 __all__ = ["looks_like_picture", "picture"]

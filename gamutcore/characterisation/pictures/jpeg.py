@@ -32,8 +32,8 @@ __all__ = ["JPEG_SIGNATURE", "MOST_UNPACKED", "Frame", "jpeg_frame", "jpeg_pixel
 JPEG_SIGNATURE = b"\xff\xd8\xff"
 
 MOST_UNPACKED = 512 * 3
-"""Bytes that a byte makes at most: a code has one bit at least, and stands for a block of 8 × 8 pixels
-at most in the first scan of one component; of three, chroma of a sixteenth of the size adds to it."""
+"""Bytes that a byte makes at most: a code of one bit at least stands for a block of 8 × 8 pixels in
+the first scan of a component, and of three components two can have a sixteenth of the size."""
 
 _MAX_SCANS = 100
 """Scans at most; progressive pictures have about ten, and each goes over all pixels."""
@@ -174,7 +174,7 @@ def jpeg_frame(data: bytes) -> Frame:
             raise malformed("The file ends within a segment.", {"byte": start})
         content = data[place + 2 : place + length]
         _read_segment(frame, marker, content, start, len(data))
-        if marker < 0xE0 or marker > 0xEF and marker != 0xFE:
+        if marker < 0xE0 or (marker > 0xEF and marker != 0xFE):
             frame.kept.append(data[start : place + length])
         place += length
         if marker == 0xDA:

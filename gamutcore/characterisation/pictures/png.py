@@ -1,8 +1,8 @@
 """PNG pictures: chunks read here, pixels unpacked by Pillow's decoder.
 
 Portable Network Graphics, third edition (W3C 2025). Of the chunks that say what colours mean, the
-highest in its precedence is taken: cICP, iCCP, sRGB, then cHRM and gAMA (clause 4.3). Pillow reduces
-RGB of 16 bits to 8; its decoder is asked twice, for the first and the second byte of each value.
+highest in its precedence is taken: cICP, iCCP, sRGB, then cHRM and gAMA (clause 4.3). Pillow
+reduces RGB of 16 bits to 8; its decoder is asked twice, for the first and the second bytes.
 """
 
 from __future__ import annotations
@@ -28,13 +28,14 @@ from gamutcore.characterisation.pictures.raster import (
     checked_size,
     malformed,
 )
+from gamutcore.errors import Where
 
 __all__ = ["PNG_SIGNATURE", "png_raster"]
 
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
 _SAMPLES = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
-"""Samples of a pixel by colour type (11.2.1, table 9): gray, RGB, indexed, gray and RGB with alpha."""
+"""Samples of a pixel by colour type (11.2.1): gray, RGB, indexed, gray and alpha, RGBA."""
 
 _DEPTHS = {0: (1, 2, 4, 8, 16), 2: (8, 16), 3: (1, 2, 4, 8), 4: (8, 16), 6: (8, 16)}
 
@@ -105,59 +106,63 @@ def png_raster(data: bytes) -> Raster:
 
 def _chunks(data: bytes) -> _Chunks:
     view, place = memoryview(data), len(PNG_SIGNATURE)
-    chunks: _Chunks | None = None
-    ended = False
-    while place < len(data) and not ended:
-        if place + 12 > len(data):
-            raise malformed("The file ends within a chunk.", {"byte": place})
-        length, name = struct.unpack_from(">I4s", view, place)
-        where = {"chunk": name.decode("latin-1"), "byte": place}
-        if place + 12 + length > len(data):
-            raise malformed("The file ends within a chunk.", {**where})
-        content = view[place + 8 : place + 8 + length]
-        if chunks is None and name != b"IHDR":
-            raise malformed("The first chunk is not IHDR.", {**where})
-        known = name in {b"IHDR", b"IDAT", b"IEND", *_USED}
-        if known and zlib.crc32(view[place + 4 : place + 8 + length]) != int.from_bytes(
-            view[place + 8 + length : place + 12 + length], "big"
-        ):
-            raise malformed("The check sum of a chunk is wrong.", {**where})
-        if chunks is None:
-            chunks = _Chunks(_header(bytes(content)))
-        elif name == b"IHDR":
-            raise malformed("There are two headers.", {**where})
-        elif name == b"IDAT":
+    name, content, place = _chunk(view, place)
+    if name != b"IHDR":
+        raise malformed("The first chunk is not IHDR.", _where(name, len(PNG_SIGNATURE)))
+    chunks = _Chunks(_header(bytes(content)))
+    while name != b"IEND":
+        if place >= len(data):
+            raise malformed("The file ends early.", {"chunk": "IEND"})
+        start = place
+        name, content, place = _chunk(view, place)
+        if name == b"IDAT":
             chunks.data.append(content)
         elif name in _USED:
             chunks.single.setdefault(name, bytes(content))
         elif name == b"acTL":
             chunks.animated = True
-        elif name == b"IEND":
-            ended = True
-        elif not name[0] & 32:
-            raise malformed("An essential chunk is of an unknown kind.", {**where})
-        place += 12 + length
-    if chunks is None or not chunks.data:
+        elif name == b"IHDR":
+            raise malformed("There are two headers.", _where(name, start))
+        elif name != b"IEND" and not name[0] & 32:
+            raise malformed("An essential chunk is of an unknown kind.", _where(name, start))
+    if not chunks.data:
         raise malformed("The picture has no data.", {"chunk": "IDAT"})
-    if not ended:
-        raise malformed("The file ends early.", {"chunk": "IEND"})
     _check_lengths(chunks)
     return chunks
 
 
+def _chunk(view: memoryview, place: int) -> tuple[bytes, memoryview, int]:
+    """Return a chunk's name and content, and where the next one is."""
+    if place + 12 > len(view):
+        raise malformed("The file ends within a chunk.", {"byte": place})
+    length, name = struct.unpack_from(">I4s", view, place)
+    end = place + 8 + length
+    if end + 4 > len(view):
+        raise malformed("The file ends within a chunk.", _where(name, place))
+    if name in {b"IHDR", b"IDAT", b"IEND", *_USED}:
+        stated = int.from_bytes(view[end : end + 4], "big")
+        if zlib.crc32(view[place + 4 : end]) != stated:
+            raise malformed("The check sum of a chunk is wrong.", _where(name, place))
+    return name, view[place + 8 : end], end + 4
+
+
+def _where(name: bytes, place: int) -> Where:
+    return {"chunk": name.decode("latin-1"), "byte": place}
+
+
 def _header(content: bytes) -> tuple[int, int, int, int, int]:
-    where = {"chunk": "IHDR", "byte": len(PNG_SIGNATURE)}
+    where = _where(b"IHDR", len(PNG_SIGNATURE))
     if len(content) != 13:
-        raise malformed(f"The header has {len(content)} bytes in place of 13.", {**where})
+        raise malformed(f"The header has {len(content)} bytes in place of 13.", where)
     width, height, depth, colour, packing, filtering, interlaced = struct.unpack(
         ">IIBBBBB", content
     )
     if depth not in _DEPTHS.get(colour, ()):
-        raise malformed(f"Colour type {colour} with {depth} bits does not exist.", {**where})
+        raise malformed(f"Colour type {colour} with {depth} bits does not exist.", where)
     if packing or filtering or interlaced > 1:
         raise malformed(
             f"Compression {packing}, filter {filtering}, interlace {interlaced} do not exist.",
-            {**where},
+            where,
         )
     return width, height, depth, colour, interlaced
 
@@ -232,7 +237,7 @@ def _keyed_out(pixels: npt.NDArray[Any], stated: bytes) -> npt.NDArray[np.bool_]
 
 
 def _widen_range(raster: Raster, depth: int) -> None:
-    """Turn narrow-range values (16 to 235 of 8 bits, ITU-T H.273, 8.3) into 16-bit full-range ones."""
+    """Turn narrow-range values, 16 to 235 of 8 bits (ITU-T H.273, 8.3), into full-range ones."""
     unit = 2 ** (depth - 8) if depth >= 8 else 1
     table = (np.arange(raster.full + 1, dtype=np.float64) / unit - 16) / 219 * 65535
     wide = np.clip(np.round(table), 0, 65535).astype(np.uint16)
@@ -275,14 +280,14 @@ def _meaning(chunks: _Chunks) -> tuple[bytes, Encoding | None, list[str]]:
 
 def _profile(content: bytes) -> bytes:
     name, ended, rest = content.partition(b"\0")
-    where = {"chunk": "iCCP"}
+    where: Where = {"chunk": "iCCP"}
     if not ended or len(name) > 79 or rest[:1] != b"\0":
-        raise malformed("The embedded profile has no name, or another compression.", {**where})
+        raise malformed("The embedded profile has no name, or another compression.", where)
     try:
         unpacker = zlib.decompressobj()
         profile = unpacker.decompress(rest[1:], MAX_PROFILE_BYTES + 1)
     except zlib.error as error:
-        raise malformed("The embedded profile cannot be unpacked.", {**where}) from error
+        raise malformed("The embedded profile cannot be unpacked.", where) from error
     if not unpacker.eof and len(profile) <= MAX_PROFILE_BYTES:
-        raise malformed("The embedded profile ends early.", {**where})
+        raise malformed("The embedded profile ends early.", where)
     return profile

@@ -41,8 +41,8 @@ MAX_PIXELS = 120_000_000
 (200 by interpolation)."""
 
 MAX_DECODED_BYTES = 2**29
-"""Bytes of a picture's pixels at most, unpacked. A picture of 24 megapixels in CMYK or RGBA has 192 MB
-in 16 bits and 384 MB in 32-bit floats."""
+"""Bytes of a picture's pixels at most, unpacked. A picture of 24 megapixels in CMYK or RGBA has
+192 MB in 16 bits and 384 MB in 32-bit floats."""
 
 MAX_PROFILE_BYTES = 2**25
 """Bytes of an unpacked profile at most; the largest press profiles have some 10 MB."""
@@ -201,8 +201,8 @@ def checked_size(
         )
     if size > packed * most_unpacked + 65536:
         raise malformed(
-            f"The picture claims {width} × {height} pixels, which its {packed} bytes of data cannot "
-            "hold.",
+            f"The picture claims {width} × {height} pixels, which its {packed} bytes of data "
+            "cannot hold.",
             {"field": "size"},
         )
 
@@ -290,7 +290,7 @@ def picture_of_raster(raster: Raster) -> Picture:
         counts,
         meaning,
         provenance,
-        tuple([*raster.said, *said]),
+        (*raster.said, *said),
     )
 
 
@@ -383,7 +383,7 @@ def _looked_up(
     largest = int(numbers.max())
     if largest >= len(raster.palette):
         raise malformed(
-            f"A pixel has the colour number {largest}, and there are {len(raster.palette)} colours.",
+            f"A pixel has the colour number {largest}; there are {len(raster.palette)} colours.",
             {"field": "palette"},
         )
     if raster.palette_alpha is not None:
@@ -411,7 +411,7 @@ def _refuse_not_finite(band: npt.NDArray[Any], row: int) -> None:
             f"{int((~finite).sum())} pixels from row {row + 1} on hold values that are not finite "
             f"numbers, such as {value}.",
             where={"row": row + 1},
-            remedy="Every value must be a plain, finite number; make what is no picture transparent.",
+            remedy="Every value must be a finite number; make what is no picture transparent.",
         )
 
 

@@ -1,8 +1,8 @@
 """TIFF pictures: what the tags say, and the raster that they make of strips or tiles.
 
-TIFF 6.0 (Adobe 1992), its technical notes 1 to 3, the Photoshop technical notes (2002), and BigTIFF:
-gray, RGB, palette, CMYK, YCbCr within JPEG, CIELAB and ICCLAB, of 1 to 16 bits, 32 bits and floats.
-The first picture of a file is taken.
+TIFF 6.0 (Adobe 1992), its technical notes 1 to 3, the Photoshop technical notes (2002), and
+BigTIFF: gray, RGB, palette, CMYK, YCbCr within JPEG, CIELAB and ICCLAB, of 1 to 16 bits, 32 bits
+and floats. The first picture of a file is taken.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The data of TIFF pictures: strips or tiles, unpacked and put together.
 
-LZW and PackBits are unpacked by libtiff through Pillow, JPEG by libjpeg-turbo, deflate by zlib; each
-is given exactly the bytes of one strip or tile, and asked for exactly what that must hold.
+LZW and PackBits are unpacked by libtiff through Pillow, JPEG by libjpeg-turbo, deflate by zlib;
+each is given the bytes of one strip or tile, and asked for exactly what that must hold.
 """
 
 from __future__ import annotations

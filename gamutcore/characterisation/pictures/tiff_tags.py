@@ -15,8 +15,7 @@ __all__ = ["Directory", "tiff_directory"]
 _MAX_ENTRIES = 4096
 
 _MAX_VALUES = 2**20
-"""Values of a tag at most: one strip per row, and one table of 16 bits for each of three colours, are
-fewer."""
+"""Values of a tag at most: one strip per row, and three tables of 16 bits, are fewer."""
 
 _TYPES = {
     # Bytes of a value, and its letter for struct; rationals are two numbers (TIFF 6.0, section 2).

@@ -1,9 +1,9 @@
 """The distinct values of a picture's pixels, and how many pixels have each.
 
-Pixels become whole numbers in Morton order (the bits of all channels interleaved, Morton 1966), which
-are sorted. Equal values are then neighbours, and so are the values within any cell of a lattice that
-halves every channel: where a picture has more distinct values than are evaluated, each cell of the
-finest lattice that has few enough is represented by its outermost value.
+Pixels become whole numbers in Morton order (the bits of all channels interleaved, Morton 1966),
+which are sorted. Equal values are then neighbours, and so are the values within any cell of a
+lattice that halves every channel: where a picture has more distinct values than are evaluated, each
+cell of the finest lattice that has few enough is represented by its outermost value.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def distinct_values(
     """
     if channels == 1:
         return _distinct_numbers(bands, bits)
-    kind = np.uint32 if channels * bits <= 32 else np.uint64
+    kind: Any = np.uint32 if channels * bits <= 32 else np.uint64
     spread = _spread_bits(channels, bits, kind)
     keys = np.empty(pixels, kind)
     filled = 0
