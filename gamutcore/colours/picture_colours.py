@@ -131,7 +131,8 @@ def popular(lab: FloatArray, counts: IntArray, share: float) -> tuple[IntArray, 
     Cells are left out in the order of their pixels, from the fewest on; cells with equally many are
     left out together or not at all, so that the result does not hang on an order among them.
     """
-    places = np.floor(lab / POPULARITY_CELL).astype(np.int64)
+    # Broken profiles make colours beyond any; their cells need not be told apart.
+    places = np.floor(np.clip(lab / POPULARITY_CELL, -1e4, 1e4)).astype(np.int64)
     places -= places.min(axis=0)
     extent = places.max(axis=0) + 1
     _, cell = np.unique(np.ravel_multi_index(tuple(places.T), tuple(extent)), return_inverse=True)

@@ -38,6 +38,9 @@ the first scan of a component, and of three components two can have a sixteenth 
 _MAX_SCANS = 100
 """Scans at most; progressive pictures have about ten, and each goes over all pixels."""
 
+_MAX_SCANNED = 1_200_000_000
+"""Pixels of all scans together at most: ten scans of the largest picture."""
+
 _FRAMES = {0xC0, 0xC1, 0xC2}
 """Start of frame of what is decoded: baseline, extended and progressive, with Huffman codes."""
 
@@ -181,8 +184,8 @@ def jpeg_frame(data: bytes) -> Frame:
             scans += 1
             if not frame.components:
                 raise malformed("The picture's data comes before its header.", {"byte": start})
-            if scans > _MAX_SCANS:
-                raise malformed(f"The picture has more than {_MAX_SCANS} scans.", {"byte": start})
+            if scans > _MAX_SCANS or scans * frame.width * frame.height > _MAX_SCANNED:
+                raise malformed(f"The picture has {scans} scans or more.", {"byte": start})
 
 
 def _read_segment(frame: Frame, marker: int, content: bytes, start: int, size: int) -> None:
