@@ -307,8 +307,8 @@ _ROWS = (
         413,
         "The body is too large",
         "Send a body within the limit.",
-        "The body is larger than 33554432 bytes.",
-        {"limit": 33554432},
+        "The body is larger than 167772160 bytes.",
+        {"limit": 167772160},
     ),
     Kind(
         "unsupported-media-type",
