@@ -24,10 +24,12 @@ __all__ = [
     "MeshError",
     "MissingColumnError",
     "OptionError",
+    "PictureSizeError",
     "SampleLimitError",
     "TooFewPointsError",
     "TriangleCountError",
     "UnrecognisedFormatError",
+    "UnsupportedPictureError",
     "UnsupportedProfileError",
 ]
 
@@ -143,6 +145,18 @@ class UnsupportedProfileError(CharacterisationError):
     """An ICC profile is well formed but of a kind that is not evaluated."""
 
     code = "unsupported-profile"
+
+
+class PictureSizeError(CharacterisationError):
+    """A picture has more pixels than are decoded."""
+
+    code = "picture-too-large"
+
+
+class UnsupportedPictureError(CharacterisationError):
+    """A picture is well formed but of a kind that is not read, or its colours are not known."""
+
+    code = "unsupported-picture"
 
 
 class InvalidPointsError(GamutError):

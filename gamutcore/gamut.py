@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from gamutcore.boundary import Boundary
-    from gamutcore.characterisation import IccProfile, Samples
+    from gamutcore.characterisation import IccProfile, Picture, Samples
     from gamutcore.device_values import DeviceValues
     from gamutcore.mesh import TriangleMesh
 
@@ -67,6 +67,7 @@ NOT_OF_MESHES = (
     "black_limit",
     "observer",
     "illuminant",
+    "popularity",
 )
 """Options that say how colours are found and wrapped. A mesh has its boundary already, so all but
 their defaults are refused with it."""
@@ -285,7 +286,7 @@ class _Wrapping(NamedTuple):
 
 
 def _wrapped(
-    device: Samples | IccProfile, options: Options, report: Callable[[str, float], None]
+    device: Samples | IccProfile | Picture, options: Options, report: Callable[[str, float], None]
 ) -> _Wrapping:
     colours = surface_colours(
         device,
@@ -295,6 +296,7 @@ def _wrapped(
         observer=options.observer,
         illuminant=options.illuminant,
         adaptation=options.adaptation or "Bradford",
+        popularity=options.popularity,
     )
     space = options.colour_space(colours.provenance.get("white_luminance"))
     colours = colours_in_space(colours, space)

@@ -110,6 +110,9 @@ class Options:
         L_A in cd/m² and Y_b in per cent of the white, for CAM16-UCS and CAM02-UCS.
     surround : str or None
         "average", "dim" or "dark", for the same.
+    popularity : float or None
+        Which part of a picture's pixels is left out: those of its least used colours. Above 0,
+        below 1; None for all colours.
 
     Raises
     ------
@@ -140,6 +143,7 @@ class Options:
     adapting_luminance: float | None = None
     background: float | None = None
     surround: str | None = None
+    popularity: float | None = None
 
     def __post_init__(self) -> None:
         for name, accepted in (
@@ -176,6 +180,13 @@ class Options:
         given_to_space = {name: getattr(self, name) for name in SPACE_PARAMETERS}
         for name, value in space_parameters(self.space, given_to_space).items():
             object.__setattr__(self, name, value)
+        if self.popularity is not None:
+            share = _number(self.popularity)
+            if share is None or not 0 < share < 1:
+                raise OptionError.refusing(
+                    "popularity", self.popularity, "a number above 0 and below 1"
+                )
+            object.__setattr__(self, "popularity", share)
         parameters = BOUNDARIES[self.boundary].parameters
         for name in METHOD_OPTIONS:
             value = getattr(self, name)

@@ -226,6 +226,14 @@ class GamutOptions(BaseModel):
             json_schema_extra=_without_default,
         ),
     ] = None
+    popularity: Annotated[
+        Annotated[float, Field(gt=0, lt=1)] | SkipJsonSchema[None],
+        Field(
+            description="Which part of a picture's pixels is left out, those of its least used "
+            "colours, such as 0.01; none unless given. For pictures only.",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
 
 
 class InlineSamples(BaseModel):
@@ -270,8 +278,9 @@ class MultipartSubmission(BaseModel):
     file: Annotated[
         bytes,
         Field(
-            description="CGATS or IT8 text, CxF3, CSV, JSON, a NumPy array (.npy), an ICC profile, "
-            "or a gamut mesh (PLY, glTF, Argyll's .gam, STL, OBJ); recognised by its content.",
+            description="CGATS or IT8 text, CxF3, CSV, JSON, a NumPy array (.npy), an ICC "
+            "profile, a picture (PNG, TIFF, JPEG), or a gamut mesh (PLY, glTF, Argyll's .gam, STL, "
+            "OBJ); recognised by its content.",
             json_schema_extra={"format": "binary"},
         ),
     ]

@@ -63,7 +63,10 @@ def _core(
     return Kind(error.code, 422, title, remedy, detail, where)
 
 
-_READ = "CGATS and IT8 text, CxF3, CSV, JSON, NumPy arrays (.npy) and ICC profiles are read."
+_READ = (
+    "CGATS and IT8 text, CxF3, CSV, JSON, NumPy arrays (.npy), ICC profiles and pictures (PNG, "
+    "TIFF, JPEG) are read."
+)
 _DEFECT = "This is a defect of the service; please report it with the gamut's id."
 
 _ROWS = (
@@ -120,6 +123,21 @@ _ROWS = (
         "The ICC profile is of an unsupported kind",
         "Send an input, display, output or colour space profile with a device to PCS side.",
         "Profiles of the class named colour have no gamut.",
+    ),
+    _core(
+        errors.PictureSizeError,
+        "The picture is too large",
+        "Send a smaller copy of the picture.",
+        "The picture has 60000 × 60000 pixels, 10800 MB unpacked.",
+        field="size",
+    ),
+    _core(
+        errors.UnsupportedPictureError,
+        "The picture is of an unsupported kind",
+        "Send PNG, baseline or progressive JPEG, or TIFF without compression, with LZW, deflate, "
+        "PackBits or JPEG; CMYK with its profile embedded.",
+        "The picture is CMYK and has no embedded profile, so its colours are not known.",
+        field="profile",
     ),
     _core(
         errors.CharacterisationError,
@@ -289,8 +307,8 @@ _ROWS = (
         413,
         "The body is too large",
         "Send a body within the limit.",
-        "The body is larger than 33554432 bytes.",
-        {"limit": 33554432},
+        "The body is larger than 167772160 bytes.",
+        {"limit": 167772160},
     ),
     Kind(
         "unsupported-media-type",

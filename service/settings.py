@@ -40,8 +40,12 @@ class Settings(BaseSettings):
     ] = False
     max_body_bytes: Annotated[
         int,
-        Field(ge=1024, description="Largest request body; a larger one is answered with 413."),
-    ] = 32 * _MEBIBYTE
+        Field(
+            ge=1024,
+            description="Largest request body; a larger one is answered with 413. "
+            "A picture of 24 megapixels has up to 144 MB.",
+        ),
+    ] = 160 * _MEBIBYTE
     max_inline_bytes: Annotated[
         int,
         Field(

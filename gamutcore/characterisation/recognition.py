@@ -17,6 +17,7 @@ from gamutcore.characterisation.icc import IccProfile, icc_profile, looks_like_i
 from gamutcore.characterisation.json_samples import json_samples
 from gamutcore.characterisation.meshes import binary_mesh, text_mesh
 from gamutcore.characterisation.npy_samples import NPY_MAGIC, npy_samples
+from gamutcore.characterisation.pictures import Picture, looks_like_picture, picture
 from gamutcore.characterisation.samples import Samples
 from gamutcore.errors import OptionError, UnrecognisedFormatError
 
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Characterisation", "characterisation"]
 
-Characterisation: TypeAlias = Samples | IccProfile | GamutMesh
+Characterisation: TypeAlias = Samples | IccProfile | Picture | GamutMesh
 
 
 def characterisation(  # noqa: PLR0911  # one way out for each kind
@@ -37,30 +38,32 @@ def characterisation(  # noqa: PLR0911  # one way out for each kind
     ----------
     data : bytes
         An ICC profile, a text of the CGATS family, CxF3, JSON, delimited text, a NumPy .npy
-        file, or a gamut mesh (PLY, glTF, Argyll's .gam, STL, OBJ).
+        file, a picture (PNG, TIFF or JPEG), or a gamut mesh (PLY, glTF, Argyll's .gam, STL, OBJ).
     condition : str, optional
         The measurement condition whose samples are wanted, such as ``"M1"``, for data that was
         measured under several.
 
     Returns
     -------
-    Samples, IccProfile or GamutMesh
+    Samples, IccProfile, Picture or GamutMesh
 
     Raises
     ------
     UnrecognisedFormatError
         The content is none of these.
     OptionError
-        A condition is asked of a profile or a mesh, which have none.
+        A condition is asked of a profile, a picture or a mesh, which have none.
     CharacterisationError, InvalidPointsError, MeshError
         It is one of these and broken; the error says where.
     """
-    if looks_like_icc(data):
+    if looks_like_icc(data) or looks_like_picture(data):
         if condition is not None:
             raise OptionError.refusing(
-                "condition", condition, "none: a profile has no measurement condition"
+                "condition",
+                condition,
+                "none: profiles and pictures have no measurement condition",
             )
-        return icc_profile(data)
+        return icc_profile(data) if looks_like_icc(data) else picture(data)
     if data.startswith(NPY_MAGIC):
         return npy_samples(data, condition=condition)
     mesh = binary_mesh(data)
@@ -94,7 +97,8 @@ def _unrecognised(message: str) -> UnrecognisedFormatError:
     return UnrecognisedFormatError(
         message,
         remedy="Send an ICC profile (version 2 or 4), measurements as CGATS text, CxF3, CSV or "
-        "JSON, a NumPy .npy file, or a gamut mesh as PLY, glTF or Argyll's .gam.",
+        "JSON, a NumPy .npy file, a picture (PNG, TIFF, JPEG), or a gamut mesh as PLY, glTF or "
+        "Argyll's .gam.",
     )
 
 

@@ -14,12 +14,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.characterisation import IccProfile
+from gamutcore.characterisation import IccProfile, Picture
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.cube_surface import surface_steps
 from gamutcore.colours.device_surface import device_surface
 from gamutcore.colours.ink_limits import InkLimits, LimitedCube, limited_cube
 from gamutcore.colours.media import MediumColours, medium_colours
+from gamutcore.colours.picture_colours import picture_colours
 from gamutcore.colours.profile_colours import ProfileColours, profile_colours
 from gamutcore.colours.scattered_model import (
     MAX_MODEL_SAMPLES,
@@ -85,12 +86,13 @@ def surface_colours(
     observer: int | None = None,
     illuminant: str | None = None,
     adaptation: str = "Bradford",
+    popularity: float | None = None,
 ) -> SurfaceColours:
     """Return colours at the surface of a device's gamut.
 
     Parameters
     ----------
-    characterisation : Samples or IccProfile
+    characterisation : Samples, IccProfile or Picture
         As read by `gamutcore.characterisation.characterisation`.
     intent : str
         ``"relative"`` or ``"absolute"``; for profiles also ``"perceptual"`` or ``"saturation"``.
@@ -105,6 +107,8 @@ def surface_colours(
     adaptation : str
         How measured colours are adapted to D50, one of
         `gamutcore.colours.white_points.ADAPTATIONS`; the colours of profiles are by definition.
+    popularity : float, optional
+        Which part of a picture's pixels, those of the least used colours, is left out.
 
     Returns
     -------
@@ -114,7 +118,8 @@ def surface_colours(
     ------
     OptionError
         An unknown intent, or one that the data does not have; a number of samples out of range;
-        limits of ink for a device without inks; an observer or illuminant for data without spectra.
+        limits of ink for a device without inks; an observer or illuminant for data without spectra;
+        a popularity cut of what is no picture.
     CharacterisationError, InvalidPointsError
         The data turns out to be broken when it is evaluated.
     """
@@ -125,18 +130,38 @@ def surface_colours(
             remedy=f"Ask for one of {', '.join(INTENTS)}.",
         )
     surface_steps(3, surface_samples)  # refuses a number out of range, whatever the data is
-    if isinstance(characterisation, IccProfile):
+    if popularity is not None and not isinstance(characterisation, Picture):
+        raise OptionError.refusing("popularity", popularity, "none: the data is no picture")
+    if isinstance(characterisation, IccProfile | Picture):
         for name, value in (("observer", observer), ("illuminant", illuminant)):
             if value is not None:
                 raise OptionError.refusing(
-                    name, value, "none: the colours of a profile are those of D50 and 2°"
+                    name, value, "none: the colours of profiles and pictures are for D50 and 2°"
                 )
+    if isinstance(characterisation, Picture):
+        return _picture_points(characterisation, intent, popularity, limits or InkLimits())
+    if isinstance(characterisation, IccProfile):
         return _profile_surface(characterisation, intent, surface_samples, limits or InkLimits())
     medium = medium_colours(
         characterisation, intent, observer=observer, illuminant=illuminant, adaptation=adaptation
     )
     surface = _sample_surface(characterisation, medium, surface_samples, limits or InkLimits())
     return replace(surface, as_measured=medium.as_measured)
+
+
+def _picture_points(
+    picture: Picture, intent: str, popularity: float | None, limits: InkLimits
+) -> SurfaceColours:
+    if limits:
+        raise limits.refused("a picture's pixels are what they are.")
+    colours = picture_colours(picture, intent, popularity)
+    provenance: dict[str, JSON] = {
+        **colours.provenance,
+        "model": {"name": "none: the colours of the picture"},
+        "surface": {"points": len(colours.lab)},
+        "warnings": list[JSON](colours.warnings),
+    }
+    return SurfaceColours(colours.lab, None, provenance)
 
 
 def _profile_surface(

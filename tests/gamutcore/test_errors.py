@@ -45,6 +45,8 @@ def test_released_codes_keep_their_meaning():
         "SampleLimitError": "too-many-samples",
         "MalformedProfileError": "malformed-profile",
         "UnsupportedProfileError": "unsupported-profile",
+        "PictureSizeError": "picture-too-large",
+        "UnsupportedPictureError": "unsupported-picture",
         "InvalidPointsError": "invalid-points",
         "TooFewPointsError": "too-few-points",
         "FlatPointsError": "flat-points",

@@ -1,6 +1,7 @@
 """The gamut: its identity, its description, its file, and the errors of a build."""
 
 import hashlib
+import io
 import json
 import sys
 from pathlib import Path
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from PIL import Image
 
 import gamutcore.gamut
 from gamutcore.characterisation import characterisation
@@ -325,6 +327,48 @@ def test_a_press_profile_and_its_measurements_have_one_gamut(
     with capsys.disabled():
         sys.stdout.write(f"ISOcoated_v2_300 against FOGRA39L, absolute: {100 * found:.3f} %\n")
     assert found <= 0.01
+
+
+def cube_surface(step):
+    """Return all colours of the six faces of the cube of 8-bit RGB, in steps, as rows of pixels."""
+    levels = np.arange(0, 256, step, dtype=np.uint8)
+    face = np.stack(np.meshgrid(levels, levels, indexing="ij"), axis=-1).reshape(-1, 2)
+    faces = [np.insert(face, axis, end, axis=1) for axis in range(3) for end in (0, 255)]
+    return np.concatenate(faces)
+
+
+@pytest.mark.parametrize("name", ["DisplayP3-v4", "AdobeCompat-v2"])
+@pytest.mark.parametrize("file_format", ["PNG", "TIFF"])
+def test_a_picture_of_all_colours_has_the_gamut_of_its_profile(shared_data, name, file_format):
+    profile = (shared_data / "spaces" / f"{name}.icc").read_bytes()
+    pixels = cube_surface(3)
+    file = io.BytesIO()
+    Image.frombytes("RGB", (86, 516), pixels.tobytes()).save(file, file_format, icc_profile=profile)
+    found = build_gamut(file.getvalue(), Options())
+    characterised = build_gamut(profile, Options())
+    assert mismatch(characterised.history.full(), found.history.full()) <= 0.001
+    provenance = found.description["provenance"]
+    assert provenance["size"] == [86, 516]
+    assert provenance["profile"]["description"]
+
+
+def test_the_least_used_colours_of_a_picture_can_be_left_out():
+    dull = np.array([(r, g, b) for r in (60, 180) for g in (60, 180) for b in (60, 180)], np.uint8)
+    speck = np.array([[255, 0, 0], [0, 0, 255]], np.uint8)
+    pixels = np.concatenate([np.repeat(dull, 100, axis=0), speck])  # 2 pixels of 802
+    file = io.BytesIO()
+    Image.frombytes("RGB", (401, 2), pixels.tobytes()).save(file, "PNG")
+    every, popular = (
+        build_gamut(file.getvalue(), Options(popularity=share)) for share in (None, 0.01)
+    )
+    plain = io.BytesIO()
+    Image.frombytes("RGB", (400, 2), pixels[:800].tobytes()).save(plain, "PNG")
+    without = build_gamut(plain.getvalue(), Options())
+    assert popular.description["volume"] == without.description["volume"]
+    assert every.description["volume"] > 1.5 * without.description["volume"]
+    assert every.id != popular.id
+    with pytest.raises(OptionError):
+        build_gamut(bare(OCTAHEDRON), Options(popularity=0.01))
 
 
 def test_the_measurements_within_a_profile_have_its_gamut(shared_data):

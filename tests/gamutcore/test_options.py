@@ -29,6 +29,7 @@ METHODS = {
 MEASUREMENT = {
     "observer": st.sampled_from([2, 10]),
     "illuminant": st.sampled_from(["A", "C", "D50", "D65", "E", "FL2", "FL11", "f7", "d75"]),
+    "popularity": st.floats(0.001, 0.999),
     "condition": st.sampled_from(["M0", "M1", "m2", "M1, black backing"]),
 }
 COMMON = st.fixed_dictionaries(
@@ -181,6 +182,7 @@ def test_the_boundary_is_called_with_what_applies():
         *[("intent", value) for value in ("media", None, 0)],
         *[("observer", value) for value in (1, 5, "2", None, True, [2])],
         *[("illuminant", value) for value in ("D5", "F13", "", None, 50, ["D50"])],
+        *[("popularity", value) for value in (0, 1, -0.1, 1.5, float("nan"), "0.1", True, [0.1])],
         *[("condition", value) for value in ("", "  ", "x" * 81, "M\n1", None, 1, ["M1"])],
         *[
             ("segments", value) for value in ([16, 16], None, 16, "16")

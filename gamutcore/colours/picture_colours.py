@@ -1,0 +1,228 @@
+"""The colours of a picture, in CIELAB, without the least used ones if they are not wanted.
+
+Through the embedded profile where there is one, else by the primaries and the transfer function
+that the file states or that are assumed; pictures in CIELAB have their colours themselves.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gamutcore.characterisation import IccProfile
+from gamutcore.characterisation.pictures import Encoding, Picture
+from gamutcore.characterisation.samples import JSON, IntArray
+from gamutcore.colours.cielab import xyz_to_lab
+from gamutcore.colours.media import bradford_to_d50
+from gamutcore.colours.profile_colours import profile_colours
+from gamutcore.errors import OptionError
+
+if TYPE_CHECKING:
+    from gamutcore.arrays import FloatArray
+
+__all__ = ["POPULARITY_CELL", "PictureColours", "picture_colours", "popular"]
+
+POPULARITY_CELL = 2.0
+"""Edge in CIELAB of the cells whose pixels are counted for the popularity cut. Colours within one
+are hardly told apart (a just noticeable difference is 2.3 ΔE*ab; Mahy et al. 1994)."""
+
+_AT_A_TIME = 2**18
+
+REFERENCE_WHITE = 203.0
+"""Luminance of white in cd/m² for PQ and HLG (ITU-R BT.2408, 2.1)."""
+
+
+@dataclass(frozen=True, eq=False)
+class PictureColours:
+    """Colours of a picture, and how they came to be.
+
+    Parameters
+    ----------
+    lab : (m, 3) float
+        L*, a*, b*, relative to D50.
+    provenance : dict
+        JSON-able.
+    warnings : tuple of str
+    """
+
+    lab: FloatArray
+    provenance: dict[str, JSON]
+    warnings: tuple[str, ...]
+
+
+def picture_colours(
+    picture: Picture, intent: str, popularity: float | None = None
+) -> PictureColours:
+    """Return the colours of a picture.
+
+    Parameters
+    ----------
+    picture : Picture
+    intent : str
+        With an embedded profile any rendering intent of it; else ``"relative"``, where the
+        encoding's white becomes D50's, or ``"absolute"``, where it keeps its chromaticity.
+    popularity : float, optional
+        Which part of the pixels, the ones with the least used colours, is left out; 0 to 1.
+
+    Returns
+    -------
+    PictureColours
+
+    Raises
+    ------
+    OptionError
+        The intent is one of profiles, and there is none.
+    MalformedProfileError, UnsupportedProfileError
+        The profile turns out to be broken when it is evaluated.
+    """
+    provenance: dict[str, JSON] = {**picture.provenance, "intent": intent}
+    warnings = list(picture.warnings)
+    if isinstance(picture.meaning, IccProfile):
+        lab, how, said = _by_profile(picture, picture.meaning, intent)
+        warnings += said
+    else:
+        if intent not in {"relative", "absolute"}:
+            raise OptionError(
+                f"The intent {intent} is one of ICC profiles; the picture has none.",
+                where={"field": "intent"},
+                remedy="Ask for relative or absolute.",
+            )
+        if isinstance(picture.meaning, Encoding):
+            lab, how = _by_encoding(picture, picture.meaning, intent)
+        else:
+            lab = picture.values
+            how = {"white": None, "adaptation": "none: CIELAB as in the file"}
+    provenance |= {**how, "illuminant": "D50", "observer": "2°"}
+    if popularity is not None:
+        kept, cells = popular(lab, picture.counts, popularity)
+        pixels = int(picture.counts.sum())
+        provenance["popularity"] = {
+            "asked": popularity,
+            "left_out": round(1 - int(picture.counts[kept].sum()) / pixels, 6),
+            "cell": POPULARITY_CELL,
+            "cells": cells,
+        }
+        lab = lab[kept]
+    return PictureColours(lab, provenance, tuple(dict.fromkeys(warnings)))
+
+
+def popular(lab: FloatArray, counts: IntArray, share: float) -> tuple[IntArray, dict[str, JSON]]:
+    """Return which colours are left when the least used ones are taken away.
+
+    Parameters
+    ----------
+    lab : (m, 3) float
+    counts : (m,) int64
+        Pixels of each.
+    share : float
+        The part of the pixels that may be left out, 0 to 1.
+
+    Returns
+    -------
+    kept : (n,) int64
+        Indices of colours, in order.
+    cells : dict
+        How many cells of `POPULARITY_CELL` hold pixels, and how many were left out.
+
+    Notes
+    -----
+    Cells are left out in the order of their pixels, from the fewest on; cells with equally many are
+    left out together or not at all, so that the result does not hang on an order among them.
+    """
+    # Broken profiles make colours beyond any; their cells need not be told apart.
+    places = np.floor(np.clip(lab / POPULARITY_CELL, -1e4, 1e4)).astype(np.int64)
+    places -= places.min(axis=0)
+    extent = places.max(axis=0) + 1
+    _, cell = np.unique(np.ravel_multi_index(tuple(places.T), tuple(extent)), return_inverse=True)
+    pixels = np.bincount(cell, counts).astype(np.int64)
+    _, group = np.unique(pixels, return_inverse=True)
+    taken = np.cumsum(np.bincount(group, pixels))
+    lost = taken[group] <= share * pixels.sum()
+    return np.flatnonzero(~lost[cell]), {"used": len(pixels), "left_out": int(lost.sum())}
+
+
+def _by_profile(
+    picture: Picture, profile: IccProfile, intent: str
+) -> tuple[FloatArray, dict[str, JSON], tuple[str, ...]]:
+    channels = len(profile.channels)
+    lab = np.empty((len(picture), 3))
+    found = None
+    for start in range(0, len(picture), _AT_A_TIME):
+        values = picture.values[start : start + _AT_A_TIME]
+        device = np.broadcast_to(values, (len(values), channels))  # gray is equal R, G and B
+        found = profile_colours(profile, np.ascontiguousarray(device), intent)
+        lab[start : start + len(values)] = found.lab
+    assert found is not None  # noqa: S101 (a picture has at least one colour)
+    adaptation = "as in the profile: media-relative to D50"
+    if intent == "absolute":
+        adaptation = (
+            "none: as in the profile"
+            if found.absolute
+            else "none: media-relative colours scaled by the media white"
+        )
+    elif intent == "perceptual":
+        adaptation = "as in the profile, with the perceptual reference medium's black point"
+    return lab, {"adaptation": adaptation, "transform": found.tag}, found.warnings
+
+
+def _by_encoding(
+    picture: Picture, encoding: Encoding, intent: str
+) -> tuple[FloatArray, dict[str, JSON]]:
+    matrix, white = _to_xyz(encoding)
+    lab = np.empty((len(picture), 3))
+    for start in range(0, len(picture), _AT_A_TIME):
+        values = picture.values[start : start + _AT_A_TIME]
+        light = _light(np.broadcast_to(values, (len(values), 3)), encoding, matrix[1])
+        xyz = light @ matrix.T
+        if intent == "relative":
+            xyz = bradford_to_d50(xyz, white)
+        lab[start : start + len(values)] = xyz_to_lab(xyz)
+    adaptation = "Bradford from the encoding's white to D50" if intent == "relative" else "none"
+    return lab, {"white": [round(float(value), 6) for value in white], "adaptation": adaptation}
+
+
+def _to_xyz(encoding: Encoding) -> tuple[FloatArray, FloatArray]:
+    """Return the matrix from linear RGB to XYZ, and the white (SMPTE RP 177)."""
+
+    def xyz(chromaticity: tuple[float, float]) -> FloatArray:
+        x, y = chromaticity
+        return np.array([x / y, 1.0, (1 - x - y) / y])
+
+    white = xyz(encoding.white)
+    primaries = np.column_stack([xyz(primary) for primary in encoding.primaries])
+    return primaries * np.linalg.solve(primaries, white), white
+
+
+def _light(values: FloatArray, encoding: Encoding, luminance: FloatArray) -> FloatArray:
+    """Return linear RGB, 1 for white."""
+    if encoding.transfer == "linear":
+        return values
+    if encoding.transfer == "power":
+        light: FloatArray = values**encoding.gamma
+        return light
+    if encoding.transfer == "PQ":
+        return _pq_luminance(values) / REFERENCE_WHITE
+    if encoding.transfer == "HLG":
+        return _hlg_luminance(values, luminance) / REFERENCE_WHITE
+    # IEC 61966-2-1, 5.2.
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+def _pq_luminance(values: FloatArray) -> FloatArray:
+    """Return cd/m² (SMPTE ST 2084; ITU-R BT.2100, table 4)."""
+    m1, m2 = 2610 / 16384, 2523 / 4096 * 128
+    c1, c2, c3 = 3424 / 4096, 2413 / 4096 * 32, 2392 / 4096 * 32
+    root = values ** (1 / m2)
+    light: FloatArray = 10_000.0 * (np.maximum(root - c1, 0) / (c2 - c3 * root)) ** (1 / m1)
+    return light
+
+
+def _hlg_luminance(values: FloatArray, luminance: FloatArray) -> FloatArray:
+    """Return cd/m² on a display of 1000 cd/m² (ITU-R BT.2100, table 5)."""
+    a, b, c = 0.17883277, 0.28466892, 0.55991073
+    scene = np.where(values <= 0.5, values**2 / 3, (np.exp((values - c) / a) + b) / 12)
+    bright = np.maximum(scene @ luminance, 1e-12)
+    light: FloatArray = 1000.0 * bright[:, np.newaxis] ** 0.2 * scene
+    return light

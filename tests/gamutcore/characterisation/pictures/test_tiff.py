@@ -1,0 +1,298 @@
+import io
+import struct
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from gamutcore.characterisation.icc import IccProfile
+from gamutcore.characterisation.pictures import picture
+from gamutcore.errors import (
+    GamutError,
+    InvalidPointsError,
+    MalformedFileError,
+    PictureSizeError,
+    UnsupportedPictureError,
+)
+
+DATA = Path(__file__).parents[3] / "data"
+
+
+def raw(pixels, order="<"):
+    return pixels.astype(pixels.dtype.newbyteorder(order)).tobytes()
+
+
+@pytest.mark.parametrize("big", [False, True])
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("bits", [8, 16])
+def test_strips(tiff, tags, noise, pixel_counts, counts_of, bits, order, big):
+    pixels = noise(7, 5, 3, bits=bits)
+    parts = [raw(pixels[top : top + 3], order) for top in (0, 3, 6)]
+    found = picture(tiff(parts, tags(5, 7, bits, 3, 2, t278=3), order=order, big=big))
+    assert counts_of(found, 2**bits - 1) == pixel_counts(pixels)
+    assert (found.format, found.model) == ("tiff", "RGB")
+
+
+@pytest.mark.parametrize("planar", [1, 2])
+def test_tiles_and_planes(tiff, tags, noise, pixel_counts, counts_of, planar):
+    pixels = noise(20, 35, 3)
+    padded = np.zeros((32, 48, 3), np.uint8)
+    padded[:20, :35] = pixels
+    tiles = [padded[top : top + 16, left : left + 16] for top in (0, 16) for left in (0, 16, 32)]
+    if planar == 2:
+        parts = [raw(tile[:, :, plane]) for plane in range(3) for tile in tiles]
+    else:
+        parts = [raw(tile) for tile in tiles]
+    layout = tags(35, 20, 8, 3, 2, t322=16, t323=16, t284=planar)
+    assert counts_of(picture(tiff(parts, layout, tiled=True)), 255) == pixel_counts(pixels)
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("bits", [8, 16])
+def test_differences_of_neighbours(tiff, tags, noise, pixel_counts, counts_of, bits, order):
+    pixels = noise(6, 9, 3, bits=bits)
+    differences = pixels.copy()
+    differences[:, 1:] -= pixels[:, :-1]
+    data = zlib.compress(raw(differences, order))
+    found = picture(tiff([data], tags(9, 6, bits, 3, 2, t259=8, t317=2), order=order))
+    assert counts_of(found, 2**bits - 1) == pixel_counts(pixels)
+
+
+def test_floats_by_differences_of_bytes(tiff, tags):
+    """Adobe's technical note 3: first bytes of all samples first, then differences."""
+    values = np.random.default_rng(0).random((6, 9, 3)).astype(np.float32)
+    planes = values.astype(">f4").view(np.uint8).reshape(6, 27, 4).transpose(0, 2, 1)
+    rows = np.ascontiguousarray(planes).reshape(6, 36, 3)
+    differences = rows.copy()
+    differences[:, 1:] -= rows[:, :-1]
+    layout = tags(9, 6, 32, 3, 2, t259=8, t317=3, t339=3)
+    packed = picture(tiff([zlib.compress(differences.tobytes())], layout))
+    plain = picture(tiff([raw(values)], tags(9, 6, 32, 3, 2, t339=3)))
+    np.testing.assert_array_equal(packed.values, plain.values)
+
+
+@pytest.mark.parametrize("compression", ["tiff_lzw", "packbits", "tiff_adobe_deflate", "raw"])
+@pytest.mark.parametrize("mode", ["L", "RGB", "CMYK"])
+def test_files_that_libtiff_wrote(noise, pixel_counts, counts_of, compression, mode):
+    pixels = noise(30, 21, {"L": 1, "RGB": 3, "CMYK": 4}[mode])
+    pixels[10:20] = 7  # something to compress
+    file = io.BytesIO()
+    embedded = (DATA / "sRGB-v4.icc").read_bytes() if mode != "CMYK" else press_profile()
+    written = Image.frombytes(mode, (21, 30), pixels.tobytes())
+    written.save(file, "TIFF", compression=compression, icc_profile=embedded)
+    found = picture(file.getvalue())
+    assert counts_of(found, 255) == pixel_counts(pixels)
+    assert isinstance(found.meaning, IccProfile)
+
+
+def press_profile():
+    """Return a CMYK profile with a lookup table of two nodes per ink (ICC.1:2022, 10.11)."""
+    corners = np.array(np.meshgrid(*[[0, 1]] * 4, indexing="ij")).reshape(4, -1).T
+    light = np.prod(1 - 0.8 * corners, axis=1)
+    lab = np.stack([light, 0.5 + (corners[:, 1] - corners[:, 0]) * light / 3, 0.5 + 0 * light], 1)
+    identity = bytes(range(256))
+    table = np.round(lab * 255).astype(np.uint8).tobytes()
+    head = struct.pack(">4sIBBBB", b"mft1", 0, 4, 3, 2, 0) + bytes(36)
+    body = head + identity * 4 + table + identity * 3
+    header = bytearray(128)
+    header[:4] = struct.pack(">I", 144 + len(body))
+    header[8], header[36:40] = 2, b"acsp"
+    header[12:24] = b"prtrCMYKLab "
+    return bytes(header) + struct.pack(">I4sII", 1, b"A2B0", 144, len(body)) + body
+
+
+def test_jpeg_within_tiff_is_close_to_what_was_written():
+    y, x = np.mgrid[0:64, 0:80]
+    pixels = np.stack([3 * x, 3 * y, 255 - x - y], -1).astype(np.uint8)
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, "TIFF", compression="jpeg", quality=98)
+    found = picture(file.getvalue())
+    assert found.model == "RGB"
+    low, high = found.values.min(axis=0) * 255, found.values.max(axis=0) * 255
+    np.testing.assert_allclose(low, pixels.reshape(-1, 3).min(axis=0), atol=8)
+    np.testing.assert_allclose(high, pixels.reshape(-1, 3).max(axis=0), atol=8)
+
+
+@pytest.mark.parametrize("bits", [1, 2, 4, 6, 10, 12, 14])
+@pytest.mark.parametrize("photometric", [0, 1])
+def test_bits_that_do_not_fill_bytes(tiff, tags, noise, pixel_counts, counts_of, bits, photometric):
+    pixels = noise(6, 11, 1, bits=bits)
+    digits = ["".join(f"{value:0{bits}b}" for value in row) for row in pixels[:, :, 0]]
+    rows = [row + "0" * (-len(row) % 8) for row in digits]  # each begins in a byte of its own
+    data = b"".join(int(row, 2).to_bytes(len(row) // 8, "big") for row in rows)
+    found = picture(tiff([data], tags(11, 6, bits, 1, photometric)))
+    full = 2**bits - 1
+    assert counts_of(found, full) == pixel_counts(pixels if photometric else full - pixels)
+
+
+def test_bits_in_reverse_order(tiff, tags):
+    data = bytes([0b00000001, 0b10000000])  # the first pixel of the first row is in the lowest bit
+    found = picture(tiff([data], tags(3, 2, 1, 1, 1, t266=2)))
+    assert found.counts.tolist() == [5, 1]
+
+
+def test_palettes_have_16_bits(tiff, tags, noise, pixel_counts, counts_of):
+    pixels = noise(8, 6, 1, bits=4)
+    palette = noise(16, 3, bits=16, seed=3)
+    row = (pixels[:, ::2, 0] << 4) | pixels[:, 1::2, 0]
+    layout = tags(6, 8, 4, 1, 3) | {320: (3, palette.T.reshape(-1).tolist())}
+    found = picture(tiff([row.tobytes()], layout))
+    assert counts_of(found, 65535) == pixel_counts(palette[pixels[:, :, 0]])
+
+
+def test_alpha_is_divided_out_and_nothing_seen_is_dropped(tiff, tags):
+    pixels = np.array([[[110, 50, 0, 200], [9, 9, 9, 0], [10, 20, 30, 255]]], np.uint8)
+    found = picture(tiff([raw(pixels)], tags(3, 1, 8, 4, 2, t338=1)))
+    rows = {tuple(row) for row in np.round(found.values * 255).astype(int).tolist()}
+    assert rows == {(140, 64, 0), (10, 20, 30)}  # 110 · 255 / 200, rounded
+    assert found.provenance["pixels"] == {"read": 3, "transparent": 1, "used": 2}
+    straight = picture(tiff([raw(pixels)], tags(3, 1, 8, 4, 2, t338=2)))
+    rows = {tuple(row) for row in np.round(straight.values * 255).astype(int).tolist()}
+    assert rows == {(110, 50, 0), (10, 20, 30)}
+
+
+def test_further_channels_are_named(tiff, tags, noise):
+    found = picture(tiff([raw(noise(4, 4, 5))], tags(4, 4, 8, 5, 2, t338=0)))
+    assert any("2 further channels" in warning for warning in found.warnings)
+
+
+def test_cielab_has_signs(tiff, tags):
+    """TIFF 6.0, section 23: L* 100 is 255, a* and b* are whole numbers with a sign."""
+    pixels = np.array([[[255, 0, 0], [51, 0x80, 0x7F], [0, 0xFF, 1]]], np.uint8)
+    found = picture(tiff([raw(pixels)], tags(3, 1, 8, 3, 8)))
+    rows = {tuple(row) for row in found.values.round(9).tolist()}
+    assert rows == {(100, 0, 0), (20, -128, 127), (0, -1, 1)}
+    assert (found.model, found.meaning) == ("Lab", None)
+
+
+def test_cielab_of_16_bits(tiff, tags):
+    pixels = np.array([[[65535, 256, 0xFF00], [0, 0x8000, 128]]], np.uint16)
+    found = picture(tiff([raw(pixels)], tags(2, 1, 16, 3, 8)))
+    rows = {tuple(row) for row in found.values.round(9).tolist()}
+    assert rows == {(100, 1, -1), (0, -128, 0.5)}
+
+
+def test_icclab_is_offset(tiff, tags):
+    """Photoshop technical notes: as profiles of version 2 have it."""
+    eight = picture(tiff([bytes([255, 128, 0, 0, 255, 129])], tags(2, 1, 8, 3, 9)))
+    assert {tuple(row) for row in eight.values.tolist()} == {(100, 0, -128), (0, 127, 1)}
+    pixels = np.array([[[65280, 0x8000, 0], [0, 0x8100, 0x8080]]], np.uint16)
+    sixteen = picture(tiff([raw(pixels)], tags(2, 1, 16, 3, 9)))
+    assert {tuple(row) for row in sixteen.values.tolist()} == {(100, 0, -128), (0, 1, 0.5)}
+
+
+def test_lab_as_floats(tiff, tags):
+    values = np.array([[[100, 0, 0], [50, -60.5, 70.25]]], np.float32)
+    found = picture(tiff([raw(values)], tags(2, 1, 32, 3, 8, t339=3)))
+    order = np.argsort(found.values[:, 0])
+    np.testing.assert_allclose(found.values[order], values[0][::-1], atol=1 / 512)
+
+
+@pytest.mark.parametrize("bits", [16, 32, 64])
+def test_floats_without_a_profile_are_linear_light(tiff, tags, bits):
+    values = np.array([[[0, 0.5, 1], [-0.25, 2, 0.001]]], f"f{bits // 8}")
+    found = picture(tiff([raw(values)], tags(2, 1, bits, 3, 2, t339=3)))
+    order = np.argsort(found.values[:, 0])
+    np.testing.assert_allclose(
+        np.cbrt(found.values[order]), np.cbrt(values[0][::-1].astype(float)), atol=1 / 16384
+    )
+    assert found.meaning.transfer == "linear"
+    assert any("linear light" in warning for warning in found.warnings)
+
+
+def test_floats_with_a_profile_are_its_values(tiff, tags):
+    profile = (DATA / "DisplayP3-v4.icc").read_bytes()
+    values = np.array([[[0, 0.5, 1], [-0.25, 2, 0.001]]], np.float32)
+    found = picture(tiff([raw(values)], tags(2, 1, 32, 3, 2, t339=3) | {34675: (7, profile)}))
+    rows = found.values[np.argsort(found.values[:, 1])]
+    np.testing.assert_allclose(rows, [[0, 0.5, 1], [0, 1, 0.001]], atol=1 / 65535)
+    assert any(warning.startswith("2 channel values") for warning in found.warnings)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_values_that_are_no_numbers(tiff, tags, value):
+    values = np.full((3, 2, 3), 0.5, np.float32)
+    values[1, 0, 2] = value
+    with pytest.raises(InvalidPointsError, match="not finite"):
+        picture(tiff([raw(values)], tags(2, 3, 32, 3, 2, t339=3)))
+
+
+def test_whole_numbers_of_32_bits(tiff, tags):
+    values = np.array([[[0, 2**31, 2**32 - 1]]], np.uint32)
+    found = picture(tiff([raw(values)], tags(1, 1, 32, 3, 2)))
+    np.testing.assert_allclose(found.values, [[0, 0.5, 1]], atol=1 / 65535)
+
+
+def test_cmyk_needs_a_profile(tiff, tags, noise):
+    with pytest.raises(UnsupportedPictureError, match="no embedded profile") as caught:
+        picture(tiff([raw(noise(3, 3, 4))], tags(3, 3, 8, 4, 5)))
+    assert caught.value.where == {"field": "profile"}
+
+
+def test_the_first_of_several_pictures_is_said_to_be(tiff, tags, noise):
+    data = bytearray(tiff([raw(noise(3, 3, 3))], tags(3, 3, 8, 3, 2)))
+    start = struct.unpack_from("<I", data, 4)[0]
+    count = struct.unpack_from("<H", data, start)[0]
+    struct.pack_into("<I", data, start + 2 + 12 * count, start)
+    assert any("several pictures" in warning for warning in picture(bytes(data)).warnings)
+
+
+@pytest.mark.parametrize(
+    ("more", "tag"),
+    [
+        ({"t259": 4}, "259"),
+        ({"t259": 6}, "259"),
+        ({"t259": 50000}, "259"),
+        ({"t262": 32845}, "262"),
+        ({"t262": 6}, "262"),
+        ({"t339": 2}, "258"),
+        ({"t339": 6}, "258"),
+        ({"t259": 8, "t317": 4}, "317"),
+    ],
+)
+def test_kinds_that_are_not_read(tiff, tags, noise, more, tag):
+    with pytest.raises(UnsupportedPictureError) as caught:
+        picture(tiff([raw(noise(3, 3, 3))], tags(3, 3, 8, 3, 2, **more)))
+    assert caught.value.where == {"tag": tag}
+    assert caught.value.remedy
+
+
+def test_pictures_that_are_too_large(tiff, tags):
+    with pytest.raises(PictureSizeError):
+        picture(tiff([bytes(90)], tags(100_000, 100_000, 8, 3, 2)))
+
+
+@pytest.mark.parametrize("compression", [1, 5, 8, 32773])
+def test_more_pixels_than_the_data_can_hold(tiff, tags, compression):
+    with pytest.raises(MalformedFileError, match="cannot hold"):
+        picture(tiff([bytes(90)], tags(9000, 9000, 8, 3, 2, t259=compression)))
+
+
+def test_strips_that_share_their_bytes(tiff, tags):
+    packed = zlib.compress(bytes(3000 * 3))
+    data = tiff([packed] * 2, tags(3000, 2, 8, 3, 2, t259=8, t278=1))
+    shared = tags(3000, 2000, 8, 3, 2, t259=8, t278=1)
+    shared |= {273: (4, [16] * 2000), 279: (4, [len(packed)] * 2000)}
+    # Written by hand once more, as the fixture lays strips out itself.
+    assert picture(data).counts.tolist() == [6000]
+    body = b"II*\0" + struct.pack("<I", 16 + len(packed)) + bytes(8) + packed
+    lists, table = b"", struct.pack("<H", len(shared))
+    start = len(body) + 2 + 12 * len(shared) + 4
+    for tag, (kind, values) in sorted(shared.items()):
+        content = struct.pack(f"<{len(values)}{'H' if kind == 3 else 'I'}", *values)
+        place = content.ljust(4, b"\0")
+        if len(content) > 4:
+            place = struct.pack("<I", start + len(lists))
+            lists += content + bytes(len(content) % 2)
+        table += struct.pack("<HHI", tag, kind, len(values)) + place
+    with pytest.raises(MalformedFileError, match="overlap"):
+        picture(body + table + bytes(4) + lists)
+
+
+def test_every_cut_of_a_file_is_refused(tiff, tags, noise):
+    data = tiff([raw(noise(3, 3, 3))], tags(3, 3, 8, 3, 2))
+    for size in range(4, len(data) - 8):
+        with pytest.raises(GamutError):
+            picture(data[:size])

@@ -1,0 +1,181 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gamutcore.characterisation import characterisation
+from gamutcore.characterisation.pictures import Picture
+from gamutcore.characterisation.pictures.encoding import (
+    ADOBE_RGB,
+    LINEAR,
+    SRGB,
+    code_point_encoding,
+)
+from gamutcore.colours import InkLimits, surface_colours
+from gamutcore.colours.picture_colours import POPULARITY_CELL, picture_colours, popular
+from gamutcore.colours.profile_colours import profile_colours
+from gamutcore.errors import OptionError
+
+DATA = Path(__file__).parents[2] / "data"
+
+
+def picture(values, meaning, model="RGB", counts=None):
+    values = np.asarray(values, float)
+    counts = np.ones(len(values), np.int64) if counts is None else np.asarray(counts)
+    return Picture("png", model, values, counts, meaning, {"format": "png"})
+
+
+def profile(name):
+    return characterisation((DATA / f"{name}.icc").read_bytes())
+
+
+def test_a_profile_makes_the_colours():
+    values = np.random.default_rng(0).random((50, 3))
+    found = picture_colours(picture(values, profile("DisplayP3-v4")), "relative")
+    wanted = profile_colours(profile("DisplayP3-v4"), values, "relative").lab
+    np.testing.assert_array_equal(found.lab, wanted)
+    assert found.provenance["illuminant"] == "D50"
+
+
+@pytest.mark.parametrize(
+    ("encoding", "name", "folder"),
+    [
+        (SRGB, "sRGB-v4", None),
+        (code_point_encoding(12, 13), "DisplayP3-v4", None),
+        (ADOBE_RGB, "AdobeCompat-v2", "spaces"),
+    ],
+)
+def test_encodings_agree_with_the_profiles_of_their_names(encoding, name, folder, request):
+    """Compact ICC profiles: their rounding, of numbers and of curves, is 0.1 ΔE*ab at most."""
+    if folder is None:
+        reference = profile(name)
+    else:
+        shared = request.getfixturevalue("shared_data")
+        reference = characterisation((shared / folder / f"{name}.icc").read_bytes())
+    values = np.random.default_rng(0).random((500, 3)) * 0.9 + 0.1
+    found = picture_colours(picture(values, encoding), "relative").lab
+    wanted = profile_colours(reference, values, "relative").lab
+    assert np.linalg.norm(found - wanted, axis=1).max() < 0.3
+
+
+def test_white_is_white_and_gray_is_neutral():
+    for encoding in (SRGB, LINEAR, ADOBE_RGB, code_point_encoding(11, 17)):
+        lab = picture_colours(picture([[1.0], [0.5]], encoding, "gray"), "relative").lab
+        np.testing.assert_allclose(lab[0], [100, 0, 0], atol=0.01)
+        np.testing.assert_allclose(lab[1, 1:], 0, atol=0.01)
+
+
+def test_srgb_mid_gray():
+    """IEC 61966-2-1: 0.5 is the light 0.2140; CIE 15: L* 116 · 0.2140^(1/3) − 16 = 53.39."""
+    lab = picture_colours(picture([[0.5]], SRGB, "gray"), "relative").lab
+    np.testing.assert_allclose(lab[0, 0], 53.39, atol=0.01)
+
+
+def test_pq_and_hlg_put_white_at_203_cd_per_m2():
+    """ITU-R BT.2408, table 1: 58 % of PQ and 75 % of HLG are 203 cd/m²."""
+    for transfer, signal in ((16, 0.5807), (18, 0.75)):
+        encoding = code_point_encoding(9, transfer)
+        lab = picture_colours(picture([[signal]], encoding, "gray"), "relative").lab
+        np.testing.assert_allclose(lab[0], [100, 0, 0], atol=0.3)
+
+
+def test_pq_reaches_ten_thousand():
+    """SMPTE ST 2084: full scale is 10 000 cd/m², L* 116 · (10000/203)^(1/3) − 16."""
+    lab = picture_colours(picture([[1.0]], code_point_encoding(9, 16), "gray"), "relative").lab
+    np.testing.assert_allclose(lab[0, 0], 116 * (10_000 / 203) ** (1 / 3) - 16, rtol=1e-6)
+
+
+def test_absolute_keeps_the_white():
+    relative = picture_colours(picture([[1, 1, 1]], SRGB), "relative").lab[0]
+    absolute = picture_colours(picture([[1, 1, 1]], SRGB), "absolute").lab[0]
+    np.testing.assert_allclose(relative, [100, 0, 0], atol=1e-6)
+    assert absolute[0] == pytest.approx(100)
+    assert absolute[2] < -15  # D65 is bluer than D50
+
+
+def test_gray_with_an_rgb_profile_is_equal_values():
+    reference = profile("sRGB-v4")
+    found = picture_colours(picture([[0.2], [0.7]], reference, "gray"), "relative").lab
+    wanted = profile_colours(reference, np.array([[0.2] * 3, [0.7] * 3]), "relative").lab
+    np.testing.assert_array_equal(found, wanted)
+
+
+def test_lab_stays_as_it_is():
+    lab = [[50.0, 10, -20], [60, 0, 5]]
+    np.testing.assert_array_equal(
+        picture_colours(picture(lab, None, "Lab"), "relative").lab, np.array(lab)
+    )
+
+
+@pytest.mark.parametrize("meaning", [SRGB, None])
+@pytest.mark.parametrize("intent", ["perceptual", "saturation"])
+def test_intents_of_profiles_need_one(meaning, intent):
+    with pytest.raises(OptionError) as caught:
+        picture_colours(picture([[0.5, 0.5, 0.5]], meaning, "RGB" if meaning else "Lab"), intent)
+    assert caught.value.where == {"field": "intent"}
+
+
+def centres(numbers):
+    """Return one colour in the middle of a cell each."""
+    return np.array([[50.0 + POPULARITY_CELL * (n + 0.5), 0.5, 0.5] for n in range(len(numbers))])
+
+
+@pytest.mark.parametrize(
+    ("share", "left"),
+    [
+        (0.004, [1, 9, 10, 30, 50, 100]),
+        (0.005, [9, 10, 30, 50, 100]),  # 1 pixel of 200
+        (0.05, [10, 30, 50, 100]),  # 1 + 9
+        (0.0999, [10, 30, 50, 100]),
+        (0.1, [30, 50, 100]),  # 1 + 9 + 10
+        (0.3, [50, 100]),
+        (0.99, [100]),
+    ],
+)
+def test_the_least_used_colours_go_first(share, left):
+    numbers = np.array([30, 9, 100, 1, 50, 10])
+    kept, cells = popular(centres(numbers), numbers, share)
+    assert sorted(numbers[kept].tolist()) == left
+    assert cells == {"used": 6, "left_out": 6 - len(left)}
+
+
+def test_equally_used_colours_go_together_or_stay():
+    numbers = np.array([5, 5, 5, 85])
+    assert len(popular(centres(numbers), numbers, 0.14)[0]) == 4
+    assert popular(centres(numbers), numbers, 0.15)[0].tolist() == [3]
+
+
+def test_colours_of_one_cell_count_together():
+    lab = np.array([[50.1, 0.1, 0.1], [50.2, 0.3, 0.2], [60.1, 0.1, 0.1]])
+    kept, cells = popular(lab, np.array([3, 3, 5]), 0.5)
+    assert kept.tolist() == [0, 1]
+    assert cells == {"used": 2, "left_out": 1}
+
+
+def test_the_cut_is_in_the_provenance():
+    values = [[0, 0, 0], [1, 1, 1], [1, 0, 0]]
+    found = picture_colours(picture(values, SRGB, counts=[90, 100, 10]), "relative", 0.05)
+    assert len(found.lab) == 2
+    assert found.provenance["popularity"] == {
+        "asked": 0.05,
+        "left_out": 0.05,
+        "cell": POPULARITY_CELL,
+        "cells": {"used": 3, "left_out": 1},
+    }
+
+
+def test_options_of_other_data_are_refused():
+    found = picture(np.eye(3), SRGB)
+    for options in ({"observer": 10}, {"illuminant": "D65"}, {"limits": InkLimits(300.0, None)}):
+        with pytest.raises(OptionError):
+            surface_colours(found, **options)
+    with pytest.raises(OptionError) as caught:
+        surface_colours(profile("sRGB-v4"), popularity=0.1)
+    assert caught.value.where == {"field": "popularity"}
+
+
+def test_points_are_the_pictures_colours():
+    found = surface_colours(picture(np.eye(3), SRGB))
+    assert found.device is None
+    assert found.points.shape == (3, 3)
+    assert found.provenance["model"] == {"name": "none: the colours of the picture"}
