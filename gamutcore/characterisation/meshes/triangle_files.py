@@ -39,6 +39,9 @@ _OBJ_FACE = re.compile(rb"^[ \t]*f[ \t]+[-\d]", re.MULTILINE)
 _NOTE = re.compile(r"#\s*([\w ./-]{1,80}):\s+(.*)")
 _REFERENCE = re.compile(rb"(-?\d{1,10})(?:/-?\d{0,10}){0,2}")
 MAX_NOTES = 200
+MAX_TEXT_TRIANGLES = 500_000
+"""Triangles of an STL text at most: 100 MB, as other software writes them."""
+
 MAX_OBJ_VERTICES = 1_000_000
 """Vertices of an OBJ at most: twice as many as the largest mesh needs, as faces share them."""
 
@@ -90,7 +93,11 @@ def stl_mesh(data: bytes) -> GamutMesh:
             vertices = corners.reshape(-1, 3).astype(np.float64)
     else:
         count = data.count(b"vertex")
-        refuse_too_many(count, count // 3)
+        if count > 3 * MAX_TEXT_TRIANGLES:
+            raise SampleLimitError(
+                f"The text has more than {MAX_TEXT_TRIANGLES} triangles.",
+                remedy="Send the mesh as binary STL, PLY or glTF.",
+            )
         found = _CORNER.findall(data)
         vertices = numbers_of(b" ".join(found), 1, 3 * len(found) + 1)
         if len(vertices) != 3 * len(found) or len(found) % 3:

@@ -81,6 +81,10 @@ def test_too_many_triangles_are_refused():
     with pytest.raises(SampleLimitError):
         stl_mesh(bytes(80) + count.to_bytes(4, "little") + bytes(50 * count))
     with pytest.raises(SampleLimitError):
+        stl_mesh(b"solid a\nfacet\n" + b"vertex 0 0 0\n" * 1_500_001)
+    with pytest.raises(SampleLimitError):
+        obj_mesh(b"v 0 0 0\n" * 1_000_001 + b"f 1 1 1\n")
+    with pytest.raises(SampleLimitError):
         obj_mesh(b"v 0 0 0\n" + b"f 1 1 1\n" * (count + 1))
 
 
