@@ -78,7 +78,7 @@ class SurfaceColours:
 
 
 def surface_colours(
-    characterisation: Samples | IccProfile,
+    characterisation: Samples | IccProfile | Picture,
     *,
     intent: str = "relative",
     surface_samples: int = 100_000,
