@@ -7,6 +7,7 @@ for the values kept there, and the size of the values in a history file.
 
 from __future__ import annotations
 
+import functools
 import time
 from typing import TYPE_CHECKING, cast
 
@@ -63,6 +64,14 @@ def milliseconds(function: Callable[[], object], runs: int = 7) -> float:
     return 1e3 * min(times)
 
 
+def _opened(data: bytes) -> object:
+    return history_from_bytes(data)[0].level(4)
+
+
+def _unpacked(data: bytes) -> object:
+    return history_from_bytes(data)[0].device_values(4)
+
+
 def main() -> None:
     """Print both tables."""
     errors, sizes = [], []
@@ -80,8 +89,8 @@ def main() -> None:
         )
         geometry = history_bytes(History(history.splits, history.centre, history.step))
         data = history_bytes(history)
-        unpacked = milliseconds(lambda data=data: history_from_bytes(data)[0].device)
-        opened = milliseconds(lambda data=data: history_from_bytes(data)[0].level(4))
+        unpacked = milliseconds(functools.partial(_unpacked, data))
+        opened = milliseconds(functools.partial(_opened, data))
         sizes.append(
             [
                 name,
