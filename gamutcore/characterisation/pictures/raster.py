@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -43,6 +44,12 @@ MAX_PIXELS = 120_000_000
 MAX_DECODED_BYTES = 2**29
 """Bytes of a picture's pixels at most, unpacked. A picture of 24 megapixels in CMYK or RGBA has
 192 MB in 16 bits and 384 MB in 32-bit floats."""
+
+FREELY_UNPACKED = 2**27
+"""Bytes that any file may unpack to: a blank picture of 24 megapixels has 72 MB."""
+
+MAX_RATIO = 100
+"""Beyond `FREELY_UNPACKED`, what a byte may unpack to at most. Photographs have 3 to 40."""
 
 MAX_PROFILE_BYTES = 2**25
 """Bytes of an unpacked profile at most; the largest press profiles have some 10 MB."""
@@ -187,7 +194,8 @@ def checked_size(
         It has no pixels, or they cannot be in the file: it ends early, or is made to exhaust
         memory.
     PictureSizeError
-        It has more than `MAX_PIXELS` pixels, or `MAX_DECODED_BYTES` bytes.
+        It has more than `MAX_PIXELS` pixels, or `MAX_DECODED_BYTES` bytes, or is packed as no
+        large photograph is.
     """
     if width <= 0 or height <= 0:
         raise malformed(f"The picture has {width} × {height} pixels.", {"field": "size"})
@@ -204,6 +212,13 @@ def checked_size(
             f"The picture claims {width} × {height} pixels, which its {packed} bytes of data "
             "cannot hold.",
             {"field": "size"},
+        )
+    if math.isfinite(most_unpacked) and size > max(FREELY_UNPACKED, packed * MAX_RATIO):
+        raise PictureSizeError(
+            f"The picture unpacks from {packed} bytes to {size / 1e6:.0f} MB.",
+            where={"field": "size"},
+            remedy=f"Beyond {FREELY_UNPACKED / 1e6:.0f} MB, at most {MAX_RATIO} bytes are unpacked "
+            "of one; send a smaller copy.",
         )
 
 

@@ -6,6 +6,7 @@ import os
 import signal
 import socket
 import time
+import zlib
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -13,6 +14,7 @@ import httpx
 import numpy as np
 import pytest
 import trimesh
+from PIL import Image
 
 from gamutcore.colours.appearance import srgb
 from gamutcore.colours.spaces import SPACES, ColourSpace
@@ -42,6 +44,43 @@ def test_inline_samples_are_built_and_found_again(server, sphere):
     assert again.headers["content-location"] == first.headers["location"]
     assert again.json() == gamut == server.client.get(gamut["links"]["self"]).json()
     assert server.builds_started(gamut["id"]) == 1
+
+
+def picture(pixels, file_format="PNG"):
+    stream = io.BytesIO()
+    Image.fromarray(pixels).save(stream, file_format)
+    return stream.getvalue()
+
+
+def test_a_picture_is_built_and_its_least_used_colours_left_out(server):
+    pixels = np.random.default_rng(0).integers(0, 256, (20, 30, 3), dtype=np.uint8)
+    pixels[:, 1:] = pixels[:, :1] // 2  # the full range is in a thirtieth of the pixels
+    posted = {"files": {"file": picture(pixels)}}
+    every = server.client.post("/v1/gamuts", **posted)
+    assert every.status_code == 201
+    assert every.json()["provenance"]["size"] == [30, 20]
+    popular = server.client.post("/v1/gamuts", **posted, data={"options": '{"popularity": 0.04}'})
+    assert popular.status_code == 201
+    assert popular.json()["options"]["popularity"] == 0.04
+    assert popular.json()["volume"] < every.json()["volume"]
+
+
+def test_pictures_that_cannot_be_used_are_refused_by_name(server):
+    bomb = bytearray(picture(np.zeros((4, 4, 3), np.uint8)))
+    bomb[16:24] = (60_000).to_bytes(4, "big") * 2
+    bomb[29:33] = zlib.crc32(bomb[12:29]).to_bytes(4, "big")
+    cmyk = io.BytesIO()
+    Image.new("CMYK", (8, 8)).save(cmyk, "JPEG")
+    broken = picture(np.zeros((4, 4, 3), np.uint8))[:60]
+    for content, code in (
+        (bytes(bomb), "picture-too-large"),
+        (cmyk.getvalue(), "unsupported-picture"),
+        (broken, "malformed-file"),
+        (picture(np.zeros((4, 4), np.uint8)), "too-few-points"),
+    ):
+        answer = server.client.post("/v1/gamuts", files={"file": content})
+        assert (answer.status_code, answer.json()["code"]) == (422, code)
+        assert answer.json()["remedy"]
 
 
 def test_the_same_question_has_the_same_address(server, sphere):
