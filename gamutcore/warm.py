@@ -6,15 +6,19 @@ not the one who waits for the compiler. ``python -m gamutcore.warm`` does the sa
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from gamutcore.boundary import BOUNDARIES, wrapped
 from gamutcore.characterisation.icc.grid import Grid
 from gamutcore.characterisation.icc.process_elements import FloatGrid
 from gamutcore.decimation import COSTS, decimated
+from gamutcore.device_values import DeviceValues
 from gamutcore.export import FORMATS, encoded_mesh
-from gamutcore.gamut import Options, build_gamut
+from gamutcore.gamut import Gamut, Options, build_gamut
 from gamutcore.history import History, Splits, history_bytes, history_from_bytes, history_of
+from gamutcore.history.device_history import device_history_of
 from gamutcore.metric import mismatch, radial_difference, voxel_mismatch
 
 __all__ = ["compile_kernels", "compile_reading_kernels"]
@@ -29,7 +33,8 @@ def compile_kernels() -> None:
         for row in device
     )
     table = f"RGB_R,RGB_G,RGB_B,LAB_L,LAB_A,LAB_B\n{rows}\n"
-    build_gamut(table.encode(), Options(surface_samples=1000))
+    built = build_gamut(table.encode(), Options(surface_samples=1000))
+    Gamut.from_bytes(built.to_bytes()).level(50)
     Grid((2, 2, 2), np.zeros((8, 3), np.uint16)).values(np.full((1, 3), 0.5))
     FloatGrid((2, 2, 2), (np.zeros((8, 3), np.float32),), 3).values(np.full((1, 3), 0.5))
     for method in BOUNDARIES:
@@ -64,10 +69,13 @@ def compile_reading_kernels() -> None:
         shifted_coarse=np.zeros((0, 3), np.float32),
         shifted_fine=np.zeros((0, 3), np.float32),
     )
-    history = History(splits, np.array([60.0, 0.0, 0.0]), 2.0**-11)
+    ramp = DeviceValues(("K",), np.linspace(0.0, 1.0, 5)[:, np.newaxis])
+    device = device_history_of(ramp, np.arange(5, dtype=np.int32), splits)
+    history = History(splits, np.array([60.0, 0.0, 0.0]), 2.0**-11, device)
     history, _ = history_from_bytes(history_bytes(history))
+    mesh = replace(history.level(6), device=history.device_values(6))
     for name in FORMATS:
-        encoded_mesh(history.level(4), name)
+        encoded_mesh(mesh, name)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 
 SIGNATURES = """
@@ -42,7 +44,7 @@ for path in ("examples/FOGRA39L.ti3", "tests/data/sRGB-v4.icc", "tests/data/Disp
         gamut = build_gamut((root / path).read_bytes(), options)
 read = Gamut.from_bytes(gamut.to_bytes())
 for name in FORMATS:
-    encoded_mesh(read.history.level(300), name, {"title": "x"})
+    encoded_mesh(read.level(300), name, {"title": "x"})
 cursor = read.history.cursor(100)
 cursor.finer(20)
 cursor.coarser(30)
@@ -60,7 +62,7 @@ from gamutcore.gamut import Gamut
 read = Gamut.from_bytes(Path(sys.argv[1]).read_bytes())
 for triangles in (4, 100, read.history.triangles):
     for name in FORMATS:
-        encoded_mesh(read.history.level(triangles), name, {"title": "x"})
+        encoded_mesh(read.level(triangles), name, {"title": "x"})
 print(json.dumps({"compiled": sum(before.values()), "new": changed(before)}))
 """
 
@@ -83,9 +85,11 @@ def test_building_and_reading_need_no_further_compilation():
     assert found["new"] == []
 
 
-def test_reading_needs_only_its_own_kernels(small_gamut, tmp_path):
+@pytest.mark.parametrize("name", ["small_gamut", "fogra39_gamut"])
+def test_reading_needs_only_its_own_kernels(request, name, tmp_path):
+    """Of bare colours, and with device values."""
     path = tmp_path / "gamut"
-    path.write_bytes(small_gamut.to_bytes())
+    path.write_bytes(request.getfixturevalue(name).to_bytes())
     found = outcome(READING, path)
     assert found["compiled"] > 3
     assert found["new"] == []
