@@ -16,7 +16,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from benchmarks import compute, http, inputs
+from benchmarks import compute, device_values, http, inputs, pictures
 from gamutcore.warm import compile_kernels
 
 __all__ = ["main"]
@@ -30,6 +30,8 @@ GOALS = {
     "levels": "1,000 triangles ≤ 0.2 ms, 10,000 ≤ 1.5 ms, full mesh ≤ 15 ms; cost follows n",
     "accuracy": "FOGRA39L: no worse than the published figures plus 10 %",
     "inputs": "to 100,000 surface colours: CMYK profile ≤ 0.3 s, 1,617 patches ≤ 1.5 s; by HTTP",
+    "pictures": "24 megapixels to a gamut: ≤ 10 s, ≤ 1,500 MB",
+    "device_values": "device values at vertices: ΔE of what they make, mean / largest; bits each",
     "post": "FOGRA39L posted to a fresh, warm server: 201 within 3 s",
     "meshes": "1,000 triangles, one process: ≥ 1,200 requests/s uncached, ≥ 4,000/s repeated",
 }
@@ -95,6 +97,8 @@ def main() -> int:
         ("levels", lambda: compute.level_times(sizes, 200)),
         ("accuracy", lambda: compute.accuracy([10_000, 1000, 500, 100, 50, 20, 10])),
         ("inputs", lambda: inputs.input_times(3 if quick else 7)),
+        ("pictures", lambda: pictures.picture_times(1 if quick else 3)),
+        ("device_values", device_values.device_value_figures),
         ("post", lambda: [http.build_over_http(3 if quick else 7)]),
         ("meshes", lambda: http.mesh_rates(2000 if quick else 20_000, 1 if quick else 5)),
     ):

@@ -1,20 +1,18 @@
-"""How well the device values kept at vertices make the vertices' colours, and what they take.
+"""Measurements of the device values at vertices: whether they make the colours, what they take.
 
-``python -m benchmarks.device_values`` prints the tables of ``docs/decisions/device-values.md``: the
-difference between the colour at each vertex of a level and the one that the device model predicts
-for the values kept there, and the size of the values in a history file.
+The difference between the colour at each vertex of a level and the one that the device model
+predicts for the values kept there, and the size of the values in a history file.
 """
 
 from __future__ import annotations
 
 import functools
 import time
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from benchmarks.compute import FOGRA39L, ROOT, SRGB
-from benchmarks.markdown import table
 from gamutcore.characterisation import IccProfile, characterisation
 from gamutcore.colours.media import medium_colours
 from gamutcore.colours.profile_colours import profile_colours
@@ -28,6 +26,8 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import FloatArray
     from gamutcore.device_values import DeviceValues
+
+__all__ = ["device_value_figures"]
 
 COUNTS = (100, 300, 1000, 10_000, 40_000)
 P3 = ROOT / "tests" / "data" / "DisplayP3-v4.icc"
@@ -72,9 +72,9 @@ def _unpacked(data: bytes) -> object:
     return history_from_bytes(data)[0].device_values(4)
 
 
-def main() -> None:
-    """Print both tables."""
-    errors, sizes = [], []
+def device_value_figures() -> list[dict[str, Any]]:
+    """Differences at several levels, as mean and largest, and sizes in a history file."""
+    rows = []
     for name, path, cost in (
         ("FOGRA39L", FOGRA39L, "volume"),
         ("FOGRA39L", FOGRA39L, "finest"),
@@ -83,29 +83,15 @@ def main() -> None:
     ):
         gamut = build_gamut(path.read_bytes(), Options(cost=cost))
         history, model = gamut.history, device_model(path)
-        figures = [differences(gamut, model, count) for count in COUNTS]
-        errors.append(
-            [name, cost, *(f"{found.mean():.3f} / {found.max():.2f}" for found in figures)]
-        )
+        row: dict[str, Any] = {"device": name, "cost": cost}
+        for count in COUNTS:
+            found = differences(gamut, model, count)
+            row[f"ΔE at {count}"] = f"{found.mean():.3f} / {found.max():.2f}"
         geometry = history_bytes(History(history.splits, history.centre, history.step))
         data = history_bytes(history)
+        row["geometry_bits"] = 8 * len(geometry) / history.vertices
+        row["device_bits"] = 8 * (len(data) - len(geometry)) / history.vertices
         unpacked = milliseconds(functools.partial(_unpacked, data))
-        opened = milliseconds(functools.partial(_opened, data))
-        sizes.append(
-            [
-                name,
-                cost,
-                f"{history.vertices:,}",
-                f"{8 * len(geometry) / history.vertices:.1f}",
-                f"{8 * (len(data) - len(geometry)) / history.vertices:.1f}",
-                f"{unpacked - opened:.0f}",
-            ]
-        )
-    print(table(["device", "cost", *(f"{count:,}" for count in COUNTS)], errors))
-    print()
-    heads = ["device", "cost", "vertices", "geometry, bits", "device values, bits", "unpacking, ms"]
-    print(table(heads, sizes))
-
-
-if __name__ == "__main__":
-    main()
+        row["unpacked_ms"] = unpacked - milliseconds(functools.partial(_opened, data))
+        rows.append(row)
+    return rows

@@ -1,25 +1,35 @@
-"""Pictures of 24 megapixels, from the file to the gamut: `python -m benchmarks.pictures`.
+"""Measurements of pictures of 24 megapixels, from the file to the gamut.
 
-Waves and noise in the place of a photograph, written by Pillow and by hand, each built in a process
-of its own, whose peak memory includes the compiled kernels.
+Waves and noise in the place of a photograph, written by Pillow and by hand, each built in a
+process of its own (``python -m benchmarks.pictures FILE``), whose peak memory includes the compiled
+kernels.
 """
 
 from __future__ import annotations
 
 import io
+import json
 import resource
 import struct
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from PIL import Image
 
+from benchmarks.compute import ROOT
+from gamutcore.gamut import Options, build_gamut
+from gamutcore.warm import compile_kernels
+
+__all__ = ["picture_times"]
+
 HEIGHT, WIDTH = 4000, 6000
-PROFILE = Path(__file__).parents[1] / "tests" / "data" / "DisplayP3-v4.icc"
+PROFILE = ROOT / "tests" / "data" / "DisplayP3-v4.icc"
 
 
 def photograph() -> np.ndarray:
@@ -57,46 +67,51 @@ def by_pillow(samples: np.ndarray, file_format: str, **how: object) -> bytes:
     return file.getvalue()
 
 
-def measured(path: str) -> None:
-    """Print a row for one file: seconds, processor seconds, megabytes, and what it holds."""
-    from gamutcore.gamut import Options, build_gamut
-    from gamutcore.warm import compile_kernels
-
-    compile_kernels()
-    data = Path(path).read_bytes()
-    begun, processor = time.perf_counter(), time.process_time()
-    found = build_gamut(data, Options()).description
-    seconds, processor = time.perf_counter() - begun, time.process_time() - processor
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(
-        f"| {Path(path).name} | {len(data) / 1e6:.0f} MB "
-        f"| {found['provenance']['distinct_values']} | {found['counts']['triangles']} "
-        f"| {seconds:.1f} s | {processor:.1f} s | {peak:.0f} MB |"
-    )
-
-
-def main() -> None:
-    """Measure every kind of file."""
-    if len(sys.argv) > 1:
-        measured(sys.argv[1])
-        return
+def picture_times(runs: int) -> list[dict[str, Any]]:
+    """Median seconds, and peak memory, of building the gamut of every kind of picture."""
     picture = photograph()
     eight = np.round(picture * 255).astype(np.uint8)
-    files = {
+    files: dict[str, Callable[[], bytes]] = {
         "JPEG": lambda: by_pillow(eight, "JPEG", quality=92),
         "PNG, 8 bits": lambda: by_pillow(eight, "PNG", compress_level=1),
         "TIFF, LZW, 8 bits": lambda: by_pillow(eight, "TIFF", compression="tiff_lzw"),
         "TIFF, 16 bits": lambda: plain_tiff(np.round(picture * 65535).astype("<u2")),
         "TIFF, floats": lambda: plain_tiff(picture.astype("<f4")),
     }
-    print("| file | size | distinct values | triangles | time | processor | peak |")
-    print("|---|---|---|---|---|---|---|", flush=True)
+    rows = []
     with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "picture"
         for name, content in files.items():
-            path = Path(folder) / name
             path.write_bytes(content())
-            subprocess.run([sys.executable, "-m", "benchmarks.pictures", str(path)], check=True)
-            path.unlink()
+            found = sorted((_built(path) for _ in range(runs)), key=lambda row: row["seconds"])
+            rows.append({"picture": name, **found[len(found) // 2]})
+    return rows
+
+
+def _built(path: Path) -> dict[str, Any]:
+    command = [sys.executable, "-m", "benchmarks.pictures", str(path)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    row: dict[str, Any] = json.loads(done.stdout)
+    return row
+
+
+def main() -> None:
+    """Print what building the gamut of one file takes, as JSON."""
+    compile_kernels()
+    data = Path(sys.argv[1]).read_bytes()
+    start = time.perf_counter()
+    found = build_gamut(data, Options()).description
+    seconds = time.perf_counter() - start
+    # kilobytes, on macOS bytes
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    row = {
+        "file_mb": len(data) / 1e6,
+        "distinct_values": found["provenance"]["distinct_values"],
+        "triangles": found["counts"]["triangles"],
+        "seconds": seconds,
+        "peak_mb": peak / (1024 if sys.platform == "darwin" else 1) / 1024,
+    }
+    sys.stdout.write(json.dumps(row))
 
 
 if __name__ == "__main__":
