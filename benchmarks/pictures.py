@@ -7,7 +7,7 @@ of its own, whose peak memory includes the compiled kernels.
 from __future__ import annotations
 
 import io
-import resource
+import re
 import struct
 import subprocess
 import sys
@@ -67,7 +67,9 @@ def measured(path: str) -> None:
     begun, processor = time.perf_counter(), time.process_time()
     found = build_gamut(data, Options()).description
     seconds, processor = time.perf_counter() - begun, time.process_time() - processor
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    # Not from getrusage, whose peak a process takes over from the one that started it.
+    status = Path("/proc/self/status").read_text()
+    peak = int(re.search(r"VmHWM:\s*(\d+)", status)[1]) / 1024
     print(
         f"| {Path(path).name} | {len(data) / 1e6:.0f} MB "
         f"| {found['provenance']['distinct_values']} | {found['counts']['triangles']} "
