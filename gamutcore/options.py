@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -26,6 +25,7 @@ from gamutcore.colours.spectral import ILLUMINANTS, OBSERVERS
 from gamutcore.colours.surface import INTENTS
 from gamutcore.decimation.costs import COSTS
 from gamutcore.errors import OptionError
+from gamutcore.numbers import finite_number
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -181,7 +181,7 @@ class Options:
         for name, value in space_parameters(self.space, given_to_space).items():
             object.__setattr__(self, name, value)
         if self.popularity is not None:
-            share = _number(self.popularity)
+            share = finite_number(self.popularity)
             if share is None or not 0 < share < 1:
                 raise OptionError.refusing(
                     "popularity", self.popularity, "a number above 0 and below 1"
@@ -305,7 +305,7 @@ def _canonical_centre(centre: object) -> Centre:
     if centre == "auto":
         return "auto"
     if isinstance(centre, list | tuple) and len(centre) == 3:
-        numbers = [_number(value) for value in centre]
+        numbers = [finite_number(value) for value in centre]
         first, second, third = numbers
         if first is not None and second is not None and third is not None:
             return (first, second, third)
@@ -315,19 +315,8 @@ def _canonical_centre(centre: object) -> Centre:
 def _ink_limit(name: str, value: object, most: float) -> float | None:
     if value is None:
         return None
-    number = _number(value)
+    number = finite_number(value)
     if number is None or not 0 <= number <= most or (number == 0 and name == "ink_limit"):
         above = "above 0, up to" if name == "ink_limit" else "from 0 to"
         raise OptionError.refusing(name, value, f"a number {above} {most:g}, in per cent")
     return number
-
-
-def _number(value: object) -> float | None:
-    """Return a finite number as a float without a negative zero; None for anything else."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return None
-    try:
-        number = float(value)
-    except OverflowError:
-        return None
-    return number + 0.0 if math.isfinite(number) else None

@@ -6,13 +6,13 @@ their defaults, and what is accepted. A further method is a further entry.
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from gamutcore.boundary.modified_convex_hull import Boundary, modified_convex_hull
 from gamutcore.boundary.segment_maxima import SEGMENTS, checked_segments, segment_maxima
 from gamutcore.boundary.usv import checked_basis, checked_subdivisions, usv
 from gamutcore.errors import OptionError
+from gamutcore.numbers import finite_number
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -52,14 +52,14 @@ class Method(NamedTuple):
 
 
 def _checked_gamma(gamma: object) -> float:
-    number = _number(gamma)
+    number = finite_number(gamma)
     if number is None or not 0 < number <= 1:
         raise OptionError.refusing("gamma", gamma, "a number above 0, at most 1")
     return number
 
 
 def _gamma_of_the_convex_hull(gamma: object) -> float:
-    if _number(gamma) != 1.0:
+    if finite_number(gamma) != 1.0:
         raise OptionError.refusing(
             "gamma", gamma, "1 or none: the convex hull is the modified one with that power"
         )
@@ -117,14 +117,3 @@ def wrapped(
     chosen = BOUNDARIES[method]
     defaults = {name: parameter.default for name, parameter in chosen.parameters.items()}
     return chosen.wrap(points, centre=centre, **{**defaults, **parameters})
-
-
-def _number(value: object) -> float | None:
-    """Return a finite number as a float; None for anything else."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return None
-    try:
-        number = float(value)
-    except OverflowError:
-        return None
-    return number if math.isfinite(number) else None

@@ -6,7 +6,6 @@ know nothing of whites and surrounds.
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +14,7 @@ from gamutcore.colours.appearance_model import SURROUNDS
 from gamutcore.colours.spaces import SPACES
 from gamutcore.colours.white_points import ADAPTATIONS, WHITES
 from gamutcore.errors import OptionError
+from gamutcore.numbers import finite_number
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -108,7 +108,7 @@ def measured_luminance(stated: object) -> float:
         There is none, or it is out of the range of the option.
     """
     least, most, _ = _RANGES["luminance"]
-    number = _number(stated)
+    number = finite_number(stated)
     if number is None or not least <= number <= most:
         raise OptionError(
             "The data does not state the luminance of its white."
@@ -127,7 +127,7 @@ def _checked(name: str, value: object) -> object:
         return MEASURED
     if name in _RANGES:
         least, most, accepted = _RANGES[name]
-        number = _number(value)
+        number = finite_number(value)
         if number is None or not least <= number <= most:
             raise OptionError.refusing(name, value, accepted)
         return number
@@ -141,7 +141,7 @@ def _checked_white(value: object) -> object:
     if isinstance(value, str) and value in WHITES:
         return value
     if isinstance(value, list | tuple) and len(value) == 3:
-        x, y, z = (_number(part) for part in value)
+        x, y, z = (finite_number(part) for part in value)
         if x is not None and y is not None and z is not None and 1e-6 <= y <= 1e6:
             white = (x / y, 1.0, z / y)
             if all(_LEAST_WHITE <= part <= _MOST_WHITE for part in white) and _is_seen(white):
@@ -157,14 +157,3 @@ def _is_seen(white: tuple[float, float, float]) -> bool:
     """Whether all cones and sharpened sensors respond to a white: adaptation divides by them."""
     matrices = [np.array(matrix) for matrix in ADAPTATIONS.values() if matrix is not None]
     return all(bool((matrix @ white >= _LEAST_RESPONSE).all()) for matrix in matrices)
-
-
-def _number(value: object) -> float | None:
-    """Return a finite number as a float; None for anything else."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return None
-    try:
-        number = float(value)
-    except OverflowError:
-        return None
-    return number if math.isfinite(number) else None

@@ -35,11 +35,12 @@ DENSE = 2.0**0.25
 """Ratio of the counts that follow: up to a `DENSE_PART` of the full count a promise is kept with at
 most 19 % more triangles than were needed."""
 
-SPARSE = ((2_000, DENSE, 2), (20_000, 2.0, 2), (2**62, 4.0, 16))
+SPARSE = ((2_000, DENSE, 2), (20_000, 2.0, 2), (2**62, 4.0, 8))
 """From a 128th of the full count on: up to which full count, the ratio of the counts, and the full
-count's part that the finest of them is. These levels are compared with the full boundary itself,
-which takes 10 % of the time of the decimation each if there are many triangles, and none to speak
-of if there are few."""
+count's part that the finest of them is. The two finest are compared with the full boundary itself,
+which takes up to a tenth of the time of the decimation each if there are many triangles, and none
+to speak of if there are few. With a sixteenth as the finest, levels at the end of the dense part
+have references only eight times finer, and bounds of distance up to 1.5 times the distance."""
 
 DENSE_PART = 128
 """The dense part of the curve ends at this part of the full count."""
