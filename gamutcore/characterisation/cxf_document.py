@@ -35,6 +35,12 @@ MAX_DEPTH = 32
 """Nesting at most; the schema's deepest element, outside vendors' sections, is the ninth."""
 
 MAX_ATTRIBUTES = 32
+"""Attributes at most of an element that objects are made of; the schema has 5 of one at most."""
+
+MAX_SKIPPED_ATTRIBUTES = 1000
+"""Attributes at most of an element that is passed over. Nothing is made of them, and their bytes
+are bounded with the file's; X-Rite's i1Profiler keeps its settings in one element of 54."""
+
 MAX_ATTRIBUTE_LENGTH = 10_000
 MAX_TEXT_LENGTH = 100_000
 MAX_TEXT_TOTAL = 16_000_000
@@ -231,10 +237,10 @@ class _Reading:
         self.elements += 1
         if self.depth > MAX_DEPTH:
             self._refuse(f"The XML is nested more than {MAX_DEPTH} deep.")
-        if len(attributes) > MAX_ATTRIBUTES or any(
-            len(value) > MAX_ATTRIBUTE_LENGTH for value in attributes.values()
-        ):
-            self._refuse("An element has too many attributes, or too long ones.")
+        if any(len(value) > MAX_ATTRIBUTE_LENGTH for value in attributes.values()):
+            self._refuse(
+                f"An element has attributes of more than {MAX_ATTRIBUTE_LENGTH} characters."
+            )
         namespace, _, local = name.rpartition("}")
         if self.depth == 1 and (local != "CxF" or namespace != CXF_NAMESPACE):
             raise UnrecognisedFormatError(
@@ -245,6 +251,9 @@ class _Reading:
             )
         if not self.skipped_from and (local in _SKIPPED or namespace != CXF_NAMESPACE):
             self.skipped_from = self.depth
+        most = MAX_SKIPPED_ATTRIBUTES if self.skipped_from else MAX_ATTRIBUTES
+        if len(attributes) > most:
+            self._refuse(f"An element has {len(attributes)} attributes, more than {most}.")
         self.bound += not self.skipped_from
         if self.elements > MAX_ELEMENTS or self.bound > MAX_BOUND_ELEMENTS:
             raise SampleLimitError(

@@ -157,7 +157,7 @@ def _embedded_text(profile: IccProfile, tag: str) -> bytes:
     elif kind in _PACKED:
         unpacker = zlib.decompressobj()
         try:
-            content = unpacker.decompress(element.data[8:], MAX_TEXT + 1)
+            content = unpacker.decompress(_packed_part(element.data), MAX_TEXT + 1)
         except zlib.error as cause:
             raise element.malformed(f"cannot be unpacked ({cause})") from cause
     else:
@@ -168,6 +168,20 @@ def _embedded_text(profile: IccProfile, tag: str) -> bytes:
     if len(content) > MAX_TEXT:
         raise element.malformed(f"holds more than {MAX_TEXT} bytes of text")
     return content.rstrip(b"\0")
+
+
+def _packed_part(data: bytes) -> bytes:
+    """Return the zlib stream of a tag of packed text.
+
+    Argyll's ``zut8`` and some writers of ``ZXML`` put it behind the type and its four reserved
+    bytes. X-Rite's ``ZXML`` has four more, a number that is 1 in the profiles that are known. Where
+    a stream begins is told by its header (RFC 1950, 2.2): method 8, and divisible by 31.
+    """
+    start, later = 8, 12
+    header = data[start : start + 2]
+    if len(header) == 2 and header[0] & 15 == 8 and int.from_bytes(header, "big") % 31 == 0:
+        return data[start:]
+    return data[later:]
 
 
 def _with_device_values(text: bytes, profile: IccProfile) -> bytes:

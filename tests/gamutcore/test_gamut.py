@@ -371,15 +371,19 @@ def test_the_least_used_colours_of_a_picture_can_be_left_out():
         build_gamut(bare(OCTAHEDRON), Options(popularity=0.01))
 
 
-def test_the_measurements_within_a_profile_have_its_gamut(shared_data):
-    profile = (shared_data / "press" / "ISOcoated_v2_300_bas.icc").read_bytes()
+@pytest.mark.parametrize(
+    ("file", "tag"),
+    [("press/ISOcoated_v2_300_bas.icc", "targ"), ("oracle/SWOP2013C3_CRPC5.icc", "CxF")],
+)
+def test_the_measurements_within_a_profile_have_its_gamut(shared_data, file, tag):
+    profile = (shared_data / file).read_bytes()
     gamuts = [
         build_gamut(profile, Options(intent="absolute", surface_samples=20_000, **options))
         for options in ({}, {"source": "measurements"})
     ]
     assert mismatch(*[gamut.history.full() for gamut in gamuts]) <= 0.01
     provenance = gamuts[1].description["provenance"]
-    assert provenance["embedded"]["tag"] == "targ"
+    assert provenance["embedded"]["tag"] == tag
     assert provenance["model"]["leave_out_error"]["percentile_95"] < 0.5
 
 

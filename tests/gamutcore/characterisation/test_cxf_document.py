@@ -7,6 +7,7 @@ from gamutcore.characterisation.cxf_document import (
     MAX_ATTRIBUTE_LENGTH,
     MAX_BOUND_ELEMENTS,
     MAX_DEPTH,
+    MAX_SKIPPED_ATTRIBUTES,
     MAX_TEXT_LENGTH,
     cxf_document,
     looks_like_cxf,
@@ -50,6 +51,18 @@ def test_vendors_own_sections_are_passed_over():
     assert document.root.custom_resources is None
 
 
+def settings(count):
+    attributes = " ".join(f'a{i}="1"' for i in range(count))
+    return f'<cc:CustomResources><x:s xmlns:x="urn:vendor" {attributes}/></cc:CustomResources>'
+
+
+@pytest.mark.parametrize("count", [54, MAX_SKIPPED_ATTRIBUTES])
+def test_vendors_own_elements_may_have_many_attributes(count):
+    # X-Rite's i1Profiler writes <xrp:CustomAttributes> with 54.
+    document = cxf_document(cxf(RESOURCES.format(OBJECT) + settings(count)))
+    assert len(document.spectra) == 1
+
+
 BOMBS = {
     "entities": '<!DOCTYPE l [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;">]>\n',
     "an external entity": '<!DOCTYPE l [<!ENTITY a SYSTEM "file:///etc/hostname">]>\n',
@@ -74,6 +87,7 @@ def test_declarations_are_refused_with_their_place(name):
         (cxf(root=f' Id="{"a" * (MAX_ATTRIBUTE_LENGTH + 1)}"'), "attributes"),
         (cxf(root=f' Id="{"a" * 10_000_000}"'), "attributes"),
         (cxf(root=" ".join(f' a{i}="1"' for i in range(100_000))), "attributes"),
+        (cxf(settings(MAX_SKIPPED_ATTRIBUTES + 1)), "attributes"),
         (cxf(RESOURCES.format(OBJECT.replace("0.5 0.6", "1 " * MAX_TEXT_LENGTH))), "text"),
         (cxf("<cc:Resources>"), "broken"),
         (cxf("&a;"), "broken"),

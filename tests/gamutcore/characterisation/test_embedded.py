@@ -98,6 +98,20 @@ def test_texts_of_every_kind(made_profile, kind):
     assert len(embedded_samples(profile)) == 2
 
 
+@pytest.mark.parametrize("level", range(10))
+def test_packed_xml_with_a_number_before_it(made_profile, level):
+    # X-Rite's layout: type, reserved, 1, stream.
+    packed = b"ZXML" + bytes(4) + struct.pack(">I", 1) + zlib.compress(BOTH.encode(), level)
+    assert len(embedded_samples(characterisation(made_profile({"targ": packed})))) == 2
+
+
+@pytest.mark.parametrize("size", range(6))
+def test_packed_xml_without_a_stream_is_refused(made_profile, size):
+    with pytest.raises(CharacterisationError) as caught:
+        embedded_samples(characterisation(made_profile({"targ": b"ZXML" + bytes(4 + size)})))
+    assert caught.value.where["tag"] == "targ"
+
+
 def test_bare_colours_are_colours(made_profile):
     profile = characterisation(made_profile({"CIED": text(COLOURS)}))
     assert embedded_samples(profile).device is None
@@ -159,6 +173,7 @@ def test_a_packed_text_without_end_is_refused(made_profile, monkeypatch):
     ("file", "patches", "channels"),
     [
         ("press/ISOcoated_v2_300_bas.icc", 1617, 4),
+        ("oracle/SWOP2013C3_CRPC5.icc", 1617, 4),  # CxF, by X-Rite's i1Profiler
         ("oracle/Ref-ECG-CMYKOGV_FOGRA55_TAC300.icc", 4884, 7),
         ("display/Acer_XB271HU.icc", 2068, 3),  # data/README.md: 2068 measured patches
     ],
