@@ -17,6 +17,7 @@ import numpy as np
 from gamutcore.characterisation.conditions import is_reflective_condition
 from gamutcore.colours.cielab import ICC_D50, colour_science, lab_to_xyz, white_of, xyz_to_lab
 from gamutcore.colours.spectral import emission_xyz, reflectance_xyz
+from gamutcore.colours.stated_observer import stated_observer
 from gamutcore.colours.white_points import adaptation_matrix
 from gamutcore.errors import InvalidPointsError, OptionError
 
@@ -31,7 +32,6 @@ _DAYLIGHT = re.compile(r"\b(D50|D55|D65|D75)\b")
 _OBSERVER = re.compile(r"\b(2|10)\s*(?:°|\xba|DEG|\ufffd)|OBSERVER[\w\s,:=]*?\b(2|10)\b")
 _ILLUMINANT_KEYWORDS = ("ILLUMINANT", "ILLUMINATION_NAME")
 _OBSERVER_KEYWORDS = ("OBSERVER", "OBSERVER_ANGLE", "CIE_OBSERVER_ANGLE", "CIE_OBSERVER")
-_OBSERVER_WORDS = {"2": "2", "10": "10", "1931": "2", "1964": "10"}
 _TELLING_KEYWORDS = ("WEIGHTING_FUNCTION", "MEASUREMENT_SOURCE", "INSTRUMENTATION")
 _PLAIN_NUMBER = re.compile(r"\d{1,6}(\.\d{1,12})?")
 _CONSISTENT = 2.0
@@ -156,6 +156,7 @@ class _Medium:
         self.warnings: list[str] = []
         self.display = _is_display(samples)
         self.illuminant, self.illuminant_said = self._illuminant()
+        self.foreign_observer = ""
         self.observer, self.observer_said = self._observer()
         self.reference = self._reference_white()
         self.colours_from = "LAB" if samples.lab is not None else "XYZ"
@@ -163,6 +164,11 @@ class _Medium:
             self._integrate(observer or 2, illuminant)
         else:
             self._check_asked(observer, illuminant)
+        if self.foreign_observer and observer is None:
+            self.warnings.append(
+                f"The observer that is stated, {self.foreign_observer[:40]}, is not the one of CIE "
+                "1931 (2°) or CIE 1964 (10°); 2° is taken in its place."
+            )
 
     def colours(self) -> MediumColours:
         samples = self.samples
@@ -212,6 +218,7 @@ class _Medium:
         asked = observer is not None or illuminant is not None
         self_luminous = self.display and samples.lab is None
         usual = self.observer == "2" and (self.illuminant == "D50" or self_luminous)
+        usual = usual and not self.foreign_observer
         return asked or not colours or not usual
 
     def _check_asked(self, observer: int | None, illuminant: str | None) -> None:
@@ -390,13 +397,18 @@ class _Medium:
 
     def _observer(self) -> tuple[str, str]:
         conditions = self.samples.conditions
-        for keyword in (*_OBSERVER_KEYWORDS, *_TELLING_KEYWORDS):
-            text = conditions.get(keyword, "").upper()
-            match = _OBSERVER.search(text)
+        # IDMS files state the year and the angle apart, so all that is said is read as one.
+        said = " ".join(conditions.get(keyword, "").strip() for keyword in _OBSERVER_KEYWORDS)
+        if said := said.strip():
+            degrees = stated_observer(said)
+            if degrees is not None:
+                return degrees, f"{degrees}°"
+            self.foreign_observer = said
+            return "2", "2° (assumed, the one that is stated is not known)"
+        for keyword in _TELLING_KEYWORDS:
+            match = _OBSERVER.search(conditions.get(keyword, "").upper())
             if match:
                 return (degrees := match[1] or match[2]), f"{degrees}°"
-            if keyword in _OBSERVER_KEYWORDS and text.strip() in _OBSERVER_WORDS:
-                return (degrees := _OBSERVER_WORDS[text.strip()]), f"{degrees}°"
         return "2", "2° (assumed, not stated)"
 
     def _reference_white(self) -> FloatArray:

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import characterisation, measurements_of
 from gamutcore.colours.cielab import ICC_D50, lab_to_xyz, white_of, xyz_to_lab
 from gamutcore.colours.media import bradford_to_d50, medium_colours
 from gamutcore.errors import InvalidPointsError, OptionError
@@ -138,6 +138,9 @@ def test_bare_colours_with_a_white_have_a_medium():
         ),
         ({"instrumentation": "D50, 2 degree, geometry 45/0"}, "D50", "2°"),
         ({"illuminant": "A", "observer": "2"}, "A", "2°"),
+        ({"observer": "1931_2"}, "D50 (assumed, not stated)", "2°"),
+        ({"observer": "1964_10"}, "D50 (assumed, not stated)", "10°"),
+        ({"cie_observer": "1964", "cie_observer_angle": "10"}, "D50 (assumed, not stated)", "10°"),
         ({}, "D50 (assumed, not stated)", "2° (assumed, not stated)"),
     ],
 )
@@ -158,6 +161,28 @@ def test_another_illuminant_is_adapted_to_d50():
 
 def test_an_unknown_illuminant_is_warned_of():
     assert medium_colours(press(illuminant="moon"), "absolute").warnings
+
+
+@pytest.mark.parametrize("observer", ["2012_2", "2012_10", "1978_2", "shaw", "Judd-Vos", "moon"])
+def test_an_observer_that_is_neither_of_the_two_is_warned_of(observer):
+    medium = medium_colours(press(observer=observer), "absolute")
+    assert any(observer in said and "2°" in said for said in medium.warnings)
+    assert "not known" in medium.provenance["observer"]
+
+
+def test_colours_for_an_observer_that_is_not_known_give_way_to_spectra():
+    stated = {"ILLUMINANT": "D50", "OBSERVER": "2012_2"}
+    both = spectral(colours="LAB_L LAB_A LAB_B", conditions=stated)
+    medium = medium_colours(both, "absolute")
+    assert medium.provenance["colours_from"].startswith("SPECTRUM")
+    assert len(medium.warnings) == 1
+    assert medium_colours(both, "absolute", observer=10).warnings == ()
+
+
+def test_the_observer_of_a_real_display_is_stated(shared_data):
+    profile = characterisation((shared_data / "display/Acer_XB271HU.icc").read_bytes())
+    medium = medium_colours(measurements_of(profile), "relative")
+    assert medium.provenance["observer"] == "2°"
 
 
 def test_columns_that_disagree_are_warned_of():
