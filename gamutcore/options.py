@@ -90,11 +90,11 @@ class Options:
     black_limit : float or None
         Most of the black ink, in per cent, 0 to 100; None without a limit.
     observer : int or None
-        Standard observer that spectra are integrated with, 2 or 10 degrees; None where the data's
-        own is used, or 2.
+        Standard observer that spectra are integrated with, 2 or 10 degrees; None where the one is
+        used that data of spectra alone states, or 2.
     illuminant : str or None
         What reflectance spectra are seen under, one of `gamutcore.colours.spectral.ILLUMINANTS`;
-        None where the data's own is used, or D50.
+        None where the one is used that data of spectra alone states, or D50.
     condition : str or None
         The measurement condition to be used of data that has several, such as ``"M1"``.
     reference_white : str, three floats, or None

@@ -147,16 +147,18 @@ class GamutOptions(BaseModel):
     observer: Annotated[
         Literal[2, 10] | SkipJsonSchema[None],
         Field(
-            description="Standard observer that spectra are integrated with, in degrees; 2 unless "
-            "given. Refused for data without spectra, unless it is the data's own.",
+            description="Standard observer that spectra are integrated with, in degrees; unless "
+            "given, what data of spectra alone states, or 2. Refused for data without spectra, "
+            "unless it is the data's own.",
             json_schema_extra=_without_default,
         ),
     ] = None
     illuminant: Annotated[
         Literal[ILLUMINANTS] | SkipJsonSchema[None],  # type: ignore[valid-type]
         Field(
-            description="What reflectance spectra are seen under; D50 unless given. Refused for "
-            "data without spectra, unless it is the data's own.",
+            description="What reflectance spectra are seen under; unless given, what data of "
+            "spectra alone states, or D50. Refused for data without spectra, unless it is the "
+            "data's own.",
             json_schema_extra=_without_default,
         ),
     ] = None

@@ -16,7 +16,7 @@ import numpy as np
 
 from gamutcore.characterisation.conditions import is_reflective_condition
 from gamutcore.colours.cielab import ICC_D50, colour_science, lab_to_xyz, white_of, xyz_to_lab
-from gamutcore.colours.spectral import emission_xyz, reflectance_xyz
+from gamutcore.colours.spectral import ILLUMINANTS, emission_xyz, reflectance_xyz
 from gamutcore.colours.stated_observer import stated_observer
 from gamutcore.colours.white_points import adaptation_matrix
 from gamutcore.errors import InvalidPointsError, OptionError
@@ -71,7 +71,9 @@ def medium_colours(
     """Return CIELAB colours of measured samples.
 
     With spectra beside colours, the colours are taken if they are for D50 and 2° and nothing else
-    is asked for; the spectra are else.
+    is asked for; the spectra are else. The illuminant and the observer that the data states are
+    then those of its colours, and spectra that are there for a better D50 and 2° are not bound to
+    them; those of spectra alone can only be for the spectra.
 
     Parameters
     ----------
@@ -81,10 +83,11 @@ def medium_colours(
         ``"relative"``: the medium's white becomes D50 white (L* 100). ``"absolute"``: as measured;
         a display's luminance is still relative to that of its own white.
     observer : int, optional
-        2 or 10 degrees: what spectra are integrated with; 2 if it is not given.
+        2 or 10 degrees: what spectra are integrated with. If it is not given, what data without
+        colours states, or else 2.
     illuminant : str, optional
-        One of `gamutcore.colours.spectral.ILLUMINANTS`: what reflectances are seen under; D50 if
-        it is not given.
+        One of `gamutcore.colours.spectral.ILLUMINANTS`: what reflectances are seen under. If it is
+        not given, what data without colours states, or else D50.
     adaptation : str
         How colours of another white are adapted to D50, a key of
         `gamutcore.colours.white_points.ADAPTATIONS`.
@@ -158,10 +161,13 @@ class _Medium:
         self.illuminant, self.illuminant_said = self._illuminant()
         self.foreign_observer = ""
         self.observer, self.observer_said = self._observer()
+        stated = self.illuminant if self.illuminant_said == self.illuminant else ""
+        self.stated_illuminant = re.sub("^F(?=[0-9])", "FL", stated)
+        self.stated_observer = self.observer if self.observer_said == f"{self.observer}°" else ""
         self.reference = self._reference_white()
         self.colours_from = "LAB" if samples.lab is not None else "XYZ"
         if self._needs_spectra(observer, illuminant):
-            self._integrate(observer or 2, illuminant)
+            self._integrate(observer, illuminant)
         else:
             self._check_asked(observer, illuminant)
         if self.foreign_observer and observer is None:
@@ -235,12 +241,18 @@ class _Medium:
                 accepted = "none: lights are seen under no illuminant"
             raise OptionError.refusing("illuminant", illuminant, accepted)
 
-    def _integrate(self, observer: int, illuminant: str | None) -> None:
+    def _integrate(self, observer: int | None, illuminant: str | None) -> None:
         """Put the tristimulus values of the spectra in the place of colours."""
         spectra = self.samples.spectra
         assert spectra is not None  # noqa: S101 (this is called where there are spectra)
-        self.observer, self.observer_said = str(observer), f"{observer}°"
-        self.colours_from = "SPECTRUM, ASTM E308"
+        alone = self.samples.lab is None and self.samples.xyz is None
+        degrees, why = 2, "usual"
+        if observer is not None:
+            degrees, why = observer, "asked for"
+        elif alone and self.stated_observer:
+            degrees, why = int(self.stated_observer), "stated"
+        self.observer, self.observer_said = str(degrees), f"{degrees}°"
+        self.colours_from = f"SPECTRUM, ASTM E308, observer {degrees}° ({why})"
         if self.display and spectra.kind != "reflectance":
             if illuminant is not None:
                 raise OptionError.refusing(
@@ -251,15 +263,20 @@ class _Medium:
                     "The spectra are taken for those of a display's light; state DEVICE_CLASS "
                     "OUTPUT if they are reflectances."
                 )
-            xyz = emission_xyz(spectra.wavelengths, spectra.values, observer)
+            xyz = emission_xyz(spectra.wavelengths, spectra.values, degrees)
             self.illuminant, self.illuminant_said = "D50", "none: self-luminous"
             self.reference = ICC_D50
         else:
-            self.illuminant = self.illuminant_said = illuminant or "D50"
-            xyz, scale = reflectance_xyz(
-                spectra.wavelengths, spectra.values, self.illuminant, observer
+            light, why = "D50", "usual"
+            if illuminant is not None:
+                light, why = illuminant, "asked for"
+            elif alone and self.stated_illuminant in ILLUMINANTS:
+                light, why = self.stated_illuminant, "stated"
+            self.illuminant = self.illuminant_said = light
+            xyz, scale = reflectance_xyz(spectra.wavelengths, spectra.values, light, degrees)
+            self.colours_from += (
+                f", illuminant {light} ({why}), reflectances on the scale 0-{scale:g}"
             )
-            self.colours_from += f", reflectances on the scale 0-{scale:g}"
             self.reference = self._reference_white()
         self.samples = replace(self.samples, lab=None, xyz=xyz, illumination=None)
 

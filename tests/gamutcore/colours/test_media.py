@@ -234,6 +234,43 @@ def test_the_paper_is_white_under_any_illuminant(illuminant):
     np.testing.assert_allclose(medium.lab[0], [100, 0, 0], atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("stated", "asked", "illuminant", "observer"),
+    [
+        ({}, {}, "D50 (usual)", "2° (usual)"),
+        ({"OBSERVER": "10"}, {}, "D50 (usual)", "10° (stated)"),
+        ({"OBSERVER": "1964_10", "ILLUMINANT": "A"}, {}, "A (stated)", "10° (stated)"),
+        ({"ILLUMINANT": "F11"}, {}, "FL11 (stated)", "2° (usual)"),
+        ({"OBSERVER": "10"}, {"observer": 2}, "D50 (usual)", "2° (asked for)"),
+        ({"ILLUMINANT": "A"}, {"illuminant": "D50"}, "D50 (asked for)", "2° (usual)"),
+        ({"ILLUMINANT": "moon"}, {}, "D50 (usual)", "2° (usual)"),
+    ],
+)
+def test_spectra_alone_are_seen_as_their_file_states(stated, asked, illuminant, observer):
+    medium = medium_colours(spectral(conditions=stated), "absolute", **asked)
+    said = medium.provenance["colours_from"]
+    assert f"observer {observer}, illuminant {illuminant}, reflectances" in said
+    given = {"observer": int(observer.split("°")[0]), "illuminant": illuminant.split()[0]}
+    same = medium_colours(spectral(), "absolute", **given)
+    np.testing.assert_array_equal(medium.lab, same.lab)
+    assert medium.provenance["illuminant"] == given["illuminant"]
+
+
+def test_what_is_stated_beside_colours_is_of_the_colours():
+    stated = {"ILLUMINANT": "D65", "OBSERVER": "10"}
+    both = spectral(colours="LAB_L LAB_A LAB_B", conditions=stated)
+    medium = medium_colours(both, "absolute")
+    assert "observer 2° (usual), illuminant D50 (usual)" in medium.provenance["colours_from"]
+
+
+def test_lights_alone_are_seen_by_the_observer_that_is_stated():
+    conditions = {"DEVICE_CLASS": "DISPLAY", "OBSERVER": "1964_10"}
+    light = spectral("R G B", (255, 255, 255), conditions=conditions)
+    medium, same = (medium_colours(light, "absolute", observer=given) for given in (None, 10))
+    assert medium.provenance["observer"] == "10°"
+    np.testing.assert_array_equal(medium.lab, same.lab)
+
+
 def test_stated_colours_are_taken_unless_the_spectra_are_asked_for():
     both = spectral(colours="LAB_L LAB_A LAB_B", conditions={"ILLUMINANT": "D50"})
     stated = medium_colours(both, "absolute")
