@@ -184,7 +184,9 @@ def _decoded(text: bytes, part: str | None = None) -> Any:  # noqa: ANN401 - JSO
         detail = f"The JSON is larger than {MAX_JSON_SAMPLES} samples need."
         raise ProblemError(Problem("too-many-samples", detail, place))
     try:
-        return json.loads(text.decode(), parse_constant=_refuse_constant)
+        return json.loads(
+            text.decode(), parse_constant=_refuse_constant, object_pairs_hook=_unrepeated
+        )
     except json.JSONDecodeError as error:
         where = {**place, "line": error.lineno, "column": error.colno}
         problem = Problem("malformed-body", f"The JSON is broken: {error.msg}.", where)
@@ -195,6 +197,23 @@ def _decoded(text: bytes, part: str | None = None) -> Any:  # noqa: ANN401 - JSO
         detail = "The JSON is nested too deeply, or has a number that is out of range."
         problem = Problem("malformed-body", detail, place)
     raise ProblemError(problem)
+
+
+def _unrepeated(members: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return an object, refusing names that come twice, as RFC 7493 (I-JSON), 2.3 does.
+
+    Which of two values was meant is not ours to say, and the gamut's id would hide the choice.
+    """
+    found = dict(members)
+    if len(found) < len(members):
+        seen: set[str] = set()
+        for name, _ in members:
+            if name in seen:
+                detail = f"There is more than one member named {name[:80]!r}."
+                remedy = "Give every member of a JSON object once."
+                raise ProblemError(Problem("invalid-body", detail, {"field": name[:80]}, remedy))
+            seen.add(name)
+    return found
 
 
 def _refuse_constant(name: str) -> NoReturn:

@@ -92,3 +92,30 @@ def test_options_sent_as_a_file_are_bounded_like_others(post, assert_problem):
     options = b'{"gamma": 0.5' + b" " * 70_000 + b"}"
     answer = post(files={"file": b"x", "options": ("options.json", options)})
     assert_problem(answer, 422, "invalid-body")
+
+
+@pytest.mark.parametrize(
+    ("options", "name"),
+    [
+        ('{"gamma": 0.5, "gamma": 0.1}', "gamma"),
+        ('{"gamma": 0.5, "boundary": "usv", "gamma": 0.5}', "gamma"),
+        ('{"gamma": 0.5, "g\\u0061mma": 0.1}', "gamma"),
+        ('{"centre": {"L": 50, "L": 60}}', "L"),
+        ('{"\\ud800": 1, "\\ud800": 2}', None),
+    ],
+)
+def test_members_that_come_twice_are_refused(post, assert_problem, options, name):
+    inline = f'{{"samples": [[50, 0, 0]], "options": {options}}}'
+    for body in (
+        {"files": {"file": b"x"}, "data": {"options": options}},
+        {"content": inline, "headers": {"content-type": "application/json"}},
+    ):
+        found = assert_problem(post(**body), 422, "invalid-body")
+        assert "more than one member" in found["detail"]
+        assert name is None or found["where"] == {"field": name}
+
+
+def test_a_body_has_each_member_once(post, assert_problem):
+    twice = '{"samples": [[50, 0, 0]], "options": {}, "options": {"gamma": 0.5}}'
+    answer = post(content=twice, headers={"content-type": "application/json"})
+    assert assert_problem(answer, 422, "invalid-body")["where"] == {"field": "options"}
