@@ -24,7 +24,7 @@ from gamutcore.colours.space_parameters import SPACE_PARAMETERS
 from gamutcore.colours.spaces import ColourSpace, colours_in_space
 from gamutcore.decimation import decimated
 from gamutcore.decimation.costs import cost_module
-from gamutcore.errors import HistoryFileError, OptionError
+from gamutcore.errors import FlatPointsError, HistoryFileError, OptionError
 from gamutcore.history import (
     MINIMUM_TRIANGLES,
     History,
@@ -301,13 +301,29 @@ def _wrapped(
     space = options.colour_space(colours.provenance.get("white_luminance"))
     colours = colours_in_space(colours, space)
     report("boundary", 0.0)
-    boundary = wrapped(
-        colours.points, options.boundary, options.centre, **options.boundary_parameters
-    )
+    try:
+        boundary = wrapped(
+            colours.points, options.boundary, options.centre, **options.boundary_parameters
+        )
+    except FlatPointsError as error:
+        raise _explained(error, device) from error
     values = None
     if colours.device is not None:
         values = vertex_device_values(boundary, colours.points, colours.device, colours.channels)
     return _Wrapping(boundary, values, colours.provenance)
+
+
+def _explained(error: FlatPointsError, device: Samples | IccProfile | Picture) -> FlatPointsError:
+    """Return the error of flat points, with its reason where the device has one channel only."""
+    channels = device.provenance.get("channels")
+    if not isinstance(channels, list) or len(channels) != 1:
+        return error
+    return FlatPointsError(
+        f"The device has one channel, {str(channels[0])[:40]}: its colours lie on a line, which "
+        "encloses no volume.",
+        where={"field": "channels"},
+        remedy="Send a device or a picture of three or more channels, such as RGB or CMYK.",
+    )
 
 
 def _given(mesh: GamutMesh, options: Options) -> _Wrapping:

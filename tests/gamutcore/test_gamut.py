@@ -3,6 +3,7 @@
 import hashlib
 import io
 import json
+import struct
 import sys
 from pathlib import Path
 
@@ -265,6 +266,24 @@ class TestBuild:
         assert mismatch(published.history.full(), default.history.full()) < 1e-9
         assert published.history.level(50) != default.history.level(50)
         assert len({g.id for g in (small_gamut, default, hull, centred, published)}) == 5
+
+    @pytest.mark.parametrize("form", ["samples", "picture", "profile"])
+    def test_a_gray_device_has_no_volume_and_is_told_why(self, form, made_profile):
+        stream = io.BytesIO()
+        Image.fromarray(np.arange(256, dtype=np.uint8).reshape(16, 16)).save(stream, "PNG")
+        ramp = [[v, 0.9 * v, v, 0.8 * v] for v in range(0, 101, 5)]
+        columns = ["GRAY", "XYZ_X", "XYZ_Y", "XYZ_Z"]
+        table = json.dumps({"columns": columns, "samples": ramp}).encode()
+        curve = b"curv" + bytes(4) + struct.pack(">IH", 1, 0x0200)  # a gamma of 2
+        data = {
+            "samples": table,
+            "picture": stream.getvalue(),
+            "profile": made_profile({"kTRC": curve}, space="GRAY"),
+        }
+        with pytest.raises(FlatPointsError, match="one channel") as caught:
+            build_gamut(data[form], Options())
+        assert caught.value.where == {"field": "channels"}
+        assert "RGB" in caught.value.remedy
 
     @pytest.mark.parametrize(
         ("data", "options", "kind"),
