@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.samples import JSON, Samples
 
-__all__ = ["MediumColours", "bradford_to_d50", "medium_colours"]
+__all__ = ["MediumColours", "adapted_to_d50", "bradford_to_d50", "medium_colours"]
 
 _NAMED_ILLUMINANT = re.compile(r"\b(?:ILLUMINANT[,:=\s]+)?(D50|D55|D65|D75|FL?\d{1,2}|[ACE])\b")
 _DAYLIGHT = re.compile(r"\b(D50|D55|D65|D75)\b")
@@ -135,6 +135,31 @@ def bradford_to_d50(xyz: FloatArray, white: FloatArray) -> FloatArray:
         white / white[1], ICC_D50, transform="Bradford"
     )
     adapted: FloatArray = xyz / white[1] @ np.asarray(matrix).T
+    return adapted
+
+
+def adapted_to_d50(xyz: FloatArray, white: FloatArray, adaptation: str) -> FloatArray:
+    """Return colours adapted from a white to ICC's D50.
+
+    Parameters
+    ----------
+    xyz : (n, 3) float
+        Tristimulus values.
+    white : (3,) float
+        The white they were seen under, in the same scale.
+    adaptation : str
+        A key of `gamutcore.colours.white_points.ADAPTATIONS`.
+
+    Returns
+    -------
+    (n, 3) float
+        With Y = 1 for that white.
+    """
+    if adaptation == "Bradford":
+        return bradford_to_d50(xyz, white)
+    adapted: FloatArray = (
+        xyz / white[1] @ adaptation_matrix(white / white[1], ICC_D50, adaptation).T
+    )
     return adapted
 
 
@@ -361,12 +386,7 @@ class _Medium:
 
     def _to_d50(self, xyz: FloatArray, white: FloatArray) -> FloatArray:
         """Return colours adapted to ICC's D50 in the way that is asked for, with Y = 1."""
-        if self.adaptation == "Bradford":
-            return bradford_to_d50(xyz, white)
-        adapted: FloatArray = (
-            xyz / white[1] @ adaptation_matrix(white / white[1], ICC_D50, self.adaptation).T
-        )
-        return adapted
+        return adapted_to_d50(xyz, white, self.adaptation)
 
     def _said(self, white: str) -> str:
         none = self.adaptation == "none"

@@ -15,7 +15,7 @@ from gamutcore.characterisation import IccProfile
 from gamutcore.characterisation.pictures import Encoding, Picture
 from gamutcore.characterisation.samples import JSON, IntArray
 from gamutcore.colours.cielab import xyz_to_lab
-from gamutcore.colours.media import bradford_to_d50
+from gamutcore.colours.media import adapted_to_d50
 from gamutcore.colours.profile_colours import profile_colours
 from gamutcore.errors import OptionError
 
@@ -53,7 +53,11 @@ class PictureColours:
 
 
 def picture_colours(
-    picture: Picture, intent: str, popularity: float | None = None
+    picture: Picture,
+    intent: str,
+    popularity: float | None = None,
+    *,
+    adaptation: str = "Bradford",
 ) -> PictureColours:
     """Return the colours of a picture.
 
@@ -65,6 +69,9 @@ def picture_colours(
         encoding's white becomes D50's, or ``"absolute"``, where it keeps its chromaticity.
     popularity : float, optional
         Which part of the pixels, the ones with the least used colours, is left out; 0 to 1.
+    adaptation : str
+        How colours get from the encoding's white to D50, a key of
+        `gamutcore.colours.white_points.ADAPTATIONS`; those of profiles and of CIELAB are there.
 
     Returns
     -------
@@ -90,7 +97,7 @@ def picture_colours(
                 remedy="Ask for relative or absolute.",
             )
         if isinstance(picture.meaning, Encoding):
-            lab, how = _by_encoding(picture, picture.meaning, intent)
+            lab, how = _by_encoding(picture, picture.meaning, intent, adaptation)
         else:
             lab = picture.values
             how = {"white": None, "adaptation": "none: CIELAB as in the file"}
@@ -168,7 +175,7 @@ def _by_profile(
 
 
 def _by_encoding(
-    picture: Picture, encoding: Encoding, intent: str
+    picture: Picture, encoding: Encoding, intent: str, adaptation: str
 ) -> tuple[FloatArray, dict[str, JSON]]:
     matrix, white = _to_xyz(encoding)
     lab = np.empty((len(picture), 3))
@@ -177,10 +184,14 @@ def _by_encoding(
         light = _light(np.broadcast_to(values, (len(values), 3)), encoding, matrix[1])
         xyz = light @ matrix.T
         if intent == "relative":
-            xyz = bradford_to_d50(xyz, white)
+            xyz = adapted_to_d50(xyz, white, adaptation)
         lab[start : start + len(values)] = xyz_to_lab(xyz)
-    adaptation = "Bradford from the encoding's white to D50" if intent == "relative" else "none"
-    return lab, {"white": [round(float(value), 6) for value in white], "adaptation": adaptation}
+    said = f"{adaptation} from the encoding's white to D50"
+    if adaptation == "none":
+        said = "none, as asked"
+    if intent == "absolute":
+        said = "none"
+    return lab, {"white": [round(float(value), 6) for value in white], "adaptation": said}
 
 
 def _to_xyz(encoding: Encoding) -> tuple[FloatArray, FloatArray]:

@@ -105,7 +105,7 @@ def surface_colours(
     illuminant : str, optional
         What reflectance spectra are seen under, one of `gamutcore.colours.spectral.ILLUMINANTS`.
     adaptation : str
-        How measured colours are adapted to D50, one of
+        How measured colours, and those of pictures without a profile, are adapted to D50, one of
         `gamutcore.colours.white_points.ADAPTATIONS`; the colours of profiles are by definition.
     popularity : float, optional
         Which part of a picture's pixels, those of the least used colours, is left out.
@@ -139,7 +139,9 @@ def surface_colours(
                     name, value, "none: the colours of profiles and pictures are for D50 and 2°"
                 )
     if isinstance(characterisation, Picture):
-        return _picture_points(characterisation, intent, popularity, limits or InkLimits())
+        return _picture_points(
+            characterisation, intent, popularity, limits or InkLimits(), adaptation
+        )
     if isinstance(characterisation, IccProfile):
         return _profile_surface(characterisation, intent, surface_samples, limits or InkLimits())
     medium = medium_colours(
@@ -150,11 +152,15 @@ def surface_colours(
 
 
 def _picture_points(
-    picture: Picture, intent: str, popularity: float | None, limits: InkLimits
+    picture: Picture,
+    intent: str,
+    popularity: float | None,
+    limits: InkLimits,
+    adaptation: str,
 ) -> SurfaceColours:
     if limits:
         raise limits.refused("a picture's pixels are what they are.")
-    colours = picture_colours(picture, intent, popularity)
+    colours = picture_colours(picture, intent, popularity, adaptation=adaptation)
     provenance: dict[str, JSON] = {
         **colours.provenance,
         "model": {"name": "none: the colours of the picture"},

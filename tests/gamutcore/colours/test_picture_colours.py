@@ -14,6 +14,8 @@ from gamutcore.characterisation.pictures.encoding import (
 from gamutcore.colours import InkLimits, surface_colours
 from gamutcore.colours.picture_colours import POPULARITY_CELL, picture_colours, popular
 from gamutcore.colours.profile_colours import profile_colours
+from gamutcore.colours.spaces import ColourSpace, colours_in_space
+from gamutcore.colours.white_points import ADAPTATIONS
 from gamutcore.errors import OptionError
 
 DATA = Path(__file__).parents[2] / "data"
@@ -69,6 +71,31 @@ def test_srgb_mid_gray():
     """IEC 61966-2-1: 0.5 is the light 0.2140; CIE 15: L* 116 · 0.2140^(1/3) − 16 = 53.39."""
     lab = picture_colours(picture([[0.5]], SRGB, "gray"), "relative").lab
     np.testing.assert_allclose(lab[0, 0], 53.39, atol=0.01)
+
+
+CORNERS = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
+SRGB_TO_XYZ = np.array(  # IEC 61966-2-1, 5.2
+    [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+)
+
+
+@pytest.mark.parametrize("adaptation", ADAPTATIONS)
+def test_in_a_space_of_its_white_a_picture_has_its_own_tristimulus_values(adaptation):
+    """Whichever way goes to D50 is gone back."""
+    space = ColourSpace("CIEXYZ", "D65", adaptation)
+    found = surface_colours(picture(CORNERS, SRGB), adaptation=adaptation)
+    np.testing.assert_allclose(
+        colours_in_space(found, space).points, CORNERS @ SRGB_TO_XYZ.T, atol=2e-4
+    )
+
+
+def test_the_adaptation_is_in_the_provenance():
+    def said(adaptation):
+        found = picture_colours(picture(CORNERS, SRGB), "relative", adaptation=adaptation)
+        return found.provenance["adaptation"]
+
+    assert said("CAT16") == "CAT16 from the encoding's white to D50"
+    assert said("none") == "none, as asked"
 
 
 def test_pq_and_hlg_put_white_at_203_cd_per_m2():
