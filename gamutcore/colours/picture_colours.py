@@ -45,11 +45,17 @@ class PictureColours:
     provenance : dict
         JSON-able.
     warnings : tuple of str
+    as_measured : bool
+        Whether the tristimulus values are the encoding's own, adapted to no white.
+    own_values : (3, 3) float, optional
+        As of `ProfileColours`.
     """
 
     lab: FloatArray
     provenance: dict[str, JSON]
     warnings: tuple[str, ...]
+    as_measured: bool = False
+    own_values: FloatArray | None = None
 
 
 def picture_colours(
@@ -86,8 +92,10 @@ def picture_colours(
     """
     provenance: dict[str, JSON] = {**picture.provenance, "intent": intent}
     warnings = list(picture.warnings)
+    as_measured, own_values = False, None
     if isinstance(picture.meaning, IccProfile):
-        lab, how, said = _by_profile(picture, picture.meaning, intent)
+        lab, how, said, own_values = _by_profile(picture, picture.meaning, intent)
+        as_measured = own_values is not None
         warnings += said
     else:
         if intent not in {"relative", "absolute"}:
@@ -98,6 +106,7 @@ def picture_colours(
             )
         if isinstance(picture.meaning, Encoding):
             lab, how = _by_encoding(picture, picture.meaning, intent, adaptation)
+            as_measured = intent == "absolute"
         else:
             lab = picture.values
             how = {"white": None, "adaptation": "none: CIELAB as in the file"}
@@ -112,7 +121,7 @@ def picture_colours(
             "cells": cells,
         }
         lab = lab[kept]
-    return PictureColours(lab, provenance, tuple(dict.fromkeys(warnings)))
+    return PictureColours(lab, provenance, tuple(dict.fromkeys(warnings)), as_measured, own_values)
 
 
 def popular(lab: FloatArray, counts: IntArray, share: float) -> tuple[IntArray, dict[str, JSON]]:
@@ -152,7 +161,7 @@ def popular(lab: FloatArray, counts: IntArray, share: float) -> tuple[IntArray, 
 
 def _by_profile(
     picture: Picture, profile: IccProfile, intent: str
-) -> tuple[FloatArray, dict[str, JSON], tuple[str, ...]]:
+) -> tuple[FloatArray, dict[str, JSON], tuple[str, ...], FloatArray | None]:
     channels = len(profile.channels)
     lab = np.empty((len(picture), 3))
     found = None
@@ -171,7 +180,8 @@ def _by_profile(
         )
     elif intent == "perceptual":
         adaptation = "as in the profile, with the perceptual reference medium's black point"
-    return lab, {"adaptation": adaptation, "transform": found.tag}, found.warnings
+    how: dict[str, JSON] = {"adaptation": adaptation, "transform": found.tag}
+    return lab, how, found.warnings, found.own_values
 
 
 def _by_encoding(

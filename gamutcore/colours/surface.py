@@ -65,9 +65,13 @@ class SurfaceColours:
     provenance : dict
         All that went in, JSON-able.
     as_measured : bool
-        Whether the colours are a display's own tristimulus values, adapted to no white.
+        Whether the colours are a display's or an encoding's own tristimulus values, adapted to no
+        white.
     channels : tuple of str
         Names of the k device channels; none of bare colours.
+    own_values : (3, 3) float, optional
+        What takes the tristimulus values of `points` to the display's own, if they are as measured
+        and ICC's absolute colours differ from that, see `ProfileColours`.
     """
 
     points: FloatArray
@@ -75,6 +79,7 @@ class SurfaceColours:
     provenance: dict[str, JSON]
     as_measured: bool = False
     channels: tuple[str, ...] = ()
+    own_values: FloatArray | None = None
 
 
 def surface_colours(
@@ -167,7 +172,9 @@ def _picture_points(
         "surface": {"points": len(colours.lab)},
         "warnings": list[JSON](colours.warnings),
     }
-    return SurfaceColours(colours.lab, None, provenance)
+    return SurfaceColours(
+        colours.lab, None, provenance, colours.as_measured, own_values=colours.own_values
+    )
 
 
 def _profile_surface(
@@ -213,7 +220,8 @@ def _profile_surface(
             )
         ),
     }
-    return SurfaceColours(points, device, provenance, channels=profile.channels)
+    own = colours.own_values
+    return SurfaceColours(points, device, provenance, own is not None, profile.channels, own)
 
 
 def _kind(colours: ProfileColours) -> str:

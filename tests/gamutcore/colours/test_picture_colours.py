@@ -89,6 +89,22 @@ def test_in_a_space_of_its_white_a_picture_has_its_own_tristimulus_values(adapta
     )
 
 
+def test_absolute_colours_are_the_encodings_own():
+    found = surface_colours(picture(CORNERS, SRGB), intent="absolute")
+    xyz = colours_in_space(found, ColourSpace("CIEXYZ", "D65"))
+    np.testing.assert_allclose(xyz.points, CORNERS @ SRGB_TO_XYZ.T, atol=2e-4)
+    assert xyz.provenance["colour_space"]["adaptation"].startswith("none")
+    white = colours_in_space(found, ColourSpace("Oklab")).points[-1]
+    np.testing.assert_allclose(white, [1, 0, 0], atol=2e-4)
+
+
+def test_a_picture_with_a_profile_has_its_absolute_colours(small_profile):
+    device = characterisation(small_profile("sRGB-v2-magic.icc"))
+    found = surface_colours(picture(CORNERS, device), intent="absolute")
+    xyz = colours_in_space(found, ColourSpace("CIEXYZ", "D65")).points
+    np.testing.assert_allclose(xyz, CORNERS @ SRGB_TO_XYZ.T, atol=2e-3)
+
+
 def test_the_adaptation_is_in_the_provenance():
     def said(adaptation):
         found = picture_colours(picture(CORNERS, SRGB), "relative", adaptation=adaptation)
