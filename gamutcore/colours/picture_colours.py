@@ -16,7 +16,7 @@ from gamutcore.characterisation.pictures import Encoding, Picture
 from gamutcore.characterisation.samples import JSON, IntArray
 from gamutcore.colours.cielab import xyz_to_lab
 from gamutcore.colours.media import adapted_to_d50
-from gamutcore.colours.profile_colours import profile_colours
+from gamutcore.colours.profile_colours import profile_colours, stated_white
 from gamutcore.errors import OptionError
 
 if TYPE_CHECKING:
@@ -180,8 +180,9 @@ def _by_profile(
         )
     elif intent == "perceptual":
         adaptation = "as in the profile, with the perceptual reference medium's black point"
-    how: dict[str, JSON] = {"adaptation": adaptation, "transform": found.tag}
-    return lab, how, found.warnings, found.own_values
+    white, white_warnings = stated_white(profile)
+    how: dict[str, JSON] = {"white": white, "adaptation": adaptation, "transform": found.tag}
+    return lab, how, (*found.warnings, *white_warnings), found.own_values
 
 
 def _by_encoding(

@@ -13,14 +13,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.cielab import ICC_D50, lab_to_xyz, xyz_to_lab
 from gamutcore.colours.white_points import adaptation_matrix
+from gamutcore.errors import MalformedProfileError
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.icc import IccProfile
 
-__all__ = ["ProfileColours", "profile_colours"]
+__all__ = ["ProfileColours", "profile_colours", "stated_white"]
 
 PERCEPTUAL_BLACK = np.array([0.00336, 0.0034731, 0.00287])
 """XYZ of the perceptual reference medium's black point (ICC.1:2022, 6.3.3, table 3)."""
@@ -109,6 +111,26 @@ def profile_colours(profile: IccProfile, device: FloatArray, intent: str) -> Pro
     return ProfileColours(
         lab, transform.tag, transform.kind, transform.absolute, tuple(warnings), own_values
     )
+
+
+def stated_white(profile: IccProfile) -> tuple[JSON, list[str]]:
+    """Return a profile's media white for the provenance.
+
+    Parameters
+    ----------
+    profile : IccProfile
+
+    Returns
+    -------
+    white : list of float, or None
+        X, Y, Z; None if it is broken. Only absolute colorimetry needs it, and refuses that.
+    warnings : list of str
+    """
+    try:
+        white, warnings = profile.media_white()
+    except MalformedProfileError as error:
+        return None, [error.message]
+    return [round(float(value), 6) for value in white], warnings
 
 
 def _own_values(profile: IccProfile, white: FloatArray) -> FloatArray | None:

@@ -21,7 +21,7 @@ from gamutcore.colours.device_surface import device_surface
 from gamutcore.colours.ink_limits import InkLimits, LimitedCube, limited_cube
 from gamutcore.colours.media import MediumColours, medium_colours
 from gamutcore.colours.picture_colours import picture_colours
-from gamutcore.colours.profile_colours import ProfileColours, profile_colours
+from gamutcore.colours.profile_colours import ProfileColours, profile_colours, stated_white
 from gamutcore.colours.scattered_model import (
     MAX_MODEL_SAMPLES,
     SMOOTHING,
@@ -190,7 +190,7 @@ def _profile_surface(
     )
     colours = profile_colours(profile, device, intent)
     points = colours.lab
-    white, white_warnings = _stated_white(profile)
+    white, white_warnings = stated_white(profile)
     adaptation = {
         "absolute": "none: as in the profile"
         if colours.absolute
@@ -250,15 +250,6 @@ def _surface_values(
 
 def _limits_provenance(limited: LimitedCube) -> dict[str, JSON]:
     return {} if limited.provenance is None else {"ink_limits": limited.provenance}
-
-
-def _stated_white(profile: IccProfile) -> tuple[JSON, list[str]]:
-    # Only absolute colorimetry needs the white, and has refused a broken one by now.
-    try:
-        white, warnings = profile.media_white()
-    except MalformedProfileError as error:
-        return None, [error.message]
-    return [round(float(value), 6) for value in white], warnings
 
 
 def _stated_luminance(profile: IccProfile) -> dict[str, JSON]:

@@ -105,6 +105,15 @@ def test_a_picture_with_a_profile_has_its_absolute_colours(small_profile):
     np.testing.assert_allclose(xyz, CORNERS @ SRGB_TO_XYZ.T, atol=2e-3)
 
 
+def test_the_white_is_in_the_provenance(small_profile):
+    """Of the profile as the profile alone has it; of sRGB, D65."""
+    device = characterisation(small_profile("sRGB-v2-magic.icc"))
+    found = surface_colours(picture(CORNERS, device)).provenance
+    assert found["white"] == surface_colours(device, surface_samples=8).provenance["white"]
+    found = surface_colours(picture(CORNERS, SRGB)).provenance
+    np.testing.assert_allclose(found["white"], [0.9505, 1, 1.0891], atol=1e-4)
+
+
 def test_the_adaptation_is_in_the_provenance():
     def said(adaptation):
         found = picture_colours(picture(CORNERS, SRGB), "relative", adaptation=adaptation)
