@@ -96,8 +96,9 @@ def medium_colours(
     Raises
     ------
     OptionError
-        `intent` is ``"perceptual"`` or ``"saturation"``, which only profiles have; or there are no
-        spectra for the observer or the illuminant that are asked for.
+        `intent` is ``"perceptual"`` or ``"saturation"``, which only profiles have, or
+        ``"absolute"`` for colours that have no white; or there are no spectra for the observer or
+        the illuminant that are asked for.
     InvalidPointsError
         The medium's white has no luminance.
     """
@@ -293,6 +294,12 @@ class _Medium:
     def _bare_colours(self) -> MediumColours:
         """Return bare colours as they are: without device values their medium is not known."""
         samples = self.samples
+        if self.intent != "relative":
+            raise OptionError.refusing(
+                "intent",
+                self.intent,
+                "relative: colours without device values or a stated white are taken as they are",
+            )
         adaptation = "none: colours without device values are taken as they are"
         if samples.lab is not None:
             return MediumColours(

@@ -86,7 +86,7 @@ def picture_colours(
     Raises
     ------
     OptionError
-        The intent is one of profiles, and there is none.
+        The intent is one of profiles, and there is none; or it is not relative, for CIELAB.
     MalformedProfileError, UnsupportedProfileError
         The profile turns out to be broken when it is evaluated.
     """
@@ -108,6 +108,10 @@ def picture_colours(
             lab, how = _by_encoding(picture, picture.meaning, intent, adaptation)
             as_measured = intent == "absolute"
         else:
+            if intent != "relative":
+                raise OptionError.refusing(
+                    "intent", intent, "relative: the picture's CIELAB is taken as it is"
+                )
             lab = picture.values
             how = {"white": None, "adaptation": "none: CIELAB as in the file"}
     provenance |= {**how, "illuminant": "D50", "observer": "2°"}

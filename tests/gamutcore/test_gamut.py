@@ -352,6 +352,17 @@ def test_a_picture_of_all_colours_has_the_gamut_of_its_profile(shared_data, name
     assert provenance["profile"]["description"]
 
 
+def test_surface_samples_are_refused_where_nothing_is_sampled():
+    file = io.BytesIO()
+    Image.fromarray(np.eye(4, 3, dtype=np.uint8)[np.newaxis] * 255).save(file, "PNG")
+    colours = b"L,a,b\n" + b"".join(b"%d,%d,%d\n" % (i, i % 7, i % 5) for i in range(20))
+    for data in (file.getvalue(), colours):
+        with pytest.raises(OptionError) as caught:
+            build_gamut(data, Options(surface_samples=2000))
+        assert caught.value.where == {"field": "surface_samples"}
+        assert "are all used" in caught.value.remedy
+
+
 def test_the_least_used_colours_of_a_picture_can_be_left_out():
     dull = np.array([(r, g, b) for r in (60, 180) for g in (60, 180) for b in (60, 180)], np.uint8)
     speck = np.array([[255, 0, 0], [0, 0, 255]], np.uint8)

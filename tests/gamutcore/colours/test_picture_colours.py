@@ -167,6 +167,12 @@ def test_intents_of_profiles_need_one(meaning, intent):
     assert caught.value.where == {"field": "intent"}
 
 
+def test_cielab_has_no_absolute_colours_beside_itself():
+    with pytest.raises(OptionError) as caught:
+        picture_colours(picture([[50.0, 10, -20]], None, "Lab"), "absolute")
+    assert caught.value.where == {"field": "intent"}
+
+
 def centres(numbers):
     """Return one colour in the middle of a cell each."""
     return np.array([[50.0 + POPULARITY_CELL * (n + 0.5), 0.5, 0.5] for n in range(len(numbers))])
