@@ -49,6 +49,8 @@ class PictureColours:
         Whether the tristimulus values are the encoding's own, adapted to no white.
     own_values : (3, 3) float, optional
         As of `ProfileColours`.
+    device : (m, k) float, optional
+        The values of the pixels, 0 to 1; None for CIELAB, and where there are others than that.
     """
 
     lab: FloatArray
@@ -56,6 +58,7 @@ class PictureColours:
     warnings: tuple[str, ...]
     as_measured: bool = False
     own_values: FloatArray | None = None
+    device: FloatArray | None = None
 
 
 def picture_colours(
@@ -115,6 +118,8 @@ def picture_colours(
             lab = picture.values
             how = {"white": None, "adaptation": "none: CIELAB as in the file"}
     provenance |= {**how, "illuminant": "D50", "observer": "2°"}
+    values = picture.values
+    is_device = picture.model != "Lab" and values.min() >= 0 and values.max() <= 1
     if popularity is not None:
         kept, cells = popular(lab, picture.counts, popularity)
         pixels = int(picture.counts.sum())
@@ -124,8 +129,15 @@ def picture_colours(
             "cell": POPULARITY_CELL,
             "cells": cells,
         }
-        lab = lab[kept]
-    return PictureColours(lab, provenance, tuple(dict.fromkeys(warnings)), as_measured, own_values)
+        lab, values = lab[kept], values[kept]
+    return PictureColours(
+        lab,
+        provenance,
+        tuple(dict.fromkeys(warnings)),
+        as_measured,
+        own_values,
+        values if is_device else None,
+    )
 
 
 def popular(lab: FloatArray, counts: IntArray, share: float) -> tuple[IntArray, dict[str, JSON]]:

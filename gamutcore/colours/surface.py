@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.characterisation import IccProfile, Picture
+from gamutcore.characterisation.pictures.raster import CHANNELS
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.cube_surface import surface_steps
 from gamutcore.colours.device_surface import device_surface
@@ -61,7 +62,7 @@ class SurfaceColours:
     points : (m, 3) float
         CIELAB L*, a*, b*, relative to ICC's D50.
     device : (m, k) float or None
-        The device values that make them, 0 to 1; None for bare colours.
+        The device values that make them, or pixels' values, 0 to 1; None for bare colours.
     provenance : dict
         All that went in, JSON-able.
     as_measured : bool
@@ -173,7 +174,12 @@ def _picture_points(
         "warnings": list[JSON](colours.warnings),
     }
     return SurfaceColours(
-        colours.lab, None, provenance, colours.as_measured, own_values=colours.own_values
+        colours.lab,
+        colours.device,
+        provenance,
+        colours.as_measured,
+        () if colours.device is None else CHANNELS[picture.model],
+        colours.own_values,
     )
 
 

@@ -234,6 +234,28 @@ def test_options_of_other_data_are_refused():
 
 def test_points_are_the_pictures_colours():
     found = surface_colours(picture(np.eye(3), SRGB))
-    assert found.device is None
     assert found.points.shape == (3, 3)
     assert found.provenance["model"] == {"name": "none: the colours of the picture"}
+
+
+@pytest.mark.parametrize(
+    ("model", "values", "channels"),
+    [
+        ("RGB", np.eye(3), ("R", "G", "B")),
+        ("gray", [[0.0], [0.5]], ("gray",)),
+        ("RGB", [[0, 0, 1.5]], ()),  # floats have what no device is told
+        ("Lab", [[0.5, 0.5, 0.5]], ()),
+    ],
+)
+def test_values_of_pixels_are_device_values(model, values, channels):
+    found = surface_colours(picture(values, None if model == "Lab" else SRGB, model))
+    assert found.channels == channels
+    if channels:
+        np.testing.assert_array_equal(found.device, values)
+    else:
+        assert found.device is None
+
+
+def test_device_values_are_of_the_colours_that_are_left():
+    found = surface_colours(picture(np.eye(3), SRGB, counts=[90, 100, 1]), popularity=0.05)
+    np.testing.assert_array_equal(found.device, np.eye(3)[:2])
