@@ -15,6 +15,8 @@ from gamutcore.boundary import given_boundary, vertex_device_values, wrapped
 from gamutcore.characterisation import (
     Characterisation,
     GamutMesh,
+    IccProfile,
+    Picture,
     characterisation,
     described_boundary,
     measurements_of,
@@ -42,7 +44,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from gamutcore.boundary import Boundary
-    from gamutcore.characterisation import IccProfile, Picture, Samples
+    from gamutcore.characterisation import Samples
     from gamutcore.device_values import DeviceValues
     from gamutcore.mesh import TriangleMesh
 
@@ -288,6 +290,7 @@ class _Wrapping(NamedTuple):
 def _wrapped(
     device: Samples | IccProfile | Picture, options: Options, report: Callable[[str, float], None]
 ) -> _Wrapping:
+    _refuse_surface_samples(device, options)
     colours = surface_colours(
         device,
         intent=options.intent,
@@ -324,6 +327,18 @@ def _explained(error: FlatPointsError, device: Samples | IccProfile | Picture) -
         where={"field": "channels"},
         remedy="Send a device or a picture of three or more channels, such as RGB or CMYK.",
     )
+
+
+def _refuse_surface_samples(device: Samples | IccProfile | Picture, options: Options) -> None:
+    """Refuse a number of samples where there is no model that could be sampled."""
+    is_picture = isinstance(device, Picture)
+    if not is_picture and (isinstance(device, IccProfile) or device.device is not None):
+        return
+    if options.surface_samples != Options().surface_samples:
+        what = "a picture's colours" if is_picture else "colours without device values"
+        raise OptionError.refusing(
+            "surface_samples", options.surface_samples, f"none: {what} are all used"
+        )
 
 
 def _given(mesh: GamutMesh, options: Options) -> _Wrapping:

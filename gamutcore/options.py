@@ -101,7 +101,7 @@ class Options:
         White of the space that colours are adapted to: a name, or X, Y, Z, kept with Y = 1.
     adaptation : str or None
         How: one of `gamutcore.colours.white_points.ADAPTATIONS`. It is used for the way from the
-        measured white to D50 as well.
+        measured or a picture's white to D50 as well.
     scale : float or None
         What all coordinates are multiplied by.
     luminance : float, "measured" or None

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.samples import JSON, Samples
 
-__all__ = ["MediumColours", "bradford_to_d50", "medium_colours"]
+__all__ = ["MediumColours", "adapted_to_d50", "bradford_to_d50", "medium_colours"]
 
 _NAMED_ILLUMINANT = re.compile(r"\b(?:ILLUMINANT[,:=\s]+)?(D50|D55|D65|D75|FL?\d{1,2}|[ACE])\b")
 _DAYLIGHT = re.compile(r"\b(D50|D55|D65|D75)\b")
@@ -99,8 +99,9 @@ def medium_colours(
     Raises
     ------
     OptionError
-        `intent` is ``"perceptual"`` or ``"saturation"``, which only profiles have; or there are no
-        spectra for the observer or the illuminant that are asked for.
+        `intent` is ``"perceptual"`` or ``"saturation"``, which only profiles have, or
+        ``"absolute"`` for colours that have no white; or there are no spectra for the observer or
+        the illuminant that are asked for.
     InvalidPointsError
         The medium's white has no luminance.
     """
@@ -138,6 +139,31 @@ def bradford_to_d50(xyz: FloatArray, white: FloatArray) -> FloatArray:
         white / white[1], ICC_D50, transform="Bradford"
     )
     adapted: FloatArray = xyz / white[1] @ np.asarray(matrix).T
+    return adapted
+
+
+def adapted_to_d50(xyz: FloatArray, white: FloatArray, adaptation: str) -> FloatArray:
+    """Return colours adapted from a white to ICC's D50.
+
+    Parameters
+    ----------
+    xyz : (n, 3) float
+        Tristimulus values.
+    white : (3,) float
+        The white they were seen under, in the same scale.
+    adaptation : str
+        A key of `gamutcore.colours.white_points.ADAPTATIONS`.
+
+    Returns
+    -------
+    (n, 3) float
+        With Y = 1 for that white.
+    """
+    if adaptation == "Bradford":
+        return bradford_to_d50(xyz, white)
+    adapted: FloatArray = (
+        xyz / white[1] @ adaptation_matrix(white / white[1], ICC_D50, adaptation).T
+    )
     return adapted
 
 
@@ -292,6 +318,12 @@ class _Medium:
     def _bare_colours(self) -> MediumColours:
         """Return bare colours as they are: without device values their medium is not known."""
         samples = self.samples
+        if self.intent != "relative":
+            raise OptionError.refusing(
+                "intent",
+                self.intent,
+                "relative: colours without device values or a stated white are taken as they are",
+            )
         adaptation = "none: colours without device values are taken as they are"
         if samples.lab is not None:
             return MediumColours(
@@ -385,12 +417,7 @@ class _Medium:
 
     def _to_d50(self, xyz: FloatArray, white: FloatArray) -> FloatArray:
         """Return colours adapted to ICC's D50 in the way that is asked for, with Y = 1."""
-        if self.adaptation == "Bradford":
-            return bradford_to_d50(xyz, white)
-        adapted: FloatArray = (
-            xyz / white[1] @ adaptation_matrix(white / white[1], ICC_D50, self.adaptation).T
-        )
-        return adapted
+        return adapted_to_d50(xyz, white, self.adaptation)
 
     def _said(self, white: str) -> str:
         none = self.adaptation == "none"

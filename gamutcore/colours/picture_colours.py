@@ -15,8 +15,8 @@ from gamutcore.characterisation import IccProfile
 from gamutcore.characterisation.pictures import Encoding, Picture
 from gamutcore.characterisation.samples import JSON, IntArray
 from gamutcore.colours.cielab import xyz_to_lab
-from gamutcore.colours.media import bradford_to_d50
-from gamutcore.colours.profile_colours import profile_colours
+from gamutcore.colours.media import adapted_to_d50
+from gamutcore.colours.profile_colours import profile_colours, stated_white
 from gamutcore.errors import OptionError
 
 if TYPE_CHECKING:
@@ -45,15 +45,28 @@ class PictureColours:
     provenance : dict
         JSON-able.
     warnings : tuple of str
+    as_measured : bool
+        Whether the tristimulus values are the encoding's own, adapted to no white.
+    own_values : (3, 3) float, optional
+        As of `ProfileColours`.
+    device : (m, k) float, optional
+        The values of the pixels, 0 to 1; None for CIELAB, and where there are others than that.
     """
 
     lab: FloatArray
     provenance: dict[str, JSON]
     warnings: tuple[str, ...]
+    as_measured: bool = False
+    own_values: FloatArray | None = None
+    device: FloatArray | None = None
 
 
 def picture_colours(
-    picture: Picture, intent: str, popularity: float | None = None
+    picture: Picture,
+    intent: str,
+    popularity: float | None = None,
+    *,
+    adaptation: str = "Bradford",
 ) -> PictureColours:
     """Return the colours of a picture.
 
@@ -65,6 +78,9 @@ def picture_colours(
         encoding's white becomes D50's, or ``"absolute"``, where it keeps its chromaticity.
     popularity : float, optional
         Which part of the pixels, the ones with the least used colours, is left out; 0 to 1.
+    adaptation : str
+        How colours get from the encoding's white to D50, a key of
+        `gamutcore.colours.white_points.ADAPTATIONS`; those of profiles and of CIELAB are there.
 
     Returns
     -------
@@ -73,14 +89,16 @@ def picture_colours(
     Raises
     ------
     OptionError
-        The intent is one of profiles, and there is none.
+        The intent is one of profiles, and there is none; or it is not relative, for CIELAB.
     MalformedProfileError, UnsupportedProfileError
         The profile turns out to be broken when it is evaluated.
     """
     provenance: dict[str, JSON] = {**picture.provenance, "intent": intent}
     warnings = list(picture.warnings)
+    as_measured, own_values = False, None
     if isinstance(picture.meaning, IccProfile):
-        lab, how, said = _by_profile(picture, picture.meaning, intent)
+        lab, how, said, own_values = _by_profile(picture, picture.meaning, intent)
+        as_measured = own_values is not None
         warnings += said
     else:
         if intent not in {"relative", "absolute"}:
@@ -90,11 +108,18 @@ def picture_colours(
                 remedy="Ask for relative or absolute.",
             )
         if isinstance(picture.meaning, Encoding):
-            lab, how = _by_encoding(picture, picture.meaning, intent)
+            lab, how = _by_encoding(picture, picture.meaning, intent, adaptation)
+            as_measured = intent == "absolute"
         else:
+            if intent != "relative":
+                raise OptionError.refusing(
+                    "intent", intent, "relative: the picture's CIELAB is taken as it is"
+                )
             lab = picture.values
             how = {"white": None, "adaptation": "none: CIELAB as in the file"}
     provenance |= {**how, "illuminant": "D50", "observer": "2°"}
+    values = picture.values
+    is_device = picture.model != "Lab" and values.min() >= 0 and values.max() <= 1
     if popularity is not None:
         kept, cells = popular(lab, picture.counts, popularity)
         pixels = int(picture.counts.sum())
@@ -104,8 +129,15 @@ def picture_colours(
             "cell": POPULARITY_CELL,
             "cells": cells,
         }
-        lab = lab[kept]
-    return PictureColours(lab, provenance, tuple(dict.fromkeys(warnings)))
+        lab, values = lab[kept], values[kept]
+    return PictureColours(
+        lab,
+        provenance,
+        tuple(dict.fromkeys(warnings)),
+        as_measured,
+        own_values,
+        values if is_device else None,
+    )
 
 
 def popular(lab: FloatArray, counts: IntArray, share: float) -> tuple[IntArray, dict[str, JSON]]:
@@ -145,7 +177,7 @@ def popular(lab: FloatArray, counts: IntArray, share: float) -> tuple[IntArray, 
 
 def _by_profile(
     picture: Picture, profile: IccProfile, intent: str
-) -> tuple[FloatArray, dict[str, JSON], tuple[str, ...]]:
+) -> tuple[FloatArray, dict[str, JSON], tuple[str, ...], FloatArray | None]:
     channels = len(profile.channels)
     lab = np.empty((len(picture), 3))
     found = None
@@ -164,11 +196,13 @@ def _by_profile(
         )
     elif intent == "perceptual":
         adaptation = "as in the profile, with the perceptual reference medium's black point"
-    return lab, {"adaptation": adaptation, "transform": found.tag}, found.warnings
+    white, white_warnings = stated_white(profile)
+    how: dict[str, JSON] = {"white": white, "adaptation": adaptation, "transform": found.tag}
+    return lab, how, (*found.warnings, *white_warnings), found.own_values
 
 
 def _by_encoding(
-    picture: Picture, encoding: Encoding, intent: str
+    picture: Picture, encoding: Encoding, intent: str, adaptation: str
 ) -> tuple[FloatArray, dict[str, JSON]]:
     matrix, white = _to_xyz(encoding)
     lab = np.empty((len(picture), 3))
@@ -177,10 +211,14 @@ def _by_encoding(
         light = _light(np.broadcast_to(values, (len(values), 3)), encoding, matrix[1])
         xyz = light @ matrix.T
         if intent == "relative":
-            xyz = bradford_to_d50(xyz, white)
+            xyz = adapted_to_d50(xyz, white, adaptation)
         lab[start : start + len(values)] = xyz_to_lab(xyz)
-    adaptation = "Bradford from the encoding's white to D50" if intent == "relative" else "none"
-    return lab, {"white": [round(float(value), 6) for value in white], "adaptation": adaptation}
+    said = f"{adaptation} from the encoding's white to D50"
+    if adaptation == "none":
+        said = "none, as asked"
+    if intent == "absolute":
+        said = "none"
+    return lab, {"white": [round(float(value), 6) for value in white], "adaptation": said}
 
 
 def _to_xyz(encoding: Encoding) -> tuple[FloatArray, FloatArray]:

@@ -383,10 +383,16 @@ def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColo
     InvalidPointsError
         As `ColourSpace.coordinates`.
     """
-    points, moved = space.coordinates(colours.points, as_measured=colours.as_measured)
+    lab = colours.points
+    if colours.own_values is not None and not space.is_icc_cielab:
+        icc = Cielab(white_point("D50"))
+        lab, _ = icc.coordinates(icc.xyz(lab) @ colours.own_values.T)
+    points, moved = space.coordinates(lab, as_measured=colours.as_measured)
     described = space.description()
     if space.is_icc_cielab:
         described["adaptation"] = "none: the colours are relative to D50"
+    elif colours.own_values is not None:
+        described["adaptation"] = "none: the display's own colours, from before adaptation to D50"
     elif colours.as_measured:
         described["adaptation"] = "none: the colours are as measured"
     given = colours.provenance.get("warnings")

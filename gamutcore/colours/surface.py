@@ -15,13 +15,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.characterisation import IccProfile, Picture
+from gamutcore.characterisation.pictures.raster import CHANNELS
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.cube_surface import surface_steps
 from gamutcore.colours.device_surface import device_surface
 from gamutcore.colours.ink_limits import InkLimits, LimitedCube, limited_cube
 from gamutcore.colours.media import MediumColours, medium_colours
 from gamutcore.colours.picture_colours import picture_colours
-from gamutcore.colours.profile_colours import ProfileColours, profile_colours
+from gamutcore.colours.profile_colours import ProfileColours, profile_colours, stated_white
 from gamutcore.colours.scattered_model import (
     MAX_MODEL_SAMPLES,
     SMOOTHING,
@@ -61,13 +62,17 @@ class SurfaceColours:
     points : (m, 3) float
         CIELAB L*, a*, b*, relative to ICC's D50.
     device : (m, k) float or None
-        The device values that make them, 0 to 1; None for bare colours.
+        The device values that make them, or pixels' values, 0 to 1; None for bare colours.
     provenance : dict
         All that went in, JSON-able.
     as_measured : bool
-        Whether the colours are a display's own tristimulus values, adapted to no white.
+        Whether the colours are a display's or an encoding's own tristimulus values, adapted to no
+        white.
     channels : tuple of str
         Names of the k device channels; none of bare colours.
+    own_values : (3, 3) float, optional
+        What takes the tristimulus values of `points` to the display's own, if they are as measured
+        and ICC's absolute colours differ from that, see `ProfileColours`.
     """
 
     points: FloatArray
@@ -75,6 +80,7 @@ class SurfaceColours:
     provenance: dict[str, JSON]
     as_measured: bool = False
     channels: tuple[str, ...] = ()
+    own_values: FloatArray | None = None
 
 
 def surface_colours(
@@ -105,7 +111,7 @@ def surface_colours(
     illuminant : str, optional
         What reflectance spectra are seen under, one of `gamutcore.colours.spectral.ILLUMINANTS`.
     adaptation : str
-        How measured colours are adapted to D50, one of
+        How measured colours, and those of pictures without a profile, are adapted to D50, one of
         `gamutcore.colours.white_points.ADAPTATIONS`; the colours of profiles are by definition.
     popularity : float, optional
         Which part of a picture's pixels, those of the least used colours, is left out.
@@ -139,7 +145,9 @@ def surface_colours(
                     name, value, "none: the colours of profiles and pictures are for D50 and 2°"
                 )
     if isinstance(characterisation, Picture):
-        return _picture_points(characterisation, intent, popularity, limits or InkLimits())
+        return _picture_points(
+            characterisation, intent, popularity, limits or InkLimits(), adaptation
+        )
     if isinstance(characterisation, IccProfile):
         return _profile_surface(characterisation, intent, surface_samples, limits or InkLimits())
     medium = medium_colours(
@@ -150,18 +158,29 @@ def surface_colours(
 
 
 def _picture_points(
-    picture: Picture, intent: str, popularity: float | None, limits: InkLimits
+    picture: Picture,
+    intent: str,
+    popularity: float | None,
+    limits: InkLimits,
+    adaptation: str,
 ) -> SurfaceColours:
     if limits:
         raise limits.refused("a picture's pixels are what they are.")
-    colours = picture_colours(picture, intent, popularity)
+    colours = picture_colours(picture, intent, popularity, adaptation=adaptation)
     provenance: dict[str, JSON] = {
         **colours.provenance,
         "model": {"name": "none: the colours of the picture"},
         "surface": {"points": len(colours.lab)},
         "warnings": list[JSON](colours.warnings),
     }
-    return SurfaceColours(colours.lab, None, provenance)
+    return SurfaceColours(
+        colours.lab,
+        colours.device,
+        provenance,
+        colours.as_measured,
+        () if colours.device is None else CHANNELS[picture.model],
+        colours.own_values,
+    )
 
 
 def _profile_surface(
@@ -177,7 +196,7 @@ def _profile_surface(
     )
     colours = profile_colours(profile, device, intent)
     points = colours.lab
-    white, white_warnings = _stated_white(profile)
+    white, white_warnings = stated_white(profile)
     adaptation = {
         "absolute": "none: as in the profile"
         if colours.absolute
@@ -207,7 +226,8 @@ def _profile_surface(
             )
         ),
     }
-    return SurfaceColours(points, device, provenance, channels=profile.channels)
+    own = colours.own_values
+    return SurfaceColours(points, device, provenance, own is not None, profile.channels, own)
 
 
 def _kind(colours: ProfileColours) -> str:
@@ -236,15 +256,6 @@ def _surface_values(
 
 def _limits_provenance(limited: LimitedCube) -> dict[str, JSON]:
     return {} if limited.provenance is None else {"ink_limits": limited.provenance}
-
-
-def _stated_white(profile: IccProfile) -> tuple[JSON, list[str]]:
-    # Only absolute colorimetry needs the white, and has refused a broken one by now.
-    try:
-        white, warnings = profile.media_white()
-    except MalformedProfileError as error:
-        return None, [error.message]
-    return [round(float(value), 6) for value in white], warnings
 
 
 def _stated_luminance(profile: IccProfile) -> dict[str, JSON]:

@@ -371,6 +371,32 @@ def test_a_picture_of_all_colours_has_the_gamut_of_its_profile(shared_data, name
     assert provenance["profile"]["description"]
 
 
+def test_vertices_of_a_picture_have_the_values_of_its_pixels():
+    corners = np.array(np.meshgrid([0, 255], [0, 255], [0, 255]), np.uint8).reshape(3, -1).T
+    file = io.BytesIO()
+    Image.fromarray(corners[np.newaxis]).save(file, "PNG")
+    mesh = build_gamut(file.getvalue(), Options()).history
+    device = mesh.device_values(mesh.triangles)
+    assert device.channels == ("R", "G", "B")
+    lightest = mesh.level(mesh.triangles).vertices[:, 0].argmax()
+    np.testing.assert_allclose(device.values[lightest], 1, atol=1e-3)
+    blue = np.linalg.norm(device.values - (0, 0, 1), axis=1).argmin()
+    np.testing.assert_allclose(device.values[blue], (0, 0, 1), atol=1e-3)
+    # sRGB's blue, Lindbloom's calculator
+    np.testing.assert_allclose(mesh.full().vertices[blue], (29.57, 68.30, -112.03), atol=0.06)
+
+
+def test_surface_samples_are_refused_where_nothing_is_sampled():
+    file = io.BytesIO()
+    Image.fromarray(np.eye(4, 3, dtype=np.uint8)[np.newaxis] * 255).save(file, "PNG")
+    colours = b"L,a,b\n" + b"".join(b"%d,%d,%d\n" % (i, i % 7, i % 5) for i in range(20))
+    for data in (file.getvalue(), colours):
+        with pytest.raises(OptionError) as caught:
+            build_gamut(data, Options(surface_samples=2000))
+        assert caught.value.where == {"field": "surface_samples"}
+        assert "are all used" in caught.value.remedy
+
+
 def test_the_least_used_colours_of_a_picture_can_be_left_out():
     dull = np.array([(r, g, b) for r in (60, 180) for g in (60, 180) for b in (60, 180)], np.uint8)
     speck = np.array([[255, 0, 0], [0, 0, 255]], np.uint8)

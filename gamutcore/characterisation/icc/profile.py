@@ -215,19 +215,33 @@ class IccProfile:
             profile does not say.
         warnings : list of str
             What is wrong with the tag. It plays no part in evaluating the profile, whose colours
-            are adapted already (ICC.1:2022, 9.2.15 and annex E).
+            are adapted already (ICC.1:2022, 9.2.15 and annex E), but in a display's own colours.
         """
         if "chad" not in self.tags:
             return None, []
+        matrix = self.adaptation_to_d50()
+        if matrix is None:
+            return None, ["The chromatic adaptation tag (chad) is broken; it is not used."]
+        white: FloatArray = np.linalg.solve(matrix, D50)
+        return white, []
+
+    def adaptation_to_d50(self) -> FloatArray | None:
+        """Return the matrix that the profile's colours were adapted to D50 by, of the tag `chad`.
+
+        Returns
+        -------
+        (3, 3) float or None
+            None where there is no such tag, or a broken one.
+        """
+        if "chad" not in self.tags:
+            return None
         try:
             element = self.element("chad")
-            matrix = element.fixed(8, 9).reshape(3, 3)
+            matrix: FloatArray = element.fixed(8, 9).reshape(3, 3)
             white = np.linalg.solve(matrix, D50) if element.kind == "sf32" else np.zeros(3)
         except (MalformedProfileError, np.linalg.LinAlgError):
-            white = np.zeros(3)
-        if not ((white > 0) & (white < 10)).all():
-            return None, ["The chromatic adaptation tag (chad) is broken; nothing depends on it."]
-        return white, []
+            return None
+        return matrix if ((white > 0) & (white < 10)).all() else None
 
     def transform(self, intent: str) -> tuple[Transform, list[str]]:
         """Return the transform from device values to the connection space, and warnings.

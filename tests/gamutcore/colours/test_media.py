@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -106,11 +107,14 @@ def test_a_stated_white_wins():
 
 def test_bare_colours_are_taken_as_they_are():
     data = samples("L a b", [[50, 10, -10]])
-    for intent in ("relative", "absolute"):
-        medium = medium_colours(data, intent)
-        assert medium.lab is data.lab
-        assert medium.provenance["medium"] == "unknown"
-        assert medium.provenance["white"] is None
+    medium = medium_colours(data, "relative")
+    assert medium.lab is data.lab
+    assert medium.provenance["medium"] == "unknown"
+    assert medium.provenance["white"] is None
+    with pytest.raises(OptionError) as caught:
+        medium_colours(data, "absolute")
+    assert caught.value.where == {"field": "intent"}
+    assert len(medium_colours(replace(data, white=D65), "absolute").lab) == 1
 
 
 @pytest.mark.parametrize("scale", [1.0, 100.0])

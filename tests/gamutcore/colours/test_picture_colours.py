@@ -14,6 +14,8 @@ from gamutcore.characterisation.pictures.encoding import (
 from gamutcore.colours import InkLimits, surface_colours
 from gamutcore.colours.picture_colours import POPULARITY_CELL, picture_colours, popular
 from gamutcore.colours.profile_colours import profile_colours
+from gamutcore.colours.spaces import ColourSpace, colours_in_space
+from gamutcore.colours.white_points import ADAPTATIONS
 from gamutcore.errors import OptionError
 
 DATA = Path(__file__).parents[2] / "data"
@@ -71,6 +73,56 @@ def test_srgb_mid_gray():
     np.testing.assert_allclose(lab[0, 0], 53.39, atol=0.01)
 
 
+CORNERS = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
+SRGB_TO_XYZ = np.array(  # IEC 61966-2-1, 5.2
+    [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+)
+
+
+@pytest.mark.parametrize("adaptation", ADAPTATIONS)
+def test_in_a_space_of_its_white_a_picture_has_its_own_tristimulus_values(adaptation):
+    """Whichever way goes to D50 is gone back."""
+    space = ColourSpace("CIEXYZ", "D65", adaptation)
+    found = surface_colours(picture(CORNERS, SRGB), adaptation=adaptation)
+    np.testing.assert_allclose(
+        colours_in_space(found, space).points, CORNERS @ SRGB_TO_XYZ.T, atol=2e-4
+    )
+
+
+def test_absolute_colours_are_the_encodings_own():
+    found = surface_colours(picture(CORNERS, SRGB), intent="absolute")
+    xyz = colours_in_space(found, ColourSpace("CIEXYZ", "D65"))
+    np.testing.assert_allclose(xyz.points, CORNERS @ SRGB_TO_XYZ.T, atol=2e-4)
+    assert xyz.provenance["colour_space"]["adaptation"].startswith("none")
+    white = colours_in_space(found, ColourSpace("Oklab")).points[-1]
+    np.testing.assert_allclose(white, [1, 0, 0], atol=2e-4)
+
+
+def test_a_picture_with_a_profile_has_its_absolute_colours(small_profile):
+    device = characterisation(small_profile("sRGB-v2-magic.icc"))
+    found = surface_colours(picture(CORNERS, device), intent="absolute")
+    xyz = colours_in_space(found, ColourSpace("CIEXYZ", "D65")).points
+    np.testing.assert_allclose(xyz, CORNERS @ SRGB_TO_XYZ.T, atol=2e-3)
+
+
+def test_the_white_is_in_the_provenance(small_profile):
+    """Of the profile as the profile alone has it; of sRGB, D65."""
+    device = characterisation(small_profile("sRGB-v2-magic.icc"))
+    found = surface_colours(picture(CORNERS, device)).provenance
+    assert found["white"] == surface_colours(device, surface_samples=8).provenance["white"]
+    found = surface_colours(picture(CORNERS, SRGB)).provenance
+    np.testing.assert_allclose(found["white"], [0.9505, 1, 1.0891], atol=1e-4)
+
+
+def test_the_adaptation_is_in_the_provenance():
+    def said(adaptation):
+        found = picture_colours(picture(CORNERS, SRGB), "relative", adaptation=adaptation)
+        return found.provenance["adaptation"]
+
+    assert said("CAT16") == "CAT16 from the encoding's white to D50"
+    assert said("none") == "none, as asked"
+
+
 def test_pq_and_hlg_put_white_at_203_cd_per_m2():
     """ITU-R BT.2408, table 1: 58 % of PQ and 75 % of HLG are 203 cd/m²."""
     for transfer, signal in ((16, 0.5807), (18, 0.75)):
@@ -112,6 +164,12 @@ def test_lab_stays_as_it_is():
 def test_intents_of_profiles_need_one(meaning, intent):
     with pytest.raises(OptionError) as caught:
         picture_colours(picture([[0.5, 0.5, 0.5]], meaning, "RGB" if meaning else "Lab"), intent)
+    assert caught.value.where == {"field": "intent"}
+
+
+def test_cielab_has_no_absolute_colours_beside_itself():
+    with pytest.raises(OptionError) as caught:
+        picture_colours(picture([[50.0, 10, -20]], None, "Lab"), "absolute")
     assert caught.value.where == {"field": "intent"}
 
 
@@ -176,6 +234,28 @@ def test_options_of_other_data_are_refused():
 
 def test_points_are_the_pictures_colours():
     found = surface_colours(picture(np.eye(3), SRGB))
-    assert found.device is None
     assert found.points.shape == (3, 3)
     assert found.provenance["model"] == {"name": "none: the colours of the picture"}
+
+
+@pytest.mark.parametrize(
+    ("model", "values", "channels"),
+    [
+        ("RGB", np.eye(3), ("R", "G", "B")),
+        ("gray", [[0.0], [0.5]], ("gray",)),
+        ("RGB", [[0, 0, 1.5]], ()),  # floats have what no device is told
+        ("Lab", [[0.5, 0.5, 0.5]], ()),
+    ],
+)
+def test_values_of_pixels_are_device_values(model, values, channels):
+    found = surface_colours(picture(values, None if model == "Lab" else SRGB, model))
+    assert found.channels == channels
+    if channels:
+        np.testing.assert_array_equal(found.device, values)
+    else:
+        assert found.device is None
+
+
+def test_device_values_are_of_the_colours_that_are_left():
+    found = surface_colours(picture(np.eye(3), SRGB, counts=[90, 100, 1]), popularity=0.05)
+    np.testing.assert_array_equal(found.device, np.eye(3)[:2])

@@ -2,11 +2,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
-from gamutcore.characterisation import characterisation
+from gamutcore.characterisation import characterisation, measurements_of
+from gamutcore.colours import surface_colours
 from gamutcore.colours.cielab import xyz_to_lab
 from gamutcore.colours.profile_colours import profile_colours
+from gamutcore.colours.space_formulas import oklab
+from gamutcore.colours.spaces import ColourSpace, colours_in_space
 
+SRGB_TO_XYZ = np.array(  # IEC 61966-2-1, 5.2
+    [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+)
 INTENTS = ("perceptual", "relative", "saturation", "absolute")
 ORACLE = (
     "Ref-ECG-CMYKOGV_FOGRA55_TAC300",
@@ -68,6 +75,43 @@ def test_white_is_white_and_absolute_is_the_medium(small_profile):
     np.testing.assert_allclose(relative, [[100, 0, 0]], atol=0.02)
     absolute = profile_colours(profile, np.ones((1, 3)), "absolute").lab
     np.testing.assert_allclose(absolute[0], xyz_to_lab(profile.media_white()[0]), atol=0.02)
+
+
+@pytest.mark.parametrize("name", ["sRGB-v2-magic.icc", "sRGB-v4.icc"])
+@pytest.mark.parametrize("space", ["CIEXYZ", "Oklab"])
+def test_in_a_space_of_its_white_absolute_colours_of_srgb_are_srgb(small_profile, name, space):
+    """Version 2 says that they are not adapted, version 4 that they are: the same comes of it."""
+    found = surface_colours(
+        characterisation(small_profile(name)), intent="absolute", surface_samples=8
+    )
+    light = found.device @ SRGB_TO_XYZ.T
+    wanted = oklab().coordinates(light)[0] if space == "Oklab" else light
+    points = colours_in_space(found, ColourSpace(space, "D65")).points
+    np.testing.assert_allclose(points, wanted, atol=2e-3)
+    assert found.as_measured == ("v2" in name)
+
+
+def test_absolute_colours_of_prints_stay_relative_to_d50(shared_data):
+    profile = characterisation((shared_data / "press" / "ISOcoated_v2_300_bas.icc").read_bytes())
+    assert profile_colours(profile, np.zeros((1, 4)), "absolute").own_values is None
+
+
+def test_a_display_and_its_own_measurements_are_of_one_size_in_absolute_colours(shared_data):
+    """As they are in relative ones, where nothing depends on how white is dealt with."""
+    profile = characterisation((shared_data / "display" / "Acer_XB271HU.icc").read_bytes())
+
+    def ratio(intent):
+        sizes = [
+            ConvexHull(
+                colours_in_space(
+                    surface_colours(data, intent=intent, surface_samples=2000), ColourSpace("Oklab")
+                ).points
+            ).volume
+            for data in (profile, measurements_of(profile))
+        ]
+        return sizes[0] / sizes[1]
+
+    assert ratio("absolute") == pytest.approx(ratio("relative"), abs=0.005)
 
 
 def test_a_profile_agrees_with_its_own_measurements(shared_data, fogra39):
