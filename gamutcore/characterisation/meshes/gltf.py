@@ -103,8 +103,6 @@ def gltf_mesh(data: bytes) -> GamutMesh:
     ------
     MalformedFileError
         The file breaks glTF, or needs what is not read; ``where["field"]`` is a path into the JSON.
-    MeshError
-        The file says that it is in another colour space.
     SampleLimitError, InvalidPointsError
         As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`.
     """
@@ -225,8 +223,8 @@ class _Scene:
         self.own = str(asset.get("generator", "")).startswith("gamutcore ")
         extras = asset.get("extras")
         extras = extras if isinstance(extras, dict) else {}
-        said = {str(k).lower(): v for k, v in extras.items() if isinstance(v, str)}
-        self.stated: Statements = statements(said, where={"field": "asset.extras"})
+        said = {str(k): v for k, v in extras.items() if isinstance(v, str)}
+        self.stated: Statements = statements(said)
         self._buffers: dict[int, bytes] = {}
 
     def triangles(self) -> tuple[FloatArray, LongArray, list[str]]:

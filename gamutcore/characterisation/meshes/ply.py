@@ -113,8 +113,6 @@ def ply_mesh(data: bytes) -> GamutMesh:
     ------
     MalformedFileError
         The header or the elements are broken; the error names the line of the header or text.
-    MeshError
-        The file says that it is in another colour space.
     SampleLimitError, InvalidPointsError
         As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`.
     """
@@ -159,7 +157,7 @@ def _header(data: bytes) -> _Header:
         if words[0] == "comment":
             note = _NOTE.fullmatch(content.strip()[len("comment") :].strip())
             if note:
-                said.setdefault(note[1].strip().lower(), note[2])
+                said.setdefault(note[1].strip(), note[2])
         elif words[0] == "format" and len(words) == 3 and words[1] in _ORDERS:
             order = _ORDERS[words[1]]
         elif words[0] == "element" and len(words) == 3 and re.fullmatch(r"\d{1,12}", words[2]):
