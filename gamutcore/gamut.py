@@ -323,7 +323,10 @@ def _given(mesh: GamutMesh, options: Options) -> _Wrapping:
         "from": "the option space (assumed, not stated)" if stated is None else "the file",
     }
     provenance["axes"] = " ".join(space.axes)
-    return _Wrapping(boundary, None, provenance)
+    values = None
+    if mesh.device is not None:
+        values = replace(mesh.device, values=mesh.device.values[boundary.sources])
+    return _Wrapping(boundary, values, provenance)
 
 
 def _is_of_colours(name: str, options: Options) -> bool:

@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from gamutcore.characterisation.columns import MAX_CHANNELS
 from gamutcore.characterisation.samples import JSON
+from gamutcore.device_values import DeviceValues
 from gamutcore.errors import InvalidPointsError, MalformedFileError, SampleLimitError
 
 if TYPE_CHECKING:
@@ -30,6 +32,7 @@ __all__ = [
     "gamut_mesh",
     "refuse_too_many",
     "statements",
+    "unescaped",
 ]
 
 MAX_TRIANGLES = 1_000_000
@@ -71,6 +74,8 @@ class GamutMesh:
     space_notes : dict of str
         Names in lower case, to text: what says in which space the vertices are, if anything does;
         see `gamutcore.colours.stated_space`.
+    device : DeviceValues or None
+        Of the vertices, where the file has them.
     provenance : dict
         Format, counts, what the file says of itself; JSON-able.
     warnings : tuple of str
@@ -85,6 +90,7 @@ class GamutMesh:
     provenance: dict[str, JSON] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     space_notes: dict[str, str] = field(default_factory=dict)
+    device: DeviceValues | None = None
 
 
 class Statements(NamedTuple):
@@ -183,6 +189,7 @@ def gamut_mesh(
     stated: Statements | None = None,
     space: str = "CIELAB",
     space_notes: Mapping[str, str] | None = None,
+    device: Mapping[str, FloatArray] | None = None,
     clockwise: bool = False,
     provenance: Mapping[str, JSON] | None = None,
     warnings: Sequence[str] = (),
@@ -202,6 +209,9 @@ def gamut_mesh(
         As for `GamutMesh`.
     space_notes : mapping, optional
         As for `GamutMesh`; what the file says of itself where not given.
+    device : mapping of str to (v,) float, optional
+        Device values of the vertices by the names of their channels. If they are not all numbers
+        from 0 to 1, or of too many channels, they are not taken, and a warning says so.
     clockwise : bool
         Whether the format has its corners clockwise, seen from outside.
     provenance : mapping, optional
@@ -246,6 +256,8 @@ def gamut_mesh(
             where={"field": "faces", "face": face},
             remedy="Faces name vertices of the same mesh.",
         )
+    values, told_of_values = _device_values(device or {})
+    channels = {} if values is None else {"channels": list[JSON](values.channels)}
     told = stated or Statements({}, None)
     notes = told.by_name
     said: dict[str, JSON] = {"stated": dict[str, JSON](told.said)} if told.said else {}
@@ -264,12 +276,26 @@ def gamut_mesh(
             "observer": notes.get("observer", "2° (assumed, not stated)"),
             "adaptation": notes.get("adaptation", "none: the mesh is taken as it is"),
             **_white(notes),
+            **channels,
             **said,
             **(provenance or {}),
         },
-        tuple(warnings),
+        (*warnings, *told_of_values),
         dict(notes if space_notes is None else space_notes),
+        values,
     )
+
+
+def _device_values(found: Mapping[str, FloatArray]) -> tuple[DeviceValues | None, list[str]]:
+    """Return the device values of vertices if they are such, and warnings."""
+    if not found:
+        return None, []
+    if len(found) > MAX_CHANNELS:
+        return None, [f"Device values of more than {MAX_CHANNELS} channels are not read."]
+    values = np.stack(list(found.values()), axis=1)
+    if not ((values >= 0) & (values <= 1)).all():
+        return None, ["The vertices' device values are not all from 0 to 1, and not used."]
+    return DeviceValues(tuple(found), values), []
 
 
 def _white(notes: Mapping[str, str]) -> dict[str, JSON]:

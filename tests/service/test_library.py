@@ -1,6 +1,7 @@
 import asyncio
 import hashlib
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -154,6 +155,12 @@ def posted_back(options, format_name, asked):
     return gamut, level, build_gamut(data, Options.from_mapping(asked))
 
 
+def recipes(mesh):
+    """Each vertex with its device values, as files have them."""
+    rows = zip(mesh.vertices.tolist(), mesh.device.values.astype(np.float32).tolist(), strict=True)
+    return mesh.device.channels, sorted(rows)
+
+
 @pytest.mark.parametrize("options", SPACE_OPTIONS, ids=str)
 @pytest.mark.parametrize("format_name", ["ply", "glb"])
 def test_a_level_is_read_back_in_its_own_space(options, format_name):
@@ -165,8 +172,9 @@ def test_a_level_is_read_back_in_its_own_space(options, format_name):
     assert after["colour_space"].pop("from") == "the file"
     before["colour_space"]["adaptation"] = after["colour_space"]["adaptation"]
     assert after["colour_space"] == before["colour_space"]
-    for name in ("axes", "space", "white", "illuminant", "observer"):
+    for name in ("axes", "space", "white", "illuminant", "observer", "channels"):
         assert after[name] == before[name]
+    assert recipes(again.level(60)) == recipes(level)
 
 
 @pytest.mark.parametrize(
@@ -203,3 +211,16 @@ def test_a_mesh_that_states_nothing_is_taken_to_be_in_the_space_that_is_asked_fo
     described = again.description["provenance"]["colour_space"]
     assert described["name"] == space
     assert "assumed" in described["from"]
+
+
+@pytest.mark.parametrize("format_name", ["ply", "glb", "gltf"])
+def test_inks_of_any_name_are_read_back(format_name):
+    mesh = build_gamut(DEVICE, Options(surface_samples=2000)).level(60)
+    channels = ("Größe", "end of header", "黒")
+    named = replace(mesh, device=replace(mesh.device, channels=channels))
+    again = build_gamut(encoded_mesh(named, format_name, {"observer": "2°"}), Options())
+    assert recipes(again.level(60)) == recipes(named)
+    provenance = again.description["provenance"]
+    assert provenance["observer"] == "2°"
+    assert provenance["channels"] == list(channels)
+    assert not [name for name in provenance["stated"] if name.lower().startswith("device")]

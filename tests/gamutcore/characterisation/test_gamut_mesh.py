@@ -87,3 +87,17 @@ def test_limits():
     for sizes in ((MAX_VERTICES + 1, 0), (0, MAX_TRIANGLES + 1)):
         with pytest.raises(SampleLimitError):
             refuse_too_many(*sizes)
+
+
+def test_device_values_that_are_none_are_not_taken():
+    """A note says so; the mesh is still the boundary."""
+    fine = np.array([0, 0.5, 1, 0.25])
+    mesh = gamut_mesh("ply", VERTICES, FACES, device={"C": fine, "M": 1 - fine})
+    assert mesh.device.channels == ("C", "M")
+    assert mesh.provenance["channels"] == ["C", "M"]
+    assert not mesh.warnings
+    for device in ({"C": fine * 1.01}, {"C": fine * np.nan}, {str(n): fine for n in range(16)}):
+        mesh = gamut_mesh("ply", VERTICES, FACES, device=device)
+        assert mesh.device is None
+        assert len(mesh.warnings) == 1
+        assert "channels" not in mesh.provenance
