@@ -22,8 +22,8 @@ from gamutcore.characterisation import (
     measurements_of,
 )
 from gamutcore.colours import InkLimits, surface_colours
-from gamutcore.colours.space_parameters import SPACE_PARAMETERS
 from gamutcore.colours.spaces import ColourSpace, colours_in_space
+from gamutcore.colours.stated_space import refuse_far_vertices, refuse_other_space, stated_space
 from gamutcore.decimation import decimated
 from gamutcore.decimation.costs import cost_module
 from gamutcore.errors import FlatPointsError, HistoryFileError, OptionError
@@ -343,8 +343,21 @@ def _refuse_surface_samples(device: Samples | IccProfile | Picture, options: Opt
 
 def _given(mesh: GamutMesh, options: Options) -> _Wrapping:
     _refuse_options_of_colours(options)
+    stated = stated_space(mesh.space_notes)
+    space = options.colour_space(mesh.provenance.get("white_luminance"))
+    if stated is not None:
+        refuse_other_space(stated, space)
+    refuse_far_vertices(mesh.vertices, space)
     boundary, provenance = given_boundary(mesh, options.centre)
-    return _Wrapping(boundary, None, provenance)
+    provenance["colour_space"] = {
+        **space.description(),
+        "from": "the option space (assumed, not stated)" if stated is None else "the file",
+    }
+    provenance["axes"] = " ".join(space.axes)
+    values = None
+    if mesh.device is not None:
+        values = replace(mesh.device, values=mesh.device.values[boundary.sources])
+    return _Wrapping(boundary, values, provenance)
 
 
 def _is_of_colours(name: str, options: Options) -> bool:
@@ -360,12 +373,6 @@ def _refuse_options_of_colours(options: Options) -> None:
         if _is_of_colours(name, options) and value != getattr(default, name):
             raise OptionError.refusing(
                 name, value, "none: the data is a boundary already, and nothing is wrapped"
-            )
-    for name in ("space", *SPACE_PARAMETERS):
-        value = getattr(options, name)
-        if value != getattr(default, name):
-            raise OptionError.refusing(
-                name, value, "none: the data is a boundary already, in CIELAB with D50"
             )
 
 

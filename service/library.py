@@ -140,6 +140,13 @@ def mesh_provenance(gamut_id: str, description: dict[str, Any]) -> dict[str, str
         part = provenance.get(part_name, {})
         if member in part:
             facts[name] = str(part[member])
+    options = description.get("options", {})
+    white = options.get("reference_white")
+    if isinstance(white, list):
+        facts["reference_white"] = " ".join(map(repr, white))
+    if white is not None or "scale" in options:
+        # of the space, also where the provenance tells of another one on the way to it
+        facts["adaptation"] = str(options.get("adaptation", "Bradford"))
     for part in ("options", "provenance"):
         for name, value in description.get(part, {}).items():
             if isinstance(value, str | int | float):

@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from gamutcore.characterisation.columns import MAX_CHANNELS
 from gamutcore.characterisation.samples import JSON
-from gamutcore.errors import InvalidPointsError, MalformedFileError, MeshError, SampleLimitError
+from gamutcore.device_values import DeviceValues
+from gamutcore.errors import InvalidPointsError, MalformedFileError, SampleLimitError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -30,6 +32,7 @@ __all__ = [
     "gamut_mesh",
     "refuse_too_many",
     "statements",
+    "unescaped",
 ]
 
 MAX_TRIANGLES = 1_000_000
@@ -39,12 +42,14 @@ bytes each of the largest file that the service takes by default."""
 MAX_VERTICES = 3 * MAX_TRIANGLES
 """Vertices at most: formats without shared vertices write three for every triangle."""
 
-LARGEST_COORDINATE = 1e4
-"""No colour has a coordinate beyond this in CIELAB, and the cubes of such numbers are harmless."""
+LARGEST_COORDINATE = 1e10
+"""No colour has a coordinate beyond this in any space of the largest scale, and the cubes of such
+numbers are harmless."""
 
 MAX_STATED = 200
 MAX_STATED_LENGTH = 500
-SPACES = {"CIELAB": "CIELAB", "LAB": "CIELAB", "CIE LAB": "CIELAB", "CIEXYZ": "CIEXYZ"}
+ASSUMED = "D50 (assumed, not stated)"
+_ESCAPE = re.compile(r"\\(?:x([0-9a-f]{2})|u([0-9a-f]{4})|U([0-9a-f]{8}))")
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?")
 
 
@@ -57,13 +62,20 @@ class GamutMesh:
     format : str
         ``"ply"``, ``"glb"``, ``"gltf"``, ``"argyll-gam"``, ``"icc"``, ``"stl"`` or ``"obj"``.
     vertices : (v, 3) float
-        In the coordinates of `space`, as the file has them.
+        As the file has them.
     faces : (f, 3) int
         Indices of vertices, counter-clockwise seen from outside if the file keeps to its format.
     space : str
-        ``"CIELAB"``, or ``"CIEXYZ"`` with Y = 1 for the white, for D50.
+        ``"CIELAB"``; ``"CIEXYZ"`` where the format has X, Y, Z with Y = 1 for the white, for D50,
+        that are to be brought to CIELAB. What the file itself says of its space is in
+        `space_notes`, and then the vertices are taken as they are.
     centre : (3,) float or None
-        The point that the file says its radii were taken from, in CIELAB.
+        The point that the file says its radii were taken from.
+    space_notes : dict of str
+        Names in lower case, to text: what says in which space the vertices are, if anything does;
+        see `gamutcore.colours.stated_space`.
+    device : DeviceValues or None
+        Of the vertices, where the file has them.
     provenance : dict
         Format, counts, what the file says of itself; JSON-able.
     warnings : tuple of str
@@ -77,6 +89,8 @@ class GamutMesh:
     centre: FloatArray | None = None
     provenance: dict[str, JSON] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    space_notes: dict[str, str] = field(default_factory=dict)
+    device: DeviceValues | None = None
 
 
 class Statements(NamedTuple):
@@ -86,49 +100,63 @@ class Statements(NamedTuple):
     ----------
     said : dict of str
         Everything, as text.
-    space : str
-        Its colour space, as `GamutMesh` names it; CIELAB where nothing is said.
     centre : (3,) float or None
     """
 
     said: dict[str, str]
-    space: str
     centre: FloatArray | None
 
+    @property
+    def by_name(self) -> dict[str, str]:
+        """The same with names in lower case."""
+        return {name.lower(): text for name, text in reversed(self.said.items())}
 
-def statements(said: Mapping[str, str], *, where: Where | None = None) -> Statements:
-    """Return what the notes of a mesh file, such as those of this package's own exports, state.
+
+def statements(said: Mapping[str, str]) -> Statements:
+    r"""Return what the notes of a mesh file, such as those of this package's own exports, state.
 
     Parameters
     ----------
     said : mapping of str to str
-        Names, in lower case, to text. ``space`` and ``centre`` (three numbers) have a meaning.
-    where : dict, optional
-        Where the notes stand, for errors.
+        Names to text. ``centre`` (three numbers), ``space`` with its parameters, and what the
+        provenance tells of the device have a meaning, in capitals or not. What this package has
+        written as ``\xb0`` where a format has no other letters than those of ASCII is read as it
+        was.
 
     Returns
     -------
     Statements
-
-    Raises
-    ------
-    MeshError
-        They are for another colour space than CIELAB.
     """
     kept = {name[:80]: text[:MAX_STATED_LENGTH] for name, text in list(said.items())[:MAX_STATED]}
-    space = kept.get("space", "CIELAB")
-    if SPACES.get(space.strip().upper()) != "CIELAB":
-        raise MeshError(
-            f"The mesh is in the colour space {space[:40]!r}.",
-            where={**(where or {}), "field": "space"},
-            remedy="Meshes in CIELAB (L*, a*, b* for D50) are read.",
-        )
-    words = kept.get("centre", "").split()
+    if kept.get("generator", "").startswith("gamutcore "):
+        kept = {name: unescaped(text) for name, text in kept.items()}
+    words = Statements(kept, None).by_name.get("centre", "").split()
     centre = None
     if len(words) == 3 and all(_NUMBER.fullmatch(word) for word in words):
         centre = np.array([float(word) for word in words])
         centre = centre if (np.abs(centre) < LARGEST_COORDINATE).all() else None
-    return Statements(kept, "CIELAB", centre)
+    return Statements(kept, centre)
+
+
+def unescaped(text: str) -> str:
+    """Return a text of letters of ASCII with those beyond them, as Python's escapes have them.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    str
+        Escapes of what ASCII has, and of no character, stay as they are.
+    """
+
+    def letter(match: re.Match[str]) -> str:
+        code = int(match[1] or match[2] or match[3], 16)
+        valid = 0x80 <= code < 0xD800 or 0xE000 <= code <= 0x10FFFF
+        return chr(code) if valid else match[0]
+
+    return _ESCAPE.sub(letter, text)
 
 
 def refuse_too_many(vertices: int, triangles: int, *, where: Where | None = None) -> None:
@@ -160,6 +188,8 @@ def gamut_mesh(
     *,
     stated: Statements | None = None,
     space: str = "CIELAB",
+    space_notes: Mapping[str, str] | None = None,
+    device: Mapping[str, FloatArray] | None = None,
     clockwise: bool = False,
     provenance: Mapping[str, JSON] | None = None,
     warnings: Sequence[str] = (),
@@ -177,6 +207,11 @@ def gamut_mesh(
         What the file says of itself.
     space : str
         As for `GamutMesh`.
+    space_notes : mapping, optional
+        As for `GamutMesh`; what the file says of itself where not given.
+    device : mapping of str to (v,) float, optional
+        Device values of the vertices by the names of their channels. If they are not all numbers
+        from 0 to 1, or of too many channels, they are not taken, and a warning says so.
     clockwise : bool
         Whether the format has its corners clockwise, seen from outside.
     provenance : mapping, optional
@@ -221,7 +256,10 @@ def gamut_mesh(
             where={"field": "faces", "face": face},
             remedy="Faces name vertices of the same mesh.",
         )
-    told = stated or Statements({}, space, None)
+    values, told_of_values = _device_values(device or {})
+    channels = {} if values is None else {"channels": list[JSON](values.channels)}
+    told = stated or Statements({}, None)
+    notes = told.by_name
     said: dict[str, JSON] = {"stated": dict[str, JSON](told.said)} if told.said else {}
     return GamutMesh(
         file_format,
@@ -233,12 +271,40 @@ def gamut_mesh(
             "format": file_format,
             "vertices_read": len(vertices),
             "triangles_read": len(faces),
-            "intent": told.said.get("intent", "as in the file"),
-            "illuminant": "D50 (assumed, not stated)",
-            "observer": "2° (assumed, not stated)",
-            "adaptation": "none: the mesh is taken as it is",
+            "intent": notes.get("intent", "as in the file"),
+            "illuminant": notes.get("illuminant", ASSUMED),
+            "observer": notes.get("observer", "2° (assumed, not stated)"),
+            "adaptation": notes.get("adaptation", "none: the mesh is taken as it is"),
+            **_white(notes),
+            **channels,
             **said,
             **(provenance or {}),
         },
-        tuple(warnings),
+        (*warnings, *told_of_values),
+        dict(notes if space_notes is None else space_notes),
+        values,
     )
+
+
+def _device_values(found: Mapping[str, FloatArray]) -> tuple[DeviceValues | None, list[str]]:
+    """Return the device values of vertices if they are such, and warnings."""
+    if not found:
+        return None, []
+    if len(found) > MAX_CHANNELS:
+        return None, [f"Device values of more than {MAX_CHANNELS} channels are not read."]
+    values = np.stack(list(found.values()), axis=1)
+    if not ((values >= 0) & (values <= 1)).all():
+        return None, ["The vertices' device values are not all from 0 to 1, and not used."]
+    return DeviceValues(tuple(found), values), []
+
+
+def _white(notes: Mapping[str, str]) -> dict[str, JSON]:
+    """Return the measured white of the device, and its luminance, where they are stated."""
+    found: dict[str, JSON] = {}
+    for name, count in (("white", 3), ("white_luminance", 1)):
+        words = notes.get(name, "").split()
+        if len(words) == count and all(_NUMBER.fullmatch(word) for word in words):
+            numbers = [float(word) for word in words]
+            if max(map(abs, numbers)) < LARGEST_COORDINATE:
+                found[name] = list[JSON](numbers) if count > 1 else numbers[0]
+    return found

@@ -32,7 +32,9 @@ def property_names(channels: Iterable[str]) -> list[str]:
     names: list[str] = []
     taken: set[str] = set()
     for number, channel in enumerate(channels, 1):
-        plain = re.sub("[^A-Za-z0-9]+", "_", channel).strip("_")[:LONGEST] or str(number)
+        plain = re.sub("[^A-Za-z0-9]+", "_", channel).strip("_")[:LONGEST]
+        # readers of PLY look for this word as the end of the header, wherever it stands
+        plain = re.sub("end_header", "endheader", plain, flags=re.IGNORECASE) or str(number)
         name = f"device_{plain}"
         while name.lower() in taken:
             name += f"_{number}"

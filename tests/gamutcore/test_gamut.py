@@ -513,8 +513,6 @@ class TestMesh:
             {"condition": "M1"},
             {"source": "measurements"},
             {"source": "boundary"},
-            {"space": "Oklab"},
-            {"reference_white": "D65"},
         ],
     )
     def test_options_of_colours_are_refused(self, fogra39_gamut, options):

@@ -1,9 +1,13 @@
 import asyncio
 import hashlib
 import json
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from gamutcore.colours.spaces import SPACES
+from gamutcore.errors import OptionError
 from gamutcore.export import encoded_mesh
 from gamutcore.gamut import Options, build_gamut
 from service.library import Library, mesh_provenance
@@ -110,3 +114,113 @@ def test_glb_and_ply_carry_centre_white_input_and_algorithm(sphere):
             line.startswith("comment") and name in line and value in line
             for line in header.splitlines()
         ), name
+
+
+DEVICE = b"RGB_R,RGB_G,RGB_B,LAB_L,LAB_A,LAB_B\n" + b"\n".join(
+    b"%d,%d,%d,%d,%d,%d" % (r * 255, g * 255, b * 255, *lab)
+    for (r, g, b), lab in zip(
+        np.ndindex(2, 2, 2),
+        [
+            (9, 0, 0),
+            (32, 68, -90),
+            (87, -70, 70),
+            (90, -50, -15),
+            (54, 70, 60),
+            (60, 90, -55),
+            (97, -15, 85),
+            (100, 0, 0),
+        ],
+        strict=True,
+    )
+)
+
+SPACE_OPTIONS = [
+    *({"space": space} for space in SPACES),
+    {"reference_white": "D65"},
+    {"reference_white": [0.95, 1, 1.1], "adaptation": "CAT16"},
+    {"scale": 0.01},
+    {"scale": 1000},
+    {"adaptation": "none"},
+    {"space": "CIEXYZ", "scale": 100, "reference_white": "D65"},
+    {"space": "ITP", "luminance": 100.5},
+    {"space": "CAM16-UCS", "surround": "dim", "background": 18.4, "adapting_luminance": 1 / 3},
+]
+
+
+def posted_back(options, format_name, asked):
+    gamut = build_gamut(DEVICE, Options.from_mapping({"surface_samples": 2000, **options}))
+    level = gamut.level(60)
+    provenance = mesh_provenance(gamut.id, gamut.description)
+    data = encoded_mesh(level, format_name, provenance, gamut.colour_space)
+    return gamut, level, build_gamut(data, Options.from_mapping(asked))
+
+
+def recipes(mesh):
+    """Each vertex with its device values, as files have them."""
+    rows = zip(mesh.vertices.tolist(), mesh.device.values.astype(np.float32).tolist(), strict=True)
+    return mesh.device.channels, sorted(rows)
+
+
+@pytest.mark.parametrize("options", SPACE_OPTIONS, ids=str)
+@pytest.mark.parametrize("format_name", ["ply", "glb"])
+def test_a_level_is_read_back_in_its_own_space(options, format_name):
+    gamut, level, again = posted_back(options, format_name, options)
+    assert again.history.full().volume == pytest.approx(level.volume, rel=1e-12)
+    assert again.description["centre"] == gamut.description["centre"]
+    assert again.colour_space == gamut.colour_space
+    before, after = gamut.description["provenance"], again.description["provenance"]
+    assert after["colour_space"].pop("from") == "the file"
+    before["colour_space"]["adaptation"] = after["colour_space"]["adaptation"]
+    assert after["colour_space"] == before["colour_space"]
+    for name in ("axes", "space", "white", "illuminant", "observer", "channels"):
+        assert after[name] == before[name]
+    assert recipes(again.level(60)) == recipes(level)
+
+
+@pytest.mark.parametrize(
+    ("options", "asked", "field"),
+    [
+        ({"space": "Oklab"}, {}, "space"),
+        ({}, {"space": "Oklab"}, "space"),
+        ({"reference_white": "D65"}, {}, "reference_white"),
+        ({"reference_white": [0.95, 1.0, 1.1]}, {"reference_white": "D65"}, "reference_white"),
+        ({"scale": 0.01}, {}, "scale"),
+        ({}, {"scale": 0.01}, "scale"),
+        (
+            {"reference_white": "D65", "adaptation": "none"},
+            {"reference_white": "D65"},
+            "adaptation",
+        ),
+        ({"space": "ICtCp"}, {"space": "ICtCp", "luminance": 100}, "luminance"),
+        ({"space": "CAM16-UCS", "surround": "dark"}, {"space": "CAM16-UCS"}, "surround"),
+    ],
+    ids=str,
+)
+def test_a_level_in_another_space_than_is_asked_for_is_refused(options, asked, field):
+    with pytest.raises(OptionError) as caught:
+        posted_back(options, "ply", asked)
+    assert caught.value.where == {"field": field}
+    stated = options.get(field)
+    assert str(stated) in caught.value.remedy or field in {"space", "scale", "luminance"}
+
+
+@pytest.mark.parametrize("space", ["CIELAB", "Oklab", "CIEXYZ"])
+def test_a_mesh_that_states_nothing_is_taken_to_be_in_the_space_that_is_asked_for(space):
+    _, level, again = posted_back({"space": space}, "stl", {"space": space})
+    assert again.history.full().volume == pytest.approx(level.volume, rel=1e-12)
+    described = again.description["provenance"]["colour_space"]
+    assert described["name"] == space
+    assert "assumed" in described["from"]
+
+
+@pytest.mark.parametrize("format_name", ["ply", "glb", "gltf"])
+def test_inks_of_any_name_are_read_back(format_name):
+    mesh = build_gamut(DEVICE, Options(surface_samples=2000)).level(60)
+    channels = ("Größe", "end of header", "黒")
+    named = replace(mesh, device=replace(mesh.device, channels=channels))
+    again = build_gamut(encoded_mesh(named, format_name, {"observer": "2°"}), Options())
+    assert recipes(again.level(60)) == recipes(named)
+    provenance = again.description["provenance"]
+    assert provenance["observer"] == "2°"
+    assert provenance["channels"] == list(channels)
+    assert not [name for name in provenance["stated"] if name.lower().startswith("device")]

@@ -93,12 +93,17 @@ def argyll_mesh(text: str) -> GamutMesh:
     table, end = _table(data, 0, _VERTEX, MAX_VERTICES, "vertices")
     triangles, _ = _table(data, end, _TRIANGLE, MAX_TRIANGLES, "triangles")
     places = _places(table[:, 0], triangles)
-    facts = statements({**said, "space": "CIELAB", "centre": said.get("gamut_center", "")})
+    facts = statements({**said, "centre": said.get("gamut_center", "")})
     facts.said.pop("centre", None)
-    facts.said.pop("space", None)
     # Argyll has the corners clockwise
     return gamut_mesh(
-        "argyll-gam", table[:, 1:], places, stated=facts, clockwise=True, warnings=warnings
+        "argyll-gam",
+        table[:, 1:],
+        places,
+        stated=facts,
+        space_notes={"space": "CIELAB"},
+        clockwise=True,
+        warnings=warnings,
     )
 
 

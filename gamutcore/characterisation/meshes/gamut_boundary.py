@@ -94,6 +94,7 @@ def described_boundary(data: object, intent: str) -> GamutMesh:
         vertices,
         faces,
         space=_SPACES[data.pcs],
+        space_notes={"space": "CIELAB"},
         clockwise=True,  # ICC.2:2019, 10.2.11
         provenance={
             **data.provenance,

@@ -3,7 +3,8 @@
 Only what the file itself holds is read, the GLB chunk and ``data:`` URIs; nothing is ever fetched.
 Triangles, strips and fans of all meshes of the scene are taken together, with the transforms of
 their nodes. Positions of this package's own exports hold L*, a*, b* as they are, and their node is
-turned for display only: that turn is not applied, wherever it is met.
+turned for display only: that turn is not applied, wherever it is met. Device values are attributes
+``_DEVICE_C``, whose full names are in the mesh's ``extras.device_channels``.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
+from gamutcore.characterisation.columns import MAX_CHANNELS
 from gamutcore.characterisation.gamut_mesh import (
     MAX_VERTICES,
     Statements,
@@ -46,6 +48,9 @@ LIGHTNESS_UPWARDS = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]
 _COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
+_FLOAT = 5126
+_DEVICE = "_DEVICE_"
+MAX_CHANNEL_NAME = 200
 _READ_EXTENSIONS = {"KHR_materials_unlit", "KHR_mesh_quantization"}
 _DATA_URI = re.compile(r"data:[^,]{0,200};base64,")
 _ASSET = re.compile(r'"asset"\s*:\s*\{')
@@ -103,8 +108,6 @@ def gltf_mesh(data: bytes) -> GamutMesh:
     ------
     MalformedFileError
         The file breaks glTF, or needs what is not read; ``where["field"]`` is a path into the JSON.
-    MeshError
-        The file says that it is in another colour space.
     SampleLimitError, InvalidPointsError
         As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`.
     """
@@ -112,8 +115,8 @@ def gltf_mesh(data: bytes) -> GamutMesh:
         ("gltf", data, None) if not looks_like_glb(data) else ("glb", *_chunks(data))
     )
     scene = _Scene(_decoded(text), chunk)
-    vertices, faces, warnings = scene.triangles()
-    return gamut_mesh(name, vertices, faces, stated=scene.stated, warnings=warnings)
+    vertices, faces, device, warnings = scene.triangles()
+    return gamut_mesh(name, vertices, faces, stated=scene.stated, device=device, warnings=warnings)
 
 
 def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
@@ -225,20 +228,21 @@ class _Scene:
         self.own = str(asset.get("generator", "")).startswith("gamutcore ")
         extras = asset.get("extras")
         extras = extras if isinstance(extras, dict) else {}
-        said = {str(k).lower(): v for k, v in extras.items() if isinstance(v, str)}
-        self.stated: Statements = statements(said, where={"field": "asset.extras"})
+        said = {str(k): v for k, v in extras.items() if isinstance(v, str)}
+        self.stated: Statements = statements(said)
         self._buffers: dict[int, bytes] = {}
 
-    def triangles(self) -> tuple[FloatArray, LongArray, list[str]]:
-        """Return vertices, faces and warnings."""
+    def triangles(self) -> tuple[FloatArray, LongArray, dict[str, FloatArray], list[str]]:
+        """Return vertices, faces, device values of the vertices, and warnings."""
         vertices, faces, count, triangles = [], [], 0, 0
+        recipes: list[dict[str, FloatArray]] = []
         turned, moved = False, False
         for number, transform in self._placed_meshes():
             turn = np.abs(transform[:3, :3] - LIGHTNESS_UPWARDS).max() < 1e-5
             display = self.own or (turn and not transform[:3, 3].any())
             turned |= bool(display and not self.own)
             moved |= not display and not np.array_equal(transform, np.eye(4))
-            for positions, corners in self._primitives(number):
+            for positions, corners, device in self._primitives(number):
                 refuse_too_many(count + len(positions), triangles + len(corners))
                 if not display:
                     with np.errstate(over="ignore", invalid="ignore"):
@@ -248,6 +252,7 @@ class _Scene:
                     raise _wrong(f"meshes[{number}]", "has an index of a vertex that there is not")
                 vertices.append(positions)
                 faces.append(corners + count)
+                recipes.append(device)
                 count, triangles = count + len(positions), triangles + len(corners)
         warnings = []
         if moved:
@@ -262,7 +267,12 @@ class _Scene:
             )
         if not faces:
             raise _wrong("meshes", "have no triangles")
-        return np.concatenate(vertices), np.concatenate(faces), warnings
+        channels = list(recipes[0])
+        if any(list(device) != channels for device in recipes):
+            channels = []
+            warnings.append("The glTF's meshes differ in their device values, which are not used.")
+        values = {name: np.concatenate([device[name] for device in recipes]) for name in channels}
+        return np.concatenate(vertices), np.concatenate(faces), values, warnings
 
     def _items(self, name: str) -> list[Any]:
         items = self.document.get(name, [])
@@ -325,7 +335,9 @@ class _Scene:
             inner |= {child for child in children if isinstance(child, int)}
         return [number for number in range(len(nodes)) if number not in inner]
 
-    def _primitives(self, number: int) -> Iterator[tuple[FloatArray, LongArray]]:
+    def _primitives(
+        self, number: int
+    ) -> Iterator[tuple[FloatArray, LongArray, dict[str, FloatArray]]]:
         """Yield them one by one, as their sum is bounded while they are read."""
         mesh = self._item("meshes", number, f"meshes[{number}]")
         primitives = mesh.get("primitives", [])
@@ -346,9 +358,39 @@ class _Scene:
             else:
                 values = self._accessor(primitive["indices"], "SCALAR", f"{path}.indices")
                 indices = values.ravel().astype(np.int64)
-            yield positions, _corners(indices, mode, path)
+            corners = _corners(indices, mode, path)
+            yield positions, corners, self._device(primitive, mesh, len(positions), path)
 
-    def _accessor(self, number: object, kind: str, path: str) -> FloatArray:
+    def _device(
+        self, primitive: dict[str, Any], mesh: dict[str, Any], count: int, path: str
+    ) -> dict[str, FloatArray]:
+        """Return the device values of a primitive's vertices by the names of their channels."""
+        attributes = primitive["attributes"]
+        names = [name for name in attributes if name.startswith(_DEVICE)]
+        if len(names) > MAX_CHANNELS:
+            return {}
+        extras = mesh.get("extras")
+        full = extras.get("device_channels") if isinstance(extras, dict) else None
+        found: dict[str, FloatArray] = {}
+        for name in names:
+            where = f"{path}.attributes.{name}"
+            accessor = self._item("accessors", attributes[name], where)
+            if accessor.get("type") != "SCALAR" or accessor.get("componentType") != _FLOAT:
+                continue  # somebody else's attribute of the name
+            values = self._accessor(attributes[name], "SCALAR", where, of_floats=True).ravel()
+            if len(values) != count:
+                raise _wrong(where, f"has {len(values)} values for {count} vertices")
+            given = full.get(name) if isinstance(full, dict) else None
+            channel = given if isinstance(given, str) else name.removeprefix(_DEVICE)
+            channel = channel[:MAX_CHANNEL_NAME].encode("utf-8", "replace").decode()
+            while channel in found:
+                channel += "_"
+            found[channel] = values
+        return found
+
+    def _accessor(
+        self, number: object, kind: str, path: str, *, of_floats: bool = False
+    ) -> FloatArray:
         accessor = self._item("accessors", number, path)
         path = f"accessors[{number}]"
         component = accessor.get("componentType")
@@ -358,7 +400,7 @@ class _Scene:
             raise _wrong(path, "is sparse, which is not read", "Send plain accessors.")
         count = _whole(accessor.get("count"), f"{path}.count", MAX_VERTICES)
         dtype, width = np.dtype(_COMPONENTS[int(component)]), _WIDTHS[kind]
-        if kind == "SCALAR" and dtype.kind != "u":
+        if kind == "SCALAR" and dtype.kind != "u" and not of_floats:
             raise _wrong(path, "has indices that are no unsigned integers")
         view = self._item("bufferViews", accessor.get("bufferView"), f"{path}.bufferView")
         content = self._buffer(view.get("buffer"), f"bufferViews of {path}")

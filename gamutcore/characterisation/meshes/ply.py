@@ -2,7 +2,8 @@
 
 The header says what each element has; its counts are believed only as far as the file is long.
 Vertices need the properties x, y and z, which are L*, a* and b*. Comments of the form
-``name: value``, as this package's own exports have them, are what the file says of itself.
+``name: value``, as this package's own exports have them, are what the file says of itself. So are
+the device values of vertices: properties ``device_C``, with the channels' names in comments.
 """
 
 from __future__ import annotations
@@ -13,12 +14,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gamutcore.characterisation.columns import MAX_CHANNELS
 from gamutcore.characterisation.gamut_mesh import (
     MAX_TRIANGLES,
     MAX_VERTICES,
     gamut_mesh,
     refuse_too_many,
     statements,
+    unescaped,
 )
 from gamutcore.characterisation.meshes.numbers import numbers_of, polygon_triangles
 from gamutcore.errors import MalformedFileError, SampleLimitError
@@ -51,7 +54,7 @@ _END = re.compile(rb"(?:^|[\r\n])end_header[ \t]*(\r\n|\r|\n|$)")
 _NOTE = re.compile(r"([\w ./-]{1,80}):\s+(.*)")
 _LISTS = ("vertex_indices", "vertex_index")
 _WANTED = {"x", "y", "z", *_LISTS}
-"""Properties whose values are kept."""
+_DEVICE = "device_"
 
 MAX_WALKED = 2_000_000
 """Numbers and lists that are read one by one at most, where rows differ in length: about 1 s."""
@@ -65,6 +68,7 @@ class _Property:
     kind: str
     length: str = ""
     """Type of a list's length; empty for a single number."""
+    kept: bool = False
 
 
 @dataclass
@@ -113,8 +117,6 @@ def ply_mesh(data: bytes) -> GamutMesh:
     ------
     MalformedFileError
         The header or the elements are broken; the error names the line of the header or text.
-    MeshError
-        The file says that it is in another colour space.
     SampleLimitError, InvalidPointsError
         As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`.
     """
@@ -122,12 +124,18 @@ def ply_mesh(data: bytes) -> GamutMesh:
     reader = _TextRows(data, header) if not header.order else _BinaryRows(data, header)
     vertices: FloatArray | None = None
     faces: LongArray | None = None
+    device: dict[str, FloatArray] = {}
     for element in header.elements:
         if vertices is not None and faces is not None:
             break  # whatever comes after them is not needed
         columns = reader.columns(element)
         if element.name == "vertex" and vertices is None:
             vertices = _positions(element, columns)
+            for prop in _device_properties(element):
+                channel = unescaped(header.said.pop(prop.name, prop.name.removeprefix(_DEVICE)))
+                while channel in device:
+                    channel += "_"
+                device[channel] = columns.values.get(prop.name, np.empty(0))
         elif element.name == "face" and faces is None:
             faces = _triangles(element, columns)
     if vertices is None or faces is None:
@@ -137,7 +145,7 @@ def ply_mesh(data: bytes) -> GamutMesh:
             where={"field": missing},
             remedy="A mesh has elements vertex (with x, y, z) and face (with vertex_indices).",
         )
-    return gamut_mesh("ply", vertices, faces, stated=statements(header.said))
+    return gamut_mesh("ply", vertices, faces, stated=statements(header.said), device=device)
 
 
 def _header(data: bytes) -> _Header:
@@ -159,7 +167,7 @@ def _header(data: bytes) -> _Header:
         if words[0] == "comment":
             note = _NOTE.fullmatch(content.strip()[len("comment") :].strip())
             if note:
-                said.setdefault(note[1].strip().lower(), note[2])
+                said.setdefault(note[1].strip(), note[2])
         elif words[0] == "format" and len(words) == 3 and words[1] in _ORDERS:
             order = _ORDERS[words[1]]
         elif words[0] == "element" and len(words) == 3 and re.fullmatch(r"\d{1,12}", words[2]):
@@ -171,7 +179,21 @@ def _header(data: bytes) -> _Header:
     if order is None:
         raise _broken(1, "The header has no format.")
     _check(elements)
+    for element in elements:
+        device = _device_properties(element)
+        for prop in element.properties:
+            prop.kept = prop.name in _WANTED or prop in device
     return _Header(order, elements, said, len(lines) + 1, end.end())
+
+
+def _device_properties(element: _Element) -> list[_Property]:
+    """Return the properties that are device values: of vertices, fractions, and not too many."""
+    found = [
+        prop
+        for prop in element.properties
+        if prop.name.startswith(_DEVICE) and prop.kind.startswith("f") and not prop.length
+    ]
+    return found if element.name == "vertex" and len(found) <= MAX_CHANNELS else []
 
 
 def _check(elements: list[_Element]) -> None:
@@ -250,7 +272,7 @@ class _BinaryRows:
             ):
                 self.place += element.count * kind.itemsize
                 for prop, length in zip(properties, lengths, strict=True):
-                    if prop.name in _WANTED:
+                    if prop.kept:
                         found.values[prop.name] = _doubles(rows[f"={prop.name}"].ravel())
                         if prop.length:
                             found.lengths[prop.name] = np.full(element.count, length, np.int64)
@@ -293,7 +315,7 @@ class _BinaryRows:
         pieces: dict[str, list[bytes]] = {prop.name: [] for prop in element.properties}
         lengths: dict[str, list[int]] = {prop.name: [] for prop in element.properties}
         place, data = self.place, self.data
-        plan = [(prop, int(prop.kind[1]), prop.name in _WANTED) for prop in element.properties]
+        plan = [(prop, int(prop.kind[1]), prop.kept) for prop in element.properties]
         for _ in range(element.count):
             for prop, size, wanted in plan:
                 length = 1
@@ -309,7 +331,7 @@ class _BinaryRows:
         self.place = place
         found = _Columns()
         for prop in element.properties:
-            if prop.name in _WANTED:
+            if prop.kept:
                 joined = b"".join(pieces[prop.name])
                 found.values[prop.name] = _doubles(np.frombuffer(joined, self.order + prop.kind))
                 if prop.length:
@@ -351,7 +373,7 @@ class _TextRows:
                 self.place += count * width
                 for prop in properties:
                     start = starts[prop.name]
-                    if prop.name not in _WANTED:
+                    if not prop.kept:
                         continue
                     if prop.length:
                         length = lengths[prop.name]
@@ -403,7 +425,7 @@ class _TextRows:
                     length = self._length(prop, place, element)
                     lengths[prop.name].append(length)
                     place += 1
-                if prop.name in _WANTED:
+                if prop.kept:
                     pieces[prop.name].append(numbers[place : place + length])
                 place += length
             if place > len(numbers):
@@ -411,7 +433,7 @@ class _TextRows:
         self.place = place
         found = _Columns()
         for prop in element.properties:
-            if prop.name in _WANTED:
+            if prop.kept:
                 found.values[prop.name] = np.concatenate(pieces[prop.name])
                 if prop.length:
                     found.lengths[prop.name] = np.array(lengths[prop.name], np.int64)

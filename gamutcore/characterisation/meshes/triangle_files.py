@@ -150,8 +150,6 @@ def obj_mesh(data: bytes) -> GamutMesh:
     ------
     MalformedFileError
         A line is broken; the error names it.
-    MeshError
-        The file says that it is in another colour space.
     SampleLimitError, InvalidPointsError
         As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`.
     """
@@ -182,7 +180,7 @@ def obj_mesh(data: bytes) -> GamutMesh:
         elif words[0].startswith(b"#") and len(said) < MAX_NOTES:
             note = _NOTE.fullmatch(content[:2000].decode("utf-8", "replace").strip())
             if note:
-                said.setdefault(note[1].strip().lower(), note[2])
+                said.setdefault(note[1].strip(), note[2])
         if len(vertices) > 3 * MAX_OBJ_VERTICES:
             raise SampleLimitError(
                 f"The mesh has more than {MAX_OBJ_VERTICES} vertices.",

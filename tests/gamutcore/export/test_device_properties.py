@@ -18,6 +18,7 @@ from gamutcore.export.device_properties import property_names
         (("黒", "白"), ["device_1", "device_2"]),
         (("Gold!", "gold", "GOLD"), ["device_Gold", "device_gold_2", "device_GOLD_3"]),
         (("2", "2", "黒"), ["device_2", "device_2_2", "device_3"]),
+        (("end_header", "End header 2"), ["device_endheader", "device_endheader_2"]),
         ((), []),
     ],
 )

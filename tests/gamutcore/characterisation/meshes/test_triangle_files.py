@@ -10,7 +10,7 @@ from gamutcore.characterisation.meshes.triangle_files import (
     obj_mesh,
     stl_mesh,
 )
-from gamutcore.errors import GamutError, MalformedFileError, MeshError, SampleLimitError
+from gamutcore.errors import GamutError, MalformedFileError, SampleLimitError
 
 BOX = trimesh.creation.box((60.0, 50.0, 40.0))
 CORNERS = np.asarray(BOX.vertices)[BOX.faces]
@@ -71,9 +71,10 @@ def test_what_is_broken_in_obj_is_named(line, place):
     assert place.items() <= caught.value.where.items()
 
 
-def test_obj_in_another_space_is_refused():
-    with pytest.raises(MeshError, match="CIEXYZ"):
-        obj_mesh(b"# space: CIEXYZ\nv 0 0 0\nf 1 1 1\n")
+def test_obj_states_its_space():
+    faces = "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    data = f"# space: CIEXYZ\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n{faces}"
+    assert obj_mesh(data.encode()).space_notes == {"space": "CIEXYZ"}
 
 
 def test_too_many_triangles_are_refused():
