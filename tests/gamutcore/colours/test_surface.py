@@ -110,11 +110,13 @@ def test_repeated_patches_are_averaged():
 
 
 def test_many_samples_are_thinned_with_a_warning(monkeypatch):
-    monkeypatch.setattr("gamutcore.colours.surface.MAX_MODEL_SAMPLES", 100)
-    data = document("R G B L a b", rgb_cube(7, lab).tolist())
+    monkeypatch.setattr("gamutcore.colours.device_model.MAX_MODEL_SAMPLES", 100)
+    beside = np.array([[0.5, 0.5, 0.55]])
+    rows = [*rgb_cube(7, lab), *np.column_stack([beside, lab(beside)])]
+    data = document("R G B L a b", [row.tolist() for row in rows])
     surface = surface_colours(characterisation(data), intent="absolute", surface_samples=1000)
     assert surface.provenance["patches"]["used"] == 100
-    assert surface.provenance["patches"]["dropped"] == 243
+    assert surface.provenance["patches"]["dropped"] == 244
     assert "100 were used" in surface.provenance["warnings"][0]
     np.testing.assert_allclose(surface.points, lab(surface.device), atol=1e-6)
 
