@@ -18,7 +18,7 @@ from gamutcore.characterisation import IccProfile, Picture
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.cube_surface import surface_steps
 from gamutcore.colours.device_model import device_model
-from gamutcore.colours.device_surface import device_surface
+from gamutcore.colours.device_surface import MAX_PATCHES, device_surface
 from gamutcore.colours.ink_limits import InkLimits, LimitedCube, limited_cube
 from gamutcore.colours.media import MediumColours, medium_colours
 from gamutcore.colours.picture_colours import picture_colours
@@ -322,7 +322,14 @@ def _count_warnings(points: int, surface_samples: int, density: str) -> list[str
         return [
             f"The corners of the device cube alone are {points} points, more than surface_samples."
         ]
-    return [f"Only the {points} corners of the device cube were sampled; its faces are too many."]
+    if points == 1:
+        return ["No channel varies within what is used of the device: its gamut is one colour."]
+    why = (
+        f"points on its faces as well would be more than surface_samples, {surface_samples}"
+        if surface_samples < MAX_PATCHES
+        else "its faces are too many"
+    )
+    return [f"Only the {points} corners of the device cube were sampled; {why}."]
 
 
 def _distinct(device: FloatArray, lab: FloatArray) -> tuple[FloatArray, FloatArray]:
