@@ -61,7 +61,7 @@ def test_kinks_at_levels_are_followed():
     [("display/Acer_XB271HU.icc", 17, 0.25), ("press/ISOcoated_v2_300_bas.icc", 9, 0.25)],
 )
 def test_grids_of_real_devices_at_their_surface(shared_data, name, levels, bound):
-    """Less than what instruments of one kind differ by, and than what is estimated."""
+    """Hardly visible, and less than the estimate, which is on the safe side."""
     profile = characterisation((shared_data / name).read_bytes())
     channels = len(profile.channels)
 
