@@ -38,8 +38,8 @@ class GridModel:
     levels : tuple of (l,) float
         Rising levels of each of k channels; a single one where a channel never varies.
     table : (product of levels, 3) float32
-        Colours at the nodes, the last channel varying fastest. Single precision is 10⁻⁵ ΔE, far below
-        the noise of measurements.
+        Colours at the nodes, the last channel varying fastest. Single precision is 10⁻⁵ ΔE, far
+        below the noise of measurements.
     """
 
     levels: tuple[FloatArray, ...]

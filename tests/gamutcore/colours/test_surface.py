@@ -222,16 +222,15 @@ def test_the_luminance_that_a_profile_states(small_profile, stated, expected):
     assert surface.provenance.get("white_luminance") == expected
 
 
-@pytest.mark.parametrize(("names", "corners"), [("R G B", 8), ("CMY_C CMY_M CMY_Y", 8)])
-def test_too_few_samples_for_the_faces_are_told_as_such(names, corners):
+@pytest.mark.parametrize("names", ["R G B", "CMY_C CMY_M CMY_Y"])
+def test_too_few_samples_for_the_faces_are_told_as_such(names):
     data = document(f"{names} L a b", rgb_cube(4, lab).tolist())
     surface = surface_colours(characterisation(data), intent="absolute", surface_samples=8)
-    assert len(surface.points) == corners
-    said = [text for text in surface.provenance["warnings"] if "corners" in text]
-    assert said == [
-        "Only the 8 corners of the device cube were sampled; points on its faces as well would be "
-        "more than surface_samples, 8."
-    ]
+    assert len(surface.points) == 8
+    (said,) = (text for text in surface.provenance["warnings"] if "corners" in text)
+    assert said.endswith(
+        "sampled; points on its faces as well would be more than surface_samples, 8."
+    )
 
 
 def test_too_many_faces_are_told_as_such():
