@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.samples import IntArray
 
-__all__ = ["DeviceSurface", "device_surface"]
+__all__ = ["MAX_PATCHES", "DeviceSurface", "device_surface"]
 
 _COARSE = 12
 """Cells along an edge in the first look, where the model has no grid of its own."""
@@ -33,7 +33,7 @@ _BINS = (24, 48)
 """Polar and azimuth directions that tell what lies outside."""
 _INSIDE, _OUTSIDE = 0.8, 0.95
 """Parts of the largest radius in a direction at which a colour counts for nothing, and fully."""
-_MOST_PATCHES = 200_000
+MAX_PATCHES = 200_000
 """Pieces of the surface at most; with more, of 13 inks and more, only the corners are taken."""
 _BLOCK = 1 << 15
 """Points that are made at once, so that what is needed on the way stays small."""
@@ -87,7 +87,7 @@ def device_surface(
         high = cube.highest[0] if cube.total is None else min(cube.highest[0], cube.total)
         line = np.linspace(cube.lowest[0], high, surface_samples)
         return DeviceSurface(line[:, np.newaxis], "uniform")
-    patches = surface_patches(cube, min(surface_samples, _MOST_PATCHES))
+    patches = surface_patches(cube, min(surface_samples, MAX_PATCHES))
     if patches is None:
         return DeviceSurface(surface_corners(cube), "corners")
     cells = (isqrt(surface_samples // len(patches.corners)) - 1) // 2

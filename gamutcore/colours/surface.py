@@ -18,17 +18,12 @@ from gamutcore.characterisation import IccProfile, Picture
 from gamutcore.characterisation.pictures.raster import CHANNELS
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.cube_surface import surface_steps
-from gamutcore.colours.device_surface import device_surface
+from gamutcore.colours.device_model import device_model
+from gamutcore.colours.device_surface import MAX_PATCHES, device_surface
 from gamutcore.colours.ink_limits import InkLimits, LimitedCube, limited_cube
 from gamutcore.colours.media import MediumColours, medium_colours
 from gamutcore.colours.picture_colours import picture_colours
 from gamutcore.colours.profile_colours import ProfileColours, profile_colours, stated_white
-from gamutcore.colours.scattered_model import (
-    MAX_MODEL_SAMPLES,
-    SMOOTHING,
-    DegenerateSamplesError,
-    scattered_model,
-)
 from gamutcore.errors import MalformedProfileError, OptionError
 
 if TYPE_CHECKING:
@@ -282,7 +277,8 @@ def _sample_surface(
 
     device, lab = _distinct(samples.device, medium.lab)
     averaged, distinct = len(samples.device) - len(device), len(device)
-    device, lab = _thinned(device, lab)
+    model = device_model(device, lab)
+    device, lab = model.device, model.lab
     if len(device) < distinct:
         warnings.append(
             f"Of {distinct} distinct samples, {len(device)} were used for the device model."
@@ -291,37 +287,27 @@ def _sample_surface(
         samples, len(device), averaged=averaged, thinned=distinct - len(device)
     )
     lowest, highest = device.min(axis=0), device.max(axis=0)
-    varied = highest - lowest > 1e-6
     limited = limited_cube(samples.channels, lowest, highest, limits, inks=samples.inks)
-    try:
-        model = scattered_model(device[:, varied], lab)
-    except DegenerateSamplesError as error:
+    provenance["model"] = model.provenance
+    if model.colours is None:
+        why = f"o device model can be fitted ({model.degenerate})"
         if limits:
-            raise limits.refused(f"no device model can be fitted ({error}).") from error
-        warnings.append(f"No device model can be fitted ({error}); the samples' colours are used.")
-        provenance["model"] = {"name": "none: the samples' own colours"}
+            raise limits.refused(f"n{why}.")
+        warnings.append(f"N{why}; the samples' colours are used.")
         provenance["warnings"] = list[JSON](warnings)
         return SurfaceColours(lab, device, provenance, channels=samples.channels)
 
     warnings += _range_warnings(samples, lowest, highest, device, limited)
-    mean, high = _error_figures(model.leave_out_errors)
-    if mean > _POOR_FIT:
-        warnings.append(f"The device model misses left-out samples by {mean:.1f} ΔE*ab on average.")
-    values, density = _surface_values(
-        limited, lambda values: model.colours(values[:, varied]), surface_samples
-    )
-    points = model.colours(values[:, varied])
+    if model.mean_error is not None and model.mean_error > _POOR_FIT:
+        warnings.append(
+            f"The device model misses left-out samples by {model.mean_error:.1f} ΔE*ab on average."
+        )
+    values, density = _surface_values(limited, model.colours, surface_samples, model.nodes)
+    points = model.colours(values)
     dark = points[:, 0] < 0
     if dark.any():
         warnings.append(f"{int(dark.sum())} colours below L* 0 were raised to it.")
         points[dark, 0] = 0.0
-    provenance["model"] = {
-        "name": "radial basis functions",
-        "kernel": "cubic",
-        "smoothing": SMOOTHING,
-        "samples": len(device),
-        "leave_out_error": {"unit": "ΔE*ab", "mean": mean, "percentile_95": high},
-    }
     warnings += _count_warnings(len(points), surface_samples, density)
     provenance["surface"] = {"points": len(points), "density": density}
     provenance.update(_limits_provenance(limited))
@@ -347,11 +333,14 @@ def _count_warnings(points: int, surface_samples: int, density: str) -> list[str
         return [
             f"The corners of the device cube alone are {points} points, more than surface_samples."
         ]
-    return [f"Only the {points} corners of the device cube were sampled; its faces are too many."]
-
-
-def _error_figures(errors: FloatArray) -> tuple[float, float]:
-    return round(float(errors.mean()), 4), round(float(np.percentile(errors, 95)), 4)
+    if points == 1:
+        return ["No channel varies within what is used of the device: its gamut is one colour."]
+    why = (
+        f"points on its faces as well would be more than surface_samples, {surface_samples}"
+        if surface_samples < MAX_PATCHES
+        else "its faces are too many"
+    )
+    return [f"Only the {points} corners of the device cube were sampled; {why}."]
 
 
 def _distinct(device: FloatArray, lab: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -364,17 +353,6 @@ def _distinct(device: FloatArray, lab: FloatArray) -> tuple[FloatArray, FloatArr
     counts = np.diff(np.append(starts, len(ranked)))
     sums = np.add.reduceat(lab[order], starts, axis=0)
     return ranked[starts], sums / counts[:, np.newaxis]
-
-
-def _thinned(device: FloatArray, lab: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return at most `MAX_MODEL_SAMPLES` samples: the cube's corners and a fixed random choice."""
-    if len(device) <= MAX_MODEL_SAMPLES:
-        return device, lab
-    corners = ((device == 0) | (device == 1)).all(axis=1)
-    # A fixed seed: the same file must give the same gamut.
-    rank = np.random.default_rng(0).permutation(len(device)) + len(device) * ~corners
-    kept = np.sort(np.argsort(rank, kind="stable")[:MAX_MODEL_SAMPLES])
-    return device[kept], lab[kept]
 
 
 def _range_warnings(

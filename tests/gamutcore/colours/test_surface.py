@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gamutcore.characterisation import characterisation
-from gamutcore.colours import surface_colours
+from gamutcore.colours import InkLimits, surface_colours
 from gamutcore.colours.profile_colours import profile_colours
 from gamutcore.errors import GamutError, MalformedProfileError, OptionError
 
@@ -110,11 +110,13 @@ def test_repeated_patches_are_averaged():
 
 
 def test_many_samples_are_thinned_with_a_warning(monkeypatch):
-    monkeypatch.setattr("gamutcore.colours.surface.MAX_MODEL_SAMPLES", 100)
-    data = document("R G B L a b", rgb_cube(7, lab).tolist())
+    monkeypatch.setattr("gamutcore.colours.device_model.MAX_MODEL_SAMPLES", 100)
+    beside = np.array([[0.5, 0.5, 0.55]])
+    rows = [*rgb_cube(7, lab), *np.column_stack([beside, lab(beside)])]
+    data = document("R G B L a b", [row.tolist() for row in rows])
     surface = surface_colours(characterisation(data), intent="absolute", surface_samples=1000)
     assert surface.provenance["patches"]["used"] == 100
-    assert surface.provenance["patches"]["dropped"] == 243
+    assert surface.provenance["patches"]["dropped"] == 244
     assert "100 were used" in surface.provenance["warnings"][0]
     np.testing.assert_allclose(surface.points, lab(surface.device), atol=1e-6)
 
@@ -218,3 +220,45 @@ def test_the_luminance_that_a_profile_states(small_profile, stated, expected):
     data[:4] = struct.pack(">I", len(data))
     surface = surface_colours(characterisation(bytes(data)), surface_samples=100)
     assert surface.provenance.get("white_luminance") == expected
+
+
+@pytest.mark.parametrize("names", ["R G B", "CMY_C CMY_M CMY_Y"])
+def test_too_few_samples_for_the_faces_are_told_as_such(names):
+    data = document(f"{names} L a b", rgb_cube(4, lab).tolist())
+    surface = surface_colours(characterisation(data), intent="absolute", surface_samples=8)
+    assert len(surface.points) == 8
+    (said,) = (text for text in surface.provenance["warnings"] if "corners" in text)
+    assert said.endswith(
+        "sampled; points on its faces as well would be more than surface_samples, 8."
+    )
+
+
+def test_too_many_faces_are_told_as_such():
+    """14 inks have C(14, 2)·2^12 = 372,736 two-dimensional faces."""
+    inks = (np.arange(1 << 14)[:, np.newaxis] >> np.arange(14)) & 1
+    names = " ".join(f"14CLR_{ink}" for ink in range(1, 15))
+    rows = np.column_stack([inks, 100 - 5 * inks.sum(axis=1), inks[:, :2] * 20])
+    samples = characterisation(document(f"{names} L a b", rows.tolist()))
+    surface = surface_colours(samples, intent="absolute", surface_samples=250_000)
+    assert len(surface.points) == 1 << 14
+    assert surface.provenance["patches"]["dropped"] == 0
+    said = surface.provenance["warnings"][-1]
+    assert said == "Only the 16384 corners of the device cube were sampled; its faces are too many."
+
+
+def test_an_ink_limit_holds_on_a_complete_grid():
+    rows = rgb_cube(20, lambda device: lab(1 - device)).tolist()
+    samples = characterisation(document("CMY_C CMY_M CMY_Y L a b", rows))
+    surface = surface_colours(
+        samples, intent="absolute", surface_samples=5000, limits=InkLimits(total=200)
+    )
+    assert surface.provenance["model"]["levels"] == [20, 20, 20]
+    assert surface.provenance["patches"] == {
+        "read": 8000,
+        "averaged": 0,
+        "dropped": 0,
+        "used": 8000,
+    }
+    assert surface.device.sum(axis=1).max() == pytest.approx(2)
+    assert 4000 < len(surface.points) <= 5000
+    np.testing.assert_allclose(surface.points, lab(1 - surface.device), atol=3e-5)
