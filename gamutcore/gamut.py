@@ -17,6 +17,7 @@ from gamutcore.characterisation import (
     GamutMesh,
     IccProfile,
     Picture,
+    Samples,
     characterisation,
     described_boundary,
     measurements_of,
@@ -44,7 +45,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from gamutcore.boundary import Boundary
-    from gamutcore.characterisation import Samples
     from gamutcore.device_values import DeviceValues
     from gamutcore.mesh import TriangleMesh
 
@@ -331,11 +331,13 @@ def _explained(error: FlatPointsError, device: Samples | IccProfile | Picture) -
 
 def _refuse_surface_samples(device: Samples | IccProfile | Picture, options: Options) -> None:
     """Refuse a number of samples where there is no model that could be sampled."""
-    is_picture = isinstance(device, Picture)
-    if not is_picture and (isinstance(device, IccProfile) or device.device is not None):
+    if isinstance(device, Picture):
+        what = "a picture's colours"
+    elif isinstance(device, Samples) and device.device is None:
+        what = "colours without device values"
+    else:
         return
     if options.surface_samples != Options().surface_samples:
-        what = "a picture's colours" if is_picture else "colours without device values"
         raise OptionError.refusing(
             "surface_samples", options.surface_samples, f"none: {what} are all used"
         )
