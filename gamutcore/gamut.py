@@ -315,11 +315,13 @@ def _wrapped(
 
 def _refuse_surface_samples(device: Samples | IccProfile | Picture, options: Options) -> None:
     """Refuse a number of samples where there is no model that could be sampled."""
-    is_picture = isinstance(device, Picture)
-    if not is_picture and (isinstance(device, IccProfile) or device.device is not None):
+    if isinstance(device, Picture):
+        what = "a picture's colours"
+    elif isinstance(device, IccProfile) or device.device is not None:
         return
+    else:
+        what = "colours without device values"
     if options.surface_samples != Options().surface_samples:
-        what = "a picture's colours" if is_picture else "colours without device values"
         raise OptionError.refusing(
             "surface_samples", options.surface_samples, f"none: {what} are all used"
         )
