@@ -96,7 +96,7 @@ _ROWS = (
         "The columns do not hold a colour",
         "Name columns LAB_L, LAB_A, LAB_B or XYZ_X, XYZ_Y, XYZ_Z, or the bands of a spectrum.",
         "There is no column LAB_B.",
-        column="LAB_B",
+        field="LAB_B",
     ),
     _core(
         errors.ConditionError,

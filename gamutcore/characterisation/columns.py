@@ -296,7 +296,7 @@ def _colour_columns(
         if upper in found:
             raise MissingColumnError(
                 f"The column {name} appears twice.",
-                where={**where, "column": name},
+                where={**where, "field": name},
                 remedy="Keep one set of colours, of one measurement condition.",
             )
         found[upper] = index
@@ -306,7 +306,7 @@ def _colour_columns(
     if missing:
         raise MissingColumnError(
             f"The column {missing[0]} is missing beside {', '.join(found)}.",
-            where={**where, "column": missing[0], "columns": list(names)[:50]},
+            where={**where, "field": missing[0], "columns": list(names)[:50]},
             remedy=f"Give all of {', '.join(wanted)}.",
         )
     return tuple(found[name] for name in wanted)
@@ -368,7 +368,7 @@ def _channels(
         if count > MAX_CHANNELS:
             raise SampleLimitError(
                 f"{prefix} has more than {MAX_CHANNELS} channels.",
-                where={**where, "column": prefix},
+                where={**where, "field": prefix},
             )
         wanted = [str(ink) for ink in range(1, count + 1)]
     else:
@@ -381,7 +381,7 @@ def _channels(
             problem = "is missing" if not found else "appears twice or is none of its channels"
             raise MissingColumnError(
                 f"The device column {prefix}_{channel} {problem}.",
-                where={**where, "column": f"{prefix}_{channel}"},
+                where={**where, "field": f"{prefix}_{channel}"},
                 remedy=f"Give each of {', '.join(f'{prefix}_{c}' for c in wanted)} once.",
             )
     return tuple(wanted), tuple(members[channel][0] for channel in wanted)

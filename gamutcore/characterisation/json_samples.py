@@ -192,7 +192,7 @@ def _not_a_number(cells: list[Any], row: int, roles: ColumnRoles) -> MalformedFi
         f"{shown} in the column {roles.selected_names[place]} of sample {row + 1} is not a number.",
         where={
             "row": row + 1,
-            "column": roles.selected_names[place],
+            "column": roles.selected[place] + 1,
             "field": f"samples[{row}][{roles.selected[place]}]",
         },
         remedy="Every colour and device value must be a plain, finite number.",

@@ -95,7 +95,7 @@ def npy_samples(data: bytes, *, condition: str | None = None) -> Samples:
         elif field.dtype.kind in "SU":
             raise MalformedFileError(
                 f"The field {names[column]} holds texts.",
-                where={"field": "descr", "column": names[column]},
+                where={"column": column + 1, "field": names[column]},
                 remedy="Colours and device values are numbers.",
             )
         else:

@@ -268,7 +268,7 @@ def _colours(
             row = int(np.argmax(bad))
             raise InvalidPointsError(
                 f"The chromaticity x {x[row]:g}, y {y[row]:g} is that of no colour.",
-                where={**place_of_row(row, lines), "column": "xyY"},
+                where={**place_of_row(row, lines), "field": "xyY"},
                 remedy="x and y are 0 or more, y above 0, and their sum is at most 1.",
             )
         scale = luminance / np.where(black, 1.0, y)
@@ -315,6 +315,15 @@ def place_of_row(row: int, lines: IntArray | None) -> Where:
     return {"row": row + 1} if lines is None else {"line": int(lines[row])}
 
 
+def _place_of_cell(row: int, place: int, roles: ColumnRoles, lines: IntArray | None) -> Where:
+    """Return where a cell is, for an error: its row, and number and name of its column."""
+    return {
+        **place_of_row(row, lines),
+        "column": roles.selected[place] + 1,
+        "field": roles.selected_names[place],
+    }
+
+
 def _refuse_numbers_beyond(values: FloatArray, roles: ColumnRoles, lines: IntArray | None) -> None:
     limit = np.array([_LIMITS[kind] for kind in roles.kinds])
     with np.errstate(invalid="ignore"):
@@ -326,7 +335,7 @@ def _refuse_numbers_beyond(values: FloatArray, roles: ColumnRoles, lines: IntArr
     problem = "is not a finite number" if not np.isfinite(value) else "is beyond any colour"
     raise InvalidPointsError(
         f"The value {value} of {name} {problem}.",
-        where={**place_of_row(row, lines), "column": name},
+        where=_place_of_cell(row, place, roles, lines),
         remedy="Every colour and device value must be a plain, finite number.",
     )
 
@@ -343,7 +352,7 @@ def _device_fractions(
         raise MalformedFileError(
             f"The device value {float(device[row, place])} of {roles.selected_names[place]} is on "
             "no known scale.",
-            where={**place_of_row(row, lines), "column": roles.selected_names[place]},
+            where=_place_of_cell(row, place, roles, lines),
             remedy="Device values run from 0 to 1, 100, 255, 1023, 4095 or 65535.",
         )
     return np.clip(device / scale, 0.0, 1.0), scale

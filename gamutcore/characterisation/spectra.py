@@ -145,14 +145,14 @@ def spectral_columns(
         if one == other:
             raise MissingColumnError(
                 f"The band of {one:g} nm appears twice.",
-                where={**(where or {}), "column": names[column]},
+                where={**(where or {}), "field": names[column]},
                 remedy="Keep one spectrum, of one measurement condition.",
             )
     wavelengths = tuple(number for number, _ in bands)
     if not spans_the_visible_range(wavelengths):
         raise MissingColumnError(
             f"The spectrum runs from {wavelengths[0]:g} to {wavelengths[-1]:g} nm only.",
-            where={**(where or {}), "column": names[bands[0][1]]},
+            where={**(where or {}), "field": names[bands[0][1]]},
             remedy=f"A spectrum must reach from {_REACHES[0]:g} nm or less to {_REACHES[1]:g} nm "
             "or more.",
         )

@@ -130,7 +130,7 @@ def test_cp1252_is_read():
         (PLAIN.replace("70 50\n", "70 50 1\n"), {"line": 8, "column": 8}),
         (PLAIN.replace("70 50\n", "70\n"), {"line": 8, "column": 8}),
         (PLAIN.replace("100 0 0\n", "100 0\n"), {"line": 10, "column": 7}),
-        (PLAIN.replace("70 50\n", "70 nan\n"), {"line": 8, "column": "LAB_B"}),
+        (PLAIN.replace("70 50\n", "70 nan\n"), {"line": 8, "column": 7, "field": "LAB_B"}),
         (PLAIN.replace(FORMAT, ""), {"line": 3}),
         (FORMAT, {"line": 2}),
     ],
@@ -444,4 +444,4 @@ def test_chromaticities_and_polar_colours():
     np.testing.assert_allclose(lch.lab, [[50, 0, 20]], atol=1e-12)
     with pytest.raises(InvalidPointsError) as caught:
         cgats_samples(table("XYY_X XYY_Y XYY_CAPY", [(0.3, 0.3, 1), (0.3, 0, 40)]))
-    assert caught.value.where == {"line": 8, "column": "xyY"}
+    assert caught.value.where == {"line": 8, "field": "xyY"}

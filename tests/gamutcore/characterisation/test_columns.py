@@ -77,7 +77,7 @@ def test_a_second_set_of_device_values_is_named_as_ignored():
 def test_an_incomplete_or_doubled_set_names_the_column(names, column):
     with pytest.raises(MissingColumnError) as caught:
         column_roles(names.split(), where={"line": 3})
-    assert caught.value.where["column"] == column
+    assert caught.value.where["field"] == column
     assert caught.value.where["line"] == 3
     assert caught.value.remedy
 

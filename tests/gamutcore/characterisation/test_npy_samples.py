@@ -129,4 +129,4 @@ def test_texts_in_the_place_of_numbers_are_refused():
     array = np.array([("1", 2, 3)], [("L", "U4"), ("a", "f8"), ("b", "f8")])
     with pytest.raises(MalformedFileError) as caught:
         npy_samples(saved(array))
-    assert caught.value.where["column"] == "L"
+    assert caught.value.where["field"] == "L"

@@ -33,7 +33,7 @@ def test_rounding_beyond_full_scale_is_cut_off():
 def test_device_values_on_no_scale_are_refused_with_their_place(value, problem):
     with pytest.raises(MalformedFileError, match=problem) as caught:
         samples_from_values("csv", ROLES, values([(0, 0, 0), (50, value, 0)]))
-    assert caught.value.where == {"row": 2, "column": "RGB_G"}
+    assert caught.value.where == {"row": 2, "column": 2, "field": "RGB_G"}
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e5])
@@ -42,7 +42,7 @@ def test_colours_that_are_none_are_refused_with_their_line(value):
     table[1, 4] = value
     with pytest.raises(InvalidPointsError) as caught:
         samples_from_values("csv", ROLES, table, lines=np.array([7, 9]))
-    assert caught.value.where == {"line": 9, "column": "LAB_A"}
+    assert caught.value.where == {"line": 9, "column": 5, "field": "LAB_A"}
 
 
 def test_no_samples_are_refused():
@@ -94,4 +94,4 @@ def test_bands_that_are_no_numbers_are_refused(value):
     rows[1, 3] = value
     with pytest.raises(InvalidPointsError) as caught:
         samples_from_values("csv", roles, rows)
-    assert caught.value.where == {"row": 2, "column": "SPEC_410"}
+    assert caught.value.where == {"row": 2, "column": 4, "field": "SPEC_410"}

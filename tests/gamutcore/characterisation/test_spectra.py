@@ -51,7 +51,7 @@ def test_too_few_bands_are_no_spectrum():
 def test_doubled_bands_and_narrow_spectra_are_refused(names, column):
     with pytest.raises(MissingColumnError) as caught:
         spectral_columns(names, {"line": 4})
-    assert caught.value.where == {"line": 4, "column": column}
+    assert caught.value.where == {"line": 4, "field": column}
 
 
 def test_numbers_that_are_names_of_bands():

@@ -344,7 +344,7 @@ def test_meshes_and_liveness_are_answered_during_a_build(start_server, slow_buil
 @pytest.mark.parametrize(
     ("content", "code", "where"),
     [
-        (b"LAB_L,LAB_A,LAB_X\n1,2,3\n", "missing-column", "column"),
+        (b"LAB_L,LAB_A,LAB_X\n1,2,3\n", "missing-column", "field"),
         (b"\x00\x01\x02 no format at all", "unrecognised-format", None),
         (b"", "unrecognised-format", None),
         (b"LAB_L,LAB_A,LAB_B\n1,2,three\n", "malformed-file", "line"),
