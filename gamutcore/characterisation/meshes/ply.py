@@ -14,11 +14,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.characterisation.columns import MAX_CHANNELS
 from gamutcore.characterisation.gamut_mesh import (
     MAX_TRIANGLES,
     MAX_VERTICES,
+    TOO_MANY_DEVICE_VALUES,
+    by_channel,
     gamut_mesh,
+    reads_device_values,
     refuse_too_many,
     statements,
     unescaped,
@@ -125,17 +127,22 @@ def ply_mesh(data: bytes) -> GamutMesh:
     vertices: FloatArray | None = None
     faces: LongArray | None = None
     device: dict[str, FloatArray] = {}
+    unread = False
     for element in header.elements:
         if vertices is not None and faces is not None:
             break  # whatever comes after them is not needed
         columns = reader.columns(element)
         if element.name == "vertex" and vertices is None:
             vertices = _positions(element, columns)
-            for prop in _device_properties(element):
-                channel = unescaped(header.said.pop(prop.name, prop.name.removeprefix(_DEVICE)))
-                while channel in device:
-                    channel += "_"
-                device[channel] = columns.values.get(prop.name, np.empty(0))
+            device = by_channel(
+                (
+                    unescaped(header.said.pop(name, name.removeprefix(_DEVICE))),
+                    columns.values.get(name, np.empty(0)),
+                )
+                for name in _device_properties(element)
+                if reads_device_values(element.count, len(_device_properties(element)))
+            )
+            unread = not device and bool(_device_properties(element))
         elif element.name == "face" and faces is None:
             faces = _triangles(element, columns)
     if vertices is None or faces is None:
@@ -145,7 +152,14 @@ def ply_mesh(data: bytes) -> GamutMesh:
             where={"field": missing},
             remedy="A mesh has elements vertex (with x, y, z) and face (with vertex_indices).",
         )
-    return gamut_mesh("ply", vertices, faces, stated=statements(header.said), device=device)
+    return gamut_mesh(
+        "ply",
+        vertices,
+        faces,
+        stated=statements(header.said),
+        device=device,
+        warnings=[TOO_MANY_DEVICE_VALUES] * unread,
+    )
 
 
 def _header(data: bytes) -> _Header:
@@ -181,19 +195,20 @@ def _header(data: bytes) -> _Header:
     _check(elements)
     for element in elements:
         device = _device_properties(element)
+        reads = reads_device_values(element.count, len(device))
         for prop in element.properties:
-            prop.kept = prop.name in _WANTED or prop in device
+            prop.kept = prop.name in _WANTED or (reads and prop.name in device)
     return _Header(order, elements, said, len(lines) + 1, end.end())
 
 
-def _device_properties(element: _Element) -> list[_Property]:
-    """Return the properties that are device values: of vertices, fractions, and not too many."""
-    found = [
-        prop
+def _device_properties(element: _Element) -> list[str]:
+    """Return the names of the properties that are device values: of vertices, and fractions."""
+    return [
+        prop.name
         for prop in element.properties
         if prop.name.startswith(_DEVICE) and prop.kind.startswith("f") and not prop.length
+        if element.name == "vertex"
     ]
-    return found if element.name == "vertex" and len(found) <= MAX_CHANNELS else []
 
 
 def _check(elements: list[_Element]) -> None:
