@@ -24,7 +24,12 @@ from gamutcore.characterisation import (
 )
 from gamutcore.colours import InkLimits, surface_colours
 from gamutcore.colours.spaces import ColourSpace, colours_in_space
-from gamutcore.colours.stated_space import refuse_far_vertices, refuse_other_space, stated_space
+from gamutcore.colours.stated_space import (
+    assumption_warnings,
+    refuse_far_vertices,
+    refuse_other_space,
+    stated_space,
+)
 from gamutcore.decimation import decimated
 from gamutcore.decimation.costs import cost_module
 from gamutcore.errors import FlatPointsError, HistoryFileError, OptionError
@@ -356,6 +361,9 @@ def _given(mesh: GamutMesh, options: Options) -> _Wrapping:
         "from": "the option space (assumed, not stated)" if stated is None else "the file",
     }
     provenance["axes"] = " ".join(space.axes)
+    told = provenance["warnings"]
+    if stated is None and isinstance(told, list):
+        told.extend(assumption_warnings(mesh.vertices, space))
     values = None
     if mesh.device is not None:
         values = replace(mesh.device, values=mesh.device.values[boundary.sources])

@@ -19,7 +19,7 @@ from gamutcore.device_values import DeviceValues
 from gamutcore.errors import InvalidPointsError, MalformedFileError, SampleLimitError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from gamutcore.arrays import FloatArray, LongArray
     from gamutcore.errors import Where
@@ -27,9 +27,12 @@ if TYPE_CHECKING:
 __all__ = [
     "MAX_TRIANGLES",
     "MAX_VERTICES",
+    "TOO_MANY_DEVICE_VALUES",
     "GamutMesh",
     "Statements",
+    "by_channel",
     "gamut_mesh",
+    "reads_device_values",
     "refuse_too_many",
     "statements",
     "unescaped",
@@ -48,6 +51,14 @@ numbers are harmless."""
 
 MAX_STATED = 200
 MAX_STATED_LENGTH = 500
+MAX_DEVICE_VALUES = 8_000_000
+"""Device values of all vertices: 15 inks at each of the 500,000 of the largest closed mesh."""
+
+TOO_MANY_DEVICE_VALUES = (
+    f"The vertices' device values are of more than {MAX_CHANNELS} channels, or more than "
+    f"{MAX_DEVICE_VALUES}, and not used."
+)
+MAX_CHANNEL_NAME = 200
 ASSUMED = "D50 (assumed, not stated)"
 _ESCAPE = re.compile(r"\\(?:x([0-9a-f]{2})|u([0-9a-f]{4})|U([0-9a-f]{8}))")
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?")
@@ -286,12 +297,47 @@ def gamut_mesh(
     )
 
 
+def reads_device_values(vertices: int, channels: int) -> bool:
+    """Return whether device values are few enough to be read.
+
+    Parameters
+    ----------
+    vertices, channels : int
+
+    Returns
+    -------
+    bool
+    """
+    return channels <= MAX_CHANNELS and vertices * channels <= MAX_DEVICE_VALUES
+
+
+def by_channel(found: Iterable[tuple[str, FloatArray]]) -> dict[str, FloatArray]:
+    """Return device values by the names of their channels, which become distinct.
+
+    Parameters
+    ----------
+    found : iterable of (str, (v,) float)
+        In the order of the file.
+
+    Returns
+    -------
+    dict of str
+    """
+    values: dict[str, FloatArray] = {}
+    for name, column in found:
+        channel = name[:MAX_CHANNEL_NAME].encode("utf-8", "replace").decode()
+        while channel in values:
+            channel += "_"
+        values[channel] = column
+    return values
+
+
 def _device_values(found: Mapping[str, FloatArray]) -> tuple[DeviceValues | None, list[str]]:
     """Return the device values of vertices if they are such, and warnings."""
     if not found:
         return None, []
-    if len(found) > MAX_CHANNELS:
-        return None, [f"Device values of more than {MAX_CHANNELS} channels are not read."]
+    if not reads_device_values(len(next(iter(found.values()))), len(found)):
+        return None, [TOO_MANY_DEVICE_VALUES]
     values = np.stack(list(found.values()), axis=1)
     if not ((values >= 0) & (values <= 1)).all():
         return None, ["The vertices' device values are not all from 0 to 1, and not used."]

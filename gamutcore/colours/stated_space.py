@@ -27,10 +27,20 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import FloatArray
 
-__all__ = ["refuse_far_vertices", "refuse_other_space", "stated_luminance", "stated_space"]
+__all__ = [
+    "assumption_warnings",
+    "refuse_far_vertices",
+    "refuse_other_space",
+    "stated_luminance",
+    "stated_space",
+]
 
 LARGEST_COORDINATE = 1e4
 """No colour has a coordinate beyond this in any space of scale 1."""
+
+SMALLEST_CIELAB = 5.0
+"""A gamut within so many units of CIELAB in every direction is rather one of Oklab, XYZ or the
+like, whose coordinates are about 1."""
 
 _OTHER_NAMES = {"LAB": "CIELAB", "CIE LAB": "CIELAB", "XYZ": "CIEXYZ", "LUV": "CIELUV"}
 
@@ -191,3 +201,25 @@ def refuse_far_vertices(vertices: FloatArray, space: ColourSpace) -> None:
             where={"field": "vertices", "vertex": vertex},
             remedy=f"Coordinates of colours in {space.name}, times its scale.",
         )
+
+
+def assumption_warnings(vertices: FloatArray, space: ColourSpace) -> list[str]:
+    """Return a warning if a mesh that states no space is hardly in the one that is assumed.
+
+    Parameters
+    ----------
+    vertices : (v, 3) float
+    space : ColourSpace
+
+    Returns
+    -------
+    list of str
+    """
+    extent = float(np.ptp(vertices, axis=0).max())
+    if space.name != "CIELAB" or extent >= SMALLEST_CIELAB * (space.scale or 1.0):
+        return []
+    warning = (
+        f"The file states no colour space and was taken for CIELAB, but extends over {extent:.3g} "
+        "units only; ask for its space with the option space."
+    )
+    return [warning]

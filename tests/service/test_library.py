@@ -211,6 +211,13 @@ def test_a_mesh_that_states_nothing_is_taken_to_be_in_the_space_that_is_asked_fo
     described = again.description["provenance"]["colour_space"]
     assert described["name"] == space
     assert "assumed" in described["from"]
+    assert again.description["provenance"]["warnings"] == []
+
+
+def test_a_mesh_that_states_nothing_and_is_too_small_for_cielab_has_a_warning():
+    _, _, again = posted_back({"space": "Oklab"}, "stl", {})
+    (warning,) = again.description["provenance"]["warnings"]
+    assert "option space" in warning
 
 
 @pytest.mark.parametrize("format_name", ["ply", "glb", "gltf"])

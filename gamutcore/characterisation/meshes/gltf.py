@@ -17,11 +17,13 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from gamutcore.characterisation.columns import MAX_CHANNELS
 from gamutcore.characterisation.gamut_mesh import (
     MAX_VERTICES,
+    TOO_MANY_DEVICE_VALUES,
     Statements,
+    by_channel,
     gamut_mesh,
+    reads_device_values,
     refuse_too_many,
     statements,
 )
@@ -50,7 +52,6 @@ _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _FLOAT = 5126
 _DEVICE = "_DEVICE_"
-MAX_CHANNEL_NAME = 200
 _READ_EXTENSIONS = {"KHR_materials_unlit", "KHR_mesh_quantization"}
 _DATA_URI = re.compile(r"data:[^,]{0,200};base64,")
 _ASSET = re.compile(r'"asset"\s*:\s*\{')
@@ -231,6 +232,7 @@ class _Scene:
         said = {str(k): v for k, v in extras.items() if isinstance(v, str)}
         self.stated: Statements = statements(said)
         self._buffers: dict[int, bytes] = {}
+        self.unread = False
 
     def triangles(self) -> tuple[FloatArray, LongArray, dict[str, FloatArray], list[str]]:
         """Return vertices, faces, device values of the vertices, and warnings."""
@@ -267,6 +269,8 @@ class _Scene:
             )
         if not faces:
             raise _wrong("meshes", "have no triangles")
+        if self.unread:
+            warnings.append(TOO_MANY_DEVICE_VALUES)
         channels = list(recipes[0])
         if any(list(device) != channels for device in recipes):
             channels = []
@@ -367,11 +371,12 @@ class _Scene:
         """Return the device values of a primitive's vertices by the names of their channels."""
         attributes = primitive["attributes"]
         names = [name for name in attributes if name.startswith(_DEVICE)]
-        if len(names) > MAX_CHANNELS:
+        if not reads_device_values(count, len(names)):
+            self.unread = True
             return {}
         extras = mesh.get("extras")
         full = extras.get("device_channels") if isinstance(extras, dict) else None
-        found: dict[str, FloatArray] = {}
+        found: list[tuple[str, FloatArray]] = []
         for name in names:
             where = f"{path}.attributes.{name}"
             accessor = self._item("accessors", attributes[name], where)
@@ -382,11 +387,8 @@ class _Scene:
                 raise _wrong(where, f"has {len(values)} values for {count} vertices")
             given = full.get(name) if isinstance(full, dict) else None
             channel = given if isinstance(given, str) else name.removeprefix(_DEVICE)
-            channel = channel[:MAX_CHANNEL_NAME].encode("utf-8", "replace").decode()
-            while channel in found:
-                channel += "_"
-            found[channel] = values
-        return found
+            found.append((channel, values))
+        return by_channel(found)
 
     def _accessor(
         self, number: object, kind: str, path: str, *, of_floats: bool = False

@@ -9,21 +9,29 @@ the device values of vertices: properties ``device_C``, with the channels' names
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.characterisation.columns import MAX_CHANNELS
 from gamutcore.characterisation.gamut_mesh import (
-    MAX_TRIANGLES,
-    MAX_VERTICES,
+    TOO_MANY_DEVICE_VALUES,
+    by_channel,
     gamut_mesh,
+    reads_device_values,
     refuse_too_many,
     statements,
     unescaped,
 )
 from gamutcore.characterisation.meshes.numbers import numbers_of, polygon_triangles
+from gamutcore.characterisation.meshes.ply_header import (
+    DEVICE,
+    FACE_LISTS,
+    Element,
+    Header,
+    Property,
+    device_properties,
+    ply_header,
+)
 from gamutcore.errors import MalformedFileError, SampleLimitError
 
 if TYPE_CHECKING:
@@ -32,60 +40,12 @@ if TYPE_CHECKING:
 
 __all__ = ["looks_like_ply", "ply_mesh"]
 
-MAX_HEADER = 64 * 1024
-"""Bytes of a header at most; a real one has some hundred."""
-
 MAX_NUMBERS = 24_000_000
 """Numbers of a text at most, of all elements: 3 million vertices of 6, 1 million faces of 4 and 2
 more. They take 190 MB."""
 
-_TYPES = {
-    **dict.fromkeys(("char", "int8"), "i1"),
-    **dict.fromkeys(("uchar", "uint8"), "u1"),
-    **dict.fromkeys(("short", "int16"), "i2"),
-    **dict.fromkeys(("ushort", "uint16"), "u2"),
-    **dict.fromkeys(("int", "int32"), "i4"),
-    **dict.fromkeys(("uint", "uint32"), "u4"),
-    **dict.fromkeys(("float", "float32"), "f4"),
-    **dict.fromkeys(("double", "float64"), "f8"),
-}
-_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}
-_END = re.compile(rb"(?:^|[\r\n])end_header[ \t]*(\r\n|\r|\n|$)")
-_NOTE = re.compile(r"([\w ./-]{1,80}):\s+(.*)")
-_LISTS = ("vertex_indices", "vertex_index")
-_WANTED = {"x", "y", "z", *_LISTS}
-_DEVICE = "device_"
-
 MAX_WALKED = 2_000_000
 """Numbers and lists that are read one by one at most, where rows differ in length: about 1 s."""
-
-_MOST = {"vertex": MAX_VERTICES, "face": MAX_TRIANGLES}
-
-
-@dataclass
-class _Property:
-    name: str
-    kind: str
-    length: str = ""
-    """Type of a list's length; empty for a single number."""
-    kept: bool = False
-
-
-@dataclass
-class _Element:
-    name: str
-    count: int
-    line: int
-    properties: list[_Property] = field(default_factory=list)
-
-
-@dataclass
-class _Header:
-    order: str
-    elements: list[_Element]
-    said: dict[str, str]
-    lines: int
-    size: int
 
 
 def looks_like_ply(data: bytes) -> bool:
@@ -120,22 +80,27 @@ def ply_mesh(data: bytes) -> GamutMesh:
     SampleLimitError, InvalidPointsError
         As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`.
     """
-    header = _header(data)
+    header = ply_header(data)
     reader = _TextRows(data, header) if not header.order else _BinaryRows(data, header)
     vertices: FloatArray | None = None
     faces: LongArray | None = None
     device: dict[str, FloatArray] = {}
+    unread = False
     for element in header.elements:
         if vertices is not None and faces is not None:
             break  # whatever comes after them is not needed
         columns = reader.columns(element)
         if element.name == "vertex" and vertices is None:
             vertices = _positions(element, columns)
-            for prop in _device_properties(element):
-                channel = unescaped(header.said.pop(prop.name, prop.name.removeprefix(_DEVICE)))
-                while channel in device:
-                    channel += "_"
-                device[channel] = columns.values.get(prop.name, np.empty(0))
+            device = by_channel(
+                (
+                    unescaped(header.said.pop(name, name.removeprefix(DEVICE))),
+                    columns.values.get(name, np.empty(0)),
+                )
+                for name in device_properties(element)
+                if reads_device_values(element.count, len(device_properties(element)))
+            )
+            unread = not device and bool(device_properties(element))
         elif element.name == "face" and faces is None:
             faces = _triangles(element, columns)
     if vertices is None or faces is None:
@@ -145,83 +110,13 @@ def ply_mesh(data: bytes) -> GamutMesh:
             where={"field": missing},
             remedy="A mesh has elements vertex (with x, y, z) and face (with vertex_indices).",
         )
-    return gamut_mesh("ply", vertices, faces, stated=statements(header.said), device=device)
-
-
-def _header(data: bytes) -> _Header:
-    end = _END.search(data, 0, MAX_HEADER)
-    if end is None:
-        raise MalformedFileError(
-            f"The header does not end within {MAX_HEADER} bytes.",
-            where={"line": 1},
-            remedy="A PLY header ends with the line end_header.",
-        )
-    lines = re.split(r"\r\n|\r|\n", data[: end.start() + 1].decode("latin-1").rstrip("\r\n"))
-    order: str | None = None
-    elements: list[_Element] = []
-    said: dict[str, str] = {}
-    for line, content in enumerate(lines, start=1):
-        words = content.split()
-        if line == 1 or not words or words[0] == "obj_info":
-            continue
-        if words[0] == "comment":
-            note = _NOTE.fullmatch(content.strip()[len("comment") :].strip())
-            if note:
-                said.setdefault(note[1].strip(), note[2])
-        elif words[0] == "format" and len(words) == 3 and words[1] in _ORDERS:
-            order = _ORDERS[words[1]]
-        elif words[0] == "element" and len(words) == 3 and re.fullmatch(r"\d{1,12}", words[2]):
-            elements.append(_Element(words[1], int(words[2]), line))
-        elif words[0] == "property" and elements and _property(words) is not None:
-            elements[-1].properties.append(_property(words) or _Property("", ""))
-        else:
-            raise _broken(line, f"{content[:60]!r} is no line of a PLY header.")
-    if order is None:
-        raise _broken(1, "The header has no format.")
-    _check(elements)
-    for element in elements:
-        device = _device_properties(element)
-        for prop in element.properties:
-            prop.kept = prop.name in _WANTED or prop in device
-    return _Header(order, elements, said, len(lines) + 1, end.end())
-
-
-def _device_properties(element: _Element) -> list[_Property]:
-    """Return the properties that are device values: of vertices, fractions, and not too many."""
-    found = [
-        prop
-        for prop in element.properties
-        if prop.name.startswith(_DEVICE) and prop.kind.startswith("f") and not prop.length
-    ]
-    return found if element.name == "vertex" and len(found) <= MAX_CHANNELS else []
-
-
-def _check(elements: list[_Element]) -> None:
-    for element in elements:
-        names = [prop.name for prop in element.properties]
-        if len(set(names)) < len(names):
-            raise _broken(element.line, f"The element {element.name} has two properties of a name.")
-        if element.count > _MOST.get(element.name, MAX_VERTICES):
-            refuse_too_many(
-                *((element.count, 0) if element.name == "vertex" else (0, element.count)),
-                where={"line": element.line},
-            )
-
-
-def _property(words: list[str]) -> _Property | None:
-    if len(words) == 3 and words[1] in _TYPES:
-        return _Property(words[2], _TYPES[words[1]])
-    if len(words) == 5 and words[1] == "list" and words[2] in _TYPES and words[3] in _TYPES:
-        length = _TYPES[words[2]]
-        return None if length.startswith("f") else _Property(words[4], _TYPES[words[3]], length)
-    return None
-
-
-def _broken(line: int, problem: str) -> MalformedFileError:
-    return MalformedFileError(
-        problem,
-        where={"line": line},
-        remedy="A PLY header has format, comment, element and property lines.",
+    return gamut_mesh(
+        "ply",
+        vertices,
+        faces,
+        stated=statements(header.said),
+        device=device,
+        warnings=[TOO_MANY_DEVICE_VALUES] * unread,
     )
 
 
@@ -236,11 +131,11 @@ class _Columns:
 class _BinaryRows:
     """Elements of a binary file, from the first on."""
 
-    def __init__(self, data: bytes, header: _Header) -> None:
+    def __init__(self, data: bytes, header: Header) -> None:
         self.data, self.order, self.place = data, header.order, header.size
         self.walked = 0
 
-    def columns(self, element: _Element) -> _Columns:
+    def columns(self, element: Element) -> _Columns:
         """Return the values of the next element."""
         properties = element.properties
         found = _Columns()
@@ -281,7 +176,7 @@ class _BinaryRows:
             raise self._cut_off(element)
         return self._row_by_row(element)
 
-    def _first_lengths(self, element: _Element) -> list[int]:
+    def _first_lengths(self, element: Element) -> list[int]:
         place, lengths = self.place, []
         for prop in element.properties:
             length = 1
@@ -294,7 +189,7 @@ class _BinaryRows:
                 raise self._cut_off(element)
         return lengths
 
-    def _length(self, prop: _Property, place: int, element: _Element) -> int:
+    def _length(self, prop: Property, place: int, element: Element) -> int:
         size = int(prop.length[1])
         raw = self.data[place : place + size]
         if len(raw) < size:
@@ -310,7 +205,7 @@ class _BinaryRows:
             )
         return length
 
-    def _row_by_row(self, element: _Element) -> _Columns:
+    def _row_by_row(self, element: Element) -> _Columns:
         self.walked = _walked(self.walked, element)
         pieces: dict[str, list[bytes]] = {prop.name: [] for prop in element.properties}
         lengths: dict[str, list[int]] = {prop.name: [] for prop in element.properties}
@@ -338,7 +233,7 @@ class _BinaryRows:
                     found.lengths[prop.name] = np.array(lengths[prop.name], np.int64)
         return found
 
-    def _cut_off(self, element: _Element) -> MalformedFileError:
+    def _cut_off(self, element: Element) -> MalformedFileError:
         return MalformedFileError(
             f"The file ends within the {element.count} rows of the element {element.name}.",
             where={"field": element.name, "byte": len(self.data)},
@@ -349,7 +244,7 @@ class _BinaryRows:
 class _TextRows:
     """Elements of a text file, from the first on."""
 
-    def __init__(self, data: bytes, header: _Header) -> None:
+    def __init__(self, data: bytes, header: Header) -> None:
         self.numbers = numbers_of(data[header.size :], header.lines + 1, MAX_NUMBERS + 1)
         if len(self.numbers) > MAX_NUMBERS:
             raise SampleLimitError(
@@ -359,7 +254,7 @@ class _TextRows:
         self.place = 0
         self.walked = 0
 
-    def columns(self, element: _Element) -> _Columns:
+    def columns(self, element: Element) -> _Columns:
         """Return the values of the next element."""
         found = _Columns()
         properties, count = element.properties, element.count
@@ -386,7 +281,7 @@ class _TextRows:
             raise self._cut_off(element)
         return self._row_by_row(element)
 
-    def _row(self, element: _Element) -> tuple[int, dict[str, int], dict[str, int]]:
+    def _row(self, element: Element) -> tuple[int, dict[str, int], dict[str, int]]:
         """Return the first row's width, where its properties start, and its lists' lengths."""
         width, starts, lengths = 0, {}, {}
         for prop in element.properties:
@@ -401,7 +296,7 @@ class _TextRows:
                 raise self._cut_off(element)
         return width, starts, lengths
 
-    def _length(self, prop: _Property, place: int, element: _Element) -> int:
+    def _length(self, prop: Property, place: int, element: Element) -> int:
         if place >= len(self.numbers):
             raise self._cut_off(element)
         length = float(self.numbers[place])
@@ -413,7 +308,7 @@ class _TextRows:
             )
         return int(length)
 
-    def _row_by_row(self, element: _Element) -> _Columns:
+    def _row_by_row(self, element: Element) -> _Columns:
         self.walked = _walked(self.walked, element)
         pieces: dict[str, list[FloatArray]] = {prop.name: [] for prop in element.properties}
         lengths: dict[str, list[int]] = {prop.name: [] for prop in element.properties}
@@ -439,7 +334,7 @@ class _TextRows:
                     found.lengths[prop.name] = np.array(lengths[prop.name], np.int64)
         return found
 
-    def _cut_off(self, element: _Element) -> MalformedFileError:
+    def _cut_off(self, element: Element) -> MalformedFileError:
         return MalformedFileError(
             f"The file ends within the {element.count} rows of the element {element.name}.",
             where={"field": element.name, "line": element.line},
@@ -447,7 +342,7 @@ class _TextRows:
         )
 
 
-def _walked(before: int, element: _Element) -> int:
+def _walked(before: int, element: Element) -> int:
     """Return how much is read one by one with an element's rows; refuse what is too much."""
     walked = before + element.count * len(element.properties)
     if walked > MAX_WALKED:
@@ -464,7 +359,7 @@ def _doubles(values: np.ndarray) -> FloatArray:
         return values.astype(np.float64)
 
 
-def _positions(element: _Element, columns: _Columns) -> FloatArray:
+def _positions(element: Element, columns: _Columns) -> FloatArray:
     if not element.count:
         return np.empty((0, 3))
     if any(name not in columns.values or name in columns.lengths for name in "xyz"):
@@ -476,10 +371,10 @@ def _positions(element: _Element, columns: _Columns) -> FloatArray:
     return np.stack([columns.values[name] for name in "xyz"], axis=1)
 
 
-def _triangles(element: _Element, columns: _Columns) -> LongArray:
+def _triangles(element: Element, columns: _Columns) -> LongArray:
     if not element.count:
         return np.empty((0, 3), np.int64)
-    name = next((name for name in _LISTS if name in columns.lengths), None)
+    name = next((name for name in FACE_LISTS if name in columns.lengths), None)
     if name is None:
         raise MalformedFileError(
             "The faces have no list vertex_indices.",

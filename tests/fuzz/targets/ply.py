@@ -89,3 +89,4 @@ def check_mesh(mesh: GamutMesh) -> None:
     assert mesh.vertices.shape[1:] == mesh.faces.shape[1:] == (3,)
     assert mesh.faces.min() >= 0
     assert mesh.faces.max() < len(mesh.vertices)
+    assert mesh.device is None or len(mesh.device) == len(mesh.vertices)

@@ -7,7 +7,12 @@ from hypothesis import strategies as st
 
 from gamutcore.colours.space_parameters import SPACE_PARAMETERS
 from gamutcore.colours.spaces import SPACES, ColourSpace
-from gamutcore.colours.stated_space import refuse_far_vertices, refuse_other_space, stated_space
+from gamutcore.colours.stated_space import (
+    assumption_warnings,
+    refuse_far_vertices,
+    refuse_other_space,
+    stated_space,
+)
 from gamutcore.errors import GamutError, InvalidPointsError, MeshError, OptionError
 
 
@@ -84,6 +89,15 @@ def test_far_is_relative_to_the_scale():
     refuse_far_vertices(vertices, ColourSpace(scale=2.0))
     with pytest.raises(InvalidPointsError, match="Vertex 1"):
         refuse_far_vertices(vertices, ColourSpace())
+
+
+def test_what_is_small_for_cielab_is_told():
+    small = np.array([[0.0, 0, 0], [1, 0.3, -0.2]])
+    (warning,) = assumption_warnings(small, ColourSpace())
+    assert "space" in warning
+    assert not assumption_warnings(small, ColourSpace("Oklab"))
+    assert not assumption_warnings(small, ColourSpace(scale=0.01))
+    assert not assumption_warnings(small * 100, ColourSpace())
 
 
 TEXTS = st.text(max_size=20) | st.floats().map(repr) | st.just("1 1 1")

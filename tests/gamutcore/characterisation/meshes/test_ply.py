@@ -141,3 +141,35 @@ def test_any_polygons_are_read_as_text_and_binary_alike(seed, count):
     two = ply_mesh(text(faces=faces))
     np.testing.assert_array_equal(one.faces, two.faces)
     assert len(one.faces) == sum(max(len(face) - 2, 0) for face in faces)
+
+
+@pytest.mark.parametrize("order", ["ascii", "binary_little_endian"])
+def test_device_values_of_vertices(order):
+    """By the names in comments, where there are any; what is no fraction is none of them."""
+    extra = "property float device_C\nproperty uchar device_note\nproperty double device_Spot\n"
+    notes = "comment device_C: Cyan ink\ncomment device_scale: 100\n"
+    values = np.array([(0, 7, 1), (0.5, 8, 0), (1, 9, 0.25), (0.125, 9, 0.5)])
+    head = header(order, extra=extra, notes=notes)
+    if order == "ascii":
+        rows = [" ".join(map(str, row)) for row in np.hstack([VERTICES, values]).tolist()]
+        rows += ["3 " + " ".join(map(str, face)) for face in FACES]
+        data = head + "\n".join(rows).encode()
+    else:
+        kind = [("xyz", "<f4", 3), ("c", "<f4"), ("n", "u1"), ("s", "<f8")]
+        table = np.array(
+            [(tuple(p), *v) for p, v in zip(VERTICES.tolist(), values.tolist(), strict=True)], kind
+        )
+        faces = b"".join(b"\3" + np.array(face, "<i4").tobytes() for face in FACES)
+        data = head + table.tobytes() + faces
+    mesh = ply_mesh(data)
+    assert mesh.device.channels == ("Cyan ink", "Spot")
+    np.testing.assert_array_equal(mesh.device.values, values[:, [0, 2]])
+    assert mesh.provenance["stated"] == {"device_scale": "100"}
+
+
+def test_device_values_of_too_many_channels_are_not_read():
+    extra = "".join(f"property float device_{number}\n" for number in range(16))
+    vertices = np.hstack([VERTICES, np.zeros((4, 16))])
+    mesh = ply_mesh(text(vertices=vertices, extra=extra))
+    assert mesh.device is None
+    assert "channels" in mesh.warnings[0]
