@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import io
 import json
-import re
-import resource
 import struct
 import subprocess
 import sys
@@ -23,7 +21,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from benchmarks.compute import ROOT
+from benchmarks.compute import ROOT, peak_megabytes
 from gamutcore.gamut import Options, build_gamut
 from gamutcore.warm import compile_kernels
 
@@ -96,17 +94,6 @@ def _built(path: Path) -> dict[str, Any]:
     return row
 
 
-def _peak_megabytes() -> float:
-    # Linux: getrusage's peak is taken over from the process that started this one.
-    status = Path("/proc/self/status")
-    found = re.search(r"VmHWM:\s*(\d+)", status.read_text()) if status.exists() else None
-    if found:
-        return int(found[1]) / 1024
-    # kilobytes, on macOS bytes
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / (1024 if sys.platform == "darwin" else 1) / 1024
-
-
 def main() -> None:
     """Print what building the gamut of one file takes, as JSON."""
     compile_kernels()
@@ -119,7 +106,7 @@ def main() -> None:
         "distinct_values": found["provenance"]["distinct_values"],
         "triangles": found["counts"]["triangles"],
         "seconds": seconds,
-        "peak_mb": _peak_megabytes(),
+        "peak_mb": peak_megabytes(),
     }
     sys.stdout.write(json.dumps(row))
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.optimize import linprog
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray, LongArray
@@ -98,6 +97,8 @@ def kernel_point(mesh: TriangleMesh) -> KernelPoint:
 def _deepest(normals: FloatArray, offsets: FloatArray) -> tuple[FloatArray, float]:
     """Return the point and the margin m that is largest with normals · point + m ≤ offsets."""
     rows = np.column_stack([normals, np.ones(len(normals))])
+    from scipy.optimize import linprog  # noqa: PLC0415  # a fifth of a second
+
     solved = linprog(
         [0, 0, 0, -1], A_ub=rows, b_ub=offsets, bounds=[(-1, 1)] * 3 + [(-4, 4)], method="highs"
     )

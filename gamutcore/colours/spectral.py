@@ -14,7 +14,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from gamutcore.characterisation.spectra import reflectance_scale
 from gamutcore.colours.cielab import colour_science, white_of
@@ -166,6 +165,8 @@ def _interpolated_weights(places: FloatArray, illuminant: str, observer: int) ->
     power = colour_science().SDS_ILLUMINANTS[illuminant]
     weighted = matching * np.interp(fine, power.wavelengths, power.values)[:, np.newaxis]
     inside = np.clip(fine, places[0], places[-1])
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415  # a third of a second
+
     bands: FloatArray = CubicSpline(places, np.eye(len(places)), axis=0)(inside)
     weights: FloatArray = bands.T @ weighted / weighted[:, 1].sum()
     return weights

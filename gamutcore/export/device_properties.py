@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
+from functools import lru_cache
 
 __all__ = ["property_names"]
 
@@ -14,17 +11,18 @@ LONGEST = 40
 """Characters of a channel's name that go into that of a property."""
 
 
-def property_names(channels: Iterable[str]) -> list[str]:
+@lru_cache(maxsize=64)  # asked for every mesh that is served, of few devices
+def property_names(channels: tuple[str, ...]) -> tuple[str, ...]:
     """Return a name of letters, digits and underscores for each channel.
 
     Parameters
     ----------
-    channels : iterable of str
+    channels : tuple of str
         As the characterisation calls them: inks may have any name.
 
     Returns
     -------
-    list of str
+    tuple of str
         ``device_C`` for the channel C, ``device_Reflex_Blue`` for Reflex Blue; the channel's
         number where nothing of its name is left, and behind a name that an earlier one has too.
         Distinct without regard to case.
@@ -40,4 +38,4 @@ def property_names(channels: Iterable[str]) -> list[str]:
             name += f"_{number}"
         taken.add(name.lower())
         names.append(name)
-    return names
+    return tuple(names)

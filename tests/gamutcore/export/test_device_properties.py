@@ -23,11 +23,11 @@ from gamutcore.export.device_properties import property_names
     ],
 )
 def test_say_what_the_channels_are_called(channels, names):
-    assert property_names(channels) == names
+    assert list(property_names(channels)) == names
 
 
 @given(st.lists(st.text(), max_size=20))
 def test_are_distinct_plain_words(channels):
-    names = property_names(channels)
+    names = property_names(tuple(channels))
     assert len({name.upper() for name in names}) == len(names) == len(channels)
     assert all(re.fullmatch("device_[A-Za-z0-9_]+", name) for name in names)
