@@ -71,7 +71,7 @@ serve: install ## serve on http://127.0.0.1:8000, data under var/ (docs/operatio
 
 .PHONY: test
 test: install .venv/.installed-test tests/gltf/node_modules/.package-lock.json ## run all tests
-	$(python) -m pytest
+	$(python) -m pytest -n auto --dist loadfile
 
 .PHONY: fuzz
 fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)
