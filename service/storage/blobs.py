@@ -1,4 +1,4 @@
-"""What every kind of storage can do: named blobs, created exclusively, replaced by compare-and-swap.
+"""What all storage can do: blobs with names, created exclusively, replaced by compare-and-swap.
 
 `service.storage.local.LocalBlobs` keeps them in a directory, `service.storage.cloud.CloudBlobs` in
 a bucket. Both promise the same:
