@@ -218,6 +218,14 @@ _ROWS = (
         {"field": "surface_samples"},
     ),
     Kind(
+        "build-out-of-memory",
+        422,
+        "The build took too much memory",
+        "Ask for fewer surface_samples, or send fewer samples or a smaller picture.",
+        "The build was ended because it took more than 2147483648 bytes of memory.",
+        {"field": "surface_samples"},
+    ),
+    Kind(
         "build-crashed",
         422,
         "The build process died",
@@ -230,6 +238,20 @@ _ROWS = (
         "The build ended unexpectedly",
         _DEFECT,
         "The build ended with an unexpected error.",
+    ),
+    Kind(
+        "build-cancelled",
+        409,
+        "The build was cancelled",
+        "Post the data again if the gamut is wanted after all.",
+        "The build was cancelled before it was finished.",
+    ),
+    Kind(
+        "build-input-lost",
+        409,
+        "The data of the build is gone",
+        "Post the data again.",
+        "The data that this gamut was to be built from is not stored any more.",
     ),
     Kind(
         "queue-full",
@@ -285,6 +307,21 @@ _ROWS = (
         "Post the characterisation data to /v1/gamuts again.",
         "There is no job 4f1d9c07….",
         {"field": "job_id"},
+    ),
+    Kind(
+        "job-finished",
+        409,
+        "The job is over",
+        "Only a queued or running job can be cancelled; a gamut is removed by its own address.",
+        "The job has succeeded.",
+        {"state": "succeeded"},
+    ),
+    Kind(
+        "too-many-streams",
+        429,
+        "Too many clients follow jobs by events",
+        "Poll the job's own address instead, or try again after the time in Retry-After.",
+        "256 streams of events are open.",
     ),
     Kind(
         "method-not-allowed",
@@ -348,6 +385,14 @@ _ROWS = (
         "Try again after the time in Retry-After.",
         "The build workers are warming up.",
         {"workers_warm": 0, "workers": 1},
+    ),
+    Kind(
+        "gamut-rebuilding",
+        503,
+        "The gamut was damaged and is being built again",
+        "Try again after the time in Retry-After; the job's address tells how far it is.",
+        "The stored gamut does not match its digest, and is being built again.",
+        {"job": "/v1/jobs/4f1d9c07…"},
     ),
     Kind(
         "shutting-down",
@@ -422,6 +467,20 @@ class Problem:
             detail = "Too many files and connections are open."
             return cls("overloaded", detail, headers={"Retry-After": "5"})
         return None
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Problem:
+        """Return the problem that `to_mapping` made a mapping of."""
+        return cls(mapping["code"], mapping["detail"], mapping["where"], mapping["remedy"])
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return what is particular to this problem, for JSON; header fields are left out."""
+        return {
+            "code": self.code,
+            "detail": self.detail,
+            "where": dict(self.where),
+            "remedy": self.remedy,
+        }
 
     @property
     def kind(self) -> Kind:
