@@ -379,16 +379,12 @@ class JobBook:
         except BlobNotFoundError:
             return None
         try:
-            document = JobDocument.from_bytes(blob.data)
-            if document.id != job_id:
-                message = f"the job {document.id} under another's name"
-                raise BlobDamagedError(message)
+            return JobDocument.from_bytes(blob.data), blob.version
         except (BlobDamagedError, TypeError) as error:
             # What it was about cannot be told any more; whoever wants the gamut posts again.
             logger.error("the document of job %s is damaged and removed: %s", job_id, error)  # noqa: TRY400 - no defect
             self._blobs.delete(_key(job_id))
             return None
-        return document, blob.version
 
     def _replace(self, document: JobDocument, version: str) -> str | None:
         return self._blobs.replace(_key(document.id), document.to_bytes(), version)

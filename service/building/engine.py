@@ -6,19 +6,18 @@ so an engine may lose everything it knows, and may be given a job twice.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from service.problems import Problem, ProblemError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from service.jobs import JobDocument
 
 __all__ = ["BuildReport", "Engine", "EngineFacts", "queue_full", "shutting_down"]
 
-BuildReport = "Callable[[str, dict[str, float]], None]"
+BuildReport = Callable[[str, dict[str, float]], None]
 """Called at the end of every build: the outcome (a state, or the problem's code), and seconds by
 stage."""
 
@@ -51,7 +50,10 @@ class EngineFacts:
 
 
 class Engine(Protocol):
-    """Sees to it that accepted jobs are done. Everything here belongs to the event loop's thread."""
+    """Sees to it that accepted jobs are done.
+
+    Everything here belongs to the event loop's thread.
+    """
 
     async def start(self) -> None:
         """Begin to work, on what an earlier process left unfinished as well."""
