@@ -1,17 +1,18 @@
 """Which jobs were sent to the workers and are not over: an empty blob each, under ``pending/``.
 
-A message can be lost: the process that accepted the job dies before it has sent it, a broker is
-flushed, a worker is killed and its message comes back late or never. The mark is made before the
-message and removed after the job is over, so that whoever looks here finds every job that may need
-another message, without reading the documents of all jobs there ever were.
+A message can be lost: a broker is flushed, the process that accepted a job dies before it has sent
+it, a worker is killed and its message comes back late or never. The mark is made before the message
+and removed after the job is over, so that whoever looks here finds every job that may need another
+message, without reading the documents of all the jobs there ever were.
 """
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from service.jobs import JobBook
     from service.storage.blobs import Blobs
@@ -30,19 +31,28 @@ class Outbox:
         The store of the deployment.
     book : JobBook
         Its jobs.
+    clock : callable
+        Seconds of the Unix epoch, as the book has them.
     """
 
-    def __init__(self, blobs: Blobs, book: JobBook) -> None:
+    def __init__(
+        self, blobs: Blobs, book: JobBook, clock: Callable[[], float] = time.time
+    ) -> None:
         self._blobs = blobs
         self._book = book
+        self._clock = clock
+        self._due: dict[str, float] = {}
 
     def mark(self, job_id: str) -> None:
         """Note that a job is about to be sent."""
         self._blobs.create(_key(job_id), _MARK)
 
     def remove(self, job_id: str) -> None:
-        """Forget a job that is over."""
+        """Forget a job that is over; a new one of the same id that came meanwhile stays."""
         self._blobs.delete(_key(job_id))
+        document = self._book.read(job_id)
+        if document is not None and not document.final:
+            self.mark(job_id)
 
     def ids(self) -> Iterator[str]:
         """Iterate over the ids of the jobs that were sent and are not known to be over."""
@@ -52,24 +62,28 @@ class Outbox:
     def overdue(self, silence: float) -> Iterator[str]:
         """Iterate over the jobs that have to be sent again, by this caller and by nobody else.
 
+        A job is read once in the time in which it cannot become overdue, so that this may be asked
+        every few seconds.
+
         Parameters
         ----------
         silence : float
             Seconds after which a queued job that nobody has begun is taken for lost. A running one
-            is when its lease has ended.
+            is lost when its lease has ended.
         """
+        due, self._due = self._due, {}
         for job_id in self.ids():
-            document = self._book.revived(job_id, silence)
-            if document is None:
+            if due.get(job_id, 0.0) > self._clock():
+                self._due[job_id] = due[job_id]
                 continue
-            if document.final:
+            document = self._book.read(job_id)
+            if document is None or document.final:
                 self.remove(job_id)
-                # Somebody may have asked for it anew in between.
-                document = self._book.revived(job_id, 0.0)
-                if document is None or document.final:
-                    continue
-                self.mark(job_id)
-            yield job_id
+                continue
+            self._due[job_id] = self._book.overdue_at(document, silence)
+            if self._due[job_id] <= self._clock() and self._book.revived(document, silence):
+                self._due[job_id] = self._clock() + silence
+                yield job_id
 
 
 def _key(job_id: str) -> str:
