@@ -55,8 +55,14 @@ class Engine(Protocol):
     Everything here belongs to the event loop's thread.
     """
 
+    def listen(self, listener: Callable[[JobDocument], None]) -> None:
+        """Have every change of a job that is known here told, in the event loop's thread."""
+
     async def start(self) -> None:
         """Begin to work, on what an earlier process left unfinished as well."""
+
+    def drain(self) -> None:
+        """Refuse new builds, and begin none; `stop` says what becomes of those that run."""
 
     async def stop(self) -> None:
         """Finish what can be finished in time, give the rest back to the book, and end."""
@@ -84,7 +90,8 @@ class Engine(Protocol):
     def document(self, job_id: str) -> JobDocument | None:
         """Return a job as far as it is known here, fresher than the book; None if it is not.
 
-        An engine that answers with a job tells every change of it by its callback.
+        An engine that answers with a job tells every change of it to its listener, the end as
+        well. For other jobs the book is asked again and again.
         """
 
     def facts(self) -> EngineFacts:
