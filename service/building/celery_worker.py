@@ -10,18 +10,14 @@ again at once.
 
 from __future__ import annotations
 
-import json
 import logging
 import mmap
 import os
 import random
 import signal
 import socket
-import sys
-import tempfile
 import threading
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import billiard
@@ -30,6 +26,7 @@ from celery.exceptions import Reject
 from celery.worker.consumer import Consumer
 
 from service.building.celery_app import TASK, Broker, BrokerUnavailableError, celery_app
+from service.building.health import SIGN_SECONDS, leave, sign
 from service.building.interruption import Interruption
 from service.building.outbox import Outbox
 from service.building.performer import Outcome, Performer
@@ -43,7 +40,7 @@ if TYPE_CHECKING:
     from service.settings import Settings
     from service.storage.gamuts import GamutStore
 
-__all__ = ["Slot", "health", "run_worker", "state_file"]
+__all__ = ["Slot", "run_worker"]
 
 logger = logging.getLogger(__name__)
 
@@ -56,10 +53,6 @@ _SWEEP_SECONDS = 5.0
 
 _RETRY_SECONDS = 2.0
 """Before a job goes back to the queue that could not even be claimed."""
-
-_STATE_SECONDS = 2.0
-_STALE_SECONDS = 15.0
-"""Between two signs of life, and the age of one that has stopped being true."""
 
 _START_SECONDS = 600.0
 """What a slot's start may take: kernels may have to be compiled."""
@@ -160,15 +153,16 @@ class _Sign(bootsteps.StartStopStep):
 
     def start(self, parent: Any) -> None:  # noqa: ANN401
         """Begin to write: the connection stands."""
-        path, slots = parent.app.gamut_state
-        _write_state(path, slots)
-        self._timer = parent.timer.call_repeatedly(_STATE_SECONDS, _write_state, (path, slots))
+        slots = parent.app.slots
+        _sign(*slots)
+        self._timer = parent.timer.call_repeatedly(SIGN_SECONDS, _sign, slots)
 
     def stop(self, parent: Any) -> None:  # noqa: ANN401, ARG002
         """Stop writing: the connection is lost, or the worker ends."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
+        leave()
 
 
 class _PlainConsumer(Consumer):
@@ -198,8 +192,7 @@ def run_worker(settings: Settings) -> int:
     """
     app = celery_app(settings)
     slots = mmap.mmap(-1, mmap.PAGESIZE)  # shared with the processes that are forked
-    path = state_file(settings)
-    app.gamut_state = (path, slots[: settings.build_workers] and slots)
+    app.slots = (slots, settings.build_workers)
     app.conf.worker_consumer = _PlainConsumer
     app.conf.worker_proc_alive_timeout = _START_SECONDS
     app.steps["consumer"].add(_Sign)
@@ -247,7 +240,7 @@ def run_worker(settings: Settings) -> int:
 
     def drain(**_: object) -> None:
         logger.info("no more jobs are taken; %g s for those under way", settings.drain_seconds)
-        path.unlink(missing_ok=True)
+        leave()
         waiting = threading.Timer(settings.drain_seconds, _release_all, (worker,))
         waiting.daemon = True
         waiting.start()
@@ -256,30 +249,8 @@ def run_worker(settings: Settings) -> int:
     try:
         worker.start()
     finally:
-        path.unlink(missing_ok=True)
+        leave()
     return int(worker.exitcode or 0)
-
-
-def state_file(settings: Settings) -> Path:
-    """Return where a worker leaves its signs of life, for `health` on the same host."""
-    return settings.worker_state or Path(tempfile.gettempdir()) / f"gamut-worker-{os.getuid()}.json"
-
-
-def health(settings: Settings) -> str | None:
-    """Return what is wrong with the worker on this host; None if it takes jobs."""
-    path = state_file(settings)
-    try:
-        state = json.loads(path.read_bytes())
-        age = time.time() - state["time"]
-    except FileNotFoundError:
-        return f"no worker is running, or none that has reached its broker ({path} is not there)"
-    except (OSError, ValueError, KeyError) as error:
-        return f"{path} cannot be read: {error}"
-    if age > _STALE_SECONDS:
-        return f"no sign of life for {age:.0f} s: the broker is out of reach, or the worker hangs"
-    if not any(state["slots"]):
-        return "no process is warm yet, or the store is out of reach"
-    return None
 
 
 def _started_slot(settings: Settings, broker: Broker) -> Slot:
@@ -311,8 +282,5 @@ def _release_all(worker: Any) -> None:  # noqa: ANN401 - Celery's
             continue
 
 
-def _write_state(path: Path, slots: mmap.mmap) -> None:
-    state = {"time": time.time(), "pid": os.getpid(), "slots": list(slots[:64])}
-    new = path.with_suffix(f".{os.getpid()}")
-    new.write_text(json.dumps(state))
-    new.replace(path)
+def _sign(slots: mmap.mmap, count: int) -> None:
+    sign(sum(state != _COLD for state in slots[:count]), count)

@@ -9,12 +9,13 @@ message, without reading the documents of all the jobs there ever were.
 from __future__ import annotations
 
 import time
+from datetime import datetime
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from service.jobs import JobBook
+    from service.jobs import JobBook, JobDocument
     from service.storage.blobs import Blobs
 
 __all__ = ["Outbox"]
@@ -35,9 +36,7 @@ class Outbox:
         Seconds of the Unix epoch, as the book has them.
     """
 
-    def __init__(
-        self, blobs: Blobs, book: JobBook, clock: Callable[[], float] = time.time
-    ) -> None:
+    def __init__(self, blobs: Blobs, book: JobBook, clock: Callable[[], float] = time.time) -> None:
         self._blobs = blobs
         self._book = book
         self._clock = clock
@@ -80,10 +79,16 @@ class Outbox:
             if document is None or document.final:
                 self.remove(job_id)
                 continue
-            self._due[job_id] = self._book.overdue_at(document, silence)
-            if self._due[job_id] <= self._clock() and self._book.revived(document, silence):
+            self._due[job_id] = _overdue_at(document, silence)
+            if self._due[job_id] <= self._clock() and self._book.revived(job_id, silence):
                 self._due[job_id] = self._clock() + silence
                 yield job_id
+
+
+def _overdue_at(document: JobDocument, silence: float) -> float:
+    if document.state == "running":
+        return document.lease_until or 0.0
+    return datetime.fromisoformat(document.updated).timestamp() + silence
 
 
 def _key(job_id: str) -> str:
