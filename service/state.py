@@ -13,7 +13,8 @@ from service.builds import Builds
 from service.library import Library
 from service.meshes import Meshes
 from service.settings import Settings
-from service.store import GamutStore
+from service.storage.gamuts import GamutStore
+from service.storage.location import gamut_store
 
 __all__ = ["Service", "service_of"]
 
@@ -38,7 +39,7 @@ class Service:
     warm: bool = False
 
     def __post_init__(self) -> None:
-        self.store = GamutStore(self.settings.data)
+        self.store = gamut_store(self.settings)
         self.library = Library(self.store, self.settings.history_cache_bytes)
         self.meshes = Meshes(self.library, self.settings.mesh_cache_bytes)
         self.builds = Builds(self.settings, self.store)
