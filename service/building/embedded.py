@@ -91,9 +91,7 @@ class EmbeddedEngine:
         self._sole_owner = sole_owner
         self._owner = owner_name()
         self._performers = [
-            Performer(
-                settings, store, book, owner=self._owner, command=command, on_build=on_build
-            )
+            Performer(settings, store, book, owner=self._owner, command=command, on_build=on_build)
             for _ in range(settings.build_workers)
         ]
         self._threads = ThreadPoolExecutor(settings.build_workers, thread_name_prefix="build")
@@ -336,9 +334,7 @@ class EmbeddedEngine:
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(self._draining.wait(), seconds)
 
-    async def _in_thread(
-        self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs
-    ) -> T:
+    async def _in_thread(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         loop = asyncio.get_running_loop()
         return await loop.run_in_executor(self._threads, lambda: function(*args, **kwargs))
 
