@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from gamutcore.version import __version__
 from gamutcore.warm import compile_kernels
 from service.application import create_app
+from service.protocol import ConnectionLimits, limited_protocol
 from service.settings import ENVIRONMENT_PREFIX, Settings
 from service.storage.gamuts import GamutStore
 from service.storage.local import StoreInUseError
@@ -103,6 +104,8 @@ def _serve(overrides: dict[str, Any]) -> int:
         port=settings.port,
         log_level=settings.log_level,
         access_log=settings.access_log,
+        http=limited_protocol(ConnectionLimits.of(settings)),
+        ws="none",
         server_header=False,
         timeout_keep_alive=_KEEP_ALIVE_SECONDS,
         timeout_graceful_shutdown=int(settings.drain_seconds) + 1,
