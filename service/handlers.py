@@ -19,6 +19,7 @@ from starlette.routing import Match
 
 from gamutcore.errors import GamutError
 from service.problems import Problem, ProblemError, problem_response
+from service.storage.blobs import StoreUnavailableError
 from service.storage.gamuts import GamutNotStoredError
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ def add_exception_handlers(app: FastAPI) -> None:
     app.add_exception_handler(ProblemError, _problem)
     app.add_exception_handler(GamutError, _core_error)
     app.add_exception_handler(GamutNotStoredError, _not_stored)
+    app.add_exception_handler(StoreUnavailableError, _store_unavailable)
     app.add_exception_handler(RequestValidationError, _invalid_parameter)
     app.add_exception_handler(HTTPException, _http_error)
     app.add_exception_handler(ClientDisconnect, _disconnected)
@@ -64,6 +66,11 @@ async def _core_error(_request: Request, error: Exception) -> Response:
 async def _not_stored(_request: Request, error: Exception) -> Response:
     detail = f"There is no gamut {error.args[0]}."
     return problem_response(Problem("gamut-not-found", detail, {"field": "gamut_id"}))
+
+
+async def _store_unavailable(request: Request, error: Exception) -> Response:
+    logger.error("%s %s: %s", request.method, request.url.path, error)
+    return problem_response(Problem.store_unavailable())
 
 
 async def _invalid_parameter(_request: Request, error: Exception) -> Response:

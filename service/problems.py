@@ -364,11 +364,18 @@ _ROWS = (
         "Too many files and connections are open.",
     ),
     Kind(
+        "store-unavailable",
+        503,
+        "The store cannot be reached",
+        "Try again after the time in Retry-After; the operator finds the reason in the log.",
+        "The store did not answer, or refused.",
+    ),
+    Kind(
         "storage-full",
         507,
         "The store is full",
         "The operator has to free or add space; existing gamuts are still served.",
-        "There is no space left in the data directory.",
+        "There is no space left in the store.",
     ),
 )
 
@@ -417,11 +424,19 @@ class Problem:
     def from_errno(cls, number: int | None) -> Problem | None:
         """Return the problem that an error number of the system is; None for a defect."""
         if number in {errno.ENOSPC, errno.EDQUOT}:
-            return cls("storage-full", "There is no space left in the data directory.")
+            return cls("storage-full", KINDS["storage-full"].detail)
+        if number in {errno.EIO, errno.EROFS, errno.ESTALE}:
+            return cls.store_unavailable()
         if number in {errno.EMFILE, errno.ENFILE}:
             detail = "Too many files and connections are open."
             return cls("overloaded", detail, headers={"Retry-After": "5"})
         return None
+
+    @classmethod
+    def store_unavailable(cls) -> Problem:
+        """Return the problem of a store that does not answer; the log has the reason."""
+        code = "store-unavailable"
+        return cls(code, KINDS[code].detail, headers={"Retry-After": "5"})
 
     @property
     def kind(self) -> Kind:
