@@ -91,7 +91,7 @@ class CloudBlobs:
     Raises
     ------
     ValueError
-        The address is of another form.
+        The address is of another form, or the environment lacks what it needs.
     """
 
     remote = True
@@ -253,15 +253,21 @@ def _client(
         os.environ.get(f"{prefix}_ALLOW_HTTP", "").lower() in {"1", "true"}
         for prefix in ("AWS", "GOOGLE", "AZURE")
     )
-    return kind.from_url(
-        address,
-        client_options={
-            "connect_timeout": timedelta(seconds=_CONNECT_SECONDS),
-            "timeout": timedelta(seconds=_REQUEST_SECONDS),
-            "allow_http": allowed,
-        },
-        retry_config=retry,
-    )
+    try:
+        return kind.from_url(
+            address,
+            client_options={
+                "connect_timeout": timedelta(seconds=_CONNECT_SECONDS),
+                "timeout": timedelta(seconds=_REQUEST_SECONDS),
+                "allow_http": allowed,
+            },
+            retry_config=retry,
+        )
+    except BaseError as error:
+        # Such as a missing account; without addresses, for the same reason as above.
+        first_line = re.sub(r"\S+://\S+", "...", str(error).partition("\n")[0])
+        message = f"the store's settings in the environment do not do: {first_line}"
+        raise ValueError(message) from None
 
 
 def _repeated(request: Callable[[], T]) -> T:
