@@ -37,7 +37,7 @@ from obstore.exceptions import (
 )
 from obstore.store import AzureStore, GCSStore, S3Store
 
-from service.storage.blobs import Blob, BlobNotFoundError, StoreUnavailableError
+from service.storage.blobs import Blob, BlobNotFoundError, Content, StoreUnavailableError
 
 if TYPE_CHECKING:
     from typing import BinaryIO
@@ -163,10 +163,11 @@ class CloudBlobs:
         with _translated("look at", key):
             return obstore.head(self._reading, key)["size"]
 
-    def create(self, key: str, content: bytes | Path) -> str | None:
+    def create(self, key: str, content: Content) -> str | None:
         """Store a new blob and return its version; None if there is one of this key."""
         try:
-            return self._written(key, content, "create")
+            whole = b"".join(content) if isinstance(content, list) else content
+            return self._written(key, whole, "create")
         finally:
             if isinstance(content, Path):
                 content.unlink(missing_ok=True)

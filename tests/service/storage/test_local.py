@@ -129,7 +129,13 @@ def test_room_is_made_as_long_as_there_is_something_to_go(tmp_path):
 def test_a_part_of_the_disk_stays_free(tmp_path):
     blobs = opened(tmp_path, reserve=2**62)
     with pytest.raises(StoreFullError):
-        blobs.create(KEY, b"x")
+        blobs.create(KEY, bytes(100_000))
+    # What has been admitted can be finished: its result is on the disk, its state is small.
+    output = blobs.scratch(".gamut")
+    output.write_bytes(bytes(100_000))
+    assert blobs.create("published/ab/result", output) is not None
+    version = blobs.create(KEY, b"running")
+    assert blobs.replace(KEY, b"succeeded", version) is not None
     blobs.close()
 
 
