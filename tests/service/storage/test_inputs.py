@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from service.storage.blobs import BlobNotFoundError
 from service.storage.records import input_key
 
-ANY = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+ANY = settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 @ANY
