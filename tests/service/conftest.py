@@ -21,6 +21,7 @@ from service.storage.records import Record
 # The tests' folders are no packages.
 sys.path.insert(0, str(Path(__file__).parent))
 import emulators
+import google_storage
 
 START_SECONDS = 120
 """Generous: on a first run the kernels are compiled."""
@@ -131,6 +132,13 @@ def azure(tmp_path_factory):
             pytest.fail(reason)
         pytest.skip(reason)
     with emulators.azure_server(tmp_path_factory.mktemp("azure")) as environment:
+        yield environment
+
+
+@pytest.fixture(scope="session")
+def gcs():
+    """The environment of a server that behaves as Google's documentation says."""
+    with google_storage.server() as environment:
         yield environment
 
 
