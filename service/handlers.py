@@ -19,6 +19,7 @@ from starlette.routing import Match
 
 from gamutcore.errors import GamutError
 from service.problems import Problem, ProblemError, problem_response
+from service.storage.blobs import StoreUnavailableError
 from service.storage.gamuts import GamutNotStoredError
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ def add_exception_handlers(app: FastAPI) -> None:
     app.add_exception_handler(ProblemError, _problem)
     app.add_exception_handler(GamutError, _core_error)
     app.add_exception_handler(GamutNotStoredError, _not_stored)
+    app.add_exception_handler(StoreUnavailableError, _store_unavailable)
     app.add_exception_handler(RequestValidationError, _invalid_parameter)
     app.add_exception_handler(HTTPException, _http_error)
     app.add_exception_handler(ClientDisconnect, _disconnected)
@@ -64,6 +66,11 @@ async def _core_error(_request: Request, error: Exception) -> Response:
 async def _not_stored(_request: Request, error: Exception) -> Response:
     detail = f"There is no gamut {error.args[0]}."
     return problem_response(Problem("gamut-not-found", detail, {"field": "gamut_id"}))
+
+
+async def _store_unavailable(request: Request, error: Exception) -> Response:
+    logger.error("%s %s: %s", request.method, request.url.path, error)
+    return problem_response(Problem.store_unavailable())
 
 
 async def _invalid_parameter(_request: Request, error: Exception) -> Response:
@@ -95,9 +102,13 @@ async def _disconnected(_request: Request, _error: Exception) -> Response:
 
 async def _system_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, OSError)  # noqa: S101 - registered for this class
-    logger.error("%s %s", request.method, request.url.path, exc_info=error)
     problem = Problem.from_errno(error.errno)
-    return await _defect(request, error) if problem is None else problem_response(problem)
+    if problem is None:
+        logger.error("%s %s", request.method, request.url.path, exc_info=error)
+        return await _defect(request, error)
+    # A full disk is no defect: where in the program it was met is of no interest.
+    logger.error("%s %s: %s", request.method, request.url.path, error)
+    return problem_response(problem)
 
 
 async def _defect(_request: Request, _error: Exception) -> Response:

@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 import logging
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, field
 
 from fastapi import Request
@@ -52,6 +52,8 @@ class Service:
     @contextlib.asynccontextmanager
     async def running(self) -> AsyncIterator[None]:
         """Open the store and start the workers; drain and close on leaving."""
+        loop = asyncio.get_running_loop()
+        self.store.on_evicted = lambda gamut_id: _soon(loop, self.forget, gamut_id)
         await asyncio.to_thread(self.store.open)
         self.builds.start()
         warming = asyncio.create_task(self._warm())
@@ -61,7 +63,8 @@ class Service:
             warming.cancel()
             await self.builds.stop()
             self.library.close()
-            self.store.close()
+            # It waits for its threads.
+            await asyncio.to_thread(self.store.close)
 
     def forget(self, gamut_id: str) -> None:
         """Drop from memory what belongs to a deleted gamut."""
@@ -74,6 +77,12 @@ class Service:
         await self.library.in_thread(compile_reading_kernels)
         self.warm = True
         logger.info("ready")
+
+
+def _soon(loop: asyncio.AbstractEventLoop, function: Callable[[str], None], argument: str) -> None:
+    """Call a function in the loop's thread, unless the loop has come to its end."""
+    with contextlib.suppress(RuntimeError):
+        loop.call_soon_threadsafe(function, argument)
 
 
 def service_of(request: Request) -> Service:

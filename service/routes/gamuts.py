@@ -106,6 +106,7 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
             "queue-full",
             "shutting-down",
             "overloaded",
+            "store-unavailable",
             "storage-full",
         ),
     },
@@ -169,7 +170,7 @@ async def create_gamut(request: Request) -> Response:
     description="Pages through all gamuts in the order of their ids; `next` is the next page.",
     responses={
         200: json_response("A page of gamuts.", GamutList, EXAMPLE_LIST),
-        **problems("invalid-parameter"),
+        **problems("invalid-parameter", "store-unavailable"),
     },
 )
 async def list_gamuts(
@@ -214,7 +215,7 @@ async def list_gamuts(
             "The gamut.", GamutDescription, EXAMPLE_GAMUT, {"ETag": _ENTITY_HEADERS["ETag"]}
         ),
         **_NOT_MODIFIED,
-        **problems("gamut-not-found", "invalid-parameter"),
+        **problems("gamut-not-found", "invalid-parameter", "store-unavailable"),
     },
 )
 async def describe_gamut(request: Request, gamut_id: GamutId) -> Response:
@@ -233,7 +234,7 @@ async def describe_gamut(request: Request, gamut_id: GamutId) -> Response:
     status_code=204,
     responses={
         204: {"description": "The gamut is gone."},
-        **problems("gamut-not-found", "invalid-parameter"),
+        **problems("gamut-not-found", "invalid-parameter", "store-unavailable"),
     },
 )
 async def delete_gamut(request: Request, gamut_id: GamutId) -> Response:
@@ -255,7 +256,7 @@ async def delete_gamut(request: Request, gamut_id: GamutId) -> Response:
     responses={
         200: json_response("The error curve.", Levels, EXAMPLE_LEVELS, _ENTITY_HEADERS),
         **_NOT_MODIFIED,
-        **problems("gamut-not-found", "invalid-parameter"),
+        **problems("gamut-not-found", "invalid-parameter", "store-unavailable"),
     },
 )
 async def describe_levels(request: Request, gamut_id: GamutId) -> Response:
@@ -297,7 +298,9 @@ async def describe_levels(request: Request, gamut_id: GamutId) -> Response:
             },
         },
         **_NOT_MODIFIED,
-        **problems("gamut-not-found", "range-not-satisfiable", "invalid-parameter"),
+        **problems(
+            "gamut-not-found", "range-not-satisfiable", "invalid-parameter", "store-unavailable"
+        ),
     },
 )
 async def download_history(request: Request, gamut_id: GamutId) -> Response:

@@ -32,7 +32,7 @@ router = APIRouter(prefix="/v1/jobs", tags=["jobs"], dependencies=[Depends(check
             EXAMPLE_JOB,
             {"Retry-After": header("Seconds after which to look again, until it is done.", 1)},
         ),
-        **problems("job-not-found", "invalid-parameter"),
+        **problems("job-not-found", "invalid-parameter", "store-unavailable"),
     },
 )
 async def describe_job(

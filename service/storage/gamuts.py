@@ -19,9 +19,10 @@ import hashlib
 import secrets
 import threading
 import time
-from collections import OrderedDict
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -30,7 +31,9 @@ from service.storage.eviction import Eviction
 from service.storage.inputs import Inputs
 from service.storage.local import LocalBlobs
 from service.storage.quarantine import Quarantine
+from service.storage.record_cache import RecordCache
 from service.storage.records import Record, id_of, record_key
+from service.storage.sweep import remove_uncommitted
 
 __all__ = ["GamutDamagedError", "GamutNotStoredError", "GamutStore"]
 
@@ -42,6 +45,9 @@ _CACHED_RECORDS = 10_000
 _RECORD_SECONDS = 30.0
 """How long a record of a remote store is believed to be there still. It never changes, but another
 replica may delete it."""
+
+_READERS = 16
+"""Records of a remote store that are read at the same time for a page of the list."""
 
 _FLUSH_SECONDS = 600.0
 """How often the times of last use are written down: what a crash forgets of them."""
@@ -97,11 +103,12 @@ class GamutStore:
         self._inputs = Inputs(blobs, self._quarantine)
         self._lock = threading.Lock()
         self._publishing: dict[str, int] = {}
-        self._cached: OrderedDict[str, tuple[Record, float]] = OrderedDict()
+        # Local records are read in microseconds, and cannot be deleted by others.
+        self._cached = RecordCache(_CACHED_RECORDS, _RECORD_SECONDS if blobs.remote else 0)
         self._used: dict[str, float] = {}
         self._flushed = time.monotonic()
         self._sweeping: threading.Thread | None = None
-        self._opened = 0.0
+        self._opened = threading.Event()
         if isinstance(blobs, LocalBlobs):
             blobs.make_room = Eviction(self, blobs).make_room
 
@@ -118,17 +125,20 @@ class GamutStore:
     def open(self) -> None:
         """Open the storage (see `Blobs.open`), and remove what no record speaks of from it."""
         self.blobs.open()
-        self._opened = time.time()
+        self._opened.set()
         if isinstance(self.blobs, LocalBlobs):
             # In the background, because a million names take seconds to look through.
             self._sweeping = threading.Thread(
-                target=self._sweep, args=(self.blobs,), name="store sweep", daemon=True
+                target=remove_uncommitted,
+                args=(self.blobs, self.is_being_published, self._opened.is_set),
+                name="store sweep",
+                daemon=True,
             )
             self._sweeping.start()
 
     def close(self) -> None:
         """Give the storage up."""
-        self._opened = 0.0
+        self._opened.clear()
         if self._sweeping is not None:
             self._sweeping.join()
             self._sweeping = None
@@ -156,18 +166,18 @@ class GamutStore:
         """
         with self._published_here(record.id):
             try:
-                with contextlib.suppress(GamutNotStoredError):
-                    return self._read_record(record.id)
+                record = self._read_record(record.id)
+            except GamutNotStoredError:
                 record = replace(record, copy=secrets.token_hex(8))
                 # Where this returns None, a request that seemed to have failed was carried out
                 # after all: nobody else has this name.
                 self.blobs.create(record.key, content)
+                record = self._committed(record)
             finally:
                 content.unlink(missing_ok=True)
-            record = self._committed(record)
             if not self.keep_inputs:
                 self.drop_input(record.id)
-        self._remember(record)
+        self._cached.put(record)
         return record
 
     def record(self, gamut_id: str) -> Record:
@@ -181,7 +191,7 @@ class GamutStore:
             There is none, or it was damaged (`GamutDamagedError`).
         """
         try:
-            record = self._cached_record(gamut_id) or self._read_record(gamut_id)
+            record = self._cached.get(gamut_id) or self._read_record(gamut_id)
         except GamutNotStoredError:
             with self._lock:
                 self.misses += 1
@@ -220,7 +230,7 @@ class GamutStore:
             return record, self._verified(record)
         # Deleted or replaced since the look at its record, or damaged on the way from there to
         # here: only what is wrong at the second look as well is damaged.
-        self._forget(gamut_id)
+        self._cached.discard(gamut_id)
         record = self._read_record(gamut_id)
         try:
             return record, self._verified(record)
@@ -235,10 +245,10 @@ class GamutStore:
         try:
             record = self._read_record(gamut_id)
         except GamutNotStoredError:
-            self._forget(gamut_id)
+            self._cached.discard(gamut_id)
             return False
         deleted = self.blobs.delete(record_key(gamut_id))
-        self._forget(gamut_id)
+        self._cached.discard(gamut_id)
         self._used.pop(gamut_id, None)
         self.blobs.delete(record.key)
         self.drop_input(gamut_id)
@@ -258,11 +268,16 @@ class GamutStore:
     def page(self, after: str, limit: int) -> list[Record]:
         """Return up to `limit` records in the order of their ids, from the first after `after`."""
         records: list[Record] = []
-        for gamut_id in self.ids(after):
-            if len(records) == limit:
-                break
-            with contextlib.suppress(GamutNotStoredError):
-                records.append(self._cached_record(gamut_id) or self._read_record(gamut_id))
+        ids = self.ids(after)
+        while batch := list(islice(ids, limit - len(records))):
+            if self.blobs.remote:
+                # One after the other, a page would take seconds.
+                with ThreadPoolExecutor(min(_READERS, len(batch))) as threads:
+                    found = list(threads.map(self._listed, batch))
+            else:
+                found = [self._listed(gamut_id) for gamut_id in batch]
+            # Some may have been deleted since they were listed, or be damaged.
+            records += [record for record in found if record is not None]
         return records
 
     def ids(self, after: str = "") -> Iterator[str]:
@@ -362,21 +377,11 @@ class GamutStore:
             self.blobs.delete(record.key)
         return present
 
-    def _cached_record(self, gamut_id: str) -> Record | None:
-        record, until = self._cached.get(gamut_id, (None, 0.0))
-        return record if until > time.monotonic() else None
-
-    def _remember(self, record: Record) -> None:
-        if self.blobs.remote:
-            with self._lock:
-                self._cached[record.id] = (record, time.monotonic() + _RECORD_SECONDS)
-                self._cached.move_to_end(record.id)
-                while len(self._cached) > _CACHED_RECORDS:
-                    self._cached.popitem(last=False)
-
-    def _forget(self, gamut_id: str) -> None:
-        with self._lock:
-            self._cached.pop(gamut_id, None)
+    def _listed(self, gamut_id: str) -> Record | None:
+        try:
+            return self._cached.get(gamut_id) or self._read_record(gamut_id)
+        except GamutNotStoredError:
+            return None
 
     def _read_record(self, gamut_id: str) -> Record:
         """Return the record that is in the storage; a damaged one goes to the quarantine."""
@@ -393,7 +398,7 @@ class GamutStore:
             except (ValueError, TypeError) as error:
                 flaw = f"damaged record: {error}"
             if record is not None and not flaw:
-                self._remember(record)
+                self._cached.put(record)
                 return record
         raise self._damaged(gamut_id, flaw, record, data)
 
@@ -429,7 +434,7 @@ class GamutStore:
         self, gamut_id: str, reason: str, record: Record | None, data: bytes | None = None
     ) -> GamutDamagedError:
         """Move a gamut to the quarantine, unless another has taken its place meanwhile."""
-        self._forget(gamut_id)
+        self._cached.discard(gamut_id)
         histories = []
         if record is not None and record.id == gamut_id:
             histories = [record.key]
@@ -458,33 +463,6 @@ class GamutStore:
             with contextlib.suppress(BlobNotFoundError):
                 total += self.blobs.size(key)
         return total
-
-    def _sweep(self, blobs: LocalBlobs) -> None:
-        """Remove histories that an earlier process stored, and did not live to commit."""
-        waiting: list[str] = []
-        for key in blobs.keys("published/"):
-            if not self._opened:
-                return
-            if waiting and id_of(waiting[0]) != id_of(key):
-                self._sweep_histories(blobs, waiting, None)
-                waiting = []
-            if not key.endswith(".record"):
-                waiting.append(key)
-                continue
-            if len(waiting) > 1:
-                with contextlib.suppress(GamutNotStoredError):
-                    self._sweep_histories(blobs, waiting, self._read_record(id_of(key)))
-            waiting = []
-        self._sweep_histories(blobs, waiting, None)
-
-    def _sweep_histories(self, blobs: LocalBlobs, keys: list[str], record: Record | None) -> None:
-        for key in keys:
-            with contextlib.suppress(BlobNotFoundError):
-                # Younger ones are being published right now.
-                if (record is None or key != record.key) and blobs.stat(
-                    key
-                ).st_mtime < self._opened - 1:
-                    blobs.delete(key)
 
 
 def _is_still(now: bytes, record: Record | None, data: bytes | None) -> bool:
