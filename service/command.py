@@ -1,4 +1,4 @@
-"""The console script ``gamut``: serve, print the OpenAPI document, compile the kernels."""
+"""The console script ``gamut``: serve, check a store, print the OpenAPI document, compile."""
 
 import argparse
 import json
@@ -6,7 +6,6 @@ import logging
 import resource
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import uvicorn
@@ -15,8 +14,13 @@ from pydantic import ValidationError
 from gamutcore.version import __version__
 from gamutcore.warm import compile_kernels
 from service.application import create_app
+from service.server import Server
 from service.settings import ENVIRONMENT_PREFIX, Settings
-from service.store import GamutStore, StoreInUseError
+from service.storage.blobs import StoreUnavailableError
+from service.storage.check import report
+from service.storage.gamuts import GamutStore
+from service.storage.local import StoreInUseError
+from service.storage.location import StoreLocationError, blobs_at, is_address
 
 __all__ = ["main", "openapi_document", "raise_file_limit"]
 
@@ -43,12 +47,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     serve.add_argument("--host", help="address to listen on")
     serve.add_argument("--port", type=int, help="port to listen on; 0 takes a free one")
-    serve.add_argument("--data", type=Path, help="directory of the store")
+    serve.add_argument("--store", help="where gamuts are kept: a directory, or s3://, gs://, az://")
     commands.add_parser("openapi", help="print the OpenAPI document")
     commands.add_parser("warm", help="compile the kernels, so that nobody has to wait for them")
+    store = commands.add_parser("store", help="look after a store")
+    check = store.add_subparsers(dest="store_command", required=True).add_parser(
+        "check", help="prove that a store keeps the promises that the service relies on"
+    )
+    check.add_argument("location", nargs="?", help="GAMUT_STORE by default")
     parsed = parser.parse_args(arguments)
     if parsed.command == "serve":
-        return _serve({name: getattr(parsed, name) for name in ("host", "port", "data")})
+        return _serve({name: getattr(parsed, name) for name in ("host", "port", "store")})
+    if parsed.command == "store":
+        return _check_store(parsed.location)
     if parsed.command == "openapi":
         sys.stdout.write(openapi_document())
     else:
@@ -75,6 +86,18 @@ def raise_file_limit() -> None:
         logger.warning("the limit of open files stays as it is: %s", error)
 
 
+def _check_store(location: str | None) -> int:
+    try:
+        # Two clients of a bucket are as far apart as two machines; a directory has one owner.
+        location = location or Settings().store
+        blobs = blobs_at(location)
+        another = blobs_at(location) if is_address(location) else blobs
+    except ValueError as error:
+        sys.stderr.write(f"gamut: {error}\n")
+        return 2
+    return report(blobs, another, sys.stdout)
+
+
 def _serve(overrides: dict[str, Any]) -> int:
     given = {name: value for name, value in overrides.items() if value is not None}
     try:
@@ -88,16 +111,16 @@ def _serve(overrides: dict[str, Any]) -> int:
         level=settings.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s"
     )
     raise_file_limit()
-    app = create_app(settings)
-    store: GamutStore = app.state.service.store
     try:
+        app = create_app(settings)
+        store: GamutStore = app.state.service.store
         # uvicorn reports what fails in the lifespan with a traceback; people get a sentence.
         store.open()
         store.close()
-    except (StoreInUseError, OSError) as error:
+    except (StoreInUseError, StoreLocationError, StoreUnavailableError, OSError) as error:
         sys.stderr.write(f"gamut: {error}\n")
         return 1
-    uvicorn.run(
+    config = uvicorn.Config(
         app,
         host=settings.host,
         port=settings.port,
@@ -105,6 +128,9 @@ def _serve(overrides: dict[str, Any]) -> int:
         access_log=settings.access_log,
         server_header=False,
         timeout_keep_alive=_KEEP_ALIVE_SECONDS,
-        timeout_graceful_shutdown=int(settings.drain_seconds) + 1,
+        # Builds end or are given back within the time to drain; then their requests are answered.
+        timeout_graceful_shutdown=int(settings.drain_seconds) + 2,
     )
-    return 0
+    server = Server(config, app.state.service)
+    server.run()
+    return 0 if server.started else 1

@@ -4,7 +4,6 @@ One field is one variable: ``max_body_bytes`` is ``GAMUT_MAX_BODY_BYTES``. The t
 ``docs/settings.md`` is `settings_table` of this model, and a test holds the two together.
 """
 
-from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -22,10 +21,38 @@ class Settings(BaseSettings):
 
     model_config = SettingsConfigDict(env_prefix=ENVIRONMENT_PREFIX, extra="forbid", frozen=True)
 
-    data: Annotated[
-        Path,
-        Field(description="Directory of the store. It belongs to one running service at a time."),
-    ] = Path("var/gamuts")
+    store: Annotated[
+        str,
+        Field(
+            min_length=1,
+            description="Where gamuts, inputs and jobs are kept: a directory, which belongs to one "
+            "running service at a time, or `s3://bucket/prefix`, `gs://bucket/prefix` or "
+            "`az://container/prefix`, which any number of services share.",
+        ),
+    ] = "var/gamuts"
+    store_bytes: Annotated[
+        int,
+        Field(
+            ge=0,
+            description="Most bytes that a directory holds; the gamuts that were not used for the "
+            "longest time go for new ones. 0: no limit, and no gamut ever goes.",
+        ),
+    ] = 0
+    store_reserve_bytes: Annotated[
+        int,
+        Field(
+            ge=0,
+            description="Bytes of the directory's file system that are left free; beyond that a "
+            "new gamut is answered with 507.",
+        ),
+    ] = 64 * _MEBIBYTE
+    keep_inputs: Annotated[
+        bool,
+        Field(
+            description="Keep the input of a gamut, so that it can be built again when its history "
+            "turns out to be damaged."
+        ),
+    ] = True
     host: Annotated[str, Field(description="Address that `gamut serve` listens on.")] = "127.0.0.1"
     port: Annotated[
         int,
@@ -73,9 +100,23 @@ class Settings(BaseSettings):
         float,
         Field(gt=0, description="Seconds after which a build is ended and reported as failed."),
     ] = 120.0
+    build_memory_bytes: Annotated[
+        int,
+        Field(
+            ge=0,
+            description="Memory of its own that a build's process may have in use, beyond which it "
+            "is ended and reported as failed. 0: no limit. A million surface samples take 0.7 GB, "
+            "a picture of 24 megapixels 0.8 GB.",
+        ),
+    ] = 2048 * _MEBIBYTE
     build_attempts: Annotated[
         int,
-        Field(ge=1, le=10, description="How often a build is started whose worker process dies."),
+        Field(
+            ge=1,
+            le=10,
+            description="How often a build is started that dies, with its worker or with the whole "
+            "service, before it is given up.",
+        ),
     ] = 3
     client_wait: Annotated[
         float,
@@ -90,11 +131,20 @@ class Settings(BaseSettings):
     ] = 300.0
     drain_seconds: Annotated[
         float,
-        Field(ge=0, description="How long a stopping service lets accepted builds finish."),
+        Field(
+            ge=0,
+            description="How long a stopping service lets the builds finish that are running. "
+            "Those that do not, and those that wait, are taken up at the next start.",
+        ),
     ] = 20.0
-    finished_jobs: Annotated[
-        int, Field(ge=1, description="Finished jobs that are remembered, the newest first.")
-    ] = 1000
+    job_retention_seconds: Annotated[
+        float,
+        Field(ge=0, description="How long a finished job can be looked up. Gamuts stay."),
+    ] = 86_400.0
+    max_event_streams: Annotated[
+        int,
+        Field(ge=0, description="Clients that may follow jobs by server-sent events at a time."),
+    ] = 256
     history_cache_bytes: Annotated[
         int,
         Field(ge=0, description="Memory for opened histories; the least recently used go first."),

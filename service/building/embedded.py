@@ -91,9 +91,7 @@ class EmbeddedEngine:
         self._sole_owner = sole_owner
         self._owner = owner_name()
         self._performers = [
-            Performer(
-                settings, store, book, owner=self._owner, command=command, on_build=on_build
-            )
+            Performer(settings, store, book, owner=self._owner, command=command, on_build=on_build)
             for _ in range(settings.build_workers)
         ]
         self._threads = ThreadPoolExecutor(settings.build_workers, thread_name_prefix="build")
@@ -259,8 +257,9 @@ class EmbeddedEngine:
     async def _next(self, process: BuildProcess) -> str | None:
         """Return the next job of the queue; None if the process ends or the engine stops before."""
         loop = asyncio.get_running_loop()
-        ended = loop.create_future()
-        loop.add_reader(process, lambda: ended.done() or ended.set_result(None))
+        ended_process = asyncio.Event()
+        loop.add_reader(process, ended_process.set)
+        ended = asyncio.create_task(ended_process.wait())
         taking = asyncio.create_task(self._queue.get())
         draining = asyncio.create_task(self._draining.wait())
         try:
@@ -325,9 +324,7 @@ class EmbeddedEngine:
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(self._draining.wait(), seconds)
 
-    async def _in_thread(
-        self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs
-    ) -> T:
+    async def _in_thread(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         loop = asyncio.get_running_loop()
         return await loop.run_in_executor(self._threads, lambda: function(*args, **kwargs))
 

@@ -14,7 +14,13 @@ import numpy as np
 import pytest
 
 from gamutcore.gamut import Options, build_gamut
-from service.store import GamutStore, Record
+from service.storage.gamuts import GamutStore
+from service.storage.local import LocalBlobs
+from service.storage.records import Record
+
+# The tests' folders are no packages.
+sys.path.insert(0, str(Path(__file__).parent))
+import emulators
 
 START_SECONDS = 120
 """Generous: on a first run the kernels are compiled."""
@@ -36,7 +42,7 @@ class Server:
         command = "import sys; from service.command import main; sys.exit(main())"
         with log.open("wb") as output:
             self.process = subprocess.Popen(
-                [sys.executable, "-c", command, "serve", "--port", "0", "--data", str(data)],
+                [sys.executable, "-c", command, "serve", "--port", "0", "--store", str(data)],
                 env=environment,
                 stdout=output,
                 stderr=subprocess.STDOUT,
@@ -111,6 +117,24 @@ def start_server(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
+def s3(tmp_path_factory):
+    """The environment of an S3 emulator with the bucket ``bucket``."""
+    with emulators.s3_server(tmp_path_factory.mktemp("s3")) as environment:
+        yield environment
+
+
+@pytest.fixture(scope="session")
+def azure(tmp_path_factory):
+    """The environment of an Azure emulator with the container ``bucket``."""
+    if reason := emulators.azurite_missing():
+        if os.environ.get("CI") == "true":
+            pytest.fail(reason)
+        pytest.skip(reason)
+    with emulators.azure_server(tmp_path_factory.mktemp("azure")) as environment:
+        yield environment
+
+
+@pytest.fixture(scope="session")
 def server(start_server):
     """The server that most tests share; every test brings gamuts of its own."""
     started = start_server(max_body_bytes=2_000_000, max_inline_bytes=2_000_000)
@@ -182,12 +206,14 @@ def built(sphere):
 @pytest.fixture
 def filled_store(tmp_path, built):
     """A store with the gamuts of `built`."""
-    opened = GamutStore(tmp_path / "data")
+    opened = GamutStore(LocalBlobs(tmp_path / "data"))
     opened.open()
     for gamut in built:
         content = gamut.to_bytes()
         digest = hashlib.sha256(content).hexdigest()
         record = Record(gamut.id, digest, len(content), "2026-01-01T00:00:00Z", gamut.description)
-        opened.publish(record, opened.write_temporary(".gamut", content))
+        path = opened.scratch(".gamut")
+        path.write_bytes(content)
+        opened.publish(record, path)
     yield opened
     opened.close()
