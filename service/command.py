@@ -15,6 +15,7 @@ from gamutcore.version import __version__
 from gamutcore.warm import compile_kernels
 from service.application import create_app
 from service.protocol import ConnectionLimits, limited_protocol
+from service.server import Server
 from service.settings import ENVIRONMENT_PREFIX, Settings
 from service.storage.blobs import StoreUnavailableError
 from service.storage.check import report
@@ -120,7 +121,7 @@ def _serve(overrides: dict[str, Any]) -> int:
     except (StoreInUseError, StoreLocationError, StoreUnavailableError, OSError) as error:
         sys.stderr.write(f"gamut: {error}\n")
         return 1
-    uvicorn.run(
+    config = uvicorn.Config(
         app,
         host=settings.host,
         port=settings.port,
@@ -130,6 +131,9 @@ def _serve(overrides: dict[str, Any]) -> int:
         ws="none",
         server_header=False,
         timeout_keep_alive=_KEEP_ALIVE_SECONDS,
-        timeout_graceful_shutdown=int(settings.drain_seconds) + 1,
+        # Builds end or are given back within the time to drain; then their requests are answered.
+        timeout_graceful_shutdown=int(settings.drain_seconds) + 2,
     )
-    return 0
+    server = Server(config, app.state.service)
+    server.run()
+    return 0 if server.started else 1

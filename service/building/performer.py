@@ -235,7 +235,7 @@ class Performer:
             return self._tried_in_vain(keeper.claim, problem)
         except StoreUnavailableError as error:
             logger.warning("build of %s: the store cannot be used: %s", document.id, error)
-            return self._tried_in_vain(keeper.claim, Problem("store-unavailable", str(error)))
+            return self._tried_in_vain(keeper.claim, Problem.store_unavailable())
 
     def _result(
         self,
@@ -376,11 +376,16 @@ class Performer:
 
     def _renew_if_swollen(self, process: BuildProcess) -> None:
         """End a process that a large build has left large, so that the next one has its due."""
-        in_use = process.private_bytes()
-        if self._settings.build_memory_bytes and in_use is not None:
-            if in_use > self._settings.build_memory_bytes / 2:
-                logger.info("build worker %d keeps %d bytes and is replaced", process.pid, in_use)
-                self.close()
+        limit, in_use, idle = (
+            self._settings.build_memory_bytes,
+            process.private_bytes(),
+            process.idle_bytes,
+        )
+        if not limit or in_use is None or idle is None:
+            return
+        if in_use > (idle + limit) / 2:
+            logger.info("build worker %d keeps %d bytes and is replaced", process.pid, in_use)
+            self.close()
 
     def _is_stored(self, gamut_id: str) -> bool:
         try:
