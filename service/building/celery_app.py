@@ -1,10 +1,11 @@
 """Celery as the transport of jobs: one queue, one task, and the id of a job in every message.
 
-The truth about a job is in the store (`service.jobs`), so messages may be lost, doubled or late, and
-nothing but time is lost. What is set here is to make that rare: a message is acknowledged when its
-build is over, a worker takes no more messages than it has processes, RabbitMQ keeps them in a quorum
-queue with a limit of deliveries, Redis hands out one whose worker is gone after a little more than a
-build may take. There is no result backend, and messages are JSON. See ``docs/decisions/celery.md``.
+The truth about a job is in the store (`service.jobs`), so messages may be lost, doubled or late,
+and nothing but time is lost. What is set here is to make that rare: a message is acknowledged when
+its build is over, a worker takes no more messages than it has processes, RabbitMQ keeps them in a
+quorum queue with a limit of deliveries, and Redis hands one whose worker is gone to another after a
+little more than a build may take. There is no result backend, and messages are JSON. See
+``docs/decisions/celery.md``.
 """
 
 from __future__ import annotations
@@ -47,8 +48,8 @@ from the bucket, the history on its way there."""
 _VISIBILITY_MARGIN = 30.0
 
 _DELIVERIES = 20
-"""How often RabbitMQ delivers a message. The attempts of a build are counted in the store; this is for
-what never gets so far, such as a worker whose store is out of reach."""
+"""How often RabbitMQ delivers a message. The attempts of a build are counted in the store; this is
+for what never gets so far, such as a worker whose store is out of reach."""
 
 _CONNECT_SECONDS = 2.0
 _ANSWER_SECONDS = 5.0
@@ -66,7 +67,7 @@ class BrokerUnavailableError(Exception):
 
 
 def build_limit(settings: Settings) -> float:
-    """Return the seconds after which Celery kills a build's process: never before its own deadline."""
+    """Return the seconds after which Celery kills a slot: never before the build's own deadline."""
     return settings.build_timeout + _STARTING_SECONDS
 
 
@@ -162,7 +163,7 @@ class Broker:
             self._app.send_task(TASK, args=(job_id,), confirm_timeout=_ANSWER_SECONDS)
 
     def waiting(self) -> int:
-        """Return the number of jobs in the queue that no worker has taken; the queue is made if need be.
+        """Return the number of jobs in the queue, which is made if need be, that nobody has taken.
 
         Raises
         ------
@@ -174,6 +175,9 @@ class Broker:
                 try:
                     if self._connection is None:
                         self._connection = self._app.connection_for_write()
+                    self._connection.ensure_connection(
+                        max_retries=1, interval_start=0, interval_step=0
+                    )
                     with self._connection.channel() as channel:
                         return int(self._queue.bind(channel).queue_declare().message_count)
                 except self._errors():
