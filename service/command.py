@@ -15,8 +15,10 @@ from gamutcore.version import __version__
 from gamutcore.warm import compile_kernels
 from service.application import create_app
 from service.settings import ENVIRONMENT_PREFIX, Settings
+from service.storage.blobs import StoreUnavailableError
 from service.storage.gamuts import GamutStore
 from service.storage.local import StoreInUseError
+from service.storage.location import StoreLocationError
 
 __all__ = ["main", "openapi_document", "raise_file_limit"]
 
@@ -88,13 +90,13 @@ def _serve(overrides: dict[str, Any]) -> int:
         level=settings.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s"
     )
     raise_file_limit()
-    app = create_app(settings)
-    store: GamutStore = app.state.service.store
     try:
+        app = create_app(settings)
+        store: GamutStore = app.state.service.store
         # uvicorn reports what fails in the lifespan with a traceback; people get a sentence.
         store.open()
         store.close()
-    except (StoreInUseError, OSError) as error:
+    except (StoreInUseError, StoreLocationError, StoreUnavailableError, OSError) as error:
         sys.stderr.write(f"gamut: {error}\n")
         return 1
     uvicorn.run(
