@@ -162,7 +162,7 @@ class JobBook:
         self._attempts = attempts
         self._clock = clock
         # A blob cannot be removed by compare-and-swap; here at least nobody renews it meanwhile.
-        self._removing = threading.Lock()
+        self._removing = threading.RLock()
 
     def accept(
         self, job_id: str, options: Mapping[str, Any], trace: Mapping[str, str] | None = None

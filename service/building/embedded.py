@@ -100,7 +100,7 @@ class EmbeddedEngine:
         self._runs: dict[str, _Run] = {}
         self._slots: list[asyncio.Task[None]] = []
         self._recovery: asyncio.Task[None] | None = None
-        self._later: set[asyncio.TimerHandle] = set()
+        self._timers: set[asyncio.TimerHandle] = set()
         self._closing = Interruption()
         self._draining = asyncio.Event()
         self._listener: Callable[[JobDocument], None] = _unheard
@@ -124,7 +124,7 @@ class EmbeddedEngine:
         if self._draining.is_set():
             return
         self._draining.set()
-        for timer in self._later:
+        for timer in self._timers:
             timer.cancel()
         self._closing.release()
         if self._runs:
@@ -194,7 +194,7 @@ class EmbeddedEngine:
         if documents:
             logger.info("%d unfinished jobs are taken up again", len(documents))
         for document in documents:
-            self._enqueue_when_free(document)
+            self._enqueue_after(document, _seconds_until_free(document))
 
     def _unfinished(self) -> list[JobDocument]:
         found = []
@@ -208,23 +208,17 @@ class EmbeddedEngine:
                 found.append(current)
         return sorted(found, key=lambda document: document.created)
 
-    def _enqueue_when_free(self, document: JobDocument) -> None:
-        """Queue a job, once the lease of whoever has it may have ended."""
-        delay = 0.0
-        if document.state == "running":
-            delay = max(0.0, (document.lease_until or 0.0) - time.time()) + 1.0
-        if self._draining.is_set():
-            return
-        loop = asyncio.get_running_loop()
+    def _enqueue_after(self, document: JobDocument, seconds: float) -> None:
+        """Queue a job after a while, unless it is here by then."""
 
         def enqueue() -> None:
-            self._later.discard(timer)
+            self._timers.discard(timer)
             if not self._draining.is_set() and self.document(document.id) is None:
                 self._waiting[document.id] = document
                 self._queue.put_nowait(document.id)
 
-        timer = loop.call_later(delay, enqueue)
-        self._later.add(timer)
+        timer = asyncio.get_running_loop().call_later(seconds, enqueue)
+        self._timers.add(timer)
 
     async def _slot(self, performer: Performer) -> None:
         failures = 0
@@ -288,22 +282,23 @@ class EmbeddedEngine:
 
         clock = time.monotonic()
         outcome: Outcome | None = None
+        delay = 0.0
         try:
             outcome = await self._in_thread(performer.perform, job_id, run.interruption, changed)
         except StoreUnavailableError as error:
+            delay = LEASE_SECONDS
             logger.error("job %s could not be claimed: %s", job_id, error)  # noqa: TRY400 - no defect
         finally:
             # A cancelled job is not here any more, and may be here anew.
             here = self._runs.get(job_id) is run
             if here:
                 del self._runs[job_id]
-            if outcome is None:
-                if here:
-                    self._again(run.document)
-            else:
-                self._ended(outcome, run, time.monotonic() - clock, here=here)
+            if outcome is not None:
+                self._ended(outcome, time.monotonic() - clock, here=here)
+            elif here:
+                self._enqueue_after(run.document, delay)
 
-    def _ended(self, outcome: Outcome, run: _Run, seconds: float, *, here: bool) -> None:
+    def _ended(self, outcome: Outcome, seconds: float, *, here: bool) -> None:
         if outcome.built:
             self._completed += 1
         if outcome.built or outcome.state == "failed":
@@ -313,17 +308,11 @@ class EmbeddedEngine:
         document = outcome.document
         if document is not None:
             self._listener(document)
-        if outcome.state == "unwritten":
-            self._again(run.document)
-        elif outcome.state == "elsewhere" and document is not None and not document.final:
-            self._enqueue_when_free(document)
-
-    def _again(self, document: JobDocument) -> None:
-        """Try a job again when the store may work and the lease has ended."""
-        if not self._draining.is_set():
-            loop = asyncio.get_running_loop()
-            timer = loop.call_later(LEASE_SECONDS + 1, self._enqueue_when_free, document)
-            self._later.add(timer)
+            if outcome.state == "unwritten":
+                # When the store may work again, and nobody's lease is in the way.
+                self._enqueue_after(document, LEASE_SECONDS + 1)
+            elif outcome.state == "elsewhere" and not document.final:
+                self._enqueue_after(document, _seconds_until_free(document))
 
     def _progressed(self, run: _Run, document: JobDocument) -> None:
         if self._runs.get(document.id) is run:
@@ -337,6 +326,13 @@ class EmbeddedEngine:
     async def _in_thread(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         loop = asyncio.get_running_loop()
         return await loop.run_in_executor(self._threads, lambda: function(*args, **kwargs))
+
+
+def _seconds_until_free(document: JobDocument) -> float:
+    """Return when a job can be claimed, as far as it can be told."""
+    if document.state != "running":
+        return 0.0
+    return max(0.0, (document.lease_until or 0.0) - time.time()) + 1.0
 
 
 def _unheard(_document: JobDocument) -> None:
