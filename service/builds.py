@@ -74,9 +74,7 @@ class Builds:
         self._book = book
         self._engine = engine
         self._submissions: SingleFlight[str, JobDocument | None] = SingleFlight()
-        self._inputs: weakref.WeakValueDictionary[str, asyncio.Lock] = (
-            weakref.WeakValueDictionary()
-        )
+        self._inputs: weakref.WeakValueDictionary[str, asyncio.Lock] = weakref.WeakValueDictionary()
         self._arriving = 0
         self._subscriptions: dict[str, set[_Subscription]] = {}
         self._forgetting: asyncio.Task[None] | None = None
@@ -259,22 +257,20 @@ class Builds:
                 options = await asyncio.to_thread(self._store.input_options, gamut_id)
             except LookupError:
                 return None
-        document = await asyncio.to_thread(self._book.read, gamut_id)
-        if document is None or document.final:
+        present = await asyncio.to_thread(self._book.read, gamut_id)
+        if present is None or present.final:
             await self.check_admission()
         self._arriving += 1
         try:
             async with self._input_lock(gamut_id):
-                document, new = await asyncio.to_thread(
-                    self._book.accept, gamut_id, options, trace
-                )
+                accepted, new = await asyncio.to_thread(self._book.accept, gamut_id, options, trace)
                 if data is not None:
-                    await self._keep_input(document, data, new=new)
-            if new:
-                await self._engine.enqueue(document)
+                    await self._keep_input(accepted, data, new=new)
+            if new or accepted.state == "queued":
+                await self._engine.enqueue(accepted, joined=not new)
         finally:
             self._arriving -= 1
-        return document
+        return accepted
 
     async def _keep_input(self, document: JobDocument, data: bytes, *, new: bool) -> None:
         """Store the input of an accepted job, before anybody is told that it is accepted."""

@@ -8,7 +8,7 @@ A code, once released, never changes its meaning.
 from __future__ import annotations
 
 import errno
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from gamutcore import errors
@@ -243,11 +243,18 @@ _ROWS = (
         "Too many files and connections are open.",
     ),
     Kind(
+        "store-unavailable",
+        503,
+        "The store cannot be reached",
+        "Try again after the time in Retry-After; the operator finds the reason in the log.",
+        "The store did not answer, or refused.",
+    ),
+    Kind(
         "storage-full",
         507,
         "The store is full",
         "The operator has to free or add space; existing gamuts are still served.",
-        "There is no space left in the data directory.",
+        "There is no space left in the store.",
     ),
 )
 
@@ -296,7 +303,9 @@ class Problem:
     def from_errno(cls, number: int | None) -> Problem | None:
         """Return the problem that an error number of the system is; None for a defect."""
         if number in {errno.ENOSPC, errno.EDQUOT}:
-            return cls("storage-full", "There is no space left in the data directory.")
+            return cls("storage-full", KINDS["storage-full"].detail)
+        if number in {errno.EIO, errno.EROFS, errno.ESTALE}:
+            return cls.store_unavailable()
         if number in {errno.EMFILE, errno.ENFILE}:
             detail = "Too many files and connections are open."
             return cls("overloaded", detail, headers={"Retry-After": "5"})
@@ -305,7 +314,10 @@ class Problem:
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any]) -> Problem:
         """Return the problem that `to_mapping` made a mapping of."""
-        return cls(mapping["code"], mapping["detail"], mapping["where"], mapping["remedy"])
+        problem = cls(mapping["code"], mapping["detail"], mapping["where"], mapping["remedy"])
+        if problem.kind.status == 503:
+            return replace(problem, headers={"Retry-After": "5"})
+        return problem
 
     def to_mapping(self) -> dict[str, Any]:
         """Return what is particular to this problem, for JSON; header fields are left out."""
@@ -315,6 +327,12 @@ class Problem:
             "where": dict(self.where),
             "remedy": self.remedy,
         }
+
+    @classmethod
+    def store_unavailable(cls) -> Problem:
+        """Return the problem of a store that does not answer; the log has the reason."""
+        code = "store-unavailable"
+        return cls(code, KINDS[code].detail, headers={"Retry-After": "5"})
 
     @property
     def kind(self) -> Kind:

@@ -111,13 +111,16 @@ class CeleryEngine:
         if self._waiting + arriving >= self._settings.build_queue:
             raise queue_full(self._waiting + arriving, self.retry_after())
 
-    async def enqueue(self, document: JobDocument) -> None:
+    async def enqueue(self, document: JobDocument, *, joined: bool = False) -> None:
         """Send a job to the workers; harmless if it was sent already.
 
         If that fails the job stands all the same: it is marked, and a worker that has the broker
-        again finds it.
+        again finds it. One that was accepted elsewhere is sent only if it is not marked: whoever
+        accepted it has died in between, or is about to do the same.
         """
-        await asyncio.to_thread(self._outbox.mark, document.id)
+        marked = await asyncio.to_thread(self._outbox.mark, document.id)
+        if joined and not marked:
+            return
         try:
             await self._in_thread(self._broker.send, document.id)
         except BrokerUnavailableError as error:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from service.building.embedded import EmbeddedEngine
-from service.storage.location import is_address
 
 if TYPE_CHECKING:
     from service.building.engine import BuildReport, Engine
@@ -45,7 +44,7 @@ def engine_for(
     """
     if not settings.broker:
         return EmbeddedEngine(
-            settings, store, book, sole_owner=not is_address(settings.store), on_build=on_build
+            settings, store, book, sole_owner=not store.blobs.remote, on_build=on_build
         )
     try:
         # Slow to import, and not installed by default.

@@ -147,9 +147,9 @@ class EmbeddedEngine:
         if waiting >= self._settings.build_queue:
             raise queue_full(waiting, self.retry_after())
 
-    async def enqueue(self, document: JobDocument) -> None:
+    async def enqueue(self, document: JobDocument, *, joined: bool = False) -> None:
         """Queue a job of the book; harmless if it is queued or running already."""
-        if self.document(document.id) is None:
+        if not joined and self.document(document.id) is None:
             self._waiting[document.id] = document
             self._queue.put_nowait(document.id)
 
@@ -257,8 +257,9 @@ class EmbeddedEngine:
     async def _next(self, process: BuildProcess) -> str | None:
         """Return the next job of the queue; None if the process ends or the engine stops before."""
         loop = asyncio.get_running_loop()
-        ended = loop.create_future()
-        loop.add_reader(process, lambda: ended.done() or ended.set_result(None))
+        ended_process = asyncio.Event()
+        loop.add_reader(process, ended_process.set)
+        ended = asyncio.create_task(ended_process.wait())
         taking = asyncio.create_task(self._queue.get())
         draining = asyncio.create_task(self._draining.wait())
         try:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 import threading
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 from service.jobs import LeaseLostError
 from service.storage.blobs import StoreUnavailableError
@@ -46,7 +46,7 @@ class ClaimKeeper:
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._renew, name="claim keeper", daemon=True)
 
-    def __enter__(self) -> ClaimKeeper:
+    def __enter__(self) -> Self:
         self._thread.start()
         return self
 

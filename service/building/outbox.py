@@ -42,9 +42,9 @@ class Outbox:
         self._clock = clock
         self._due: dict[str, float] = {}
 
-    def mark(self, job_id: str) -> None:
-        """Note that a job is about to be sent."""
-        self._blobs.create(_key(job_id), _MARK)
+    def mark(self, job_id: str) -> bool:
+        """Note that a job is about to be sent; whether that is new."""
+        return self._blobs.create(_key(job_id), _MARK) is not None
 
     def remove(self, job_id: str) -> None:
         """Forget a job that is over; a new one of the same id that came meanwhile stays."""

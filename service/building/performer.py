@@ -235,7 +235,9 @@ class Performer:
             return self._tried_in_vain(keeper.claim, problem)
         except StoreUnavailableError as error:
             logger.warning("build of %s: the store cannot be used: %s", document.id, error)
-            return self._tried_in_vain(keeper.claim, Problem("store-unavailable", str(error)))
+            return self._tried_in_vain(
+                keeper.claim, Problem("store-unavailable", "The store could not be used.")
+            )
 
     def _result(
         self,
@@ -376,11 +378,10 @@ class Performer:
 
     def _renew_if_swollen(self, process: BuildProcess) -> None:
         """End a process that a large build has left large, so that the next one has its due."""
-        in_use = process.private_bytes()
-        if self._settings.build_memory_bytes and in_use is not None:
-            if in_use > self._settings.build_memory_bytes / 2:
-                logger.info("build worker %d keeps %d bytes and is replaced", process.pid, in_use)
-                self.close()
+        in_use = process.private_bytes() or 0
+        if 0 < self._settings.build_memory_bytes < 2 * in_use:
+            logger.info("build worker %d keeps %d bytes and is replaced", process.pid, in_use)
+            self.close()
 
     def _is_stored(self, gamut_id: str) -> bool:
         try:

@@ -109,7 +109,7 @@ def build(request: dict[str, Any], events: Events) -> None:
             progress("encoding", 0.0)
             content = gamut.to_bytes()
             Path(request["output"]).write_bytes(content)
-            result = {
+            result: dict[str, Any] = {
                 "event": "built",
                 "sha256": hashlib.sha256(content).hexdigest(),
                 "nbytes": len(content),
@@ -133,7 +133,7 @@ def build(request: dict[str, Any], events: Events) -> None:
         # A defect must cost this build only; the traceback goes to the log.
         logger.exception("a build ended with an unexpected error")
         result = {"event": "failed", "errno": None}
-    events.send(**result, seconds=progress.seconds())
+    events.send(result.pop("event"), **result, seconds=progress.seconds())
 
 
 @contextlib.contextmanager

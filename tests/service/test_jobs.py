@@ -114,9 +114,7 @@ class Book(RuleBasedStateMachine):
 
     @rule(owner=st.sampled_from("abc"))
     def claim_in_between(self, owner):
-        self.blobs.in_between.append(
-            lambda: self._note_claim(self.book.claim(JOB, owner, LEASE))
-        )
+        self.blobs.in_between.append(lambda: self._note_claim(self.book.claim(JOB, owner, LEASE)))
 
     @rule()
     def cancel_in_between(self):
@@ -223,7 +221,12 @@ def test_a_job_goes_from_acceptance_to_success(book):
     assert book.claim(JOB, "me", LEASE) is None
     claim = book.heartbeat(claim, "boundary", 0.25)
     seen = book.read(JOB)
-    assert (seen.state, seen.stage, seen.fraction, seen.attempts) == ("running", "boundary", 0.25, 1)
+    assert (seen.state, seen.stage, seen.fraction, seen.attempts) == (
+        "running",
+        "boundary",
+        0.25,
+        1,
+    )
     assert book.finish(claim, "succeeded") == book.read(JOB)
     assert book.read(JOB).state == "succeeded"
     assert book.claim(JOB, "other", LEASE) is None
@@ -356,14 +359,14 @@ def test_only_what_nobody_has_begun_is_withdrawn(book):
     assert book.withdraw(JOB, PROBLEM).state == "running"
 
 
-def test_an_answer_that_was_lost_on_the_way_costs_nothing(book, blobs):
+def test_an_answer_that_was_lost_on_the_way_costs_nothing(book):
     book.accept(JOB, {})
     claim = book.claim(JOB, "a", LEASE)
     book.heartbeat(claim, "boundary", 0.5)  # and the new version never arrived
     assert book.finish(claim, "succeeded").state == "succeeded"
 
 
-def test_jobs_are_paged_and_the_unfinished_found(book, clock):
+def test_jobs_are_paged_and_the_unfinished_found(book):
     names = [letter * 64 for letter in "bdfh"]
     for name in names:
         book.accept(name, {})
@@ -387,7 +390,11 @@ def test_only_what_has_been_over_for_long_enough_is_forgotten(book, clock):
 def test_a_damaged_document_is_removed_and_the_job_begun_anew(book, blobs):
     book.accept(JOB, {})
     (key,) = blobs.contents
-    for damaged in (b"", blobs.contents[key][:-3], blobs.contents[key].replace(b"queued", b"runnin")):
+    for damaged in (
+        b"",
+        blobs.contents[key][:-3],
+        blobs.contents[key].replace(b"queued", b"runnin"),
+    ):
         blobs.contents[key] = damaged
         assert book.read(JOB) is None
         assert book.accept(JOB, {})[1] is True
