@@ -166,7 +166,7 @@ def page(
     return "\n".join(
         (
             _introduction(results, load),
-            _measured(results, gamuts, cluster, figures),
+            _measured(gamuts, cluster, figures),
             _a_million(figures, load),
             _origin(figures, load),
             _limits(figures, load),
@@ -202,7 +202,6 @@ Assumed of the load:
 
 
 def _measured(
-    results: dict[str, Any],
     gamuts: list[dict[str, Any]],
     cluster: dict[str, Any],
     figures: Measured,
@@ -270,11 +269,13 @@ def _a_million(figures: Measured, load: Load) -> str:
         figures.input_bytes:,.0f} bytes | {_size(per_gamut)} |
 | all of them | × {load.gamuts:,} | {_size(per_gamut * load.gamuts)} |
 | without the inputs (`GAMUT_KEEP_INPUTS=false`) | | {
-        _size((figures.history_bytes + figures.record_bytes) * load.gamuts)} |
+        _size((figures.history_bytes + figures.record_bytes) * load.gamuts)
+    } |
 | building them | {load.gamuts:,} × {figures.build_seconds:.2f} s ÷ 86,400 s | {
         core_days:,.1f} core days |
-| worker cores for {load.days:g} days | {core_days:,.1f} ÷ {load.days:g} ÷ {
-        load.utilisation:g} | {_up(cores)} |
+| worker cores for {load.days:g} days | {core_days:,.1f} ÷ {load.days:g} ÷ {load.utilisation:g} | {
+        _up(cores)
+    } |
 | builds per second, on the average | {load.gamuts:,} ÷ {load.days:g} ÷ 86,400 | {rate:.2f} |
 
 Builds are independent and share nothing but the broker and the bucket, so cores may be exchanged for
@@ -307,10 +308,13 @@ def _origin(figures: Measured, load: Load) -> str:
     return f"""\
 ## {load.requests:,.0f} mesh requests per second
 
-The answers never change, so a CDN may keep each for good. All of them together are {load.gamuts:,} ×
+The answers never change, so a CDN may keep each for good. All of them together are {
+        load.gamuts:,} ×
 {load.levels} × {figures.answer_bytes:,.0f} bytes = {
-        _size(load.gamuts * load.levels * figures.answer_bytes)}, and {load.requests:,.0f} × {
-        figures.answer_bytes:,.0f} bytes = {_size(load.requests * figures.answer_bytes)}/s leave the CDN.
+        _size(load.gamuts * load.levels * figures.answer_bytes)
+    }, and {load.requests:,.0f} × {figures.answer_bytes:,.0f} bytes = {
+        _size(load.requests * figures.answer_bytes)
+    }/s leave the CDN.
 
 What the CDN does not have comes from an API replica, by one of three ways:
 
@@ -322,19 +326,26 @@ What the CDN does not have comes from an API replica, by one of three ways:
         1e3 * worst:.1f} ms, and {figures.history_bytes:,.0f} bytes out of the bucket |
 
 With its default settings a replica keeps {settings.mesh_cache_bytes:,} ÷ {
-        figures.answer_bytes:,.0f} = {meshes_kept:,.0f} meshes and {settings.history_cache_bytes:,} ÷ {
-        figures.open_bytes:,.0f} = {histories_kept:,.0f} open histories. Asked for in proportion to
-1/i^{load.exponent:g}, without a CDN before it, memory would have {100 * meshes:.1f} % of the meshes and
-{100 * histories:.1f} % of the histories (Che's approximation of a cache that drops what was not used for
+        figures.answer_bytes:,.0f} = {meshes_kept:,.0f} meshes and {
+        settings.history_cache_bytes:,} ÷ {figures.open_bytes:,.0f} = {
+        histories_kept:,.0f} open histories. Asked for in proportion to
+1/i^{load.exponent:g}, without a CDN before it, memory would have {
+        100 * meshes:.1f} % of the meshes and
+{
+        100
+        * histories:.1f} % of the histories (Che's approximation of a cache that drops what was not used for
 the longest time; every level of a gamut taken for as popular as the next), so that a request takes
-{1e3 * seconds:.2f} ms on the average. A CDN that takes the popular ones away makes what is left less
+{
+        1e3
+        * seconds:.2f} ms on the average. A CDN that takes the popular ones away makes what is left less
 even, and the last column is nearer to the truth then.
 
 | hits at the CDN | requests/s at the origin | out of the origin | cores, all in memory | cores, as above | cores, nothing in memory |
 | --- | --- | --- | --- | --- | --- |
 {chr(10).join(f"| {' | '.join(row)} |" for row in rows)}
 
-Cores are requests/s × time ÷ {load.utilisation:g}. One API process uses about one core; a replica for
+Cores are requests/s × time ÷ {
+        load.utilisation:g}. One API process uses about one core; a replica for
 each.
 """
 
@@ -360,12 +371,16 @@ def _limits(figures: Measured, load: Load) -> str:
 
 In this order:
 
-1. **Cold gamuts.** A replica that has a gamut open answers {warm:,.0f} requests/s of one core, and {
-        hot:,.0f}/s of a mesh that it has in memory; one that has to open it first, {cold:,.0f}/s: the {
-        1e3 * figures.opening_seconds:.0f} ms of opening are {
-        figures.opening_seconds * figures.encoded:,.0f} times the rest. Only {histories_kept:,.0f} fit into
-   `GAMUT_HISTORY_CACHE_BYTES` of {_size(settings.history_cache_bytes)}; all {load.gamuts:,} would need {
-        _size(needed)}. What helps, the cheapest first: more memory for each replica (below); a proxy
+1. **Cold gamuts.** A replica that has a gamut open answers {
+        warm:,.0f} requests/s of one core, and {
+        hot:,.0f}/s of a mesh that it has in memory; one that has to open it first, {
+        cold:,.0f}/s: the {1e3 * figures.opening_seconds:.0f} ms of opening are {
+        figures.opening_seconds * figures.encoded:,.0f} times the rest. Only {
+        histories_kept:,.0f} fit into
+   `GAMUT_HISTORY_CACHE_BYTES` of {_size(settings.history_cache_bytes)}; all {
+        load.gamuts:,} would need {
+        _size(needed)
+    }. What helps, the cheapest first: more memory for each replica (below); a proxy
    that sends the same gamut to the same replica (hashing the path), so that N replicas keep N times as
    many; a CDN with one shield in front of the origin.
 
@@ -377,17 +392,21 @@ In this order:
     }
 
 2. **The line out of a replica.** At {figures.repeated:,.0f} requests/s a process sends {
-        _size(figures.repeated * figures.answer_bytes)}/s = {
+        _size(figures.repeated * figures.answer_bytes)
+    }/s = {
         8e-9 * figures.repeated * figures.answer_bytes:.1f} Gbit/s: a network of 10 Gbit/s carries {
         10e9 / 8 / figures.answer_bytes:,.0f} such answers per second, whatever the number of cores.
 3. **The bucket, for cold gamuts**: {figures.history_bytes:,.0f} bytes for each opening, so that {
         cold:,.0f} openings/s of one core draw {_size(cold * figures.history_bytes)}/s.
-4. **Workers**, where gamuts arrive faster than {load.utilisation:g} ÷ {figures.build_seconds:.2f} s = {
-        load.utilisation / figures.build_seconds:.2f} builds/s of each core: the queue fills, and POST is
+4. **Workers**, where gamuts arrive faster than {load.utilisation:g} ÷ {
+        figures.build_seconds:.2f} s = {
+        load.utilisation
+        / figures.build_seconds:.2f} builds/s of each core: the queue fills, and POST is
    answered with 429 beyond `GAMUT_BUILD_QUEUE`; what exists is served as before. More workers help
    at once, and an autoscaler that looks at the queue starts them.
 5. **The list of all gamuts.** `GET /v1/gamuts` pages through the bucket's keys in their order, at most
-   {settings.max_page_size} to a page: {load.gamuts / settings.max_page_size:,.0f} pages for everything.
+   {settings.max_page_size} to a page: {
+        load.gamuts / settings.max_page_size:,.0f} pages for everything.
    Nothing else looks at more than one gamut.
 
 The broker is not in this list: a message for each build, and none for a mesh.
@@ -408,7 +427,7 @@ def _up(cores: float) -> str:
 
 def measured_gamuts(runs: int = 5) -> list[dict[str, Any]]:
     """Return sizes and opening times of a gamut of each kind of input that is at hand."""
-    from benchmarks.inputs import found  # noqa: PLC0415 - it brings the service's server along
+    from benchmarks.inputs import found  # it brings the service's server along
 
     rows = []
     for name, data in found():

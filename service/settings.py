@@ -187,7 +187,6 @@ class Settings(BaseSettings):
         int, Field(ge=1, le=1000, description="Most gamuts that one page of the list holds.")
     ] = 100
 
-
     @field_validator("broker")
     @classmethod
     def _broker_of_a_shared_store(cls, broker: str, info: ValidationInfo) -> str:

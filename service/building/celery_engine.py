@@ -41,10 +41,10 @@ _OBSERVE_SECONDS = 5.0
 """Between two looks at the queue for those who ask for facts."""
 
 _REFUSE_SECONDS = 2.0
-"""For how long a broker that did not answer is not asked again: POST is refused at once meanwhile."""
+"""For how long a broker that did not answer is not asked again: POST is refused at once then."""
 
 _BUILD_SECONDS = 2.0
-"""What a build takes, for the estimate of when to come back: benchmarks/results.json, ``inputs``."""
+"""What a build takes, to say when to come back: benchmarks/results.json, ``inputs``."""
 
 _LONGEST_RETRY = 60
 
@@ -177,7 +177,7 @@ class CeleryEngine:
                 self._refused_until = time.monotonic() + _OBSERVE_SECONDS + _REFUSE_SECONDS
                 logger.warning("the broker does not answer: %s", error)
             with contextlib.suppress(StoreUnavailableError):
-                self._unfinished = await asyncio.to_thread(lambda: sum(1 for _ in self._outbox.ids()))
+                self._unfinished = await asyncio.to_thread(self._outbox.count)
             await asyncio.sleep(_OBSERVE_SECONDS)
 
     async def _in_thread(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:

@@ -58,6 +58,10 @@ class Outbox:
         for key in self._blobs.keys("pending/"):
             yield key.rpartition("/")[2]
 
+    def count(self) -> int:
+        """Return the number of jobs that were sent and are not known to be over."""
+        return sum(1 for _ in self.ids())
+
     def overdue(self, silence: float) -> Iterator[str]:
         """Iterate over the jobs that have to be sent again, by this caller and by nobody else.
 
