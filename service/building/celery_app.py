@@ -52,7 +52,10 @@ _DELIVERIES = 20
 for what never gets so far, such as a worker whose store is out of reach."""
 
 _CONNECT_SECONDS = 2.0
-_ANSWER_SECONDS = 5.0
+_ANSWER_SECONDS = 3.0
+
+_SENDERS = 4
+"""Connections that jobs are sent over at the same time."""
 
 _PUBLISH_RETRIES: dict[str, Any] = {
     "max_retries": 1,  # a pooled connection may have been closed by the broker meanwhile
@@ -147,6 +150,8 @@ class Broker:
     def __init__(self, app: Celery) -> None:
         self._app = app
         self._queue = app.conf.task_queues[0]
+        # Celery's own pool belongs to the whole process, and cannot be closed for one.
+        self._pool = app.connection_for_write().Pool(_SENDERS)
         # Asking needs a channel, which only one thread may use at a time.
         self._asking = threading.Lock()
         self._connection: Connection | None = None
@@ -159,8 +164,14 @@ class Broker:
         BrokerUnavailableError
             The broker did not confirm it. It may have taken it all the same.
         """
-        with _translated():
-            self._app.send_task(TASK, args=(job_id,), confirm_timeout=_ANSWER_SECONDS)
+        with (
+            _translated(),
+            self._pool.acquire(block=True, timeout=_ANSWER_SECONDS) as connection,
+            self._app.amqp.Producer(connection) as producer,
+        ):
+            self._app.send_task(
+                TASK, args=(job_id,), producer=producer, confirm_timeout=_ANSWER_SECONDS
+            )
 
     def waiting(self) -> int:
         """Return the number of jobs in the queue, which is made if need be, that nobody has taken.
@@ -193,7 +204,7 @@ class Broker:
         with self._asking:
             self._drop()
         with contextlib.suppress(Exception):
-            self._app.pool.force_close_all()
+            self._pool.force_close_all()
 
     def _errors(self) -> tuple[type[BaseException], ...]:
         if self._connection is None:

@@ -1,7 +1,8 @@
-"""The transport against real brokers: what is in a message, how long a dead broker is waited for."""
+"""The transport against real brokers: what a message is, how long a dead broker is waited for."""
 
 import base64
 import json
+import signal
 import subprocess
 import time
 
@@ -98,16 +99,13 @@ def test_a_broker_that_is_not_there_is_told_within_seconds(url):
 
 
 def test_a_broker_that_hangs_is_told_within_seconds(cluster, broker):
-    import signal
-
     broker.send(JOB)
     cluster.broker.signal(signal.SIGSTOP)
     try:
-        for call in (broker.waiting, lambda: broker.send(JOB)):
-            started = time.monotonic()
-            with pytest.raises(BrokerUnavailableError):
-                call()
-            assert time.monotonic() - started < 20
+        started = time.monotonic()
+        with pytest.raises(BrokerUnavailableError):
+            broker.waiting()
+        assert time.monotonic() - started < 10
     finally:
         cluster.broker.signal(signal.SIGCONT)
     until(lambda: broker.waiting() >= 1, 10)
