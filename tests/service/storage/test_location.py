@@ -1,0 +1,70 @@
+import subprocess
+import sys
+
+import pytest
+
+from service.settings import Settings
+from service.storage.cloud import CloudBlobs
+from service.storage.local import LocalBlobs
+from service.storage.location import StoreLocationError, blobs_at, gamut_store, is_address
+
+
+@pytest.mark.parametrize(
+    ("location", "kind"),
+    [
+        ("var/gamuts", LocalBlobs),
+        ("/srv/gamuts", LocalBlobs),
+        ("s3:bucket", LocalBlobs),
+        ("s3://bucket", CloudBlobs),
+        ("s3://bucket/some/prefix", CloudBlobs),
+        ("gs://bucket/prefix", CloudBlobs),
+        ("az://container/prefix", CloudBlobs),
+    ],
+)
+def test_a_location_is_a_directory_or_a_bucket(location, kind, monkeypatch):
+    monkeypatch.setenv("AZURE_STORAGE_ACCOUNT_NAME", "account")
+    assert isinstance(blobs_at(location), kind)
+    assert is_address(location) == (kind is CloudBlobs)
+
+
+@pytest.mark.parametrize(
+    "location",
+    [
+        "ftp://host/path",
+        "s3://",
+        "s3:///prefix",
+        "s3://name:password@bucket",
+        "s3://bucket?token=password",
+        "s3://bucket#password",
+    ],
+)
+def test_other_addresses_are_refused_and_not_repeated(location):
+    with pytest.raises(StoreLocationError, match="s3://bucket/prefix") as caught:
+        blobs_at(location)
+    assert "password" not in str(caught.value)
+
+
+def test_an_account_that_azure_needs_is_asked_for(monkeypatch):
+    monkeypatch.delenv("AZURE_STORAGE_ACCOUNT_NAME", raising=False)
+    with pytest.raises(StoreLocationError, match="Account must be"):
+        blobs_at("az://container")
+
+
+def test_the_store_is_as_the_settings_say(tmp_path):
+    settings = Settings(store=str(tmp_path), store_bytes=12345, keep_inputs=False)
+    store = gamut_store(settings)
+    assert store.blobs.directory == tmp_path
+    assert store.blobs.limit == 12345
+    assert store.keep_inputs is False
+
+
+def test_a_directory_needs_no_optional_package():
+    code = (
+        "import sys; from service.application import create_app; "
+        "from service.settings import Settings; create_app(Settings()); "
+        "print([name for name in sys.modules if 'obstore' in name])"
+    )
+    answer = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert answer.stdout.strip() == "[]"
