@@ -15,6 +15,8 @@ from gamutcore.version import __version__
 from gamutcore.warm import compile_kernels
 from service.application import create_app
 from service.protocol import ConnectionLimits, limited_protocol
+from service.building import health
+from service.building.choice import EngineMissingError, run_worker
 from service.server import Server
 from service.settings import ENVIRONMENT_PREFIX, Settings
 from service.storage.blobs import StoreUnavailableError
@@ -49,6 +51,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     serve.add_argument("--host", help="address to listen on")
     serve.add_argument("--port", type=int, help="port to listen on; 0 takes a free one")
     serve.add_argument("--store", help="where gamuts are kept: a directory, or s3://, gs://, az://")
+    worker = commands.add_parser(
+        "worker", help="build what API replicas send to the broker (GAMUT_BROKER, GAMUT_STORE)"
+    )
+    worker.add_argument(
+        "--check", action="store_true", help="only say whether the workers on this host are well"
+    )
     commands.add_parser("openapi", help="print the OpenAPI document")
     commands.add_parser("warm", help="compile the kernels, so that nobody has to wait for them")
     store = commands.add_parser("store", help="look after a store")
@@ -59,6 +67,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parsed = parser.parse_args(arguments)
     if parsed.command == "serve":
         return _serve({name: getattr(parsed, name) for name in ("host", "port", "store")})
+    if parsed.command == "worker":
+        return health.main() if parsed.check else _worker()
     if parsed.command == "store":
         return _check_store(parsed.location)
     if parsed.command == "openapi":
@@ -99,7 +109,8 @@ def _check_store(location: str | None) -> int:
     return report(blobs, another, sys.stdout)
 
 
-def _serve(overrides: dict[str, Any]) -> int:
+def _settings(overrides: dict[str, Any]) -> Settings | None:
+    """Return the settings, with the log set up as they say; None after telling what is wrong."""
     given = {name: value for name, value in overrides.items() if value is not None}
     try:
         settings = Settings(**given)
@@ -107,10 +118,31 @@ def _serve(overrides: dict[str, Any]) -> int:
         for fault in error.errors():
             variable = ENVIRONMENT_PREFIX + "_".join(map(str, fault["loc"])).upper()
             sys.stderr.write(f"gamut: {variable}: {fault['msg']}\n")
-        return 2
+        return None
     logging.basicConfig(
         level=settings.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s"
     )
+    return settings
+
+
+def _worker() -> int:
+    settings = _settings({})
+    if settings is None:
+        return 2
+    if not settings.broker:
+        sys.stderr.write("gamut: GAMUT_BROKER: is needed, to know where builds come from\n")
+        return 2
+    try:
+        return run_worker(settings)
+    except EngineMissingError as error:
+        sys.stderr.write(f"gamut: {error}\n")
+        return 1
+
+
+def _serve(overrides: dict[str, Any]) -> int:
+    settings = _settings(overrides)
+    if settings is None:
+        return 2
     raise_file_limit()
     try:
         app = create_app(settings)
@@ -118,7 +150,13 @@ def _serve(overrides: dict[str, Any]) -> int:
         # uvicorn reports what fails in the lifespan with a traceback; people get a sentence.
         store.open()
         store.close()
-    except (StoreInUseError, StoreLocationError, StoreUnavailableError, OSError) as error:
+    except (
+        EngineMissingError,
+        StoreInUseError,
+        StoreLocationError,
+        StoreUnavailableError,
+        OSError,
+    ) as error:
         sys.stderr.write(f"gamut: {error}\n")
         return 1
     config = uvicorn.Config(

@@ -323,8 +323,8 @@ class JobBook:
             if self._replace(failed, version) is not None:
                 return failed
 
-    def requeue(self, job_id: str) -> JobDocument | None:
-        """Return the job, queued again if it was running: its owner is known to be gone.
+    def requeue(self, job_id: str, token: int) -> JobDocument | None:
+        """Return the job, queued again if this claim has it: its owner is known to be gone.
 
         Only for a store that belongs to one process, at its start: everybody else waits for the
         lease to end. The attempt stays counted, so an input that takes the whole service down is
@@ -332,7 +332,7 @@ class JobBook:
         """
         while True:
             found = self._found(job_id)
-            if found is None or found[0].state != "running":
+            if found is None or found[0].state != "running" or found[0].token != token:
                 return None if found is None else found[0]
             changed = self._queued_or_given_up(found[0])
             if self._replace(changed, found[1]) is not None:

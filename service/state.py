@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from fastapi import Request
 
 from gamutcore.warm import compile_reading_kernels
-from service.building.embedded import EmbeddedEngine
+from service.building.choice import engine_for
 from service.builds import Builds
 from service.events import EventStreams
 from service.jobs import JobBook
@@ -48,9 +48,7 @@ class Service:
         self.library = Library(self.store, self.settings.history_cache_bytes)
         self.meshes = Meshes(self.library, self.settings.mesh_cache_bytes)
         book = JobBook(self.store.blobs, self.settings.build_attempts)
-        engine = EmbeddedEngine(
-            self.settings, self.store, book, sole_owner=not self.store.blobs.remote
-        )
+        engine = engine_for(self.settings, self.store, book)
         self.builds = Builds(self.settings, self.store, book, engine)
         self.events = EventStreams(self.settings.max_event_streams)
 

@@ -1,10 +1,11 @@
 """Celery as the transport of jobs: one queue, one task, and the id of a job in every message.
 
-The truth about a job is in the store (`service.jobs`), so messages may be lost, doubled or late, and
-nothing but time is lost. What is set here is to make that rare: a message is acknowledged when its
-build is over, a worker takes no more messages than it has processes, RabbitMQ keeps them in a quorum
-queue with a limit of deliveries, Redis hands out one whose worker is gone after a little more than a
-build may take. There is no result backend, and messages are JSON. See ``docs/decisions/celery.md``.
+The truth about a job is in the store (`service.jobs`), so messages may be lost, doubled or late,
+and nothing but time is lost. What is set here is to make that rare: a message is acknowledged when
+its build is over, a worker takes no more messages than it has processes, RabbitMQ keeps them in a
+quorum queue with a limit of deliveries, and Redis hands one whose worker is gone to another after a
+little more than a build may take. There is no result backend, and messages are JSON. See
+``docs/decisions/celery.md``.
 """
 
 from __future__ import annotations
@@ -47,11 +48,14 @@ from the bucket, the history on its way there."""
 _VISIBILITY_MARGIN = 30.0
 
 _DELIVERIES = 20
-"""How often RabbitMQ delivers a message. The attempts of a build are counted in the store; this is for
-what never gets so far, such as a worker whose store is out of reach."""
+"""How often RabbitMQ delivers a message. The attempts of a build are counted in the store; this is
+for what never gets so far, such as a worker whose store is out of reach."""
 
 _CONNECT_SECONDS = 2.0
-_ANSWER_SECONDS = 5.0
+_ANSWER_SECONDS = 3.0
+
+_SENDERS = 4
+"""Connections that jobs are sent over at the same time."""
 
 _PUBLISH_RETRIES: dict[str, Any] = {
     "max_retries": 1,  # a pooled connection may have been closed by the broker meanwhile
@@ -66,7 +70,7 @@ class BrokerUnavailableError(Exception):
 
 
 def build_limit(settings: Settings) -> float:
-    """Return the seconds after which Celery kills a build's process: never before its own deadline."""
+    """Return the seconds after which Celery kills a slot: never before the build's own deadline."""
     return settings.build_timeout + _STARTING_SECONDS
 
 
@@ -146,6 +150,8 @@ class Broker:
     def __init__(self, app: Celery) -> None:
         self._app = app
         self._queue = app.conf.task_queues[0]
+        # Celery's own pool belongs to the whole process, and cannot be closed for one.
+        self._pool = app.connection_for_write().Pool(_SENDERS)
         # Asking needs a channel, which only one thread may use at a time.
         self._asking = threading.Lock()
         self._connection: Connection | None = None
@@ -158,11 +164,17 @@ class Broker:
         BrokerUnavailableError
             The broker did not confirm it. It may have taken it all the same.
         """
-        with _translated():
-            self._app.send_task(TASK, args=(job_id,), confirm_timeout=_ANSWER_SECONDS)
+        with (
+            _translated(),
+            self._pool.acquire(block=True, timeout=_ANSWER_SECONDS) as connection,
+            self._app.amqp.Producer(connection) as producer,
+        ):
+            self._app.send_task(
+                TASK, args=(job_id,), producer=producer, confirm_timeout=_ANSWER_SECONDS
+            )
 
     def waiting(self) -> int:
-        """Return the number of jobs in the queue that no worker has taken; the queue is made if need be.
+        """Return the number of jobs in the queue, which is made if need be, that nobody has taken.
 
         Raises
         ------
@@ -174,6 +186,9 @@ class Broker:
                 try:
                     if self._connection is None:
                         self._connection = self._app.connection_for_write()
+                    self._connection.ensure_connection(
+                        max_retries=1, interval_start=0, interval_step=0
+                    )
                     with self._connection.channel() as channel:
                         return int(self._queue.bind(channel).queue_declare().message_count)
                 except self._errors():
@@ -189,7 +204,7 @@ class Broker:
         with self._asking:
             self._drop()
         with contextlib.suppress(Exception):
-            self._app.pool.force_close_all()
+            self._pool.force_close_all()
 
     def _errors(self) -> tuple[type[BaseException], ...]:
         if self._connection is None:

@@ -12,10 +12,12 @@ from __future__ import annotations
 
 import logging
 import mmap
+import multiprocessing
 import os
 import random
 import signal
 import socket
+import sys
 import threading
 import time
 from typing import TYPE_CHECKING, Any
@@ -33,10 +35,9 @@ from service.building.performer import Outcome, Performer
 from service.building.process import ProcessDiedError
 from service.jobs import JobBook
 from service.storage.blobs import StoreUnavailableError
+from service.storage.location import StoreLocationError, gamut_store
 
 if TYPE_CHECKING:
-    from types import FrameType
-
     from service.settings import Settings
     from service.storage.gamuts import GamutStore
 
@@ -190,6 +191,10 @@ def run_worker(settings: Settings) -> int:
     settings : Settings
         With a broker and a store that is shared.
     """
+    fault = _store_fault(settings)
+    if fault is not None:
+        sys.stderr.write(f"gamut: {fault}\n")
+        return 1
     app = celery_app(settings)
     slots = mmap.mmap(-1, mmap.PAGESIZE)  # shared with the processes that are forked
     app.slots = (slots, settings.build_workers)
@@ -200,8 +205,7 @@ def run_worker(settings: Settings) -> int:
 
     def start_slot(**_: object) -> None:
         number = billiard.current_process().index
-        signal.signal(signal.SIGTERM, lambda *_: slot and slot[0].interruption.release())
-        slot[:] = [_started_slot(settings, Broker(app))]
+        slot[:] = [Slot(settings, _opened_store(settings), Broker(app))]
         _warm(slot[0], slots, number)
         if number == 0:
             threading.Thread(
@@ -216,6 +220,8 @@ def run_worker(settings: Settings) -> int:
     def build(job_id: str) -> None:
         number = billiard.current_process().index
         slots[number] = _BUSY
+        # Only now: what is set before a process's first task is overwritten by the pool.
+        idle = signal.signal(signal.SIGTERM, lambda *_: slot[0].interruption.release())
         try:
             slot[0].perform(job_id)
         except (StoreUnavailableError, ProcessDiedError, OSError) as error:
@@ -223,6 +229,7 @@ def run_worker(settings: Settings) -> int:
             time.sleep(_RETRY_SECONDS)
             raise Reject(str(error), requeue=True) from error
         finally:
+            signal.signal(signal.SIGTERM, idle)
             slots[number] = _WARM if slot[0].performer.process else _COLD
 
     signals.setup_logging.connect(_leave_logging, weak=False)
@@ -253,10 +260,46 @@ def run_worker(settings: Settings) -> int:
     return int(worker.exitcode or 0)
 
 
-def _started_slot(settings: Settings, broker: Broker) -> Slot:
-    from service.storage.opening import opened_store  # noqa: PLC0415 - not before the fork
+def _store_fault(settings: Settings) -> str | None:
+    """Return why the store cannot be used; None if it can.
 
-    return Slot(settings, opened_store(settings), broker)
+    Asked in a process of its own: the bucket's client has threads once it was used, and a process
+    with threads must not be forked any more.
+    """
+    context = multiprocessing.get_context("fork")
+    receiving, sending = context.Pipe(duplex=False)
+
+    def look() -> None:
+        try:
+            store = gamut_store(settings)
+            store.open()
+            store.close()
+            sending.send(None)
+        except (StoreLocationError, StoreUnavailableError, OSError) as error:
+            sending.send(str(error))
+
+    process = context.Process(target=look)
+    process.start()
+    sending.close()
+    try:
+        fault: str | None = receiving.recv()
+    except EOFError:
+        fault = "looking into the store ended the process"
+    process.join()
+    return fault
+
+
+def _opened_store(settings: Settings) -> GamutStore:
+    """Return the store, as soon as it can be used."""
+    store = gamut_store(settings)
+    while True:
+        try:
+            store.open()
+        except (StoreUnavailableError, OSError) as error:
+            logger.error("the store cannot be used: %s", error)  # noqa: TRY400 - no defect
+            time.sleep(_RETRY_SECONDS)
+        else:
+            return store
 
 
 def _warm(slot: Slot, slots: mmap.mmap, number: int) -> None:
@@ -269,7 +312,9 @@ def _warm(slot: Slot, slots: mmap.mmap, number: int) -> None:
 
 
 def _leave_logging(**_: object) -> None:
-    """Keep Celery from setting up logging of its own."""
+    """Keep Celery from setting up logging of its own, and from telling what we tell."""
+    for name in ("celery.app.trace", "celery.worker.strategy"):
+        logging.getLogger(name).setLevel(logging.WARNING)
 
 
 def _release_all(worker: Any) -> None:  # noqa: ANN401 - Celery's

@@ -42,9 +42,9 @@ class Outbox:
         self._clock = clock
         self._due: dict[str, float] = {}
 
-    def mark(self, job_id: str) -> None:
-        """Note that a job is about to be sent."""
-        self._blobs.create(_key(job_id), _MARK)
+    def mark(self, job_id: str) -> bool:
+        """Note that a job is about to be sent; whether that is new."""
+        return self._blobs.create(_key(job_id), _MARK) is not None
 
     def remove(self, job_id: str) -> None:
         """Forget a job that is over; a new one of the same id that came meanwhile stays."""
@@ -57,6 +57,10 @@ class Outbox:
         """Iterate over the ids of the jobs that were sent and are not known to be over."""
         for key in self._blobs.keys("pending/"):
             yield key.rpartition("/")[2]
+
+    def count(self) -> int:
+        """Return the number of jobs that were sent and are not known to be over."""
+        return sum(1 for _ in self.ids())
 
     def overdue(self, silence: float) -> Iterator[str]:
         """Iterate over the jobs that have to be sent again, by this caller and by nobody else.
