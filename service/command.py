@@ -14,6 +14,8 @@ from pydantic import ValidationError
 
 from gamutcore.version import __version__
 from gamutcore.warm import compile_kernels
+from service.access import OpenToAllError
+from service.api_keys import new_key
 from service.application import create_app
 from service.protocol import ConnectionLimits, limited_protocol
 from service.settings import ENVIRONMENT_PREFIX, Settings
@@ -45,11 +47,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     serve.add_argument("--host", help="address to listen on")
     serve.add_argument("--port", type=int, help="port to listen on; 0 takes a free one")
     serve.add_argument("--data", type=Path, help="directory of the store")
+    key = commands.add_parser("key", help="make an API key, and its entry for GAMUT_API_KEYS")
+    key.add_argument("name", help="lower-case letters, digits and hyphens; no secret")
+    key.add_argument("--scopes", default="read+write", help="read, write or read+write (default)")
     commands.add_parser("openapi", help="print the OpenAPI document")
     commands.add_parser("warm", help="compile the kernels, so that nobody has to wait for them")
     parsed = parser.parse_args(arguments)
     if parsed.command == "serve":
         return _serve({name: getattr(parsed, name) for name in ("host", "port", "data")})
+    if parsed.command == "key":
+        return _key(parsed.name, frozenset(parsed.scopes.split("+")))
     if parsed.command == "openapi":
         sys.stdout.write(openapi_document())
     else:
@@ -76,6 +83,19 @@ def raise_file_limit() -> None:
         logger.warning("the limit of open files stays as it is: %s", error)
 
 
+def _key(name: str, scopes: frozenset[str]) -> int:
+    try:
+        key, known = new_key(name, scopes)
+    except ValueError as error:
+        sys.stderr.write(f"gamut: {error}\n")
+        return 2
+    # The entry can be read off the screen or out of a log without harm; the key is shown once.
+    sys.stdout.write(
+        f"key, for the client:       {key}\nentry for GAMUT_API_KEYS:  {known.entry}\n"
+    )
+    return 0
+
+
 def _serve(overrides: dict[str, Any]) -> int:
     given = {name: value for name, value in overrides.items() if value is not None}
     try:
@@ -89,7 +109,11 @@ def _serve(overrides: dict[str, Any]) -> int:
         level=settings.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s"
     )
     raise_file_limit()
-    app = create_app(settings)
+    try:
+        app = create_app(settings)
+    except OpenToAllError as error:
+        sys.stderr.write(f"gamut: {error}\n")
+        return 2
     store: GamutStore = app.state.service.store
     try:
         # uvicorn reports what fails in the lifespan with a traceback; people get a sentence.
@@ -106,6 +130,9 @@ def _serve(overrides: dict[str, Any]) -> int:
         access_log=settings.access_log,
         http=limited_protocol(ConnectionLimits.of(settings)),
         ws="none",
+        # Off, or any client on this machine could state the address that it is counted under.
+        proxy_headers=bool(settings.trusted_proxies),
+        forwarded_allow_ips=settings.trusted_proxies,
         server_header=False,
         timeout_keep_alive=_KEEP_ALIVE_SECONDS,
         timeout_graceful_shutdown=int(settings.drain_seconds) + 1,

@@ -14,6 +14,7 @@ from gamutcore.history import MINIMUM_TRIANGLES
 from gamutcore.metric.error_curve import level_within
 from service.cache import ByteBoundedCache
 from service.conditional import IMMUTABLE, entity_tag, matches
+from service.server_timing import timed
 from service.single_flight import SingleFlight
 
 if TYPE_CHECKING:
@@ -170,7 +171,8 @@ class Meshes:
         key = _key(gamut_id, count, format_name)
         mesh = self._cache.get(key)
         if mesh is None and key.triangles <= _INLINE_TRIANGLES.get(format_name, 0):
-            mesh = _encoded(opened, key)
+            with timed("encode"):
+                mesh = _encoded(opened, key)
             self._keep(key, mesh)
         return mesh
 
@@ -199,7 +201,8 @@ class Meshes:
         self._cache.discard_where(lambda key: key.gamut_id == gamut_id)
 
     async def _encode_and_keep(self, opened: OpenGamut, key: MeshKey) -> EncodedMesh:
-        mesh = await self._library.in_thread(_encoded, opened, key)
+        with timed("encode"):
+            mesh = await self._library.in_thread(_encoded, opened, key)
         # A gamut that was deleted meanwhile leaves nothing behind in memory.
         if self._library.opened(key.gamut_id) is opened:
             self._keep(key, mesh)

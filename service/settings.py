@@ -7,14 +7,27 @@ One field is one variable: ``max_body_bytes`` is ``GAMUT_MAX_BODY_BYTES``. The t
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
+
+from service.api_keys import ApiKeys
+from service.cors import origins
 
 __all__ = ["ENVIRONMENT_PREFIX", "Settings", "settings_table"]
 
 ENVIRONMENT_PREFIX = "GAMUT_"
 
 _MEBIBYTE = 1024 * 1024
+
+
+def _api_keys(text: str) -> str:
+    ApiKeys(text)
+    return text
+
+
+def _origins(text: str) -> str:
+    origins(text)
+    return text
 
 
 class Settings(BaseSettings):
@@ -31,6 +44,55 @@ class Settings(BaseSettings):
         int,
         Field(ge=0, le=65535, description="Port that `gamut serve` listens on; 0 is any free one."),
     ] = 8000
+    api_keys: Annotated[
+        str,
+        Field(
+            description="API keys by their digests, as `gamut key NAME` prints them: "
+            "`NAME:SCOPES:SHA256`, between commas. Scopes are `read`, `write` or `read+write`."
+        ),
+        AfterValidator(_api_keys),
+    ] = ""
+    allow_anonymous: Annotated[
+        Literal["auto", "none", "read", "all"],
+        Field(
+            description="What requests without a key may do. `auto`: nothing where there are keys, "
+            "else all, and then only on a loopback address.",
+        ),
+    ] = "auto"
+    rate_limit: Annotated[
+        float,
+        Field(
+            ge=0,
+            description="Requests per second of each key, or of each address without one; 0 for "
+            "no limit. Beyond it 429.",
+        ),
+    ] = 0.0
+    rate_burst: Annotated[
+        int, Field(ge=1, description="Requests that may come at once before that limit holds.")
+    ] = 100
+    build_rate_limit: Annotated[
+        float,
+        Field(ge=0, description="The same for requests that build, per minute."),
+    ] = 0.0
+    build_rate_burst: Annotated[
+        int, Field(ge=1, description="Requests that build that may come at once.")
+    ] = 10
+    trusted_proxies: Annotated[
+        str,
+        Field(
+            description="Addresses or networks of proxies, between commas, whose `X-Forwarded-For` "
+            "and `X-Forwarded-Proto` are believed; `*` for all. Without it, addresses are those of "
+            "the connections.",
+        ),
+    ] = ""
+    cors_origins: Annotated[
+        str,
+        Field(
+            description="Origins whose pages may use the API (CORS), between commas, such as "
+            "`https://example.org`; `*` for all.",
+        ),
+        AfterValidator(_origins),
+    ] = ""
     log_level: Annotated[
         Literal["critical", "error", "warning", "info", "debug"],
         Field(description="Least severity that is logged."),

@@ -28,6 +28,7 @@ from service.parameters import WHOLE_NUMBER, check_query
 from service.problems import BUILD_PROBLEMS, ProblemError
 from service.responses import JsonResponse
 from service.routes.jobs import job_document
+from service.server_timing import timed
 from service.state import service_of
 from service.store import GamutNotStoredError, Record
 from service.submission import submission
@@ -130,7 +131,8 @@ async def create_gamut(request: Request) -> Response:
     service = service_of(request)
     settings = service.settings
     prefer = preference(request.headers.getlist("prefer"))
-    posted = await submission(request, settings)
+    with timed("body"):
+        posted = await submission(request, settings)
     digest = await asyncio.to_thread(hashlib.sha256, posted.data)
     gamut_id = identity(posted.options, digest.hexdigest())
 
@@ -144,7 +146,8 @@ async def create_gamut(request: Request) -> Response:
         job = service.builds.submit(gamut_id, posted.options.to_mapping(), source)
     del posted
 
-    done = await job.wait(prefer.seconds(settings.client_wait, settings.max_client_wait))
+    with timed("build"):
+        done = await job.wait(prefer.seconds(settings.client_wait, settings.max_client_wait))
     headers = {}
     applied = prefer.applied(answered_async=not done, longest=settings.max_client_wait)
     if applied:
