@@ -156,9 +156,9 @@ MESH_HEADERS: dict[str, Any] = {
     "Gamut-Max-Mismatch": header(
         "What the mismatch is at most; only for levels of the error curve.", "0.00132536"
     ),
-    "ETag": header("Strong entity tag: the SHA-256 of the content.", f'"{EXAMPLE_ID}"'),
+    "ETag": header("Strong entity tag: the SHA-256 of the body as it is sent.", f'"{EXAMPLE_ID}"'),
     "Cache-Control": header("The content never changes.", "public, max-age=31536000, immutable"),
-    "Vary": header("What the content depends on besides the address.", "Accept"),
+    "Vary": header("What the content depends on besides the address.", "Accept, Accept-Encoding"),
 }
 
 

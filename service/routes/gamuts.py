@@ -10,6 +10,7 @@ from fastapi import APIRouter, Depends, Path, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
 from gamutcore.gamut import gamut_id as identity
+from service.compression import compress_response
 from service.conditional import IMMUTABLE, byte_range, entity_tag, matches
 from service.documentation import (
     EXAMPLE_GAMUT,
@@ -198,9 +199,9 @@ async def list_gamuts(
     headers = {"Cache-Control": "no-cache"}
     if following:
         headers["Link"] = f'<{following}>; rel="next"'
-    return JsonResponse(
-        {"gamuts": [_summary(record) for record in shown], "next": following}, headers=headers
-    )
+    document = {"gamuts": [_summary(record) for record in shown], "next": following}
+    answer = JsonResponse(document, headers=headers)
+    return compress_response(answer, request.headers.getlist("accept-encoding"))
 
 
 @router.get(
@@ -335,11 +336,13 @@ async def _chunks(file: IO[bytes], start: int, end: int) -> AsyncIterator[bytes]
 
 
 def _conditional(request: Request, document: dict[str, Any], cache_control: str) -> Response:
-    answer = JsonResponse(document, headers={"Cache-Control": cache_control})
+    answer: Response = JsonResponse(document, headers={"Cache-Control": cache_control})
+    answer = compress_response(answer, request.headers.getlist("accept-encoding"))
     etag = answer.headers["ETag"] = entity_tag(bytes(answer.body))
     known = request.headers.get("if-none-match")
     if known is not None and matches(known, etag):
-        return Response(status_code=304, headers={"ETag": etag, "Cache-Control": cache_control})
+        kept = {name: answer.headers[name] for name in ("ETag", "Cache-Control", "Vary")}
+        return Response(status_code=304, headers=kept)
     return answer
 
 

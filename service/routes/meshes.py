@@ -6,6 +6,7 @@ from fastapi import APIRouter, Depends, Path, Query, Request
 from fastapi.responses import Response
 
 from gamutcore.export import FORMATS
+from service.compression import preferred_coding
 from service.documentation import MESH_HEADERS, problems
 from service.meshes import DEFAULT_TRIANGLES, MEDIA_TYPES, SUFFIXES, Wanted
 from service.negotiation import preferred_media_type
@@ -170,7 +171,9 @@ async def _mesh(request: Request, gamut_id: str, wanted: Wanted, format_name: st
                 f"Use one of {', '.join(FORMATS)}.",
             )
         )
-    mesh = await service_of(request).meshes.mesh(gamut_id, wanted, format_name)
+    accepted = ",".join(request.headers.getlist("accept-encoding"))
+    coding = preferred_coding(accepted.encode("latin-1"))
+    mesh = await service_of(request).meshes.mesh(gamut_id, wanted, format_name, coding)
     known = request.headers.getlist("if-none-match")
     status, headers, body = mesh.response(",".join(known) or None)
     response = Response(body, status)
