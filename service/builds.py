@@ -16,7 +16,7 @@ import logging
 import sys
 import time
 from collections import OrderedDict
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -339,7 +339,12 @@ class Builds:
         """Do one job; whether the worker can be given another."""
         output = self._store.temporary_path(".gamut")
         idle = True
-        request = {"input": str(job.source), "output": str(output), "options": job.options}
+        request = {
+            "input": str(job.source),
+            "output": str(output),
+            "options": job.options,
+            "limits": asdict(self._settings.data_limits),
+        }
 
         def progress(stage: str, fraction: float) -> None:
             job.stage, job.fraction = stage, fraction

@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
+from gamutcore.limits import MAX_PIXELS, MAX_SAMPLES, Limits
 from service.api_keys import ApiKeys
 from service.cors import origins
 
@@ -162,6 +163,22 @@ class Settings(BaseSettings):
             description="Largest `surface_samples` that is accepted.",
         ),
     ] = 1_000_000
+    max_patches: Annotated[
+        int,
+        Field(
+            ge=4,
+            le=MAX_SAMPLES,
+            description="Most samples (patches) that characterisation data may have.",
+        ),
+    ] = MAX_SAMPLES
+    max_pixels: Annotated[
+        int,
+        Field(ge=1, le=MAX_PIXELS, description="Most pixels that a picture may have."),
+    ] = MAX_PIXELS
+    max_form_parts: Annotated[
+        int,
+        Field(ge=2, description="Most fields, and most files, of a form; beyond that 413."),
+    ] = 10
     build_workers: Annotated[
         int,
         Field(ge=1, le=64, description="Worker processes, each building one gamut at a time."),
@@ -207,6 +224,11 @@ class Settings(BaseSettings):
     max_page_size: Annotated[
         int, Field(ge=1, le=1000, description="Most gamuts that one page of the list holds.")
     ] = 100
+
+    @property
+    def data_limits(self) -> Limits:
+        """How much characterisation data a build accepts."""
+        return Limits(self.max_patches, self.max_pixels)
 
 
 def settings_table() -> str:

@@ -5,6 +5,7 @@ import contextlib
 import logging
 from collections.abc import AsyncIterator
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from fastapi import Request
 
@@ -47,6 +48,11 @@ class Service:
     def ready(self) -> bool:
         """Whether a request would be answered without waiting for a compiler."""
         return self.warm and self.builds.warm
+
+    @property
+    def scratch_directory(self) -> Path:
+        """Where files may be that have no name, such as bodies that are arriving."""
+        return self.store.temporary
 
     @contextlib.asynccontextmanager
     async def running(self) -> AsyncIterator[None]:

@@ -22,6 +22,7 @@ from typing import IO, Any
 
 from gamutcore.errors import GamutError
 from gamutcore.gamut import Options, build_gamut
+from gamutcore.limits import Limits
 from gamutcore.warm import compile_kernels
 
 __all__ = ["Events", "build", "main"]
@@ -59,7 +60,8 @@ def build(request: dict[str, Any], events: Events) -> None:
     Parameters
     ----------
     request : dict
-        ``input`` and ``output`` are paths, ``options`` the mapping of the gamut's options.
+        ``input`` and ``output`` are paths, ``options`` the mapping of the gamut's options,
+        ``limits``, where there are any, the members of `Limits`.
     events : Events
         Gets ``progress`` events and at last one of ``built``, ``refused`` (the input or an option
         is at fault), ``full`` (no space on the disk), ``failed`` (a defect of the program).
@@ -67,7 +69,8 @@ def build(request: dict[str, Any], events: Events) -> None:
     try:
         data = Path(request["input"]).read_bytes()
         options = Options.from_mapping(request["options"])
-        gamut = build_gamut(data, options, progress=events.progress)
+        limits = Limits(**request.get("limits", {}))
+        gamut = build_gamut(data, options, progress=events.progress, limits=limits)
         content = gamut.to_bytes()
         Path(request["output"]).write_bytes(content)
         events.send(

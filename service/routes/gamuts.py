@@ -133,7 +133,7 @@ async def create_gamut(request: Request) -> Response:
     settings = service.settings
     prefer = preference(request.headers.getlist("prefer"))
     with timed("body"):
-        posted = await submission(request, settings)
+        posted = await submission(request, settings, service.scratch_directory)
     digest = await asyncio.to_thread(hashlib.sha256, posted.data)
     gamut_id = identity(posted.options, digest.hexdigest())
 
