@@ -23,7 +23,7 @@ from service.front import MeshFront
 from service.handlers import add_exception_handlers
 from service.middleware import BodyLimit, HeadAsGet, PlainPaths
 from service.request_id import RequestIds
-from service.routes import gamuts, jobs, meshes, pages, state
+from service.routes import batch, gamuts, jobs, meshes, pages, state
 from service.server_timing import ServerTiming
 from service.settings import Settings
 from service.state import Service
@@ -79,7 +79,7 @@ def create_app(settings: Settings) -> FastAPI:
     )
     app.state.service = service
     app.state.cors_origins = origins(settings.cors_origins)
-    routers = (gamuts.router, meshes.router, jobs.router, state.router, pages.router)
+    routers = (gamuts.router, meshes.router, batch.router, jobs.router, state.router, pages.router)
     for router in routers:
         app.include_router(router)
     app.state.routes = [route for router in routers for route in router.routes]

@@ -10,6 +10,7 @@ from service.models import ProblemDocument
 from service.problems import KINDS, MEDIA_TYPE, Problem
 
 __all__ = [
+    "BATCH_RESPONSE",
     "EXAMPLE_GAMUT",
     "EXAMPLE_ID",
     "EXAMPLE_JOB",
@@ -159,6 +160,33 @@ MESH_HEADERS: dict[str, Any] = {
     "ETag": header("Strong entity tag: the SHA-256 of the body as it is sent.", f'"{EXAMPLE_ID}"'),
     "Cache-Control": header("The content never changes.", "public, max-age=31536000, immutable"),
     "Vary": header("What the content depends on besides the address.", "Accept, Accept-Encoding"),
+}
+
+
+BATCH_RESPONSE: dict[str, Any] = {
+    "description": "The meshes.",
+    "headers": {
+        "Gamut-Failures": header("How many of the meshes cannot be had.", 0),
+        "ETag": header(
+            "Strong entity tag: the SHA-256 of the body; of answers that are not streamed.",
+            f'"{EXAMPLE_ID}"',
+        ),
+        "Cache-Control": header(
+            "The content never changes, unless something is missing: then `no-store`.",
+            "public, max-age=31536000, immutable",
+        ),
+        "Vary": header("What the content depends on besides the address.", "Accept"),
+    },
+    "content": {
+        "application/zip": {
+            "schema": {"type": "string", "format": "binary"},
+            "examples": {"zip": {"summary": "GAMUT/TRIANGLES.SUFFIX for each, and index.json"}},
+        },
+        "multipart/mixed": {
+            "schema": {"type": "string", "format": "binary"},
+            "examples": {"multipart": {"summary": "A part for each mesh or problem"}},
+        },
+    },
 }
 
 

@@ -221,6 +221,18 @@ class Settings(BaseSettings):
         int,
         Field(ge=0, description="Memory for encoded meshes; the least recently used go first."),
     ] = 128 * _MEBIBYTE
+    max_batch_meshes: Annotated[
+        int,
+        Field(ge=1, le=10_000, description="Most meshes that one request may ask for together."),
+    ] = 100
+    max_batch_triangles: Annotated[
+        int,
+        Field(
+            ge=4,
+            le=40_000_000,  # of OBJ they have less than the 4 GiB that a zip archive holds
+            description="Most triangles that all meshes of such a request may have together.",
+        ),
+    ] = 10_000_000
     max_page_size: Annotated[
         int, Field(ge=1, le=1000, description="Most gamuts that one page of the list holds.")
     ] = 100
