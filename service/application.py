@@ -19,6 +19,7 @@ from gamutcore.version import __version__
 from service import models
 from service.access import Access, AccessRules
 from service.cors import Cors, origins
+from service.documentation import SECURITY, SECURITY_SCHEMES
 from service.front import MeshFront
 from service.handlers import add_exception_handlers
 from service.middleware import BodyLimit, HeadAsGet, PlainPaths
@@ -122,5 +123,10 @@ class _Application(FastAPI):
                 schemas |= schema.pop("$defs", {})
                 schemas[model.__name__] = schema
             document["components"]["schemas"] = dict(sorted(schemas.items()))
+            document["components"]["securitySchemes"] = SECURITY_SCHEMES
+            for path, operations in document["paths"].items():
+                if path.startswith("/v1/"):
+                    for operation in operations.values():
+                        operation["security"] = SECURITY
             self.openapi_schema = document
         return self.openapi_schema

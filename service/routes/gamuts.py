@@ -19,13 +19,15 @@ from service.documentation import (
     EXAMPLE_LEVELS,
     EXAMPLE_LIST,
     SUBMISSION_BODY,
+    gamut_links,
     header,
+    job_link,
     json_response,
     problems,
 )
 from service.models import GamutDescription, GamutList, JobDescription, Levels
 from service.negotiation import preference
-from service.parameters import WHOLE_NUMBER, check_query
+from service.parameters import LARGEST_WHOLE, WHOLE_NUMBER, check_query
 from service.problems import BUILD_PROBLEMS, ProblemError
 from service.responses import JsonResponse
 from service.routes.jobs import job_document
@@ -77,6 +79,7 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
             GamutDescription,
             EXAMPLE_GAMUT,
             {"Content-Location": header("The gamut.", f"/v1/gamuts/{EXAMPLE_ID}")},
+            gamut_links("$response.body#/id"),
         ),
         201: json_response(
             "The gamut was built.",
@@ -86,6 +89,7 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
                 "Location": header("The gamut.", f"/v1/gamuts/{EXAMPLE_ID}"),
                 "Preference-Applied": header("Preferences that were honoured.", "wait=10"),
             },
+            gamut_links("$response.body#/id"),
         ),
         202: json_response(
             "The gamut is being built.",
@@ -96,9 +100,11 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
                 "Retry-After": header("Seconds after which to look again.", 1),
                 "Preference-Applied": header("Preferences that were honoured.", "respond-async"),
             },
+            job_link("$response.body#/id"),
         ),
         **problems(
             "malformed-body",
+            "request-timeout",
             "body-too-large",
             "unsupported-media-type",
             "invalid-body",
@@ -177,7 +183,11 @@ async def list_gamuts(
     request: Request,
     limit: Annotated[
         int,
-        Query(ge=1, description="Gamuts on a page at most; the service has a limit as well."),
+        Query(
+            ge=1,
+            description="Gamuts on a page at most; the service has a limit as well.",
+            json_schema_extra={"maximum": LARGEST_WHOLE},
+        ),
         WHOLE_NUMBER,
     ] = 50,
     after: Annotated[

@@ -10,7 +10,7 @@ from service.compression import preferred_coding
 from service.documentation import MESH_HEADERS, problems
 from service.meshes import DEFAULT_TRIANGLES, MEDIA_TYPES, SUFFIXES, Wanted
 from service.negotiation import preferred_media_type
-from service.parameters import DECIMAL_NUMBER, WHOLE_NUMBER, check_query
+from service.parameters import DECIMAL_NUMBER, LARGEST_WHOLE, WHOLE_NUMBER, check_query
 from service.problems import Problem, ProblemError
 from service.routes.gamuts import GamutId
 from service.state import service_of
@@ -41,7 +41,7 @@ Triangles = Annotated[
     Query(
         description="The most triangles that the mesh may have, from 4 up to the gamut's largest "
         f"count. Without it and without a limit: {DEFAULT_TRIANGLES}, or all if there are fewer.",
-        json_schema_extra={"minimum": 4},
+        json_schema_extra={"minimum": 4, "maximum": LARGEST_WHOLE},
         examples=[1000],
     ),
     WHOLE_NUMBER,
