@@ -2,9 +2,9 @@
 
 Endless bodies in chunks, compressed bodies and pictures that unpack to gigabytes, forms of 100,000
 fields, endless heads, heads and bodies that come a byte at a time, crowds that say nothing, clients
-that take no answer. Every one of them has to end in the status that it deserves, the server's memory
-may grow by 64 MB at most, and good clients must not notice. Writes one line of JSON, and ends with
-status 1 where that is not so.
+that take no answer. Every one of them has to end in the status that it deserves, the server's
+memory may grow by 64 MB at most, and good clients must not notice. Writes one line of JSON, and
+ends with status 1 where that is not so.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ MOST_GROWTH = 64 << 20
 CONNECTIONS = 200
 """The server's own limit in these runs, so that a crowd is a crowd."""
 
-SECONDS = 2.0
+SECONDS = 1.0
 """The server's time for a head, and for a body."""
 
 BORDER = "hostile"
@@ -74,6 +74,7 @@ class Good:
     stopped: threading.Event = field(default_factory=threading.Event)
     latencies: list[float] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
+    during: str = ""
 
     def run(self) -> None:
         connection = http.client.HTTPConnection("127.0.0.1", self.server.port, timeout=20)
@@ -92,7 +93,10 @@ class Good:
                 except (http.client.HTTPException, OSError) as error:
                     connection.close()
                     self.failures.append(f"{path}: {error!r}")
-                self.latencies.append(time.perf_counter() - start)
+                elapsed = time.perf_counter() - start
+                self.latencies.append(elapsed)
+                if elapsed > 0.5:
+                    sys.stderr.write(f"{path} took {elapsed:.2f} s, {self.during}\n")
 
     def status(self, connection: http.client.HTTPConnection, path: str) -> int:
         connection.request("GET", path)
@@ -232,20 +236,21 @@ def attacks(mesh: str, *, full: bool) -> list[Attack]:
             ),
             few,
         ),
-        Attack("crowd that says nothing", {0}, lambda port: sent(port, "", silence(3)), crowd),
+        Attack("crowd that says nothing", {0}, lambda port: sent(port, "", silence(2)), crowd),
         Attack(
             "no answer is taken",
             {0},
-            lambda port: sent(port, (get + "\r\n") * 2000, silence(5), reads=False),
+            lambda port: sent(port, (get + "\r\n") * 2000, silence(3), reads=False),
             few,
         ),
     ]
 
 
-async def suffered(server: Serving, mesh: str, *, full: bool) -> list[dict[str, Any]]:
+async def suffered(server: Serving, good: Good, *, full: bool) -> list[dict[str, Any]]:
     """Return what became of each kind, one after the other."""
     rows = []
-    for attack in attacks(mesh, full=full):
+    for attack in attacks(good.path, full=full):
+        good.during = attack.name
         start, before = time.perf_counter(), server.resident()
         statuses = await asyncio.gather(
             *(attack.client(server.port) for _ in range(attack.clients)), return_exceptions=True
@@ -310,12 +315,14 @@ def main() -> int:
         watching = threading.Thread(target=watch)
         watching.start()
         try:
-            rows = asyncio.run(suffered(server, mesh, full=full))
+            rows = asyncio.run(suffered(server, good, full=full))
         finally:
             good.stopped.set()
             thread.join()
             watching.join()
-        defects = server.log.read_text().count("Traceback")
+        log = server.log.read_text()
+        defects = log.count("Traceback")
+        sys.stderr.write(log[log.find("Traceback") :][:5000] if defects else "")
     latencies = sorted(good.latencies)
     growth = peak[0] - quiet
     figures = {
