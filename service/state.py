@@ -5,6 +5,7 @@ import contextlib
 import logging
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from fastapi import Request
 
@@ -57,6 +58,11 @@ class Service:
         """Whether a request would be answered without waiting for a compiler."""
         facts = self.builds.facts()
         return self.warm and facts.warm_workers == facts.workers
+
+    @property
+    def scratch_directory(self) -> Path:
+        """Where files may be that have no name, such as bodies that are arriving."""
+        return self.store.scratch("").parent
 
     @contextlib.asynccontextmanager
     async def running(self) -> AsyncIterator[None]:

@@ -49,7 +49,9 @@ class Server:
                 stderr=subprocess.STDOUT,
             )
         self.url = self.logged(READY)
-        self.client = httpx.Client(base_url=self.url, timeout=120)
+        # Without a content coding, so that digests are those of what a test sees.
+        fields = {"Accept-Encoding": "identity"}
+        self.client = httpx.Client(base_url=self.url, timeout=120, headers=fields)
 
     def log(self):
         return self.log_path.read_text()
