@@ -11,12 +11,14 @@ from typing import Any
 
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
+from starlette.types import ASGIApp
 
 from gamutcore.version import __version__
 from service import models
 from service.front import MeshFront
 from service.handlers import add_exception_handlers
 from service.middleware import BodyLimit, HeadAsGet, PlainPaths
+from service.request_id import RequestIds
 from service.routes import gamuts, jobs, meshes, pages, state
 from service.settings import Settings
 from service.state import Service
@@ -79,6 +81,10 @@ def create_app(settings: Settings) -> FastAPI:
 
 class _Application(FastAPI):
     """FastAPI whose document holds the models that only examples and bodies refer to."""
+
+    def build_middleware_stack(self) -> ASGIApp:
+        """Return the layers: ours are around Starlette's, whose outermost answers defects."""
+        return RequestIds(super().build_middleware_stack())
 
     def openapi(self) -> dict[str, Any]:
         """Return the OpenAPI document."""
