@@ -18,6 +18,7 @@ from service import models
 from service.front import MeshFront
 from service.handlers import add_exception_handlers
 from service.middleware import BodyLimit, HeadAsGet, PlainPaths
+from service.observation import Observed
 from service.request_id import RequestIds
 from service.routes import gamuts, jobs, meshes, pages, state
 from service.settings import Settings
@@ -63,6 +64,8 @@ def create_app(settings: Settings) -> FastAPI:
         openapi_tags=_TAGS,
         redoc_url=None,
         redirect_slashes=False,
+        # Its own spans would repeat queries, and know nothing of the layers ahead of the routes.
+        telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},
         lifespan=lifespan,
     )
     app.state.service = service
@@ -84,7 +87,14 @@ class _Application(FastAPI):
 
     def build_middleware_stack(self) -> ASGIApp:
         """Return the layers: ours are around Starlette's, whose outermost answers defects."""
-        return RequestIds(super().build_middleware_stack())
+        service: Service = self.state.service
+        observed = Observed(
+            super().build_middleware_stack(),
+            service.metrics.requests,
+            access_log=service.settings.access_log,
+            traces=service.traces,
+        )
+        return RequestIds(observed)
 
     def openapi(self) -> dict[str, Any]:
         """Return the OpenAPI document."""

@@ -15,8 +15,10 @@ from pydantic import ValidationError
 from gamutcore.version import __version__
 from gamutcore.warm import compile_kernels
 from service.application import create_app
+from service.logs import configure_logging
 from service.settings import ENVIRONMENT_PREFIX, Settings
 from service.store import GamutStore, StoreInUseError
+from service.traces import TracesUnavailableError
 
 __all__ = ["main", "openapi_document", "raise_file_limit"]
 
@@ -84,11 +86,13 @@ def _serve(overrides: dict[str, Any]) -> int:
             variable = ENVIRONMENT_PREFIX + "_".join(map(str, fault["loc"])).upper()
             sys.stderr.write(f"gamut: {variable}: {fault['msg']}\n")
         return 2
-    logging.basicConfig(
-        level=settings.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s"
-    )
+    configure_logging(settings.log_format, settings.log_level)
     raise_file_limit()
-    app = create_app(settings)
+    try:
+        app = create_app(settings)
+    except TracesUnavailableError as error:
+        sys.stderr.write(f"gamut: {error}\n")
+        return 2
     store: GamutStore = app.state.service.store
     try:
         # uvicorn reports what fails in the lifespan with a traceback; people get a sentence.
@@ -101,8 +105,9 @@ def _serve(overrides: dict[str, Any]) -> int:
         app,
         host=settings.host,
         port=settings.port,
+        log_config=None,
         log_level=settings.log_level,
-        access_log=settings.access_log,
+        access_log=False,  # `service.observation` has a better one
         server_header=False,
         timeout_keep_alive=_KEEP_ALIVE_SECONDS,
         timeout_graceful_shutdown=int(settings.drain_seconds) + 1,

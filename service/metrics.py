@@ -1,8 +1,8 @@
 """What this process counts of its requests and builds, for whoever looks from outside.
 
 Counting is plain addition to dictionaries and lists, because it happens on every request, within
-fractions of a microsecond; `service.exposition` puts the figures into Prometheus' formats when it is
-asked for them. The event loop's thread counts, and any thread may read. Builds are done by other
+fractions of a microsecond; `service.exposition` puts the figures into Prometheus' formats when
+somebody asks. The event loop's thread counts, and any thread may read. Builds are done by other
 processes: their figures come with the event that ends a build, to the process that had it done.
 See ``docs/decisions/metrics.md``.
 """
@@ -17,13 +17,18 @@ if TYPE_CHECKING:
 
 __all__ = ["BuildFigures", "Distribution", "Metrics", "RequestFigures"]
 
-_RESPONSE_BOUNDS = (0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2.5, 5, 10, 30)
-"""Seconds: a cached mesh takes a fraction of the first, a request that waits for a build the last."""
+_RESPONSE_BOUNDS = (
+    *(0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1),
+    *(0.25, 0.5, 1, 2.5, 5, 10, 30),
+)
+"""Seconds: a cached mesh takes a part of the first, a request that waits for a build the last."""
 
 _BUILD_BOUNDS = (0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2.5, 5, 10, 30, 60, 120, 300)
 """Seconds of a build or a stage of it: from reading a small file to the most that is allowed."""
 
-_METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS", "TRACE", "CONNECT"})
+_METHODS = frozenset(
+    {"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS", "TRACE", "CONNECT"}
+)
 
 
 class Distribution:

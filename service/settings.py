@@ -35,9 +35,20 @@ class Settings(BaseSettings):
         Literal["critical", "error", "warning", "info", "debug"],
         Field(description="Least severity that is logged."),
     ] = "info"
+    log_format: Annotated[
+        Literal["text", "json"],
+        Field(description="`text` for people, `json` for programs: one object on one line each."),
+    ] = "text"
     access_log: Annotated[
         bool, Field(description="Log a line for every request (costs about a tenth of the speed).")
     ] = False
+    traces: Annotated[
+        Literal["auto", "on", "off"],
+        Field(
+            description="OpenTelemetry traces, sent by OTLP over HTTP to where the `OTEL_...` "
+            "variables say. `auto`: if they name an endpoint and the extra `otel` is installed."
+        ),
+    ] = "auto"
     max_body_bytes: Annotated[
         int,
         Field(

@@ -12,8 +12,10 @@ from gamutcore.warm import compile_reading_kernels
 from service.builds import Builds
 from service.library import Library
 from service.meshes import Meshes
+from service.metrics import Metrics
 from service.settings import Settings
 from service.store import GamutStore
+from service.traces import Traces, traces_of
 
 __all__ = ["Service", "service_of"]
 
@@ -35,9 +37,12 @@ class Service:
     library: Library = field(init=False)
     meshes: Meshes = field(init=False)
     builds: Builds = field(init=False)
+    metrics: Metrics = field(init=False, default_factory=Metrics)
+    traces: Traces | None = field(init=False)
     warm: bool = False
 
     def __post_init__(self) -> None:
+        self.traces = traces_of(self.settings.traces)
         self.store = GamutStore(self.settings.data)
         self.library = Library(self.store, self.settings.history_cache_bytes)
         self.meshes = Meshes(self.library, self.settings.mesh_cache_bytes)
@@ -61,6 +66,8 @@ class Service:
             await self.builds.stop()
             self.library.close()
             self.store.close()
+            if self.traces is not None:
+                await asyncio.to_thread(self.traces.close)
 
     def forget(self, gamut_id: str) -> None:
         """Drop from memory what belongs to a deleted gamut."""
