@@ -20,7 +20,7 @@ from service.handlers import add_exception_handlers
 from service.middleware import BodyLimit, HeadAsGet, PlainPaths
 from service.observation import Observed
 from service.request_id import RequestIds
-from service.routes import gamuts, jobs, meshes, pages, state
+from service.routes import gamuts, jobs, meshes, metrics, pages, state
 from service.settings import Settings
 from service.state import Service
 
@@ -69,7 +69,10 @@ def create_app(settings: Settings) -> FastAPI:
         lifespan=lifespan,
     )
     app.state.service = service
-    routers = (gamuts.router, meshes.router, jobs.router, state.router, pages.router)
+    routers = (
+        *(gamuts.router, meshes.router, jobs.router),
+        *(state.router, metrics.router, pages.router),
+    )
     for router in routers:
         app.include_router(router)
     app.state.routes = [route for router in routers for route in router.routes]

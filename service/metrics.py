@@ -2,20 +2,25 @@
 
 Counting is plain addition to dictionaries and lists, because it happens on every request, within
 fractions of a microsecond; `service.exposition` puts the figures into Prometheus' formats when
-somebody asks. The event loop's thread counts, and any thread may read. Builds are done by other
-processes: their figures come with the event that ends a build, to the process that had it done.
+somebody asks. The event loop's thread counts requests, any thread builds, and any thread may read.
+Builds are done by other processes: their figures come with the event that ends a build, to the
+process that had it done.
 See ``docs/decisions/metrics.md``.
 """
 
 from __future__ import annotations
 
+import threading
 from bisect import bisect_left
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-__all__ = ["BuildFigures", "Distribution", "Metrics", "RequestFigures"]
+__all__ = ["TOTAL", "BuildFigures", "Distribution", "Metrics", "RequestFigures"]
+
+TOTAL = "total"
+"""Among the seconds by stage: those of the whole build, publication included."""
 
 _RESPONSE_BOUNDS = (
     *(0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1),
@@ -98,6 +103,8 @@ class RequestFigures:
 class BuildFigures:
     """Builds that this process had done, by outcome, and the time that they and their stages took.
 
+    Several threads may count at the same time.
+
     Attributes
     ----------
     outcomes : dict
@@ -112,6 +119,7 @@ class BuildFigures:
         self.outcomes: dict[str, int] = {}
         self.seconds = Distribution(_BUILD_BOUNDS)
         self.stages: dict[str, Distribution] = {}
+        self._lock = threading.Lock()
 
     def ended(self, outcome: str, seconds: Mapping[str, float]) -> None:
         """Count a build that ended.
@@ -119,18 +127,22 @@ class BuildFigures:
         Parameters
         ----------
         outcome : str
-            ``succeeded``, ``cancelled`` or the code of a problem.
+            ``succeeded``, ``cancelled``, ``crashed`` (an attempt, of several) or the code of a
+            problem.
         seconds : mapping
-            Seconds by stage, of the stages that were completed; as the build's last event has it.
+            Seconds by stage, as the build's last event has them, and of all as ``total``; without
+            the stages where they are not known.
         """
-        self.outcomes[outcome] = self.outcomes.get(outcome, 0) + 1
-        if seconds:
-            self.seconds.add(sum(seconds.values()))
-        for stage, duration in seconds.items():
-            distribution = self.stages.get(stage)
-            if distribution is None:
-                distribution = self.stages[stage] = Distribution(_BUILD_BOUNDS)
-            distribution.add(duration)
+        with self._lock:
+            self.outcomes[outcome] = self.outcomes.get(outcome, 0) + 1
+            for stage, duration in seconds.items():
+                if stage == TOTAL:
+                    self.seconds.add(duration)
+                    continue
+                distribution = self.stages.get(stage)
+                if distribution is None:
+                    distribution = self.stages[stage] = Distribution(_BUILD_BOUNDS)
+                distribution.add(duration)
 
 
 class Metrics:

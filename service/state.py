@@ -5,6 +5,7 @@ import contextlib
 import logging
 from collections.abc import AsyncIterator
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from fastapi import Request
 
@@ -13,6 +14,7 @@ from service.builds import Builds
 from service.library import Library
 from service.meshes import Meshes
 from service.metrics import Metrics
+from service.readiness import Readiness, service_readiness
 from service.settings import Settings
 from service.store import GamutStore
 from service.traces import Traces, traces_of
@@ -20,6 +22,29 @@ from service.traces import Traces, traces_of
 __all__ = ["Service", "service_of"]
 
 logger = logging.getLogger(__name__)
+
+
+class BuildFacts(NamedTuple):
+    """What the builds of a service are about.
+
+    Attributes
+    ----------
+    queued, running : int
+        Builds that wait for a worker, and that a worker is busy with.
+    workers, warm_workers : int
+        Worker processes that there should be, and that are ready to build at once.
+    completed : int
+        Gamuts that were built since the start.
+    capacity : int
+        Builds that may wait.
+    """
+
+    queued: int
+    running: int
+    workers: int
+    warm_workers: int
+    completed: int
+    capacity: int
 
 
 @dataclass
@@ -38,6 +63,7 @@ class Service:
     meshes: Meshes = field(init=False)
     builds: Builds = field(init=False)
     metrics: Metrics = field(init=False, default_factory=Metrics)
+    readiness: Readiness = field(init=False)
     traces: Traces | None = field(init=False)
     warm: bool = False
 
@@ -47,11 +73,19 @@ class Service:
         self.library = Library(self.store, self.settings.history_cache_bytes)
         self.meshes = Meshes(self.library, self.settings.mesh_cache_bytes)
         self.builds = Builds(self.settings, self.store)
+        self.readiness = service_readiness(self)
 
-    @property
-    def ready(self) -> bool:
-        """Whether a request would be answered without waiting for a compiler."""
-        return self.warm and self.builds.warm
+    def build_facts(self) -> BuildFacts:
+        """Return what the builds are about."""
+        builds = self.builds
+        return BuildFacts(
+            queued=builds.queued,
+            running=builds.running,
+            workers=self.settings.build_workers,
+            warm_workers=builds.warm_workers,
+            completed=builds.completed,
+            capacity=self.settings.build_queue,
+        )
 
     @contextlib.asynccontextmanager
     async def running(self) -> AsyncIterator[None]:

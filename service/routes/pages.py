@@ -34,7 +34,8 @@ async def landing(request: Request) -> Response:
     """Show what the service is, its state, and where to go."""
     service = service_of(request)
     builds = service.builds
-    state = "ready" if service.ready else "warming up"
+    report = await service.readiness.report()
+    state = "ready" if report.ready else "not ready"
     return _page(
         "Gamut boundary service",
         "<p>Send the measurements or the ICC profile of a display, a press or any other device; "

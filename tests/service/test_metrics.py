@@ -41,11 +41,12 @@ def test_made_up_methods_are_one_series():
 
 def test_builds_are_counted_by_outcome_and_timed_by_stage():
     figures = BuildFigures()
-    figures.ended("succeeded", {"boundary": 1.0, "decimation": 0.5})
-    figures.ended("succeeded", {"boundary": 3.0, "decimation": 0.5})
+    figures.ended("succeeded", {"boundary": 1.0, "decimation": 0.5, "total": 1.75})
+    figures.ended("succeeded", {"boundary": 3.0, "decimation": 0.5, "total": 3.75})
     figures.ended("build-crashed", {})
     assert figures.outcomes == {"succeeded": 2, "build-crashed": 1}
     assert figures.stages["boundary"].sum == 4.0
-    assert figures.seconds.sum == 5.0
+    assert set(figures.stages) == {"boundary", "decimation"}
+    assert figures.seconds.sum == 5.5
     # a build that never told how long it took is no build of no time
     assert figures.seconds.cumulative()[-1] == (math.inf, 2)
