@@ -3,8 +3,8 @@
 A probe looks at one thing and finds it ok, degraded (some requests will fail or be slow, and
 another replica would be no better off) or failed (requests had better go elsewhere). Probes that
 touch the disk or the network run in threads, one at a time each, and what they found holds for a
-moment, so that asking often costs nothing. A disk that hangs makes one answer late, and occupies one
-thread, however often it is asked for.
+moment, so that asking often costs nothing. A disk that hangs makes one answer late, and occupies
+one thread, however often it is asked for.
 """
 
 from __future__ import annotations

@@ -43,8 +43,8 @@ async def live() -> Response:
     summary="Tell whether the service is ready",
     description="Ready once every build worker is warm and the kernels are loaded, and as long as "
     "the store can be written. Each probe says what it found: `failed` makes the service not "
-    "ready; `degraded` says what is wrong without sending requests elsewhere, such as a full queue, "
-    "or a worker that is started anew.",
+    "ready; `degraded` says what is wrong without sending requests elsewhere, such as a full "
+    "queue, or a worker that is started anew.",
     responses={
         200: json_response(
             "It is ready.",
