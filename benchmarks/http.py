@@ -34,7 +34,7 @@ def server(**settings: str) -> Iterator[tuple[int, float]]:
         environment = {
             **os.environ,
             **{f"GAMUT_{name.upper()}": value for name, value in settings.items()},
-            "GAMUT_DATA": str(Path(folder) / "data"),
+            "GAMUT_STORE": str(Path(folder) / "data"),
             "PYTHONUNBUFFERED": "1",
         }
         start = time.perf_counter()

@@ -21,14 +21,15 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Literal
 
 from service.problems import Problem, ProblemError
-from service.store import GamutNotStoredError, Record
+from service.storage.gamuts import GamutNotStoredError
+from service.storage.records import Record
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from service.settings import Settings
-    from service.store import GamutStore
+    from service.storage.gamuts import GamutStore
 
 __all__ = ["WORKER_COMMAND", "Builds", "Job", "now"]
 
@@ -337,7 +338,7 @@ class Builds:
 
     async def _run(self, job: Job, worker: _Worker) -> bool:
         """Do one job; whether the worker can be given another."""
-        output = self._store.temporary_path(".gamut")
+        output = self._store.scratch(".gamut")
         idle = True
         request = {"input": str(job.source), "output": str(output), "options": job.options}
 

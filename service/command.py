@@ -6,7 +6,6 @@ import logging
 import resource
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import uvicorn
@@ -17,7 +16,8 @@ from gamutcore.warm import compile_kernels
 from service.application import create_app
 from service.logs import configure_logging
 from service.settings import ENVIRONMENT_PREFIX, Settings
-from service.store import GamutStore, StoreInUseError
+from service.storage.gamuts import GamutStore
+from service.storage.local import StoreInUseError
 from service.traces import TracesUnavailableError
 
 __all__ = ["main", "openapi_document", "raise_file_limit"]
@@ -45,12 +45,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     serve.add_argument("--host", help="address to listen on")
     serve.add_argument("--port", type=int, help="port to listen on; 0 takes a free one")
-    serve.add_argument("--data", type=Path, help="directory of the store")
+    serve.add_argument("--store", help="where gamuts are kept: a directory, or s3://, gs://, az://")
     commands.add_parser("openapi", help="print the OpenAPI document")
     commands.add_parser("warm", help="compile the kernels, so that nobody has to wait for them")
     parsed = parser.parse_args(arguments)
     if parsed.command == "serve":
-        return _serve({name: getattr(parsed, name) for name in ("host", "port", "data")})
+        return _serve({name: getattr(parsed, name) for name in ("host", "port", "store")})
     if parsed.command == "openapi":
         sys.stdout.write(openapi_document())
     else:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from service.cache import ByteBoundedCache
     from service.metrics import BuildFigures, Distribution, RequestFigures
     from service.state import Service
+    from service.storage.gamuts import GamutStore
 
 __all__ = ["exposition", "serve_build_figures"]
 
@@ -208,18 +209,16 @@ def _cache_families(caches: dict[str, ByteBoundedCache[Any, Any]]) -> Iterator[M
         yield _labelled(kind, name, meaning, samples)
 
 
-def _store_families(store: object) -> Iterator[Metric]:
-    for write, name, attribute, meaning in (
-        (_counter, "gamut_store_hits", "hits", "Gamuts that were asked for and were stored."),
-        (_counter, "gamut_store_misses", "misses", "Gamuts that were asked for and were not."),
-        (_counter, "gamut_store_evictions", "evictions", "Gamuts that had to go for others."),
-        (_counter, "gamut_store_corruptions", "corruptions", "Damaged files that were found."),
-        (_gauge, "gamut_store_bytes", "nbytes", "Bytes of all that is stored."),
-    ):
-        # A bucket's owner knows its size, and nobody else.
-        value = getattr(store, attribute, None)
-        if value is not None:
-            yield write(name, meaning, value)
+def _store_families(store: GamutStore) -> Iterator[Metric]:
+    yield _counter("gamut_store_hits", "Gamuts that were asked for and were there.", store.hits)
+    yield _counter("gamut_store_misses", "Gamuts that were asked for and were not.", store.misses)
+    yield _counter("gamut_store_evictions", "Gamuts that went for others.", store.evictions)
+    yield _counter("gamut_store_corruptions", "Damaged files that were found.", store.corruptions)
+    if store.nbytes is not None:
+        yield _gauge("gamut_store_bytes", "Bytes of all that is stored.", store.nbytes)
+    limit = getattr(store.blobs, "limit", 0)
+    if limit:
+        yield _gauge("gamut_store_capacity_bytes", "Bytes that may be stored.", limit)
 
 
 def _bound(value: float) -> str:

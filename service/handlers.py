@@ -19,7 +19,7 @@ from starlette.routing import Match
 
 from gamutcore.errors import GamutError
 from service.problems import Problem, ProblemError, problem_response
-from service.store import GamutNotStoredError
+from service.storage.gamuts import GamutNotStoredError
 
 if TYPE_CHECKING:
     from fastapi import FastAPI

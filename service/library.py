@@ -17,12 +17,13 @@ from gamutcore.errors import HistoryFileError
 from gamutcore.gamut import Gamut
 from service.cache import ByteBoundedCache
 from service.single_flight import SingleFlight
-from service.store import GamutNotStoredError
+from service.storage.gamuts import GamutNotStoredError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from service.store import GamutStore, Record
+    from service.storage.gamuts import GamutStore
+    from service.storage.records import Record
 
 __all__ = ["Library", "OpenGamut", "mesh_provenance"]
 

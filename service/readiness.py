@@ -11,17 +11,23 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import errno
 import logging
+import secrets
 import shutil
 import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
+from service.storage.blobs import StoreFullError, StoreUnavailableError
+from service.storage.local import LocalBlobs
+
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     from service.state import Service
-    from service.store import GamutStore
+    from service.storage.blobs import Blobs
 
 __all__ = [
     "Finding",
@@ -183,22 +189,27 @@ def service_readiness(service: Service) -> Readiness:
     readiness.add("kernels", lambda: _kernels(warm=service.warm))
     readiness.add("workers", _WorkersProbe(service))
     readiness.add("queue", lambda: _queue(service))
-    readiness.add_slow("store", lambda: store_probe(service.store))
-    readiness.add_slow("disk", lambda: disk_probe(service.store, service.settings.max_body_bytes))
+    blobs, settings = service.store.blobs, service.settings
+    readiness.add_slow("store", lambda: store_probe(blobs))
+    if isinstance(blobs, LocalBlobs):
+        needed = settings.store_reserve_bytes + settings.max_body_bytes
+        readiness.add_slow("disk", lambda: disk_probe(blobs.directory, needed))
     return readiness
 
 
-def store_probe(store: GamutStore) -> Finding:
-    """Return whether something can be written into the store and read from it."""
-    content = b"probe"
+def store_probe(blobs: Blobs) -> Finding:
+    """Return whether something can be written into a storage and read from it."""
+    content = secrets.token_bytes(32)
     try:
-        path = store.write_temporary(".probe", content)
-        try:
-            same = path.read_bytes() == content
-        finally:
-            with contextlib.suppress(OSError):
-                path.unlink(missing_ok=True)
+        same = _written_and_read(blobs, content)
+    except StoreFullError:
+        # What is stored is still served.
+        return Finding("degraded", "it is full")
+    except StoreUnavailableError as error:
+        return Finding("failed", f"it cannot be used: {error}")
     except OSError as error:
+        if error.errno in {errno.ENOSPC, errno.EDQUOT}:
+            return Finding("degraded", "it is full")
         logger.warning("the store cannot be written: %s", error)
         return Finding("failed", f"it cannot be written: {error.strerror or type(error).__name__}")
     if not same:
@@ -206,15 +217,33 @@ def store_probe(store: GamutStore) -> Finding:
     return Finding("ok", "written and read")
 
 
-def disk_probe(store: GamutStore, needed: int) -> Finding:
-    """Return whether the store's file system has room for at least `needed` bytes."""
+def disk_probe(directory: Path, needed: int) -> Finding:
+    """Return whether a directory's file system has at least `needed` bytes free."""
     try:
-        free = shutil.disk_usage(store.directory).free
+        free = shutil.disk_usage(directory).free
     except OSError as error:
         return Finding("failed", f"it cannot be asked: {error.strerror or type(error).__name__}")
     if free < needed:
-        return Finding("degraded", f"{free} bytes are free, less than the largest input may have")
+        return Finding("degraded", f"{free} bytes are free, and the largest input needs {needed}")
     return Finding("ok", f"{free} bytes are free")
+
+
+def _written_and_read(blobs: Blobs, content: bytes) -> bool:
+    if not blobs.remote:
+        # Not a blob: nothing of it has to survive, or to be waited for until it would.
+        path = blobs.scratch(".probe")
+        try:
+            path.write_bytes(content)
+            return path.read_bytes() == content
+        finally:
+            with contextlib.suppress(OSError):
+                path.unlink(missing_ok=True)
+    key = f"probes/{secrets.token_hex(16)}"
+    blobs.create(key, content)
+    try:
+        return blobs.read(key).data == content
+    finally:
+        blobs.delete(key)
 
 
 def _kernels(*, warm: bool) -> Finding:

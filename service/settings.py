@@ -4,7 +4,6 @@ One field is one variable: ``max_body_bytes`` is ``GAMUT_MAX_BODY_BYTES``. The t
 ``docs/settings.md`` is `settings_table` of this model, and a test holds the two together.
 """
 
-from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -22,10 +21,38 @@ class Settings(BaseSettings):
 
     model_config = SettingsConfigDict(env_prefix=ENVIRONMENT_PREFIX, extra="forbid", frozen=True)
 
-    data: Annotated[
-        Path,
-        Field(description="Directory of the store. It belongs to one running service at a time."),
-    ] = Path("var/gamuts")
+    store: Annotated[
+        str,
+        Field(
+            min_length=1,
+            description="Where gamuts, inputs and jobs are kept: a directory, which belongs to one "
+            "running service at a time, or `s3://bucket/prefix`, `gs://bucket/prefix` or "
+            "`az://container/prefix`, which any number of services share.",
+        ),
+    ] = "var/gamuts"
+    store_bytes: Annotated[
+        int,
+        Field(
+            ge=0,
+            description="Most bytes that a directory holds; the gamuts that were not used for the "
+            "longest time go for new ones. 0: no limit, and no gamut ever goes.",
+        ),
+    ] = 0
+    store_reserve_bytes: Annotated[
+        int,
+        Field(
+            ge=0,
+            description="Bytes of the directory's file system that are left free; beyond that a "
+            "new gamut is answered with 507.",
+        ),
+    ] = 64 * _MEBIBYTE
+    keep_inputs: Annotated[
+        bool,
+        Field(
+            description="Keep the input of a gamut, so that it can be built again when its history "
+            "turns out to be damaged."
+        ),
+    ] = True
     host: Annotated[str, Field(description="Address that `gamut serve` listens on.")] = "127.0.0.1"
     port: Annotated[
         int,

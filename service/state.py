@@ -16,7 +16,8 @@ from service.meshes import Meshes
 from service.metrics import Metrics
 from service.readiness import Readiness, service_readiness
 from service.settings import Settings
-from service.store import GamutStore
+from service.storage.gamuts import GamutStore
+from service.storage.location import gamut_store
 from service.traces import Traces, traces_of
 
 __all__ = ["Service", "service_of"]
@@ -69,7 +70,7 @@ class Service:
 
     def __post_init__(self) -> None:
         self.traces = traces_of(self.settings.traces)
-        self.store = GamutStore(self.settings.data)
+        self.store = gamut_store(self.settings)
         self.library = Library(self.store, self.settings.history_cache_bytes)
         self.meshes = Meshes(self.library, self.settings.mesh_cache_bytes)
         self.builds = Builds(self.settings, self.store)

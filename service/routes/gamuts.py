@@ -29,7 +29,8 @@ from service.problems import BUILD_PROBLEMS, ProblemError
 from service.responses import JsonResponse
 from service.routes.jobs import job_document
 from service.state import service_of
-from service.store import GamutNotStoredError, Record
+from service.storage.gamuts import GamutNotStoredError
+from service.storage.records import Record
 from service.submission import submission
 
 __all__ = ["HISTORY_MEDIA_TYPE", "GamutId", "router"]
@@ -140,8 +141,10 @@ async def create_gamut(request: Request) -> Response:
             record = await service.library.record(gamut_id)
             return _described(record, 200, {"Content-Location": f"/v1/gamuts/{gamut_id}"})
         service.builds.check_admission()
-        source = await asyncio.to_thread(service.store.write_temporary, ".input", posted.data)
-        job = service.builds.submit(gamut_id, posted.options.to_mapping(), source)
+        options = posted.options.to_mapping()
+        await asyncio.to_thread(service.store.keep_input, gamut_id, posted.data, options)
+        source = await asyncio.to_thread(service.store.input_path, gamut_id)
+        job = service.builds.submit(gamut_id, options, source)
     del posted
 
     done = await job.wait(prefer.seconds(settings.client_wait, settings.max_client_wait))

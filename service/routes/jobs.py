@@ -12,7 +12,7 @@ from service.parameters import check_query
 from service.problems import Problem, ProblemError
 from service.responses import JsonResponse
 from service.state import service_of
-from service.store import GamutNotStoredError
+from service.storage.gamuts import GamutNotStoredError
 
 __all__ = ["job_document", "router"]
 

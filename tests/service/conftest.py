@@ -14,7 +14,9 @@ import numpy as np
 import pytest
 
 from gamutcore.gamut import Options, build_gamut
-from service.store import GamutStore, Record
+from service.storage.gamuts import GamutStore
+from service.storage.local import LocalBlobs
+from service.storage.records import Record
 
 START_SECONDS = 120
 """Generous: on a first run the kernels are compiled."""
@@ -36,7 +38,7 @@ class Server:
         command = "import sys; from service.command import main; sys.exit(main())"
         with log.open("wb") as output:
             self.process = subprocess.Popen(
-                [sys.executable, "-c", command, "serve", "--port", "0", "--data", str(data)],
+                [sys.executable, "-c", command, "serve", "--port", "0", "--store", str(data)],
                 env=environment,
                 stdout=output,
                 stderr=subprocess.STDOUT,
@@ -182,12 +184,14 @@ def built(sphere):
 @pytest.fixture
 def filled_store(tmp_path, built):
     """A store with the gamuts of `built`."""
-    opened = GamutStore(tmp_path / "data")
+    opened = GamutStore(LocalBlobs(tmp_path / "data"))
     opened.open()
     for gamut in built:
         content = gamut.to_bytes()
         digest = hashlib.sha256(content).hexdigest()
         record = Record(gamut.id, digest, len(content), "2026-01-01T00:00:00Z", gamut.description)
-        opened.publish(record, opened.write_temporary(".gamut", content))
+        path = opened.scratch(".gamut")
+        path.write_bytes(content)
+        opened.publish(record, path)
     yield opened
     opened.close()

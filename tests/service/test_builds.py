@@ -10,7 +10,8 @@ import pytest
 from service.builds import Builds
 from service.problems import ProblemError
 from service.settings import Settings
-from service.store import GamutStore
+from service.storage.gamuts import GamutStore
+from service.storage.local import LocalBlobs
 
 WORKER = """
 import hashlib, json, os, sys, time
@@ -54,7 +55,7 @@ def run_scenario(tmp_path):
         path.write_text(textwrap.dedent(script))
 
         async def main():
-            store = GamutStore(tmp_path / "data")
+            store = GamutStore(LocalBlobs(tmp_path / "data"))
             store.open()
             values = {"build_timeout": 20, "drain_seconds": 0, **settings}
             builds = Builds(Settings(**values), store, (sys.executable, "-S", str(path)))
@@ -64,7 +65,7 @@ def run_scenario(tmp_path):
             finally:
                 await builds.stop()
                 store.close()
-            assert list(store.temporary.glob("*.gamut")) == []
+            assert list(scratch(store).glob("*.gamut")) == []
 
         asyncio.run(main())
 
@@ -72,7 +73,18 @@ def run_scenario(tmp_path):
 
 
 def submit(builds, store, word, name="a"):
-    return builds.submit(name * 64, {"gamma": 1}, store.write_temporary(".input", word.encode()))
+    return builds.submit(name * 64, {"gamma": 1}, written(store, word))
+
+
+def written(store, word):
+    path = store.scratch(".input")
+    path.write_text(word)
+    return path
+
+
+def scratch(store):
+    """The folder of work in progress."""
+    return store.scratch("").parent
 
 
 async def until(condition):
@@ -86,7 +98,7 @@ def test_a_build_is_published_and_its_input_removed(run_scenario):
         assert await job.wait(30)
         assert (job.state, job.attempts, job.problem) == ("succeeded", 1, None)
         assert store.content(job.id)[1] == b"history"
-        assert list(store.temporary.iterdir()) == []
+        assert list(scratch(store).iterdir()) == []
         assert builds.job(job.id) is job
         assert builds.active(job.id) is None
         assert builds.completed == 1
@@ -100,7 +112,7 @@ def test_identical_requests_share_one_job(run_scenario):
         (job,) = jobs
         assert await job.wait(30)
         assert builds.completed == 1
-        assert list(store.temporary.iterdir()) == []
+        assert list(scratch(store).iterdir()) == []
 
     run_scenario(scenario)
 
@@ -295,7 +307,7 @@ def test_an_unexpected_error_costs_one_build_and_not_the_slot(
                 raise errors.pop()
             return usual(*arguments)
 
-        source = store.write_temporary(".input", b"build")
+        source = written(store, "build")
         monkeypatch.setattr(store, method, fails_once)
         job = builds.submit("a" * 64, {}, source)
         assert await job.wait(30)
@@ -310,7 +322,7 @@ def test_an_unexpected_error_costs_one_build_and_not_the_slot(
 
 def test_an_input_that_cannot_be_removed_does_not_hold_up_the_job(run_scenario):
     async def scenario(builds, store):
-        folder = store.temporary_path(".input")
+        folder = store.scratch(".input")
         folder.mkdir()
         job = builds.submit("a" * 64, {}, folder / ".." / folder.name)
         assert await job.wait(30)

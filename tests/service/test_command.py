@@ -6,7 +6,8 @@ import pytest
 
 from gamutcore.version import __version__
 from service.command import main
-from service.store import GamutStore
+from service.storage.gamuts import GamutStore
+from service.storage.local import LocalBlobs
 
 
 def test_the_document_is_printed(capsys):
@@ -27,17 +28,17 @@ def test_a_wrong_setting_is_named_and_nothing_is_served(capsys, monkeypatch):
     assert "GAMUT_BUILD_WORKERS" in capsys.readouterr().err
 
 
-def test_a_data_directory_in_use_is_named_and_nothing_is_served(capsys, tmp_path):
-    store = GamutStore(tmp_path)
+def test_a_store_in_use_is_named_and_nothing_is_served(capsys, tmp_path):
+    store = GamutStore(LocalBlobs(tmp_path))
     store.open()
-    assert main(["serve", "--data", str(tmp_path)]) == 1
+    assert main(["serve", "--store", str(tmp_path)]) == 1
     assert str(tmp_path) in capsys.readouterr().err
     store.close()
 
 
-def test_an_unwritable_data_directory_is_named_and_nothing_is_served(capsys, tmp_path):
+def test_an_unwritable_store_is_named_and_nothing_is_served(capsys, tmp_path):
     (tmp_path / "file").touch()
-    assert main(["serve", "--data", str(tmp_path / "file" / "data")]) == 1
+    assert main(["serve", "--store", str(tmp_path / "file" / "data")]) == 1
     assert str(tmp_path) in capsys.readouterr().err
 
 

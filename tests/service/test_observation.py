@@ -158,7 +158,7 @@ class TestApp:
 
     @pytest.fixture
     def app(self, tmp_path):
-        return create_app(Settings(data=tmp_path / "data"))
+        return create_app(Settings(store=str(tmp_path / "store")))
 
     @pytest.mark.parametrize(
         ("method", "path", "counted"),

@@ -19,7 +19,8 @@ def test_every_setting_has_a_description():
 @pytest.mark.parametrize("name", Settings.model_fields)
 def test_every_setting_comes_from_its_variable(monkeypatch, name):
     other = {
-        "data": Path("elsewhere"),
+        "store": "elsewhere",
+        "keep_inputs": False,
         "host": "0.0.0.0",  # noqa: S104 - nothing listens here
         "log_level": "debug",
         "log_format": "json",

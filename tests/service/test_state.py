@@ -11,11 +11,11 @@ from service.state import Service, service_of
 
 @pytest.fixture
 def service(tmp_path):
-    return Service(Settings(data=tmp_path / "data"))
+    return Service(Settings(store=str(tmp_path / "data")))
 
 
 def test_it_is_made_of_its_settings(service, tmp_path):
-    assert service.settings.data == tmp_path / "data"
+    assert service.store.blobs.directory == tmp_path / "data"
     assert not (tmp_path / "data").exists()  # nothing is opened before it runs
 
 
@@ -58,7 +58,7 @@ def test_it_runs_warms_up_and_closes(service, monkeypatch):
 
         monkeypatch.setattr(service, "_warm", warm_and_say_so)
         async with service.running():
-            assert service.settings.data.is_dir()
+            assert service.store.blobs.directory.is_dir()
             await warmed.wait()
             assert service.warm
         assert stopped == [True]
@@ -66,7 +66,7 @@ def test_it_runs_warms_up_and_closes(service, monkeypatch):
     asyncio.run(asyncio.wait_for(scenario(), 300))
 
 
-def test_a_second_service_can_have_the_data_when_the_first_is_gone(service, monkeypatch):
+def test_a_second_service_can_have_the_store_when_the_first_is_gone(service, monkeypatch):
     other = Service(service.settings)
     for each in (service, other):
         monkeypatch.setattr(each.builds, "start", lambda: None)

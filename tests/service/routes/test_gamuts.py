@@ -626,7 +626,7 @@ def test_damaged_files_are_never_served_and_mended_by_posting(start_server, sphe
     for gamut, suffix, position in zip(
         gamuts, ("gamut", "gamut", "record", "record"), (0.1, 0.9, 0.1, 0.9), strict=True
     ):
-        (path,) = first.data.rglob(f"{gamut['id']}.{suffix}")
+        (path,) = first.data.rglob(f"{gamut['id']}*.{suffix}")
         content = bytearray(path.read_bytes())
         content[int(position * len(content))] ^= 4
         path.write_bytes(content)
@@ -668,10 +668,14 @@ def test_a_build_beyond_its_deadline_is_a_problem(start_server, slow_build, sphe
 def test_a_gamut_whose_history_is_gone_is_built_anew_by_posting(server, sphere, assert_problem):
     body = {"samples": sphere(seed=41)}
     first = server.client.post("/v1/gamuts", json=body).json()
-    (history,) = server.data.rglob(f"{first['id']}.gamut")
-    history.unlink()
+
+    def lose_history():
+        (history,) = server.data.rglob(f"published/*/{first['id']}*.gamut")
+        history.unlink()
+
+    lose_history()
     assert_problem(server.client.get(first["links"]["self"]), 404, "gamut-not-found")
     assert server.client.post("/v1/gamuts", json=body).status_code == 201
     assert server.client.get(first["links"]["history"]).status_code == 200
-    history.unlink()
+    lose_history()
     assert server.client.post("/v1/gamuts", json=body).status_code == 201
