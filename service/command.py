@@ -15,6 +15,7 @@ from gamutcore.version import __version__
 from gamutcore.warm import compile_kernels
 from service.application import create_app
 from service.logs import configure_logging
+from service.protocol import ConnectionLimits, limited_protocol
 from service.settings import ENVIRONMENT_PREFIX, Settings
 from service.storage.gamuts import GamutStore
 from service.storage.local import StoreInUseError
@@ -108,6 +109,8 @@ def _serve(overrides: dict[str, Any]) -> int:
         log_config=None,
         log_level=settings.log_level,
         access_log=False,  # `service.observation` has a better one
+        http=limited_protocol(ConnectionLimits.of(settings)),
+        ws="none",
         server_header=False,
         timeout_keep_alive=_KEEP_ALIVE_SECONDS,
         timeout_graceful_shutdown=int(settings.drain_seconds) + 1,
