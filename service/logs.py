@@ -18,6 +18,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Literal
 
 from service.request_id import current_request_id
+from service.traces import current_trace
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -81,7 +82,8 @@ class JsonLines(logging.Formatter):
     """Writes records as one JSON object on one line each.
 
     Members are ``time``, ``level``, ``logger``, ``message``, where there are such ``request_id``,
-    ``gamut_id`` and ``exception``, and everything that was given with ``extra``.
+    ``trace_id``, ``span_id``, ``gamut_id`` and ``exception``, and everything that was given with
+    ``extra``.
     """
 
     def format(self, record: logging.LogRecord) -> str:
@@ -95,6 +97,8 @@ class JsonLines(logging.Formatter):
         }
         if request_id := _request_id(record):
             members["request_id"] = request_id
+        if (trace := current_trace()) is not None:
+            members["trace_id"], members["span_id"] = trace
         # Jobs have the ids of the gamuts that they build, so this is a job's id as well.
         if found := _GAMUT_ID.search(message):
             members["gamut_id"] = found.group()

@@ -101,6 +101,11 @@ class Report:
         return not any(probe.status == "failed" for probe in self.probes)
 
     @property
+    def statuses(self) -> dict[str, Status]:
+        """What is not ok, by its name."""
+        return {probe.name: probe.status for probe in self.probes if probe.status != "ok"}
+
+    @property
     def wrong(self) -> str:
         """What is wrong, in a sentence for people; empty if nothing is."""
         return "; ".join(
@@ -175,7 +180,7 @@ class Readiness:
         report = Report((*quick, *slow))
         before = self.last
         self.last = report
-        if (before.wrong if before is not None else "") != report.wrong:
+        if report.statuses != (before.statuses if before is not None else {}):
             if report.wrong:
                 logger.warning("%s: %s", "degraded" if report.ready else "not ready", report.wrong)
             else:

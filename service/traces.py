@@ -153,7 +153,11 @@ class Traces:
                 "gamut.request_id": request_id,
             },
         )
-        with use_span(span, end_on_exit=True, record_exception=False), _as_current(span):
+        # What an exception says may hold anything, so it is left to the log.
+        under_way = use_span(
+            span, end_on_exit=True, record_exception=False, set_status_on_exception=False
+        )
+        with under_way, _as_current(span):
             yield span
 
     @staticmethod
