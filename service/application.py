@@ -62,6 +62,7 @@ def create_app(settings: Settings) -> FastAPI:
         version=__version__,
         license_info={"name": "Apache-2.0", "identifier": "Apache-2.0"},
         openapi_tags=_TAGS,
+        docs_url=None,  # `service.routes.pages` has it, with a content security policy
         redoc_url=None,
         redirect_slashes=False,
         # Its own spans would repeat queries, and know nothing of the layers ahead of the routes.

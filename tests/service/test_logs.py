@@ -165,6 +165,44 @@ raise RuntimeError("at last")
         assert [line["level"] for line in lines] == ["info", "warning", "critical", "critical"]
 
 
+def test_a_server_s_whole_log_is_json_with_ids_and_without_secrets(start_server, sphere):
+    server = start_server(log_format="json", access_log="true")
+    body = {"samples": sphere(seed=41)}
+    built = server.client.post("/v1/gamuts", json=body, headers={"x-request-id": "built-here"})
+    mesh = f"{built.json()['links']['mesh']}?triangles=100"
+    credentials = {"authorization": f"Bearer {SECRET}", "x-api-key": SECRET, "cookie": SECRET}
+    for headers in ({}, {"x-request-id": "second"}, credentials):
+        assert server.client.get(mesh, headers=headers).status_code == 200
+    server.client.get(f"{mesh}&api_key={SECRET}", headers=credentials)
+    server.client.get(f"/nowhere?token={SECRET}", headers=credentials)
+    server.client.head("/livez")
+    server.stop()
+
+    log = server.log()
+    assert SECRET not in log
+    lines = [json.loads(line) for line in log.splitlines()]
+    for line in lines:
+        assert {"time", "level", "logger", "message"} <= set(line)
+    assert {"uvicorn.error", "service.access"} <= {line["logger"] for line in lines}
+    assert any("Application shutdown complete" in line["message"] for line in lines)
+    about = [line for line in lines if line.get("gamut_id") == built.json()["id"]]
+    assert any("started" in line["message"] for line in about)
+
+    access = [line for line in lines if line["logger"] == "service.access"]
+    posted = next(line for line in access if line["request_id"] == "built-here")
+    assert (posted["method"], posted["route"], posted["status"]) == ("POST", "/v1/gamuts", 201)
+    # those that are answered ahead of the routes as well
+    meshes = [line for line in access if line["route"] == "/v1/gamuts/{gamut_id}/mesh"]
+    assert [line["status"] for line in meshes] == [200, 200, 200, 422]
+    assert meshes[1]["request_id"] == "second"
+    assert {line["gamut_id"] for line in meshes} == {built.json()["id"]}
+    assert meshes[0]["query"] == "triangles=100"
+    assert meshes[3]["query"] == "***"
+    lost = next(line for line in access if line["path"] == "/nowhere")
+    assert (lost["route"], lost["status"], lost["query"]) == ("unmatched", 404, "***")
+    assert [line["status"] for line in access if line["method"] == "HEAD"] == [200]
+
+
 def test_it_does_not_load_the_web():
     code = "import sys, service.logs; print([m for m in sys.modules if 'starlette' in m])"
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

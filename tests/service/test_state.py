@@ -26,7 +26,9 @@ def test_it_is_made_of_its_settings(service, tmp_path):
 def test_it_is_ready_when_it_and_its_workers_are_warm(service, monkeypatch, warm, workers, ready):
     service.warm = warm
     monkeypatch.setattr(service.builds, "warm_workers", workers)
-    assert service.ready is ready
+    service.store.open()
+    assert asyncio.run(service.readiness.report()).ready is ready
+    service.store.close()
 
 
 def test_a_deleted_gamut_is_forgotten_by_all_who_keep_it(service, monkeypatch):
