@@ -109,7 +109,7 @@ EXAMPLE_READINESS: dict[str, Any] = {
         "workers": {"status": "ok", "detail": "1 of 1 are warm", "milliseconds": 0.0},
         "queue": {"status": "ok", "detail": "0 of 16 builds wait", "milliseconds": 0.0},
         "store": {"status": "ok", "detail": "written and read", "milliseconds": 0.412},
-        "disk": {"status": "ok", "detail": "52613349376 bytes are free", "milliseconds": 0.031},
+        "disk": {"status": "ok", "detail": "52.6 GB are free", "milliseconds": 0.031},
     },
     "workers": 1,
     "workers_warm": 1,

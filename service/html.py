@@ -38,7 +38,7 @@ code,pre{font:.92em/1.5 ui-monospace,monospace}
 code{background:var(--box);padding:.1em .35em;border-radius:4px}
 pre{background:var(--box);padding:1rem;border-radius:6px;overflow-x:auto}
 pre code{padding:0;background:none}
-.wide{overflow-x:auto}
+.wide{overflow-x:auto;margin-top:1.25rem}
 table{border-collapse:collapse;width:100%}
 caption{text-align:left;color:var(--soft);padding-bottom:.4rem}
 th,td{text-align:left;vertical-align:top;padding:.45rem 1rem .45rem 0;\

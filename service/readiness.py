@@ -229,8 +229,9 @@ def disk_probe(directory: Path, needed: int) -> Finding:
     except OSError as error:
         return Finding("failed", f"it cannot be asked: {error.strerror or type(error).__name__}")
     if free < needed:
-        return Finding("degraded", f"{free} bytes are free, and the largest input needs {needed}")
-    return Finding("ok", f"{free} bytes are free")
+        room = f"{free / 1e6:,.0f} MB are free"
+        return Finding("degraded", f"{room}, and the largest input needs {needed / 1e6:,.0f} MB")
+    return Finding("ok", f"{free / 1e9:,.1f} GB are free")
 
 
 def _written_and_read(blobs: Blobs, content: bytes) -> bool:
