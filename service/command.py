@@ -1,4 +1,4 @@
-"""The console script ``gamut``: serve, print the OpenAPI document, compile the kernels."""
+"""The console script ``gamut``: serve, check a store, print the OpenAPI document, compile."""
 
 import argparse
 import json
@@ -16,9 +16,13 @@ from gamutcore.warm import compile_kernels
 from service.application import create_app
 from service.logs import configure_logging
 from service.protocol import ConnectionLimits, limited_protocol
+from service.server import Server
 from service.settings import ENVIRONMENT_PREFIX, Settings
+from service.storage.blobs import StoreUnavailableError
+from service.storage.check import report
 from service.storage.gamuts import GamutStore
 from service.storage.local import StoreInUseError
+from service.storage.location import StoreLocationError, blobs_at, is_address
 from service.traces import TracesUnavailableError
 
 __all__ = ["main", "openapi_document", "raise_file_limit"]
@@ -49,9 +53,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     serve.add_argument("--store", help="where gamuts are kept: a directory, or s3://, gs://, az://")
     commands.add_parser("openapi", help="print the OpenAPI document")
     commands.add_parser("warm", help="compile the kernels, so that nobody has to wait for them")
+    store = commands.add_parser("store", help="look after a store")
+    check = store.add_subparsers(dest="store_command", required=True).add_parser(
+        "check", help="prove that a store keeps the promises that the service relies on"
+    )
+    check.add_argument("location", nargs="?", help="GAMUT_STORE by default")
     parsed = parser.parse_args(arguments)
     if parsed.command == "serve":
         return _serve({name: getattr(parsed, name) for name in ("host", "port", "store")})
+    if parsed.command == "store":
+        return _check_store(parsed.location)
     if parsed.command == "openapi":
         sys.stdout.write(openapi_document())
     else:
@@ -78,6 +89,18 @@ def raise_file_limit() -> None:
         logger.warning("the limit of open files stays as it is: %s", error)
 
 
+def _check_store(location: str | None) -> int:
+    try:
+        # Two clients of a bucket are as far apart as two machines; a directory has one owner.
+        location = location or Settings().store
+        blobs = blobs_at(location)
+        another = blobs_at(location) if is_address(location) else blobs
+    except ValueError as error:
+        sys.stderr.write(f"gamut: {error}\n")
+        return 2
+    return report(blobs, another, sys.stdout)
+
+
 def _serve(overrides: dict[str, Any]) -> int:
     given = {name: value for name, value in overrides.items() if value is not None}
     try:
@@ -91,18 +114,20 @@ def _serve(overrides: dict[str, Any]) -> int:
     raise_file_limit()
     try:
         app = create_app(settings)
-    except TracesUnavailableError as error:
-        sys.stderr.write(f"gamut: {error}\n")
-        return 2
-    store: GamutStore = app.state.service.store
-    try:
+        store: GamutStore = app.state.service.store
         # uvicorn reports what fails in the lifespan with a traceback; people get a sentence.
         store.open()
         store.close()
-    except (StoreInUseError, OSError) as error:
+    except (
+        StoreInUseError,
+        StoreLocationError,
+        StoreUnavailableError,
+        TracesUnavailableError,
+        OSError,
+    ) as error:
         sys.stderr.write(f"gamut: {error}\n")
         return 1
-    uvicorn.run(
+    config = uvicorn.Config(
         app,
         host=settings.host,
         port=settings.port,
@@ -113,6 +138,9 @@ def _serve(overrides: dict[str, Any]) -> int:
         ws="none",
         server_header=False,
         timeout_keep_alive=_KEEP_ALIVE_SECONDS,
-        timeout_graceful_shutdown=int(settings.drain_seconds) + 1,
+        # Builds end or are given back within the time to drain; then their requests are answered.
+        timeout_graceful_shutdown=int(settings.drain_seconds) + 2,
     )
-    return 0
+    server = Server(config, app.state.service)
+    server.run()
+    return 0 if server.started else 1

@@ -77,7 +77,10 @@ class Library:
 
     def opened(self, gamut_id: str) -> OpenGamut | None:
         """Return a gamut that is open already; None if it is not."""
-        return self._open.get(gamut_id)
+        found = self._open.get(gamut_id)
+        if found is not None:
+            self._store.mark_used(gamut_id)
+        return found
 
     async def gamut(self, gamut_id: str) -> OpenGamut:
         """Return a gamut, opened if need be.
@@ -87,7 +90,7 @@ class Library:
         GamutNotStoredError
             There is none of this id.
         """
-        found = self._open.get(gamut_id)
+        found = self.opened(gamut_id)
         if found is not None:
             return found
         return await self._opening.value(gamut_id, lambda: self._open_and_keep(gamut_id))

@@ -194,6 +194,7 @@ def service_readiness(service: Service) -> Readiness:
     readiness.add("kernels", lambda: _kernels(warm=service.warm))
     readiness.add("workers", _WorkersProbe(service))
     readiness.add("queue", lambda: _queue(service))
+    readiness.add("builds", lambda: _builds(draining=service.builds.draining))
     blobs, settings = service.store.blobs, service.settings
     readiness.add_slow("store", lambda: store_probe(blobs))
     if isinstance(blobs, LocalBlobs):
@@ -256,8 +257,14 @@ def _kernels(*, warm: bool) -> Finding:
     return Finding("ok", "loaded") if warm else Finding("failed", "they are being loaded")
 
 
+def _builds(*, draining: bool) -> Finding:
+    if draining:
+        return Finding("failed", "the service is stopping")
+    return Finding("ok", "new ones are welcome")
+
+
 def _queue(service: Service) -> Finding:
-    facts = service.build_facts()
+    facts = service.builds.facts()
     detail = f"{facts.queued} of {facts.capacity} builds wait"
     return Finding("degraded" if facts.queued >= facts.capacity else "ok", detail)
 
@@ -271,7 +278,7 @@ class _WorkersProbe:
         self._none_since: float | None = None
 
     def __call__(self) -> Finding:
-        facts = self._service.build_facts()
+        facts = self._service.builds.facts()
         detail = f"{facts.warm_workers} of {facts.workers} are warm"
         if facts.warm_workers >= facts.workers:
             self._started, self._none_since = True, None

@@ -150,9 +150,23 @@ class Settings(BaseSettings):
         float,
         Field(gt=0, description="Seconds after which a build is ended and reported as failed."),
     ] = 120.0
+    build_memory_bytes: Annotated[
+        int,
+        Field(
+            ge=0,
+            description="Memory of its own that a build's process may have in use, beyond which it "
+            "is ended and reported as failed. 0: no limit. A million surface samples take 0.7 GB, "
+            "a picture of 24 megapixels 0.8 GB.",
+        ),
+    ] = 2048 * _MEBIBYTE
     build_attempts: Annotated[
         int,
-        Field(ge=1, le=10, description="How often a build is started whose worker process dies."),
+        Field(
+            ge=1,
+            le=10,
+            description="How often a build is started that dies, with its worker or with the whole "
+            "service, before it is given up.",
+        ),
     ] = 3
     client_wait: Annotated[
         float,
@@ -167,11 +181,20 @@ class Settings(BaseSettings):
     ] = 300.0
     drain_seconds: Annotated[
         float,
-        Field(ge=0, description="How long a stopping service lets accepted builds finish."),
+        Field(
+            ge=0,
+            description="How long a stopping service lets the builds finish that are running. "
+            "Those that do not, and those that wait, are taken up at the next start.",
+        ),
     ] = 20.0
-    finished_jobs: Annotated[
-        int, Field(ge=1, description="Finished jobs that are remembered, the newest first.")
-    ] = 1000
+    job_retention_seconds: Annotated[
+        float,
+        Field(ge=0, description="How long a finished job can be looked up. Gamuts stay."),
+    ] = 86_400.0
+    max_event_streams: Annotated[
+        int,
+        Field(ge=0, description="Clients that may follow jobs by server-sent events at a time."),
+    ] = 256
     history_cache_bytes: Annotated[
         int,
         Field(ge=0, description="Memory for opened histories; the least recently used go first."),

@@ -3,14 +3,17 @@
 import asyncio
 import contextlib
 import logging
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 from fastapi import Request
 
 from gamutcore.warm import compile_reading_kernels
+from service.build_observation import BuildObserver
+from service.building.embedded import EmbeddedEngine
 from service.builds import Builds
+from service.events import EventStreams
+from service.jobs import JobBook
 from service.library import Library
 from service.meshes import Meshes
 from service.metrics import Metrics
@@ -23,29 +26,6 @@ from service.traces import Traces, traces_of
 __all__ = ["Service", "service_of"]
 
 logger = logging.getLogger(__name__)
-
-
-class BuildFacts(NamedTuple):
-    """What the builds of a service are about.
-
-    Attributes
-    ----------
-    queued, running : int
-        Builds that wait for a worker, and that a worker is busy with.
-    workers, warm_workers : int
-        Worker processes that there should be, and that are ready to build at once.
-    completed : int
-        Gamuts that were built since the start.
-    capacity : int
-        Builds that may wait.
-    """
-
-    queued: int
-    running: int
-    workers: int
-    warm_workers: int
-    completed: int
-    capacity: int
 
 
 @dataclass
@@ -66,33 +46,34 @@ class Service:
     metrics: Metrics = field(init=False, default_factory=Metrics)
     readiness: Readiness = field(init=False)
     traces: Traces | None = field(init=False)
+    events: EventStreams = field(init=False)
     warm: bool = False
+    _loop: asyncio.AbstractEventLoop | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
         self.traces = traces_of(self.settings.traces)
         self.store = gamut_store(self.settings)
         self.library = Library(self.store, self.settings.history_cache_bytes)
         self.meshes = Meshes(self.library, self.settings.mesh_cache_bytes)
-        self.builds = Builds(self.settings, self.store)
-        self.readiness = service_readiness(self)
-
-    def build_facts(self) -> BuildFacts:
-        """Return what the builds are about."""
-        builds = self.builds
-        return BuildFacts(
-            queued=builds.queued,
-            running=builds.running,
-            workers=self.settings.build_workers,
-            warm_workers=builds.warm_workers,
-            completed=builds.completed,
-            capacity=self.settings.build_queue,
+        book = JobBook(self.store.blobs, self.settings.build_attempts)
+        engine = EmbeddedEngine(
+            self.settings,
+            self.store,
+            book,
+            sole_owner=not self.store.blobs.remote,
+            on_build=BuildObserver(self.metrics.builds, self.traces),
         )
+        self.builds = Builds(self.settings, self.store, book, engine)
+        self.events = EventStreams(self.settings.max_event_streams)
+        self.readiness = service_readiness(self)
 
     @contextlib.asynccontextmanager
     async def running(self) -> AsyncIterator[None]:
         """Open the store and start the workers; drain and close on leaving."""
+        loop = self._loop = asyncio.get_running_loop()
+        self.store.on_evicted = lambda gamut_id: _soon(loop, self.forget, gamut_id)
         await asyncio.to_thread(self.store.open)
-        self.builds.start()
+        await self.builds.start()
         warming = asyncio.create_task(self._warm())
         try:
             yield
@@ -100,9 +81,16 @@ class Service:
             warming.cancel()
             await self.builds.stop()
             self.library.close()
-            self.store.close()
+            # It waits for its threads.
+            await asyncio.to_thread(self.store.close)
             if self.traces is not None:
                 await asyncio.to_thread(self.traces.close)
+
+    def drain(self) -> None:
+        """Let no builds begin any more; to be called at the signal to stop, in any thread."""
+        if self._loop is not None:
+            with contextlib.suppress(RuntimeError):
+                self._loop.call_soon_threadsafe(self.builds.drain)
 
     def forget(self, gamut_id: str) -> None:
         """Drop from memory what belongs to a deleted gamut."""
@@ -115,6 +103,12 @@ class Service:
         await self.library.in_thread(compile_reading_kernels)
         self.warm = True
         logger.info("ready")
+
+
+def _soon(loop: asyncio.AbstractEventLoop, function: Callable[[str], None], argument: str) -> None:
+    """Call a function in the loop's thread, unless the loop has come to its end."""
+    with contextlib.suppress(RuntimeError):
+        loop.call_soon_threadsafe(function, argument)
 
 
 def service_of(request: Request) -> Service:

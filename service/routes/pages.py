@@ -163,7 +163,7 @@ def _landing_document(service: Service, report: Report) -> dict[str, Any]:
 
 
 def _state(service: Service, report: Report) -> str:
-    facts = service.build_facts()
+    facts = service.builds.facts()
     word, kind = ("ready", "ok") if report.ready else ("not ready", "failed")
     overview = definitions(
         (

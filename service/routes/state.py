@@ -69,7 +69,7 @@ async def ready(request: Request) -> Response:
 
 def readiness(service: Service, report: Report) -> dict[str, object]:
     """Return the JSON of the service's state."""
-    facts = service.build_facts()
+    facts = service.builds.facts()
     return {
         "ready": report.ready,
         "probes": {probe.name: probe.document() for probe in report.probes},

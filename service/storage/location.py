@@ -13,9 +13,13 @@ if TYPE_CHECKING:
     from service.settings import Settings
     from service.storage.blobs import Blobs
 
-__all__ = ["blobs_at", "gamut_store", "is_address"]
+__all__ = ["StoreLocationError", "blobs_at", "gamut_store", "is_address"]
 
 _ADDRESS = re.compile(r"[a-z][a-z0-9+.-]*://")
+
+
+class StoreLocationError(ValueError):
+    """Nothing can be stored at the location that the settings name."""
 
 
 def is_address(location: str) -> bool:
@@ -35,16 +39,23 @@ def blobs_at(location: str, limit: int = 0, reserve: int = 0) -> Blobs:
 
     Raises
     ------
-    ValueError
-        The address is of another kind, or names no bucket.
-    MissingExtraError
-        Buckets need the extra ``cloud``, which is not installed.
+    StoreLocationError
+        The address is of another kind, or buckets need an extra that is not installed.
     """
     if is_address(location):
-        # Slow to import, and not installed by default.
-        from service.storage.cloud import CloudBlobs  # noqa: PLC0415
-
-        return CloudBlobs(location)
+        try:
+            # Slow to import, and not installed by default.
+            from service.storage.cloud import CloudBlobs  # noqa: PLC0415
+        except ModuleNotFoundError as error:
+            message = (
+                "a store in a bucket needs the extra `cloud`: "
+                'pip install "gamut-boundary-service[cloud]"'
+            )
+            raise StoreLocationError(message) from error
+        try:
+            return CloudBlobs(location)
+        except ValueError as error:
+            raise StoreLocationError(str(error)) from None
     return LocalBlobs(Path(location), limit, reserve)
 
 

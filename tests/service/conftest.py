@@ -18,6 +18,10 @@ from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
 from service.storage.records import Record
 
+# The tests' folders are no packages.
+sys.path.insert(0, str(Path(__file__).parent))
+import emulators
+
 START_SECONDS = 120
 """Generous: on a first run the kernels are compiled."""
 
@@ -110,6 +114,24 @@ def start_server(tmp_path_factory):
             return server
 
         yield start
+
+
+@pytest.fixture(scope="session")
+def s3(tmp_path_factory):
+    """The environment of an S3 emulator with the bucket ``bucket``."""
+    with emulators.s3_server(tmp_path_factory.mktemp("s3")) as environment:
+        yield environment
+
+
+@pytest.fixture(scope="session")
+def azure(tmp_path_factory):
+    """The environment of an Azure emulator with the container ``bucket``."""
+    if reason := emulators.azurite_missing():
+        if os.environ.get("CI") == "true":
+            pytest.fail(reason)
+        pytest.skip(reason)
+    with emulators.azure_server(tmp_path_factory.mktemp("azure")) as environment:
+        yield environment
 
 
 @pytest.fixture(scope="session")

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import pytest
 
 from service import readiness
+from service.building.engine import EngineFacts
 from service.readiness import (
     Finding,
     Probe,
@@ -21,14 +22,14 @@ from service.readiness import (
     store_probe,
 )
 from service.settings import Settings
-from service.state import BuildFacts, Service
+from service.state import Service
 from service.storage.blobs import Blob, StoreFullError, StoreUnavailableError
 from service.storage.local import LocalBlobs
 
 
 def facts(**changes):
     usual = {"queued": 0, "running": 0, "workers": 2, "warm_workers": 2, "completed": 0}
-    return BuildFacts(**{**usual, "capacity": 4, **changes})
+    return EngineFacts(**{**usual, "capacity": 4, **changes})
 
 
 @pytest.fixture
@@ -37,7 +38,7 @@ def service(tmp_path, monkeypatch):
     made = Service(Settings(store=str(tmp_path / "store")))
     made.warm = True
     made.store.open()
-    monkeypatch.setattr(made, "build_facts", facts)
+    monkeypatch.setattr(made.builds, "facts", facts)
     yield made
     made.store.close()
 
@@ -53,15 +54,19 @@ def found(service):
 
 class TestService:
     def test_all_is_well(self, service):
-        names = ("kernels", "workers", "queue", "store", "disk")
+        names = ("kernels", "workers", "queue", "builds", "store", "disk")
         assert found(service) == dict.fromkeys(names, "ok")
 
     def test_it_is_not_ready_before_its_kernels_are_loaded(self, service):
         service.warm = False
         assert found(service)["kernels"] == "failed"
 
+    def test_a_service_that_stops_sends_requests_elsewhere(self, service):
+        service.builds.draining = True
+        assert found(service)["builds"] == "failed"
+
     def test_a_full_queue_sends_nobody_elsewhere(self, service, monkeypatch):
-        monkeypatch.setattr(service, "build_facts", lambda: facts(queued=4))
+        monkeypatch.setattr(service.builds, "facts", lambda: facts(queued=4))
         made = report(service_readiness(service))
         assert made.ready
         assert "4 of 4 builds wait" in made.wrong
@@ -70,7 +75,7 @@ class TestService:
         probes = service_readiness(service)
 
         def with_warm(count):
-            monkeypatch.setattr(service, "build_facts", lambda: facts(warm_workers=count))
+            monkeypatch.setattr(service.builds, "facts", lambda: facts(warm_workers=count))
             return report(probes).ready
 
         assert [with_warm(count) for count in (0, 1, 2, 1, 0)] == [False, False, True, True, True]
@@ -79,7 +84,7 @@ class TestService:
         assert [with_warm(count) for count in (0, 1, 0)] == [False, True, True]
 
     def test_a_service_without_workers_of_its_own_needs_none(self, service, monkeypatch):
-        monkeypatch.setattr(service, "build_facts", lambda: facts(workers=0, warm_workers=0))
+        monkeypatch.setattr(service.builds, "facts", lambda: facts(workers=0, warm_workers=0))
         assert report(service_readiness(service)).ready
 
     def test_a_directory_that_is_gone_is_named_without_its_path(self, service, tmp_path, caplog):

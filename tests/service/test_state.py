@@ -19,18 +19,6 @@ def test_it_is_made_of_its_settings(service, tmp_path):
     assert not (tmp_path / "data").exists()  # nothing is opened before it runs
 
 
-@pytest.mark.parametrize(
-    ("warm", "workers", "ready"),
-    [(False, 0, False), (True, 0, False), (False, 1, False), (True, 1, True)],
-)
-def test_it_is_ready_when_it_and_its_workers_are_warm(service, monkeypatch, warm, workers, ready):
-    service.warm = warm
-    monkeypatch.setattr(service.builds, "warm_workers", workers)
-    service.store.open()
-    assert asyncio.run(service.readiness.report()).ready is ready
-    service.store.close()
-
-
 def test_a_deleted_gamut_is_forgotten_by_all_who_keep_it(service, monkeypatch):
     forgotten = []
     monkeypatch.setattr(service.library, "discard", lambda name: forgotten.append(("gamut", name)))

@@ -1,10 +1,38 @@
 import hashlib
+from itertools import count
 
 import pytest
 
+from service.storage.cloud import CloudBlobs
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
 from service.storage.records import Record
+
+PREFIXES = count()
+
+
+@pytest.fixture
+def address(request, monkeypatch):
+    """Return an unused address in the bucket of an emulator: ``s3`` or ``azure``."""
+
+    def unused(kind):
+        for name, value in request.getfixturevalue(kind).items():
+            monkeypatch.setenv(name, value)
+        return f"{ {'s3': 's3', 'azure': 'az'}[kind] }://bucket/test/{next(PREFIXES)}"
+
+    return unused
+
+
+@pytest.fixture(params=["local", "s3", "azure"])
+def blobs(request, tmp_path, address):
+    """An open storage of every kind in turn."""
+    if request.param == "local":
+        opened = LocalBlobs(tmp_path / "store")
+    else:
+        opened = CloudBlobs(address(request.param))
+    opened.open()
+    yield opened
+    opened.close()
 
 
 @pytest.fixture
