@@ -14,6 +14,7 @@ from service.metrics import TOTAL
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from service.jobs import JobDocument
     from service.metrics import BuildFigures
     from service.traces import Traces
 
@@ -35,13 +36,7 @@ class BuildObserver:
         self._figures = figures
         self._traces = traces
 
-    def __call__(
-        self,
-        outcome: str,
-        seconds: Mapping[str, float],
-        gamut_id: str = "",
-        trace: Mapping[str, str] | None = None,
-    ) -> None:
+    def __call__(self, outcome: str, seconds: Mapping[str, float], document: JobDocument) -> None:
         """Note a build that has ended just now.
 
         Parameters
@@ -50,10 +45,8 @@ class BuildObserver:
             ``succeeded``, ``cancelled``, ``crashed`` or the code of a problem.
         seconds : mapping
             Seconds by stage, and of the whole build as ``total``.
-        gamut_id : str
-            What was built.
-        trace : mapping, optional
-            What the job carries of the trace of the request that began it.
+        document : JobDocument
+            The job, with what it carries of the trace of the request that began it.
         """
         self._figures.ended(outcome, seconds)
         if self._traces is None:
@@ -62,5 +55,10 @@ class BuildObserver:
         finished = time.time()
         started = finished - max(seconds.get(TOTAL, 0.0), sum(stages.values()))
         self._traces.build_ended(
-            gamut_id, outcome, stages, started=started, finished=finished, trace=trace or {}
+            document.id,
+            outcome,
+            stages,
+            started=started,
+            finished=finished,
+            trace=document.trace,
         )

@@ -8,7 +8,7 @@ is in ``docs/operations.md``. The library that writes the formats is loaded when
 from __future__ import annotations
 
 import platform
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from gamutcore.version import ALGORITHM_VERSION, __version__
 from service.processes import children_usage
@@ -18,27 +18,13 @@ if TYPE_CHECKING:
 
     from prometheus_client.core import Metric
 
+    from service.building.engine import EngineFacts
     from service.cache import ByteBoundedCache
     from service.metrics import BuildFigures, Distribution, RequestFigures
     from service.state import Service
     from service.storage.gamuts import GamutStore
 
 __all__ = ["exposition", "serve_build_figures"]
-
-
-class _Engine(Protocol):
-    """What is asked of an engine's facts."""
-
-    @property
-    def queued(self) -> int: ...
-    @property
-    def running(self) -> int: ...
-    @property
-    def workers(self) -> int: ...
-    @property
-    def warm_workers(self) -> int: ...
-    @property
-    def capacity(self) -> int: ...
 
 
 def exposition(service: Service, accept: str) -> tuple[bytes, str]:
@@ -189,12 +175,17 @@ def _build_families(figures: BuildFigures) -> Iterator[Metric]:
     )
 
 
-def _engine_families(facts: _Engine) -> Iterator[Metric]:
+def _engine_families(facts: EngineFacts) -> Iterator[Metric]:
     yield _gauge("gamut_builds_queued", "Builds that wait for a worker.", facts.queued)
     yield _gauge("gamut_builds_running", "Builds that a worker is busy with.", facts.running)
     yield _gauge("gamut_build_queue_capacity", "Builds that may wait.", facts.capacity)
     yield _gauge("gamut_build_workers", "Workers that there should be.", facts.workers)
     yield _gauge("gamut_build_workers_warm", "Workers ready to build.", facts.warm_workers)
+    yield _counter(
+        "gamut_build_worker_starts",
+        "Worker processes that became ready; more than there are workers were restarts.",
+        facts.worker_starts,
+    )
 
 
 def _cache_families(caches: dict[str, ByteBoundedCache[Any, Any]]) -> Iterator[Metric]:

@@ -1,9 +1,14 @@
 """The figures over a real connection, as Prometheus asks for them."""
 
+import os
+import signal
+
 from prometheus_client.openmetrics.parser import (
     text_string_to_metric_families as openmetrics_families,
 )
 from prometheus_client.parser import text_string_to_metric_families as text_families
+
+from gamutcore.gamut import STAGES
 
 
 def samples(families):
@@ -65,3 +70,41 @@ def test_openmetrics_is_sent_to_who_asks_for_it(server):
     assert answer.headers["cache-control"] == "no-store"
     assert answer.headers["vary"] == "Accept"
     assert samples(openmetrics_families(answer.text))
+
+
+def test_what_the_worker_did_arrives(start_server, sphere, slow_build):
+    """Builds are done by another process; a second worker's are added to the first one's."""
+    server = start_server(build_workers=2, build_timeout=60)
+    server.wait_ready()
+    gamuts = [
+        server.client.post("/v1/gamuts", json={"samples": sphere(seed=seed)}) for seed in (51, 52)
+    ]
+    assert [gamut.status_code for gamut in gamuts] == [201, 201]
+    flat = {"samples": [[50, a, b] for a in range(4) for b in range(4)]}
+    refused = server.client.post("/v1/gamuts", json=flat)
+    assert refused.status_code == 422
+    found = figures(server)
+    assert found["gamut_builds_total", (("outcome", "succeeded"),)] == 2
+    assert found["gamut_builds_total", (("outcome", refused.json()["code"]),)] == 1
+    for stage in STAGES:
+        assert found["gamut_build_stage_seconds_count", (("stage", stage),)] >= 2
+        assert found["gamut_build_stage_seconds_sum", (("stage", stage),)] > 0
+    stages = sum(found["gamut_build_stage_seconds_sum", (("stage", stage),)] for stage in STAGES)
+    assert found["gamut_build_seconds_count", ()] == 3
+    assert found["gamut_build_seconds_sum", ()] >= stages
+    assert found["gamut_build_worker_starts_total", ()] == 2
+    assert found["gamut_worker_processes", ()] >= 2
+
+    # a worker that dies is seen, and so is the one that takes its place
+    accepted = server.client.post("/v1/gamuts", **slow_build(), headers={"prefer": "respond-async"})
+    job = server.client.get(accepted.headers["location"])
+    server.wait_for(lambda: figures(server)["gamut_builds_running", ()] == 1)
+    for worker in (server.worker(1), server.worker(2)):
+        os.kill(worker, signal.SIGKILL)
+    finished = server.finished_job(f"/v1/jobs/{job.json()['id']}")
+    assert finished["state"] == "succeeded"
+    after = figures(server)
+    assert after["gamut_builds_total", (("outcome", "crashed"),)] == 1
+    assert after["gamut_builds_total", (("outcome", "succeeded"),)] == 3
+    assert server.wait_for(lambda: figures(server)["gamut_build_worker_starts_total", ()] == 4)
+    server.stop()
