@@ -8,6 +8,7 @@ knows nothing of the web, because the worker processes use it as well.
 
 from __future__ import annotations
 
+import functools
 import json
 import logging
 import re
@@ -29,6 +30,9 @@ LogFormat = Literal["text", "json"]
 
 _USUAL = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "color_message"}
 """Attributes that every record has; all others were given with ``extra``."""
+
+_encoded = json.JSONEncoder(separators=(",", ":"), default=repr).encode
+"""Made once: `json.dumps` makes another for each line."""
 
 _GAMUT_ID = re.compile(r"\b[0-9a-f]{64}\b")
 
@@ -55,11 +59,23 @@ _SECRETS = (
     re.compile(r"(?P<kept>\b[a-z][a-z0-9+.-]*://)(?P<secret>[^\s/@\"']+)(?=@)", re.IGNORECASE),
 )
 
+_HINTS = (
+    *("authorization", "cookie", "bearer", "basic", "key", "secret", "token", "passw", "://"),
+    *("sig", "credential", "sas"),
+)
+"""One of these is in every text that a pattern finds something in; most lines have none, and need
+not be searched."""
+
+_DEEPEST = 8
+"""Levels of a value that are logged: it may hold itself."""
+
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]")
 
 
 def without_secrets(text: str) -> str:
     """Return a text in which everything that looks like a credential is three asterisks."""
+    if not _may_hold_secret(text):
+        return text
     for pattern in _SECRETS:
         text = pattern.sub(r"\g<kept>***", text)
     return text
@@ -88,7 +104,7 @@ class JsonLines(logging.Formatter):
 
     def format(self, record: logging.LogRecord) -> str:
         """Return the line of a record."""
-        message = without_secrets(record.getMessage())
+        message = record.getMessage()
         members: dict[str, Any] = {
             "time": _time(record),
             "level": record.levelname.lower(),
@@ -102,12 +118,17 @@ class JsonLines(logging.Formatter):
         # Jobs have the ids of the gamuts that they build, so this is a job's id as well.
         if found := _GAMUT_ID.search(message):
             members["gamut_id"] = found.group()
-        given = {name: value for name, value in vars(record).items() if name not in _USUAL}
-        members |= _clean(given)
+        members |= {name: value for name, value in vars(record).items() if name not in _USUAL}
         exception = _exception(record)
         if exception is not None:
             members["exception"] = exception
-        return json.dumps(members, separators=(",", ":"))
+        try:
+            line = _encoded(members)
+        except (TypeError, ValueError):
+            # names that are no text, or a value within itself
+            line = _HINTS[0]
+        # One look at the whole line, since nearly none has anything to hide.
+        return _encoded(_clean(members)) if _may_hold_secret(line) else line
 
 
 def configure_logging(log_format: LogFormat, level: str) -> None:
@@ -152,17 +173,29 @@ def _escaped(found: re.Match[str]) -> str:
     return found.group().encode("unicode_escape").decode("ascii")
 
 
-def _clean(value: Any) -> Any:  # noqa: ANN401 - whatever was given with extra
+@functools.lru_cache(maxsize=1024)
+def _is_secret(name: str) -> bool:
+    return _SECRET_NAME.fullmatch(name) is not None
+
+
+def _may_hold_secret(text: str) -> bool:
+    lowered = text.lower()
+    return any(hint in lowered for hint in _HINTS)
+
+
+def _clean(value: Any, depth: int = 0) -> Any:  # noqa: ANN401 - whatever was given with extra
     """Return a value as JSON can express it, without secrets."""
     if value is None or isinstance(value, bool | int | float):
         return value
+    if depth > _DEEPEST:
+        return "..."
     if isinstance(value, Mapping):
         return {
-            str(name): "***" if _SECRET_NAME.fullmatch(str(name)) else _clean(member)
+            str(name): "***" if _is_secret(str(name)) else _clean(member, depth + 1)
             for name, member in value.items()
         }
     if isinstance(value, list | tuple | set | frozenset):
-        return [_clean(member) for member in value]
+        return [_clean(member, depth + 1) for member in value]
     return without_secrets(value if isinstance(value, str) else repr(value))
 
 

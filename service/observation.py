@@ -36,6 +36,8 @@ _KNOWN_QUERY = re.compile(
     r"(?:(?:triangles|max_error|max_mismatch|format|limit|after)=[0-9A-Za-z.+-]{0,64}(?:&|\Z))*\Z"
 )
 
+_PLAIN_PATH = re.compile(r"[A-Za-z0-9/._-]*\Z")
+
 _LONGEST_PATH = 500
 """Characters of a path that are logged."""
 
@@ -124,7 +126,9 @@ def _route(scope: Scope) -> str:
 
 def _log(scope: Scope, status: int, nbytes: int, seconds: float) -> None:
     method = scope["method"]
-    path = quote(scope["path"][:_LONGEST_PATH], safe="/:@!$&'()*+,;=~")
+    path = scope["path"][:_LONGEST_PATH]
+    if not _PLAIN_PATH.match(path):
+        path = quote(path, safe="/:@!$&'()*+,;=~")
     query = scope["query_string"].decode("latin-1")
     if not _KNOWN_QUERY.match(query):
         query = "***"

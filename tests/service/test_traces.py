@@ -1,19 +1,19 @@
 """Traces: from the client's request to the stages of the build, whoever builds; off by default."""
 
 import asyncio
-import http.server
 import json
 import logging
 import re
 import subprocess
 import sys
-import threading
+import time
 
 import pytest
 from opentelemetry.sdk.trace.export import SimpleSpanProcessor
 from opentelemetry.sdk.trace.export.in_memory_span_exporter import InMemorySpanExporter
 from opentelemetry.trace import SpanKind, StatusCode
 
+from gamutcore.gamut import STAGES
 from service import traces
 from service.logs import JsonLines
 from service.metrics import RequestFigures
@@ -225,32 +225,53 @@ class TestSetting:
         assert span.resource.attributes["service.name"] == "colour"
 
 
-class _Collector(http.server.BaseHTTPRequestHandler):
-    def do_POST(self):
-        self.server.received.append(
-            (self.path, self.rfile.read(int(self.headers["content-length"])))
-        )
-        self.send_response(200)
-        self.end_headers()
+def test_spans_arrive_at_a_collector(monkeypatch, collector):
+    monkeypatch.setenv(ENDPOINT, collector.url)
+    made = traces_of("auto")
+    made.build_ended("5a" * 32, "succeeded", {}, started=1.0, finished=2.0, trace={})
+    made.close()
+    (span,) = (
+        span
+        for span in collector.spans
+        if any(pair.value.string_value == "5a" * 32 for pair in span.attributes)
+    )
+    assert span.name == "build"
+    assert collector.paths == {"/v1/traces"}
 
-    def log_message(self, *_):
-        pass
+
+def test_a_collector_that_is_not_there_holds_up_nobody(monkeypatch, caplog):
+    caplog.set_level(logging.CRITICAL)
+    monkeypatch.setenv(ENDPOINT, "http://127.0.0.1:9")
+    monkeypatch.setenv("OTEL_EXPORTER_OTLP_TIMEOUT", "1")
+    made = traces_of("auto")
+    clock = time.monotonic()
+    answer(made, answering(200))
+    assert time.monotonic() - clock < 1
+    made.close()
+    assert time.monotonic() - clock < traces._FLUSH_MILLISECONDS / 1000 + 7
 
 
-def test_spans_arrive_at_a_collector(monkeypatch):
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), _Collector) as collector:
-        collector.received = []
-        thread = threading.Thread(target=collector.serve_forever)
-        thread.start()
-        try:
-            monkeypatch.setenv(ENDPOINT, f"http://127.0.0.1:{collector.server_port}")
-            made = traces_of("auto")
-            answer(made, answering(200))
-            made.close()
-        finally:
-            collector.shutdown()
-            thread.join()
-    ((path, body),) = collector.received
-    assert path == "/v1/traces"
-    assert b"GET /v1/gamuts/{gamut_id}/mesh" in body
-    assert b"gamut-boundary-service" in body
+def test_a_build_in_a_worker_belongs_to_the_trace_of_its_client(observed_server, collector, sphere):
+    trace_id = "1f" * 16
+    posted = observed_server.client.post(
+        "/v1/gamuts",
+        json={"samples": sphere(seed=61)},
+        headers={"traceparent": f"00-{trace_id}-{'2e' * 8}-01"},
+    )
+    assert posted.status_code == 201
+
+    def arrived():
+        spans = {span.name: span for span in collector.spans if span.trace_id.hex() == trace_id}
+        return spans if {"POST /v1/gamuts", "build"} <= set(spans) else None
+
+    spans = observed_server.wait_for(arrived)
+    request, build = spans["POST /v1/gamuts"], spans["build"]
+    assert request.parent_span_id.hex() == "2e" * 8
+    assert build.parent_span_id == request.span_id
+    for stage in STAGES:
+        assert spans[f"build {stage}"].parent_span_id == build.span_id
+    within = request.start_time_unix_nano, request.end_time_unix_nano
+    assert within[0] <= build.start_time_unix_nano + 10**6
+    # the log names the trace too
+    about = [json.loads(line) for line in observed_server.log().splitlines() if trace_id in line]
+    assert any(line["logger"] == "service.access" for line in about)

@@ -10,11 +10,11 @@ def test_it_lives_and_is_ready(server):
 
 
 def test_what_is_wrong_is_named_until_it_is_mended(start_server, assert_problem):
-    server = start_server(build_workers=2)
+    server = start_server()
     answer = server.client.get("/readyz")
     document = assert_problem(answer, 503, "not-ready")
     assert int(answer.headers["retry-after"]) > 0
-    assert document["where"]["workers"] == 2
+    assert document["where"]["workers"] == 1
     assert document["where"]["ready"] is False
     assert document["where"]["probes"]["workers"]["status"] == "failed"
     assert "workers: " in document["detail"]
