@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import errno
 import hashlib
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -31,6 +31,7 @@ __all__ = [
     "BlobDamagedError",
     "BlobNotFoundError",
     "Blobs",
+    "Content",
     "StoreFullError",
     "StoreUnavailableError",
     "sealed",
@@ -79,6 +80,10 @@ class Blob(NamedTuple):
     version: str
 
 
+Content: TypeAlias = "bytes | list[bytes] | Path"
+"""What a new blob is made of: large inputs come in pieces, results of other processes as files."""
+
+
 class Blobs(Protocol):
     """Storage of named blobs.
 
@@ -116,15 +121,16 @@ class Blobs(Protocol):
     def size(self, key: str) -> int:
         """Return a blob's size in bytes; `BlobNotFoundError` if there is none."""
 
-    def create(self, key: str, content: bytes | Path) -> str | None:
+    def create(self, key: str, content: Content) -> str | None:
         """Store a new blob.
 
         Parameters
         ----------
         key : str
             Its name.
-        content : bytes or Path
-            Its content; a file is one of `scratch`, and consumed whatever happens.
+        content : bytes, list of bytes, or Path
+            Its content; pieces follow each other; a file is one of `scratch`, and consumed
+            whatever happens.
 
         Returns
         -------

@@ -37,7 +37,7 @@ from obstore.exceptions import (
 )
 from obstore.store import AzureStore, GCSStore, S3Store
 
-from service.storage.blobs import Blob, BlobNotFoundError, StoreUnavailableError
+from service.storage.blobs import Blob, BlobNotFoundError, Content, StoreUnavailableError
 
 if TYPE_CHECKING:
     from typing import BinaryIO
@@ -91,7 +91,7 @@ class CloudBlobs:
     Raises
     ------
     ValueError
-        The address is of another form.
+        The address is of another form, or the environment lacks what it needs.
     """
 
     remote = True
@@ -163,10 +163,11 @@ class CloudBlobs:
         with _translated("look at", key):
             return obstore.head(self._reading, key)["size"]
 
-    def create(self, key: str, content: bytes | Path) -> str | None:
+    def create(self, key: str, content: Content) -> str | None:
         """Store a new blob and return its version; None if there is one of this key."""
         try:
-            return self._written(key, content, "create")
+            whole = b"".join(content) if isinstance(content, list) else content
+            return self._written(key, whole, "create")
         finally:
             if isinstance(content, Path):
                 content.unlink(missing_ok=True)
@@ -253,15 +254,21 @@ def _client(
         os.environ.get(f"{prefix}_ALLOW_HTTP", "").lower() in {"1", "true"}
         for prefix in ("AWS", "GOOGLE", "AZURE")
     )
-    return kind.from_url(
-        address,
-        client_options={
-            "connect_timeout": timedelta(seconds=_CONNECT_SECONDS),
-            "timeout": timedelta(seconds=_REQUEST_SECONDS),
-            "allow_http": allowed,
-        },
-        retry_config=retry,
-    )
+    try:
+        return kind.from_url(
+            address,
+            client_options={
+                "connect_timeout": timedelta(seconds=_CONNECT_SECONDS),
+                "timeout": timedelta(seconds=_REQUEST_SECONDS),
+                "allow_http": allowed,
+            },
+            retry_config=retry,
+        )
+    except BaseError as error:
+        # Such as a missing account; without addresses, for the same reason as above.
+        first_line = re.sub(r"\S+://\S+", "...", str(error).partition("\n")[0])
+        message = f"the store's settings in the environment do not do: {first_line}"
+        raise ValueError(message) from None
 
 
 def _repeated(request: Callable[[], T]) -> T:

@@ -31,6 +31,7 @@ from service.storage.inputs import Inputs
 from service.storage.local import LocalBlobs
 from service.storage.quarantine import Quarantine
 from service.storage.records import Record, id_of, record_key
+from service.storage.sweep import remove_uncommitted
 
 __all__ = ["GamutDamagedError", "GamutNotStoredError", "GamutStore"]
 
@@ -101,7 +102,7 @@ class GamutStore:
         self._used: dict[str, float] = {}
         self._flushed = time.monotonic()
         self._sweeping: threading.Thread | None = None
-        self._opened = 0.0
+        self._opened = threading.Event()
         if isinstance(blobs, LocalBlobs):
             blobs.make_room = Eviction(self, blobs).make_room
 
@@ -118,17 +119,20 @@ class GamutStore:
     def open(self) -> None:
         """Open the storage (see `Blobs.open`), and remove what no record speaks of from it."""
         self.blobs.open()
-        self._opened = time.time()
+        self._opened.set()
         if isinstance(self.blobs, LocalBlobs):
             # In the background, because a million names take seconds to look through.
             self._sweeping = threading.Thread(
-                target=self._sweep, args=(self.blobs,), name="store sweep", daemon=True
+                target=remove_uncommitted,
+                args=(self.blobs, self.is_being_published, self._opened.is_set),
+                name="store sweep",
+                daemon=True,
             )
             self._sweeping.start()
 
     def close(self) -> None:
         """Give the storage up."""
-        self._opened = 0.0
+        self._opened.clear()
         if self._sweeping is not None:
             self._sweeping.join()
             self._sweeping = None
@@ -458,33 +462,6 @@ class GamutStore:
             with contextlib.suppress(BlobNotFoundError):
                 total += self.blobs.size(key)
         return total
-
-    def _sweep(self, blobs: LocalBlobs) -> None:
-        """Remove histories that an earlier process stored, and did not live to commit."""
-        waiting: list[str] = []
-        for key in blobs.keys("published/"):
-            if not self._opened:
-                return
-            if waiting and id_of(waiting[0]) != id_of(key):
-                self._sweep_histories(blobs, waiting, None)
-                waiting = []
-            if not key.endswith(".record"):
-                waiting.append(key)
-                continue
-            if len(waiting) > 1:
-                with contextlib.suppress(GamutNotStoredError):
-                    self._sweep_histories(blobs, waiting, self._read_record(id_of(key)))
-            waiting = []
-        self._sweep_histories(blobs, waiting, None)
-
-    def _sweep_histories(self, blobs: LocalBlobs, keys: list[str], record: Record | None) -> None:
-        for key in keys:
-            with contextlib.suppress(BlobNotFoundError):
-                # Younger ones are being published right now.
-                if (record is None or key != record.key) and blobs.stat(
-                    key
-                ).st_mtime < self._opened - 1:
-                    blobs.delete(key)
 
 
 def _is_still(now: bytes, record: Record | None, data: bytes | None) -> bool:

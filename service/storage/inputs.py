@@ -12,13 +12,16 @@ import json
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from service.storage.blobs import BlobDamagedError, BlobNotFoundError, Blobs
+from service.storage.blobs import BlobDamagedError, BlobNotFoundError, Blobs, StoreUnavailableError
 from service.storage.quarantine import Quarantine
 from service.storage.records import input_key
 
 __all__ = ["Inputs"]
 
 _CHUNK = 1 << 20
+
+_ATTEMPTS = 3
+"""How often an input is stored while others drop it and set it aside at the same time."""
 
 _HEAD_LIMIT = 1 << 20
 """Bytes of the longest line of options that is read; a few hundred are usual."""
@@ -44,18 +47,14 @@ class Inputs:
         head = json.dumps(options, separators=(",", ":")).encode() + b"\n"
         digest = hashlib.sha256(head)
         digest.update(data)
-        path = self._blobs.scratch(".input")
-        try:
-            with path.open("xb") as file:
-                file.write(digest.hexdigest().encode() + b"\n")
-                file.write(head)
-                file.write(data)
-            if self._blobs.create(input_key(gamut_id), path) is None and not self._is_sound(
-                gamut_id
-            ):
-                self.keep(gamut_id, data, options)
-        finally:
-            path.unlink(missing_ok=True)
+        pieces = [digest.hexdigest().encode() + b"\n", head, data]
+        for _ in range(_ATTEMPTS):
+            if self._blobs.create(input_key(gamut_id), pieces) is not None:
+                return
+            if self._is_sound(gamut_id):
+                return
+        message = "the input is being kept and dropped at the same time"
+        raise StoreUnavailableError(message)
 
     def path(self, gamut_id: str) -> Path:
         """Return a new scratch file with the data of an input; `BlobNotFoundError` if none is."""

@@ -22,7 +22,7 @@ import time
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
-from service.storage.blobs import Blob, BlobNotFoundError, StoreFullError
+from service.storage.blobs import Blob, BlobNotFoundError, Content, StoreFullError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -36,6 +36,9 @@ _KEY = re.compile(r"[a-z0-9][a-z0-9._-]*(/[a-z0-9][a-z0-9._-]*)+")
 
 _LOCKS = 64
 """Locks that the keys share: two keys seldom wait for each other."""
+
+_SMALL = 64 * 1024
+"""Bytes of the largest blob that may use the reserve: records and jobs have less."""
 
 _FULL = frozenset({errno.ENOSPC, errno.EDQUOT})
 
@@ -54,8 +57,9 @@ class LocalBlobs:
     limit : int
         Bytes that all blobs together may have; 0 for no limit.
     reserve : int
-        Bytes of the file system that new blobs leave free. Replacements may use them, so that the
-        state of what is there can be written even when the disk is as good as full.
+        Bytes of the file system that new blobs leave free. What is small, a replacement, or a file
+        of this directory already may use them: so what was admitted, by storing its input, can be
+        finished and its state be written even when the disk is as good as full.
 
     Attributes
     ----------
@@ -163,7 +167,7 @@ class LocalBlobs:
         except FileNotFoundError:
             raise BlobNotFoundError(key) from None
 
-    def create(self, key: str, content: bytes | Path) -> str | None:
+    def create(self, key: str, content: Content) -> str | None:
         """Store a new blob and return its version; None if there is one of this key.
 
         Raises
@@ -180,7 +184,7 @@ class LocalBlobs:
                     # about to be relied on.
                     _sync(path.parent)
                     return None
-                nbytes = source.stat().st_size if source else len(content)  # type: ignore[arg-type]
+                nbytes = _nbytes(content)
                 self._reserve(nbytes, on_disk=source is not None)
                 try:
                     return self._linked(path, content, nbytes)
@@ -262,15 +266,16 @@ class LocalBlobs:
         with contextlib.suppress(FileNotFoundError):
             os.utime(self.path(key), (when, when))
 
-    def _linked(self, path: Path, content: bytes | Path, nbytes: int) -> str | None:
+    def _linked(self, path: Path, content: Content, nbytes: int) -> str | None:
         if isinstance(content, Path):
             source = content
             _sync(source)
             with source.open("rb") as file:
                 version = hashlib.file_digest(file, "sha256").hexdigest()
         else:
-            source = self._written(content)
-            version = _version(content)
+            pieces = [content] if isinstance(content, bytes) else content
+            source = self._written(*pieces)
+            version = _version(*pieces)
         try:
             self._make_folder(path.parent)
             try:
@@ -291,14 +296,15 @@ class LocalBlobs:
                 source.unlink(missing_ok=True)
         return version
 
-    def _written(self, data: bytes) -> Path:
+    def _written(self, *pieces: bytes) -> Path:
         """Return a new, synced file in ``temporary/``; none is left if the disk is full."""
         path = self.scratch(".new")
         try:
             with path.open("xb", buffering=0) as file:
-                view = memoryview(data)
-                while view:
-                    view = view[file.write(view) :]
+                for piece in pieces:
+                    view = memoryview(piece)
+                    while view:
+                        view = view[file.write(view) :]
                 os.fsync(file.fileno())
         except OSError:
             path.unlink(missing_ok=True)
@@ -333,10 +339,11 @@ class LocalBlobs:
 
     def _missing(self, nbytes: int, *, on_disk: bool) -> int:
         over = self._used + self._reserved + nbytes - self.limit if self.limit else 0
+        if on_disk or nbytes <= _SMALL:
+            return over
         disk = os.statvfs(self.directory)
-        free = disk.f_bavail * disk.f_frsize
-        needed = self._reserve_bytes + self._reserved_on_disk + (0 if on_disk else nbytes)
-        return max(over, needed - free)
+        needed = self._reserve_bytes + self._reserved_on_disk + nbytes
+        return max(over, needed - disk.f_bavail * disk.f_frsize)
 
     def _release(self, nbytes: int, *, on_disk: bool) -> None:
         with self._accounts:
@@ -380,8 +387,17 @@ class LocalBlobs:
         return self._key_locks[hash(key) % _LOCKS]
 
 
-def _version(data: bytes) -> str:
-    return hashlib.sha256(data).hexdigest()
+def _version(*pieces: bytes) -> str:
+    digest = hashlib.sha256()
+    for piece in pieces:
+        digest.update(piece)
+    return digest.hexdigest()
+
+
+def _nbytes(content: Content) -> int:
+    if isinstance(content, Path):
+        return content.stat().st_size
+    return len(content) if isinstance(content, bytes) else sum(map(len, content))
 
 
 def _sync(path: Path) -> None:

@@ -6,6 +6,7 @@ import sys
 import pytest
 
 from service.command import main
+from service.storage import check
 from service.storage.check import NOT_PROVED, findings, report
 
 
@@ -68,7 +69,10 @@ def lossy(blobs, key):
         ("size", lambda _blobs, _key: 0, "large"),
     ],
 )
-def test_a_broken_promise_is_found(local, name, method, promise):
+def test_a_broken_promise_is_found(local, monkeypatch, name, method, promise):
+    monkeypatch.setattr(check, "_ROUNDS", 2)
+    monkeypatch.setattr(check, "_WRITERS", 6)
+    monkeypatch.setattr(check, "_LARGE", 100_000)
     assert any(promise in found for found in refuted(Broken(local, **{name: method})))
 
 
