@@ -238,9 +238,7 @@ class Performer:
             return self._tried_in_vain(keeper.claim, problem)
         except StoreUnavailableError as error:
             logger.warning("build of %s: the store cannot be used: %s", document.id, error)
-            return self._tried_in_vain(
-                keeper.claim, Problem("store-unavailable", "The store could not be used.")
-            )
+            return self._tried_in_vain(keeper.claim, Problem.store_unavailable())
 
     def _result(
         self,

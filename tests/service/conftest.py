@@ -265,3 +265,60 @@ def observed_server(start_server, collector):
         started = start_server(log_format="json", access_log="true")
     started.wait_ready()
     return started
+
+
+SCRIPTED_WORKER = """
+import hashlib, json, os, sys, time
+from pathlib import Path
+def send(**event):
+    print(json.dumps(event), flush=True)
+send(event="ready")
+for line in sys.stdin:
+    request = json.loads(line)
+    word, *rest = Path(request["input"]).read_text().split()
+    begun = Path(sys.argv[1]) / "begun"
+    with begun.open("a") as log:
+        log.write(f"{os.getpid()} {word}\\n")
+    send(event="progress", stage=f"pid {os.getpid()}", fraction=0.5)
+    if word == "hang":
+        time.sleep(1000)
+    elif word == "die" or (word == "die-until" and begun.read_text().count(word) < int(rest[0])):
+        os._exit(3)
+    elif word == "garble":
+        print("no JSON", flush=True)
+    elif word == "swell":
+        kept = [bytearray(os.urandom(1 << 20) * 8)]
+        while True:
+            kept.append(bytearray(kept[0]))
+            time.sleep(0.005)
+    elif word == "refuse":
+        send(event="refused", code="missing-column", message="m", where={"column": "L"}, remedy="r")
+    elif word == "exhaust":
+        send(event="exhausted")
+    elif word == "full":
+        send(event="failed", errno=28)
+    elif word == "defect":
+        send(event="failed", errno=None)
+    else:
+        time.sleep(float(word) if word[0].isdigit() else 0)
+        content = json.dumps(request["options"]).encode()
+        Path(request["output"]).write_bytes(content)
+        digest = hashlib.sha256(content).hexdigest()
+        send(event="built", sha256=digest, nbytes=len(content), seconds={"metric": 0.25},
+             description={"options": request["options"]})
+"""
+"""A worker that does what the first word of its input says, without a compiler to wait for."""
+
+
+@pytest.fixture
+def scripted_worker(tmp_path):
+    """The command line of a worker that follows a script, and the builds that it has begun."""
+    path = tmp_path / "worker.py"
+    path.write_text(SCRIPTED_WORKER)
+
+    class Command(tuple):
+        def begun(self, word=""):
+            log = tmp_path / "begun"
+            return log.read_text().count(f" {word}") if log.exists() else 0
+
+    return Command((sys.executable, "-S", str(path), str(tmp_path)))

@@ -43,7 +43,7 @@ def test_an_unwritable_store_is_named_and_nothing_is_served(capsys, tmp_path):
 
 
 def test_the_worker_does_not_load_the_web():
-    code = "import sys, service.worker; print([m for m in sys.modules if 'fastapi' in m])"
+    code = "import sys, service.building.worker; print([m for m in sys.modules if 'fastapi' in m])"
     answer = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
