@@ -16,7 +16,7 @@ import sys
 import threading
 from collections.abc import Mapping
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from service.request_id import current_request_id
 from service.traces import current_trace
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from types import TracebackType
 
 __all__ = ["JsonLines", "TextLines", "configure_logging", "without_secrets"]
-
-LogFormat = Literal["text", "json"]
 
 _USUAL = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "color_message"}
 """Attributes that every record has; all others were given with ``extra``."""
@@ -131,7 +129,7 @@ class JsonLines(logging.Formatter):
         return _encoded(_clean(members)) if _may_hold_secret(line) else line
 
 
-def configure_logging(log_format: LogFormat, level: str) -> None:
+def configure_logging(log_format: str, level: str) -> None:
     """Let everything that is logged in this process, warnings included, go to standard error.
 
     Parameters

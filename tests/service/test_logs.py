@@ -211,6 +211,29 @@ def test_a_server_s_whole_log_is_json_with_ids_and_without_secrets(observed_serv
     assert [line["status"] for line in access if line["method"] == "HEAD"] == [200]
 
 
+def test_a_worker_process_logs_in_the_same_form(monkeypatch):
+    monkeypatch.setenv("GAMUT_LOG_FORMAT", "json")
+    code = (
+        "from service.building import worker; worker.compile_kernels = lambda: None; worker.main()"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", code],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert json.loads(process.stdout.readline())["event"] == "ready"
+        request = {"input": "/nowhere/input", "output": "/nowhere/output", "options": {}}
+        process.stdin.write(json.dumps({**request, "memory": 0}) + "\n")
+        process.stdin.flush()
+        assert json.loads(process.stdout.readline())["event"] == "failed"
+        process.stdin.close()
+        lines = [json.loads(line) for line in process.stderr]
+    assert "FileNotFoundError" in lines[0]["exception"]
+    assert lines[0]["level"] == "error"
+
+
 def test_it_does_not_load_the_web():
     code = "import sys, service.logs; print([m for m in sys.modules if 'starlette' in m])"
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
