@@ -1,6 +1,7 @@
 """What the routes of an app share: made of its settings, forgotten and closed together."""
 
 import asyncio
+import threading
 from types import SimpleNamespace
 
 import pytest
@@ -12,6 +13,25 @@ from service.state import Service, service_of
 @pytest.fixture
 def service(tmp_path):
     return Service(Settings(store=str(tmp_path / "data")))
+
+
+async def nothing():
+    pass
+
+
+def test_the_signal_to_stop_reaches_the_builds_from_any_thread(service, monkeypatch):
+    monkeypatch.setattr(service.builds, "start", nothing)
+    service.drain()  # nothing runs yet
+
+    async def scenario():
+        async with service.running():
+            thread = threading.Thread(target=service.drain)
+            thread.start()
+            while not service.builds.draining:  # noqa: ASYNC110 - a thread
+                await asyncio.sleep(0.01)
+            thread.join()
+
+    asyncio.run(asyncio.wait_for(scenario(), 60))
 
 
 def test_it_is_made_of_its_settings(service, tmp_path):
@@ -31,11 +51,11 @@ def test_a_deleted_gamut_is_forgotten_by_all_who_keep_it(service, monkeypatch):
 
 def test_it_runs_warms_up_and_closes(service, monkeypatch):
     stopped = []
-    monkeypatch.setattr(service.builds, "start", lambda: None)
 
     async def stop():
         stopped.append(True)
 
+    monkeypatch.setattr(service.builds, "start", nothing)
     monkeypatch.setattr(service.builds, "stop", stop)
 
     async def scenario():
@@ -59,7 +79,7 @@ def test_it_runs_warms_up_and_closes(service, monkeypatch):
 def test_a_second_service_can_have_the_store_when_the_first_is_gone(service, monkeypatch):
     other = Service(service.settings)
     for each in (service, other):
-        monkeypatch.setattr(each.builds, "start", lambda: None)
+        monkeypatch.setattr(each.builds, "start", nothing)
 
     async def scenario():
         for each in (service, other):
