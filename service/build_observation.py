@@ -14,6 +14,7 @@ from service.metrics import TOTAL
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from service.build_reports import BuildReports
     from service.jobs import JobDocument
     from service.metrics import BuildFigures
     from service.traces import Traces
@@ -26,13 +27,13 @@ class BuildObserver:
 
     Parameters
     ----------
-    figures : BuildFigures
-        Where builds are counted.
+    figures : BuildFigures or BuildReports
+        Where builds are counted, or who tells of them to where they are.
     traces : Traces, optional
         Where each gets its spans.
     """
 
-    def __init__(self, figures: BuildFigures, traces: Traces | None) -> None:
+    def __init__(self, figures: BuildFigures | BuildReports, traces: Traces | None) -> None:
         self._figures = figures
         self._traces = traces
 

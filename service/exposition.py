@@ -11,7 +11,7 @@ import platform
 from typing import TYPE_CHECKING, Any
 
 from gamutcore.version import ALGORITHM_VERSION, __version__
-from service.processes import children_usage
+from service.processes import descendants_usage
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -112,10 +112,12 @@ def _common_families() -> Iterator[Metric]:
         "python": platform.python_version(),
     }
     yield _labelled("gauge", "gamut_build_info", "Which program this is.", [(labels, 1)])
-    usage = children_usage()
+    usage = descendants_usage()
     if usage is not None:
         yield _gauge(
-            "gamut_worker_processes", "Processes that this one has started.", usage.processes
+            "gamut_worker_processes",
+            "Processes that this one has started, and those of them.",
+            usage.processes,
         )
         yield _gauge(
             "gamut_worker_resident_memory_bytes", "Memory that they use.", usage.resident_bytes
