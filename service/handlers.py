@@ -129,9 +129,13 @@ async def _disconnected(_request: Request, _error: Exception) -> Response:
 
 async def _system_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, OSError)  # noqa: S101 - registered for this class
-    logger.error("%s %s", request.method, request.url.path, exc_info=error)
     problem = Problem.from_errno(error.errno)
-    return await _defect(request, error) if problem is None else problem_response(problem)
+    if problem is None:
+        logger.error("%s %s", request.method, request.url.path, exc_info=error)
+        return await _defect(request, error)
+    # A full disk is no defect: where in the program it was met is of no interest.
+    logger.error("%s %s: %s", request.method, request.url.path, error)
+    return problem_response(problem)
 
 
 async def _defect(_request: Request, _error: Exception) -> Response:

@@ -376,8 +376,14 @@ class Performer:
 
     def _renew_if_swollen(self, process: BuildProcess) -> None:
         """End a process that a large build has left large, so that the next one has its due."""
-        in_use = process.private_bytes() or 0
-        if 0 < self._settings.build_memory_bytes < 2 * in_use:
+        limit, in_use, idle = (
+            self._settings.build_memory_bytes,
+            process.private_bytes(),
+            process.idle_bytes,
+        )
+        if not limit or in_use is None or idle is None:
+            return
+        if in_use > (idle + limit) / 2:
             logger.info("build worker %d keeps %d bytes and is replaced", process.pid, in_use)
             self.close()
 

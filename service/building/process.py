@@ -65,6 +65,11 @@ class BuildProcess:
     ----------
     command : sequence of str
         The command line of a worker, which speaks the protocol of `service.building.worker`.
+
+    Attributes
+    ----------
+    idle_bytes : int or None
+        Memory that the process had in use before its first build.
     """
 
     def __init__(self, command: Sequence[str] = WORKER_COMMAND) -> None:
@@ -80,6 +85,7 @@ class BuildProcess:
         os.set_blocking(self._requests.fileno(), False)
         os.set_blocking(self._events.fileno(), False)
         self._buffer = bytearray()
+        self.idle_bytes: int | None = None
         self._unsent = b""
 
     @property
@@ -115,6 +121,7 @@ class BuildProcess:
         """
         try:
             self._event(check)
+            self.idle_bytes = self.private_bytes()
         except BaseException:
             self.kill()
             raise

@@ -269,6 +269,8 @@ def scripted_worker(tmp_path):
     path.write_text(SCRIPTED_WORKER)
 
     class Command(tuple):
+        __slots__ = ()
+
         def begun(self, word=""):
             log = tmp_path / "begun"
             return log.read_text().count(f" {word}") if log.exists() else 0

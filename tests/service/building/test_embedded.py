@@ -85,7 +85,7 @@ def test_an_idle_worker_that_dies_is_replaced_at_once(run_scenario, accept):
 
 
 def test_a_full_queue_refuses_at_once_for_as_long_as_a_build_takes(run_scenario, accept):
-    async def scenario(engine, told):
+    async def scenario(engine, _told):
         for name in "abc":
             await engine.check_admission()
             await engine.enqueue(accept("hang", name))
@@ -105,7 +105,7 @@ def test_a_full_queue_refuses_at_once_for_as_long_as_a_build_takes(run_scenario,
 
 
 def test_the_time_to_come_back_is_learnt_from_builds(run_scenario, accept):
-    async def scenario(engine, told):
+    async def scenario(engine, _told):
         before = engine.retry_after()
         for name in "abcdefgh":
             await engine.enqueue(accept("build", name))
@@ -160,7 +160,7 @@ def test_what_is_cancelled_is_ended_and_may_come_again(run_scenario, accept, boo
 
 
 def test_stopping_lets_what_runs_finish_and_leaves_the_rest_to_the_next(run_scenario, accept, book):
-    async def scenario(engine, told):
+    async def scenario(engine, _told):
         await engine.enqueue(accept("0.5"))
         await engine.enqueue(accept("build", "b"))
         await until(lambda: engine.facts().running == 1)
@@ -173,7 +173,7 @@ def test_stopping_lets_what_runs_finish_and_leaves_the_rest_to_the_next(run_scen
     run_scenario(scenario, drain_seconds=20)
     assert [book.read(name * 64).state for name in "ab"] == ["succeeded", "queued"]
 
-    async def next_scenario(engine, told):
+    async def next_scenario(_engine, told):
         await until(lambda: "succeeded" in states(told, "b"))
 
     run_scenario(next_scenario)
@@ -199,7 +199,7 @@ def test_the_next_owner_of_a_store_takes_up_what_the_last_one_left(run_scenario,
         accept("build", name)
     book.claim("a" * 64, "killed", 1000.0)
 
-    async def scenario(engine, told):
+    async def scenario(_engine, told):
         await until(lambda: "succeeded" in states(told, "a") and "succeeded" in states(told, "b"))
 
     run_scenario(scenario)
@@ -210,7 +210,7 @@ def test_elsewhere_a_lease_is_waited_for(run_scenario, accept, book):
     accept("build")
     book.claim("a" * 64, "other host", 1.0)
 
-    async def scenario(engine, told):
+    async def scenario(_engine, told):
         await until(lambda: "succeeded" in states(told))
 
     run_scenario(scenario, sole_owner=False)
@@ -233,10 +233,8 @@ def test_a_job_that_took_the_service_down_too_often_is_not_tried_again(
     assert (document.state, scripted_worker.begun()) == ("failed", 1)
 
 
-def test_a_worker_that_cannot_start_is_not_warm_and_costs_no_attempt(
-    run_scenario, accept, book, scripted_worker
-):
-    async def scenario(engine, told):
+def test_a_worker_that_cannot_start_is_not_warm_and_costs_no_attempt(run_scenario, accept, book):
+    async def scenario(engine, _told):
         await engine.enqueue(accept("build"))
         await asyncio.sleep(0.3)
         assert engine.facts().warm_workers == 0

@@ -43,14 +43,14 @@ def performer(store, book, scripted_worker, reports):
         each.close()
 
 
-@pytest.fixture
+@pytest.fixture(autouse=True)
 def scratch_is_empty(store):
     """Check at the end that no work in progress was left."""
     yield
     assert list(store.scratch(".x").parent.iterdir()) == []
 
 
-def test_a_job_is_built_published_and_finished(performer, accept, store, reports, scratch_is_empty):
+def test_a_job_is_built_published_and_finished(performer, accept, store, reports):
     accept("build")
     told = []
     outcome = performer().perform(JOB, changed=told.append)
@@ -94,7 +94,7 @@ def test_what_is_stored_by_then_is_not_built_again(performer, accept, scripted_w
     ],
 )
 def test_what_the_process_reports_is_a_problem_and_the_process_goes_on(
-    performer, accept, store, reports, text, code, scratch_is_empty
+    performer, accept, store, reports, text, code
 ):
     one = performer()
     process = one.warm()
@@ -120,7 +120,7 @@ def test_the_place_and_the_remedy_of_a_refusal_are_kept(performer, accept):
     ],
 )
 def test_what_exceeds_a_limit_is_ended_once_and_the_next_is_built(
-    performer, accept, scripted_worker, text, settings, code, scratch_is_empty
+    performer, accept, scripted_worker, text, settings, code
 ):
     one = performer(**settings)
     accept(text)
@@ -289,10 +289,14 @@ def test_starting_is_given_up_when_it_is_told_to(performer):
 def test_a_process_that_stays_large_is_replaced(performer, accept):
     one = performer()
     process = one.warm()
-    small = performer(build_memory_bytes=process.private_bytes() * 3 // 2)
     accept("build")
-    assert small.perform(JOB).state == "succeeded"
-    assert small.process is None
+    assert one.perform(JOB).state == "succeeded"
+    assert one.process is process
+    process.idle_bytes = -one._settings.build_memory_bytes  # as if it had begun far below
+    accept("build", "b")
+    assert one.perform("b" * 64).state == "succeeded"
+    assert one.process is None
+    assert not process.alive
 
 
 def test_no_two_owners_have_one_name():

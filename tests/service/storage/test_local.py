@@ -250,3 +250,34 @@ def test_a_full_disk_is_reported_served_from_and_recovered_from(tmp_path):
         check=False,
     )
     assert (ended.stdout, ended.returncode) == ("done\n", 0), ended.stderr
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A file system of 6 MB, or a skip."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=6m", "tmpfs", folder]
+    if os.geteuid() != 0 or subprocess.run(mount, check=False).returncode != 0:
+        pytest.skip("mounting is not allowed here")
+    yield folder
+    subprocess.run(["umount", "--lazy", folder], check=True)
+
+
+def test_a_service_on_a_full_disk_serves_what_is_there_and_recovers(
+    start_server, small_disk, sphere, assert_problem
+):
+    server = start_server(small_disk / "store", store_reserve_bytes=1_000_000)
+    there = server.client.post("/v1/gamuts", json={"samples": sphere(seed=61)}).json()
+    ballast = small_disk / "ballast"
+    with contextlib.suppress(OSError), ballast.open("wb", buffering=0) as file:
+        while True:
+            file.write(bytes(100_000))
+    body = {"samples": sphere(seed=62)}
+    assert_problem(server.client.post("/v1/gamuts", json=body), 507, "storage-full")
+    assert server.client.get(there["links"]["mesh"]).status_code == 200
+    assert server.client.get(there["links"]["history"]).status_code == 200
+    assert list((small_disk / "store" / "temporary").iterdir()) == []
+    ballast.unlink()
+    assert server.client.post("/v1/gamuts", json=body).status_code == 201
+    server.stop()
