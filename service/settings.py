@@ -136,8 +136,8 @@ class Settings(BaseSettings):
         float,
         Field(
             ge=3,
-            description="Seconds after which a build whose worker is not heard of any more is "
-            "given to another. Clocks of the hosts have to agree much better than that.",
+            description="Seconds after which a build of a `gamut worker` that is not heard of any "
+            "more is given to another. Clocks of the hosts have to agree much better than that.",
         ),
     ] = 20.0
     resend_seconds: Annotated[
@@ -145,7 +145,7 @@ class Settings(BaseSettings):
         Field(
             ge=1,
             description="Seconds after which a build that nobody has begun, though nothing waits "
-            "in the broker's queue, is sent to it again.",
+            "in the broker's queue, is sent to the broker again.",
         ),
     ] = 30.0
     client_wait: Annotated[
