@@ -14,6 +14,8 @@ from pydantic import ValidationError
 from gamutcore.version import __version__
 from gamutcore.warm import compile_kernels
 from service.application import create_app
+from service.building import health
+from service.building.choice import EngineMissingError, run_worker
 from service.logs import configure_logging
 from service.protocol import ConnectionLimits, limited_protocol
 from service.server import Server
@@ -51,6 +53,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     serve.add_argument("--host", help="address to listen on")
     serve.add_argument("--port", type=int, help="port to listen on; 0 takes a free one")
     serve.add_argument("--store", help="where gamuts are kept: a directory, or s3://, gs://, az://")
+    worker = commands.add_parser(
+        "worker", help="build what API replicas send to the broker (GAMUT_BROKER, GAMUT_STORE)"
+    )
+    worker.add_argument(
+        "--check", action="store_true", help="only say whether the workers on this host are well"
+    )
     commands.add_parser("openapi", help="print the OpenAPI document")
     commands.add_parser("warm", help="compile the kernels, so that nobody has to wait for them")
     store = commands.add_parser("store", help="look after a store")
@@ -61,6 +69,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parsed = parser.parse_args(arguments)
     if parsed.command == "serve":
         return _serve({name: getattr(parsed, name) for name in ("host", "port", "store")})
+    if parsed.command == "worker":
+        return health.main() if parsed.check else _worker()
     if parsed.command == "store":
         return _check_store(parsed.location)
     if parsed.command == "openapi":
@@ -101,7 +111,8 @@ def _check_store(location: str | None) -> int:
     return report(blobs, another, sys.stdout)
 
 
-def _serve(overrides: dict[str, Any]) -> int:
+def _settings(overrides: dict[str, Any]) -> Settings | None:
+    """Return the settings, with the log set up as they say; None after telling what is wrong."""
     given = {name: value for name, value in overrides.items() if value is not None}
     try:
         settings = Settings(**given)
@@ -109,8 +120,29 @@ def _serve(overrides: dict[str, Any]) -> int:
         for fault in error.errors():
             variable = ENVIRONMENT_PREFIX + "_".join(map(str, fault["loc"])).upper()
             sys.stderr.write(f"gamut: {variable}: {fault['msg']}\n")
-        return 2
+        return None
     configure_logging(settings.log_format, settings.log_level)
+    return settings
+
+
+def _worker() -> int:
+    settings = _settings({})
+    if settings is None:
+        return 2
+    if not settings.broker:
+        sys.stderr.write("gamut: GAMUT_BROKER: is needed, to know where builds come from\n")
+        return 2
+    try:
+        return run_worker(settings)
+    except (EngineMissingError, TracesUnavailableError) as error:
+        sys.stderr.write(f"gamut: {error}\n")
+        return 1
+
+
+def _serve(overrides: dict[str, Any]) -> int:
+    settings = _settings(overrides)
+    if settings is None:
+        return 2
     raise_file_limit()
     try:
         app = create_app(settings)
@@ -119,6 +151,7 @@ def _serve(overrides: dict[str, Any]) -> int:
         store.open()
         store.close()
     except (
+        EngineMissingError,
         StoreInUseError,
         StoreLocationError,
         StoreUnavailableError,

@@ -244,6 +244,13 @@ _ROWS = (
         "The service is stopping and accepts no new builds.",
     ),
     Kind(
+        "broker-unavailable",
+        503,
+        "New builds cannot be queued",
+        "Try again after the time in Retry-After; gamuts that exist are answered meanwhile.",
+        "The queue of builds cannot be reached.",
+    ),
+    Kind(
         "overloaded",
         503,
         "The service is overloaded",

@@ -4,16 +4,21 @@ One field is one variable: ``max_body_bytes`` is ``GAMUT_MAX_BODY_BYTES``. The t
 ``docs/settings.md`` is `settings_table` of this model, and a test holds the two together.
 """
 
+import re
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
+
+from service.storage.location import is_address
 
 __all__ = ["ENVIRONMENT_PREFIX", "Settings", "settings_table"]
 
 ENVIRONMENT_PREFIX = "GAMUT_"
 
 _MEBIBYTE = 1024 * 1024
+
+_BROKER = re.compile(r"(redis|amqp)s?://")
 
 
 class Settings(BaseSettings):
@@ -53,6 +58,15 @@ class Settings(BaseSettings):
             "turns out to be damaged."
         ),
     ] = True
+    broker: Annotated[
+        str,
+        Field(
+            repr=False,  # it has a password
+            description="URL of the broker (`redis://`, `rediss://`, `amqp://` or `amqps://`) "
+            "whose workers build the gamuts; they are started with `gamut worker`. Empty: this "
+            "process builds them itself. Needs a store that is a bucket.",
+        ),
+    ] = ""
     host: Annotated[str, Field(description="Address that `gamut serve` listens on.")] = "127.0.0.1"
     port: Annotated[
         int,
@@ -168,6 +182,22 @@ class Settings(BaseSettings):
             "service, before it is given up.",
         ),
     ] = 3
+    build_lease: Annotated[
+        float,
+        Field(
+            ge=3,
+            description="Seconds after which a build of a `gamut worker` that is not heard of any "
+            "more is given to another. Clocks of the hosts have to agree much better than that.",
+        ),
+    ] = 20.0
+    resend_seconds: Annotated[
+        float,
+        Field(
+            ge=1,
+            description="Seconds after which a build that nobody has begun, though nothing waits "
+            "in the broker's queue, is sent to the broker again.",
+        ),
+    ] = 30.0
     client_wait: Annotated[
         float,
         Field(
@@ -206,6 +236,20 @@ class Settings(BaseSettings):
     max_page_size: Annotated[
         int, Field(ge=1, le=1000, description="Most gamuts that one page of the list holds.")
     ] = 100
+
+    @field_validator("broker")
+    @classmethod
+    def _broker_of_a_shared_store(cls, broker: str, info: ValidationInfo) -> str:
+        if broker and not _BROKER.match(broker):
+            message = "must be redis://…, rediss://…, amqp://… or amqps://…"
+            raise ValueError(message)
+        if broker and not is_address(info.data.get("store", "")):
+            message = (
+                "GAMUT_STORE must be a bucket (s3://…, gs://… or az://…) that the API and the "
+                "workers share: a directory belongs to one process"
+            )
+            raise ValueError(message)
+        return broker
 
 
 def settings_table() -> str:

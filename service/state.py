@@ -10,7 +10,7 @@ from fastapi import Request
 
 from gamutcore.warm import compile_reading_kernels
 from service.build_observation import BuildObserver
-from service.building.embedded import EmbeddedEngine
+from service.building.choice import engine_for
 from service.builds import Builds
 from service.events import EventStreams
 from service.jobs import JobBook
@@ -56,13 +56,8 @@ class Service:
         self.library = Library(self.store, self.settings.history_cache_bytes)
         self.meshes = Meshes(self.library, self.settings.mesh_cache_bytes)
         book = JobBook(self.store.blobs, self.settings.build_attempts)
-        engine = EmbeddedEngine(
-            self.settings,
-            self.store,
-            book,
-            sole_owner=not self.store.blobs.remote,
-            on_build=BuildObserver(self.metrics.builds, self.traces),
-        )
+        observer = BuildObserver(self.metrics.builds, self.traces)
+        engine = engine_for(self.settings, self.store, book, observer)
         self.builds = Builds(self.settings, self.store, book, engine)
         self.events = EventStreams(self.settings.max_event_streams)
         self.readiness = service_readiness(self)

@@ -147,9 +147,9 @@ class EmbeddedEngine:
         if waiting >= self._settings.build_queue:
             raise queue_full(waiting, self.retry_after())
 
-    async def enqueue(self, document: JobDocument) -> None:
+    async def enqueue(self, document: JobDocument, *, joined: bool = False) -> None:
         """Queue a job of the book; harmless if it is queued or running already."""
-        if self.document(document.id) is None:
+        if not joined and self.document(document.id) is None:
             self._waiting[document.id] = document
             self._queue.put_nowait(document.id)
 

@@ -84,8 +84,16 @@ class Engine(Protocol):
             ``queue-full`` or ``shutting-down``, with a Retry-After.
         """
 
-    async def enqueue(self, document: JobDocument) -> None:
-        """Queue a job of the book; harmless if it is queued or running already."""
+    async def enqueue(self, document: JobDocument, *, joined: bool = False) -> None:
+        """Queue a job of the book; harmless if it is queued or running already.
+
+        Parameters
+        ----------
+        document : JobDocument
+            The job.
+        joined : bool
+            Whether somebody else has accepted it, and most likely queued it as well.
+        """
 
     async def cancel(self, job_id: str) -> None:
         """End a job's build now, if it is here; the book says that it is cancelled already."""

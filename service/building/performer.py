@@ -102,6 +102,8 @@ class Performer:
         In whose name jobs are claimed.
     heartbeat : float
         Seconds between two renewals of a claim, which write down the progress.
+    lease : float
+        Seconds for which a claim holds without being renewed.
     command : sequence of str
         The command line of the process.
     on_build : callable, optional
@@ -121,6 +123,7 @@ class Performer:
         *,
         owner: str | None = None,
         heartbeat: float = HEARTBEAT_SECONDS,
+        lease: float = LEASE_SECONDS,
         command: Sequence[str] = WORKER_COMMAND,
         on_build: BuildReport | None = None,
     ) -> None:
@@ -129,6 +132,7 @@ class Performer:
         self._book = book
         self._owner = owner or owner_name()
         self._heartbeat = heartbeat
+        self._lease = lease
         self._command = command
         self._on_build = on_build
         self._process: BuildProcess | None = None
@@ -196,7 +200,7 @@ class Performer:
                 self.warm(interruption)
             except Interrupted:
                 return Outcome("released", self._book.read(job_id))
-            claim = self._book.claim(job_id, self._owner, LEASE_SECONDS)
+            claim = self._book.claim(job_id, self._owner, self._lease)
             if claim is None:
                 return Outcome("elsewhere", self._book.read(job_id))
             if changed is not None:

@@ -111,6 +111,7 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
             "build-input-lost",
             "queue-full",
             "shutting-down",
+            "broker-unavailable",
             "overloaded",
             "store-unavailable",
             "storage-full",
