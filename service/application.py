@@ -11,13 +11,16 @@ from typing import Any
 
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
+from starlette.types import ASGIApp
 
 from gamutcore.version import __version__
 from service import models
 from service.front import MeshFront
 from service.handlers import add_exception_handlers
 from service.middleware import BodyLimit, HeadAsGet, PlainPaths
-from service.routes import gamuts, jobs, meshes, pages, state
+from service.observation import Observed
+from service.request_id import RequestIds
+from service.routes import gamuts, jobs, meshes, metrics, pages, state
 from service.settings import Settings
 from service.state import Service
 
@@ -59,12 +62,18 @@ def create_app(settings: Settings) -> FastAPI:
         version=__version__,
         license_info={"name": "Apache-2.0", "identifier": "Apache-2.0"},
         openapi_tags=_TAGS,
+        docs_url=None,  # `service.routes.pages` has it, with a content security policy
         redoc_url=None,
         redirect_slashes=False,
+        # Its own spans would repeat queries, and know nothing of the layers ahead of the routes.
+        telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},
         lifespan=lifespan,
     )
     app.state.service = service
-    routers = (gamuts.router, meshes.router, jobs.router, state.router, pages.router)
+    routers = (
+        *(gamuts.router, meshes.router, jobs.router),
+        *(state.router, metrics.router, pages.router),
+    )
     for router in routers:
         app.include_router(router)
     app.state.routes = [route for router in routers for route in router.routes]
@@ -79,6 +88,17 @@ def create_app(settings: Settings) -> FastAPI:
 
 class _Application(FastAPI):
     """FastAPI whose document holds the models that only examples and bodies refer to."""
+
+    def build_middleware_stack(self) -> ASGIApp:
+        """Return the layers: ours are around Starlette's, whose outermost answers defects."""
+        service: Service = self.state.service
+        observed = Observed(
+            super().build_middleware_stack(),
+            service.metrics.requests,
+            access_log=service.settings.access_log,
+            traces=service.traces,
+        )
+        return RequestIds(observed)
 
     def openapi(self) -> dict[str, Any]:
         """Return the OpenAPI document."""

@@ -16,6 +16,8 @@ from gamutcore.warm import compile_kernels
 from service.application import create_app
 from service.building import health
 from service.building.choice import EngineMissingError, run_worker
+from service.logs import configure_logging
+from service.protocol import ConnectionLimits, limited_protocol
 from service.server import Server
 from service.settings import ENVIRONMENT_PREFIX, Settings
 from service.storage.blobs import StoreUnavailableError
@@ -23,6 +25,7 @@ from service.storage.check import report
 from service.storage.gamuts import GamutStore
 from service.storage.local import StoreInUseError
 from service.storage.location import StoreLocationError, blobs_at, is_address
+from service.traces import TracesUnavailableError
 
 __all__ = ["main", "openapi_document", "raise_file_limit"]
 
@@ -118,9 +121,7 @@ def _settings(overrides: dict[str, Any]) -> Settings | None:
             variable = ENVIRONMENT_PREFIX + "_".join(map(str, fault["loc"])).upper()
             sys.stderr.write(f"gamut: {variable}: {fault['msg']}\n")
         return None
-    logging.basicConfig(
-        level=settings.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s"
-    )
+    configure_logging(settings.log_format, settings.log_level)
     return settings
 
 
@@ -154,6 +155,7 @@ def _serve(overrides: dict[str, Any]) -> int:
         StoreInUseError,
         StoreLocationError,
         StoreUnavailableError,
+        TracesUnavailableError,
         OSError,
     ) as error:
         sys.stderr.write(f"gamut: {error}\n")
@@ -162,8 +164,11 @@ def _serve(overrides: dict[str, Any]) -> int:
         app,
         host=settings.host,
         port=settings.port,
+        log_config=None,
         log_level=settings.log_level,
-        access_log=settings.access_log,
+        access_log=False,  # `service.observation` has a better one
+        http=limited_protocol(ConnectionLimits.of(settings)),
+        ws="none",
         server_header=False,
         timeout_keep_alive=_KEEP_ALIVE_SECONDS,
         # Builds end or are given back within the time to drain; then their requests are answered.

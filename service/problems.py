@@ -175,6 +175,21 @@ _ROWS = (
         {"limit": 167772160},
     ),
     Kind(
+        "request-timeout",
+        408,
+        "The request came too slowly",
+        "Send it again, faster or in a smaller form.",
+        "4096 bytes of the body came within 21 s.",
+    ),
+    Kind(
+        "head-too-large",
+        431,
+        "The address and header fields are too large",
+        "Send a shorter address and fewer or shorter header fields.",
+        "The address and the header fields are larger than 32768 bytes.",
+        {"limit": 32768},
+    ),
+    Kind(
         "unsupported-media-type",
         415,
         "The body's media type is not accepted",

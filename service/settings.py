@@ -76,9 +76,20 @@ class Settings(BaseSettings):
         Literal["critical", "error", "warning", "info", "debug"],
         Field(description="Least severity that is logged."),
     ] = "info"
+    log_format: Annotated[
+        Literal["text", "json"],
+        Field(description="`text` for people, `json` for programs: one object on one line each."),
+    ] = "text"
     access_log: Annotated[
         bool, Field(description="Log a line for every request (costs about a tenth of the speed).")
     ] = False
+    traces: Annotated[
+        Literal["auto", "on", "off"],
+        Field(
+            description="OpenTelemetry traces, sent by OTLP over HTTP to where the `OTEL_...` "
+            "variables say. `auto`: if they name an endpoint and the extra `otel` is installed."
+        ),
+    ] = "auto"
     max_body_bytes: Annotated[
         int,
         Field(
@@ -87,6 +98,45 @@ class Settings(BaseSettings):
             "A picture of 24 megapixels has up to 144 MB.",
         ),
     ] = 160 * _MEBIBYTE
+    max_head_bytes: Annotated[
+        int,
+        Field(
+            ge=1024,
+            description="Largest address and header fields of a request; beyond that 431.",
+        ),
+    ] = 32 * 1024
+    max_connections: Annotated[
+        int,
+        Field(
+            ge=1,
+            description="Connections that are open at the same time. Beyond that the one that has "
+            "waited longest without a request is closed for a new one; where there is none, 503.",
+        ),
+    ] = 1024
+    head_timeout: Annotated[
+        float,
+        Field(gt=0, description="Seconds that address and header fields may take; then 408."),
+    ] = 10.0
+    body_timeout: Annotated[
+        float,
+        Field(
+            gt=0,
+            description="Seconds that a body may take, besides those that its size allows; then "
+            "408.",
+        ),
+    ] = 20.0
+    min_body_rate: Annotated[
+        int,
+        Field(ge=1, description="Bytes per second that a body has to arrive with after that."),
+    ] = 4096
+    write_timeout: Annotated[
+        float,
+        Field(
+            gt=0,
+            description="Seconds for which a client may take none of its answer before it is "
+            "disconnected.",
+        ),
+    ] = 30.0
     max_inline_bytes: Annotated[
         int,
         Field(

@@ -24,7 +24,9 @@ def test_every_setting_comes_from_its_variable(monkeypatch, name):
         "broker": "amqps://user:password@broker//",
         "host": "0.0.0.0",  # noqa: S104 - nothing listens here
         "log_level": "debug",
+        "log_format": "json",
         "access_log": True,
+        "traces": "on",
         "max_surface_samples": 500_000,
         "build_workers": 7,
         "build_attempts": 7,
