@@ -26,7 +26,7 @@ from benchmarks.markdown import table
 from gamutcore.gamut import Gamut, Options, build_gamut
 from service.settings import Settings
 
-__all__ = ["Load", "Measured", "hit_ratio", "page"]
+__all__ = ["Load", "Measured", "hit_ratio", "page", "write"]
 
 FOLDER = Path(__file__).parent
 DOCUMENT = FOLDER.parent / "docs" / "scaling.md"
@@ -478,6 +478,13 @@ def measured_gamuts(runs: int = 5) -> list[dict[str, Any]]:
     return rows
 
 
+def write(load: Load) -> None:
+    """Write the page from the files of figures."""
+    cluster = json.loads(CLUSTER.read_text()) if CLUSTER.is_file() else {}
+    results, gamuts = (json.loads(path.read_text()) for path in (RESULTS, GAMUTS))
+    DOCUMENT.write_text(page(results, gamuts, cluster, load))
+
+
 def main() -> int:
     """Write the page, after measuring what is to be measured."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -487,11 +494,7 @@ def main() -> int:
     given = vars(parser.parse_args())
     if given.pop("measure"):
         GAMUTS.write_text(json.dumps(measured_gamuts(), indent=1) + "\n")
-    cluster = json.loads(CLUSTER.read_text()) if CLUSTER.is_file() else {}
-    text = page(
-        json.loads(RESULTS.read_text()), json.loads(GAMUTS.read_text()), cluster, Load(**given)
-    )
-    DOCUMENT.write_text(text)
+    write(Load(**given))
     return 0
 
 
