@@ -205,6 +205,7 @@ def run_worker(settings: Settings) -> int:
 
     def start_slot(**_: object) -> None:
         number = billiard.current_process().index
+        slots[number] = _COLD  # whatever became of the one before
         slot[:] = [Slot(settings, _opened_store(settings), Broker(app))]
         _warm(slot[0], slots, number)
         if number == 0:
