@@ -36,7 +36,7 @@ ENV PATH=/opt/gamut/bin:/usr/local/bin:/usr/local/sbin:/usr/sbin:/usr/bin:/sbin:
     PYTHONDONTWRITEBYTECODE=1 \
     PYTHONUNBUFFERED=1 \
     HOME=/tmp \
-    GAMUT_DATA=/data \
+    GAMUT_STORE=/data \
     GAMUT_HOST=0.0.0.0 \
     GAMUT_PORT=8000
 

@@ -1,6 +1,6 @@
 # What a developer and CI do with this checkout; `make help` lists it. Needs git, make and Python
-# 3.11 or newer; Node.js, where it is there, adds the glTF validator to the tests. Everything is
-# installed into .venv, at the versions of constraints.txt.
+# 3.11 or newer; Node.js, where it is there, adds the glTF validator and an emulator of Azure to the
+# tests. Everything is installed into .venv, at the versions of constraints.txt.
 
 SHELL := /bin/sh
 .DELETE_ON_ERROR:
@@ -53,11 +53,13 @@ help: ## list the targets
 	$(python) -m gamutcore.warm
 	@touch $@
 
-tests/gltf/node_modules/.package-lock.json: tests/gltf/package.json tests/gltf/package-lock.json
+node_packages := tests/gltf/node_modules/.package-lock.json tests/azurite/node_modules/.package-lock.json
+
+$(node_packages): tests/%/node_modules/.package-lock.json: tests/%/package.json tests/%/package-lock.json
 	@if command -v npm >/dev/null; then \
-	  npm ci --prefix tests/gltf --no-audit --no-fund --loglevel=error && touch $@; \
+	  npm ci --prefix tests/$* --no-audit --no-fund --loglevel=error && touch $@; \
 	else \
-	  echo "npm is not there: tests that need the glTF validator will be skipped."; \
+	  echo "npm is not there: tests that need tests/$* will be skipped."; \
 	fi
 
 .PHONY: install
@@ -70,8 +72,8 @@ serve: install ## serve on http://127.0.0.1:8000, data under var/ (docs/operatio
 	exec .venv/bin/gamut serve
 
 .PHONY: test
-test: install .venv/.installed-test tests/gltf/node_modules/.package-lock.json ## run all tests
-	$(python) -m pytest
+test: install .venv/.installed-test $(node_packages) ## run all tests
+	$(python) -m pytest -n auto --dist loadfile
 
 .PHONY: fuzz
 fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)
@@ -80,6 +82,10 @@ fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)
 .PHONY: bench
 bench: install ## measure what is claimed about speed and accuracy
 	$(python) -m benchmarks.bench
+
+.PHONY: scaling
+scaling: install ## work out docs/scaling.md anew from the figures that were measured
+	$(python) -m benchmarks.scaling
 
 .PHONY: figures
 figures: install .venv/.installed-figures ## repeat the published experiment and write docs/decimation.md
@@ -141,7 +147,7 @@ image-check: ## run the Dockerfile's own steps without a container engine (Linux
 constraints: ## pin the newest versions that pyproject.toml admits, from a clean venv, with Python 3.11
 	rm -rf build/constraints
 	python3.11 -m venv build/constraints
-	env -u PIP_CONSTRAINT -u PIP_BUILD_CONSTRAINT build/constraints/bin/python -m pip install -q -e '.[test,lint,peers,plots]' hatchling editables
+	env -u PIP_CONSTRAINT -u PIP_BUILD_CONSTRAINT build/constraints/bin/python -m pip install -q -e '.[cloud,test,lint,peers,plots]' hatchling editables
 	{ sed -n '/^#/p' constraints.txt; \
 	  build/constraints/bin/python -m pip freeze --exclude-editable --exclude pip --exclude setuptools; } > build/constraints.txt
 	mv build/constraints.txt constraints.txt
@@ -149,5 +155,5 @@ constraints: ## pin the newest versions that pyproject.toml admits, from a clean
 
 .PHONY: clean
 clean: ## remove what was installed, built or cached; the data under var/ stays
-	rm -rf .venv build dist tests/gltf/node_modules .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf .venv build dist tests/gltf/node_modules tests/azurite/node_modules .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
 	find gamutcore service tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

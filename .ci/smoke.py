@@ -94,7 +94,7 @@ def served() -> Iterator[str]:
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             port = free.getsockname()[1]
-        environment = {**os.environ, "GAMUT_DATA": folder, "GAMUT_PORT": str(port)}
+        environment = {**os.environ, "GAMUT_STORE": folder, "GAMUT_PORT": str(port)}
         script = str(Path(sys.executable).parent / "gamut")
         server = subprocess.Popen([script, "serve"], env=environment)
         try:

@@ -1,425 +1,302 @@
-"""Builds in worker processes: one per gamut however many ask, with a deadline and a bounded queue.
+"""Builds as the routes see them: submit, look, wait, follow and cancel, whatever the engine.
 
-A `Job` has the id of the gamut that it builds, so that identical requests meet in it and every
-client can find it. Each of the `Builds` slots owns one worker process (`service.worker`), keeps it
-warm, ends it when a build exceeds its deadline, and starts another whenever one is gone. A build
-whose worker died is started again a few times, because the input may not have been the reason.
-See ``docs/decisions/builds-in-a-worker-process.md``.
+The truth about a job is in the job book (`service.jobs`), and any replica can answer for it from
+there. What the engine of this process knows besides is fresher, and comes without a look into the
+store; so identical requests meet here first, and in the book otherwise. See
+``docs/decisions/jobs.md``.
 """
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
-import json
 import logging
-import sys
 import time
-from collections import OrderedDict
-from dataclasses import asdict, dataclass, field
-from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any, Literal
+import weakref
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
-from service.problems import Problem, ProblemError
-from service.store import GamutNotStoredError, Record
+from service.building.engine import EngineFacts, shutting_down
+from service.problems import Problem
+from service.single_flight import SingleFlight
+from service.storage.blobs import StoreUnavailableError
+from service.storage.gamuts import GamutNotStoredError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
+    from collections.abc import AsyncIterator, Iterator, Mapping
 
+    from service.building.engine import Engine
+    from service.jobs import JobBook, JobDocument
     from service.settings import Settings
-    from service.store import GamutStore
+    from service.storage.gamuts import GamutStore
 
-__all__ = ["WORKER_COMMAND", "Builds", "Job", "now"]
+__all__ = ["Builds"]
 
 logger = logging.getLogger(__name__)
 
-WORKER_COMMAND = (sys.executable, "-m", "service.worker")
-"""How a worker is started: a process of its own, which shares nothing with this one."""
+_FIRST_POLL, _LAST_POLL = 0.1, 2.0
+"""Seconds between two looks into the book for a job of another process; they double."""
 
-_LINE_LIMIT = 16 * 1024 * 1024
-"""Bytes of the longest event: a description with its whole error curve is well below 1 MB."""
-
-_RESTART_DELAYS = (0.0, 1.0, 5.0, 30.0)
-"""Seconds before a worker is started again that died before it was ready, by failures in a row."""
+_FORGET_INTERVAL = 3600.0
+"""Seconds between two rounds of forgetting finished jobs."""
 
 
-class _WorkerDiedError(Exception):
-    """The worker process ended while it was needed."""
+class _Subscription:
+    """Somebody who waits for changes of one job."""
 
-
-def now() -> str:
-    """Return the time in RFC 3339, UTC, to the millisecond."""
-    return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
-
-
-@dataclass(eq=False)
-class Job:
-    """One build, from its acceptance to its end.
-
-    Attributes
-    ----------
-    id : str
-        The id of the gamut that is built.
-    options : dict
-        The gamut's options, all of them.
-    source : Path
-        The input, a file in the store's temporary folder until the job is done.
-    state : str
-        What the names say. A succeeded job's gamut is in the store.
-    stage, fraction : str, float
-        How far a running build is: a stage of `gamutcore` and the part of it that is done, 0..1.
-    attempts : int
-        How often a worker was given the build.
-    problem : Problem, optional
-        Why the job failed.
-    done : asyncio.Event
-        Set when the state is final.
-    """
-
-    id: str
-    options: dict[str, Any]
-    source: Path
-    state: Literal["queued", "running", "succeeded", "failed"] = "queued"
-    stage: str = ""
-    fraction: float = 0.0
-    attempts: int = 0
-    created: str = field(default_factory=now)
-    started: str | None = None
-    finished: str | None = None
-    problem: Problem | None = None
-    done: asyncio.Event = field(default_factory=asyncio.Event)
-
-    async def wait(self, seconds: float) -> bool:
-        """Wait until the job is done, at most `seconds`; whether it is."""
-        if seconds > 0:
-            with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self.done.wait(), seconds)
-        return self.done.is_set()
-
-
-class _Worker:
-    """A running worker process, seen from the service."""
-
-    def __init__(self, process: asyncio.subprocess.Process) -> None:
-        self.process = process
-
-    @classmethod
-    async def started(cls, command: Sequence[str]) -> _Worker:
-        """Start a process and wait until its kernels are compiled."""
-        process = await asyncio.create_subprocess_exec(
-            *command,
-            stdin=asyncio.subprocess.PIPE,
-            stdout=asyncio.subprocess.PIPE,
-            limit=_LINE_LIMIT,
-        )
-        worker = cls(process)
-        try:
-            await worker.event()
-        except BaseException:
-            worker.kill()
-            raise
-        return worker
-
-    async def event(self) -> dict[str, Any]:
-        """Return the worker's next event; `_WorkerDiedError` if it ends instead."""
-        assert self.process.stdout is not None  # noqa: S101 - a pipe was asked for
-        try:
-            line = await self.process.stdout.readline()
-            if line.endswith(b"\n"):
-                event: dict[str, Any] = json.loads(line)
-                return event
-        except ValueError as error:
-            raise _WorkerDiedError(f"an unreadable event: {error}") from error
-        raise _WorkerDiedError(f"exit status {await self.process.wait()}")
-
-    async def result(
-        self, request: dict[str, Any], progress: Callable[[str, float], None]
-    ) -> dict[str, Any]:
-        """Have one gamut built and return the final event; `_WorkerDiedError` if there is none."""
-        assert self.process.stdin is not None  # noqa: S101 - a pipe was asked for
-        try:
-            self.process.stdin.write(json.dumps(request).encode() + b"\n")
-            await self.process.stdin.drain()
-        except ConnectionError as error:
-            raise _WorkerDiedError(str(error)) from error
-        while True:
-            event = await self.event()
-            if event["event"] != "progress":
-                return event
-            progress(event["stage"], event["fraction"])
-
-    def kill(self) -> None:
-        """End the process now, whatever it is doing."""
-        with contextlib.suppress(ProcessLookupError):
-            self.process.kill()
+    def __init__(self) -> None:
+        self.changed = asyncio.Event()
+        self.document: JobDocument | None = None
 
 
 class Builds:
-    """The jobs of one service and the workers that do them.
+    """The builds of a deployment, seen from one of its processes.
+
+    Everything here belongs to the event loop's thread.
 
     Parameters
     ----------
     settings : Settings
-        Workers, queue length, deadline, attempts.
+        How long finished jobs are kept.
     store : GamutStore
-        Where inputs wait and finished gamuts go.
-    command : sequence of str
-        The command line of a worker, which speaks the protocol of `service.worker`.
+        Where inputs and gamuts are.
+    book : JobBook
+        The jobs.
+    engine : Engine
+        Does them.
     """
 
     def __init__(
-        self, settings: Settings, store: GamutStore, command: Sequence[str] = WORKER_COMMAND
+        self, settings: Settings, store: GamutStore, book: JobBook, engine: Engine
     ) -> None:
         self._settings = settings
         self._store = store
-        self._command = command
-        self._active: dict[str, Job] = {}
-        self._finished: OrderedDict[str, Job] = OrderedDict()
-        self._queue: asyncio.Queue[Job] = asyncio.Queue(settings.build_queue)
-        self._slots: list[asyncio.Task[None]] = []
-        self._stopping = False
-        self.first_warm = asyncio.Event()
-        self.warm_workers = 0
-        self.completed = 0
+        self._book = book
+        self._engine = engine
+        self._submissions: SingleFlight[str, JobDocument | None] = SingleFlight()
+        self._inputs: weakref.WeakValueDictionary[str, asyncio.Lock] = weakref.WeakValueDictionary()
+        self._arriving = 0
+        self._subscriptions: dict[str, set[_Subscription]] = {}
+        self._forgetting: asyncio.Task[None] | None = None
+        self.draining = False
+        engine.listen(self._tell)
 
-    @property
-    def warm(self) -> bool:
-        """Whether every worker is ready to build at once."""
-        return self.warm_workers == self._settings.build_workers
+    async def start(self) -> None:
+        """Start the engine."""
+        await self._engine.start()
+        self._forgetting = asyncio.create_task(self._forget(), name="forgetting of jobs")
 
-    @property
-    def running(self) -> int:
-        """The number of builds that a worker is busy with."""
-        return len(self._active) - self._queue.qsize()
-
-    @property
-    def queued(self) -> int:
-        """The number of builds that wait for a worker."""
-        return self._queue.qsize()
-
-    def start(self) -> None:
-        """Start the workers, in the background."""
-        self._slots = [
-            asyncio.create_task(self._slot(), name=f"build slot {number}")
-            for number in range(self._settings.build_workers)
-        ]
+    def drain(self) -> None:
+        """Refuse new builds, begin none, and let those who wait for a queued one go."""
+        self.draining = True
+        self._engine.drain()
+        for subscriptions in self._subscriptions.values():
+            for subscription in subscriptions:
+                subscription.changed.set()
 
     async def stop(self) -> None:
-        """Refuse new builds, let the accepted ones finish for a while, end the workers."""
-        self._stopping = True
-        pending = [asyncio.create_task(job.done.wait()) for job in self._active.values()]
-        if pending:
-            logger.info("waiting for %d builds", len(pending))
-            _, late = await asyncio.wait(pending, timeout=self._settings.drain_seconds)
-            for waiter in late:
-                waiter.cancel()
-            if late:
-                logger.warning("%d builds were given up", len(late))
-        for slot in self._slots:
-            slot.cancel()
-        await asyncio.gather(*self._slots, return_exceptions=True)
+        """Drain and end the engine."""
+        self.drain()
+        if self._forgetting is not None:
+            self._forgetting.cancel()
+        await self._engine.stop()
 
-    def active(self, gamut_id: str) -> Job | None:
-        """Return the job that is building this gamut, if there is one."""
-        return self._active.get(gamut_id)
+    def facts(self) -> EngineFacts:
+        """Return what the engine is doing."""
+        return self._engine.facts()
 
-    def job(self, gamut_id: str) -> Job | None:
-        """Return the job of a gamut: the one under way, else the one that ended last."""
-        return self._active.get(gamut_id) or self._finished.get(gamut_id)
+    def retry_after(self, document: JobDocument) -> int:
+        """Return in how many seconds a client should look at a job again."""
+        if document.state == "running":
+            return 1
+        return min(self._engine.retry_after(), 30)
 
-    def check_admission(self) -> None:
+    async def check_admission(self) -> None:
         """Raise the problem that a new build would be refused with: stopping, or a full queue."""
-        if self._stopping:
-            raise ProblemError(
-                Problem(
-                    "shutting-down",
-                    "The service is stopping and accepts no new builds.",
-                    headers={"Retry-After": "5"},
-                )
-            )
-        if self._queue.full():
-            raise ProblemError(
-                Problem(
-                    "queue-full",
-                    f"{self._queue.qsize()} builds are waiting already.",
-                    headers={"Retry-After": "5"},
-                )
-            )
+        if self.draining:
+            raise shutting_down()
+        await self._engine.check_admission(self._arriving)
 
-    def submit(self, gamut_id: str, options: dict[str, Any], source: Path) -> Job:
-        """Return the job that builds this gamut: the one under way, else a new one.
+    async def submit(
+        self,
+        gamut_id: str,
+        options: Mapping[str, Any],
+        data: bytes,
+        trace: Mapping[str, str] | None = None,
+    ) -> JobDocument | None:
+        """Return the job that builds a gamut; None if the gamut is there.
+
+        When this returns, the build is the deployment's duty, whatever happens to this process.
 
         Parameters
         ----------
         gamut_id : str
             Id of the gamut; identical requests have the same.
-        options : dict
+        options : mapping
             The gamut's options, all of them.
-        source : Path
-            The input in the store's temporary folder; the job removes it.
+        data : bytes
+            What it is built from.
+        trace : mapping, optional
+            Header fields that carry the trace of the request.
+
+        Raises
+        ------
+        ProblemError
+            ``queue-full`` or ``shutting-down``.
+        OSError, StoreUnavailableError
+            The store cannot take it.
+        """
+        return await self._submissions.value(
+            gamut_id, lambda: self._submitted(gamut_id, options, data, trace)
+        )
+
+    async def rebuild(self, gamut_id: str) -> JobDocument | None:
+        """Return the job that builds a damaged gamut again from its input; None if none is kept.
 
         Raises
         ------
         ProblemError
             ``queue-full`` or ``shutting-down``.
         """
-        job = self._active.get(gamut_id)
-        if job is not None:
-            source.unlink(missing_ok=True)
-            return job
-        try:
-            self.check_admission()
-        except ProblemError:
-            source.unlink(missing_ok=True)
-            raise
-        job = Job(gamut_id, options, source)
-        self._active[gamut_id] = job
-        self._queue.put_nowait(job)
-        return job
+        return await self._submissions.value(
+            gamut_id, lambda: self._submitted(gamut_id, None, None, None)
+        )
 
-    async def _slot(self) -> None:
-        failures = 0
-        unfinished: Job | None = None
-        while True:
-            try:
-                await asyncio.sleep(_RESTART_DELAYS[min(failures, len(_RESTART_DELAYS) - 1)])
-                worker = await _Worker.started(self._command)
-            except (_WorkerDiedError, OSError) as error:
-                failures += 1
-                logger.error("a build worker did not start: %s", error)  # noqa: TRY400 - no defect
-                continue
-            except Exception:
-                failures += 1
-                logger.exception("a build worker did not start")
-                continue
-            failures = 0
-            self.warm_workers += 1
-            self.first_warm.set()
-            logger.info("build worker %d is warm", worker.process.pid)
-            try:
-                unfinished = await self._serve(worker, unfinished)
-                logger.warning("build worker %d is gone", worker.process.pid)
-            except Exception:
-                # Whatever it was, a slot that ends would leave its builds to nobody.
-                logger.exception("build worker %d is given up", worker.process.pid)
-            finally:
-                self.warm_workers -= 1
-                worker.kill()
-                await worker.process.wait()
+    async def job(self, job_id: str) -> JobDocument | None:
+        """Return a job; None if there is none."""
+        document = self._engine.document(job_id)
+        return document or await asyncio.to_thread(self._book.read, job_id)
 
-    async def _serve(self, worker: _Worker, unfinished: Job | None) -> Job | None:
-        """Give jobs to a worker until it is gone, and return the one that died with it."""
-        death = asyncio.create_task(worker.process.wait())
-        try:
+    async def page(self, after: str, limit: int) -> list[JobDocument]:
+        """Return up to `limit` jobs in the order of their ids, from the first after `after`."""
+        documents = await asyncio.to_thread(self._book.page, after, limit)
+        return [self._engine.document(document.id) or document for document in documents]
+
+    async def wait(self, job_id: str, seconds: float) -> JobDocument | None:
+        """Return a job when it is over, or as it is after some seconds; None if it is unknown.
+
+        A queued job of a service that is stopping is returned at once.
+        """
+        deadline = time.monotonic() + seconds
+        with self._subscribed(job_id) as subscription:
+            poll = _FIRST_POLL
             while True:
-                job = unfinished or await self._next(death)
-                if job is None:
-                    return None
-                unfinished = None
-                try:
-                    if not await self._run(job, worker):
-                        return None
-                except _WorkerDiedError as error:
-                    logger.warning("the worker died in the build of %s: %s", job.id, error)
-                    return None if self._given_up(job) else job
-        finally:
-            death.cancel()
+                document = await self._seen(job_id, subscription)
+                remaining = deadline - time.monotonic()
+                if document is None or document.final or remaining <= 0:
+                    return document
+                if self.draining and document.state == "queued":
+                    return document
+                await self._change(job_id, subscription, min(poll, remaining), remaining)
+                poll = min(2 * poll, _LAST_POLL)
 
-    async def _next(self, death: asyncio.Task[int]) -> Job | None:
-        """Return the next job of the queue; None if the worker ends before there is one."""
-        taking = asyncio.create_task(self._queue.get())
+    async def changes(self, job_id: str, heartbeat: float) -> AsyncIterator[JobDocument | None]:
+        """Iterate over what a job is, now and after every change, until it is over.
+
+        Parameters
+        ----------
+        job_id : str
+            Which job. The iteration ends if it becomes unknown, and when the service stops.
+        heartbeat : float
+            Seconds without a change after which None is yielded.
+        """
+        last: JobDocument | None = None
+        with self._subscribed(job_id) as subscription:
+            poll = _FIRST_POLL
+            beat = time.monotonic() + heartbeat
+            while True:
+                document = await self._seen(job_id, subscription)
+                if document is None:
+                    return
+                if last is None or _progress(document) != _progress(last):
+                    last, poll = document, _FIRST_POLL
+                    beat = time.monotonic() + heartbeat
+                    yield document
+                    if document.final:
+                        return
+                elif time.monotonic() >= beat:
+                    beat = time.monotonic() + heartbeat
+                    yield None
+                if self.draining:
+                    return
+                remaining = max(beat - time.monotonic(), 0.0)
+                await self._change(job_id, subscription, min(poll, remaining), remaining)
+                poll = min(2 * poll, _LAST_POLL)
+
+    async def cancel(self, job_id: str) -> JobDocument | None:
+        """Return a job, cancelled unless it was over; None if there is none."""
+        document = await asyncio.to_thread(self._book.request_cancel, job_id)
+        if document is None or document.state != "cancelled":
+            return document
+        await self._engine.cancel(job_id)
+        self._tell(document)
+        async with self._input_lock(job_id):
+            # Not if somebody has asked for the gamut again meanwhile.
+            current = await asyncio.to_thread(self._book.read, job_id)
+            if current is None or current.state == "cancelled":
+                with contextlib.suppress(OSError, StoreUnavailableError):
+                    await asyncio.to_thread(self._store.drop_input, job_id)
+        return document
+
+    async def _submitted(
+        self,
+        gamut_id: str,
+        options: Mapping[str, Any] | None,
+        data: bytes | None,
+        trace: Mapping[str, str] | None,
+    ) -> JobDocument | None:
+        """Return the job that builds a gamut, from the kept input if there are no data."""
+        # In this order: a build that ends between the two looks is found in the store.
+        document = self._engine.document(gamut_id)
+        if document is not None:
+            return document
+        if await asyncio.to_thread(self._is_stored, gamut_id):
+            return None
+        if options is None:
+            try:
+                options = await asyncio.to_thread(self._store.input_options, gamut_id)
+            except LookupError:
+                return None
+        present = await asyncio.to_thread(self._book.read, gamut_id)
+        if present is None or present.final:
+            await self.check_admission()
+        self._arriving += 1
         try:
-            await asyncio.wait({taking, death}, return_when=asyncio.FIRST_COMPLETED)
-            return taking.result() if taking.done() else None
+            async with self._input_lock(gamut_id):
+                accepted, new = await asyncio.to_thread(self._book.accept, gamut_id, options, trace)
+                if data is not None:
+                    await self._keep_input(accepted, data, new=new)
+            if new or accepted.state == "queued":
+                await self._engine.enqueue(accepted, joined=not new)
         finally:
-            taking.cancel()
+            self._arriving -= 1
+        return accepted
 
-    async def _run(self, job: Job, worker: _Worker) -> bool:
-        """Do one job; whether the worker can be given another."""
-        output = self._store.temporary_path(".gamut")
-        idle = True
-        request = {
-            "input": str(job.source),
-            "output": str(output),
-            "options": job.options,
-            "limits": asdict(self._settings.data_limits),
-        }
+    async def _keep_input(self, document: JobDocument, data: bytes, *, new: bool) -> None:
+        """Store the input of an accepted job, before anybody is told that it is accepted."""
 
-        def progress(stage: str, fraction: float) -> None:
-            job.stage, job.fraction = stage, fraction
+        def keep() -> None:
+            # Whoever accepted the job may have died before this.
+            if new or not self._store.input_kept(document.id):
+                self._store.keep_input(document.id, data, document.options)
 
         try:
-            # An identical request may have been finished between this one's look into the store
-            # and its arrival here.
-            if await asyncio.to_thread(self._is_stored, job.id):
-                self._finish(job)
-                return True
-            job.state, job.stage, job.fraction = "running", "", 0.0
-            job.started = job.started or now()
-            job.attempts += 1
-            clock = time.monotonic()
-            logger.info("build of %s started, attempt %d", job.id, job.attempts)
-            idle = False
-            async with asyncio.timeout(self._settings.build_timeout):
-                event = await worker.result(request, progress)
-            idle = True
-            problem = await self._outcome(job, event, output)
-            seconds = time.monotonic() - clock
-            outcome = "succeeded" if problem is None else f"failed ({problem.code})"
-            logger.info("build of %s %s after %.2f s", job.id, outcome, seconds)
-            self._finish(job, problem)
-        except TimeoutError:
-            logger.warning("build of %s exceeded its deadline", job.id)
-            self._finish(job, self._timeout_problem())
-        except _WorkerDiedError:
+            await asyncio.to_thread(keep)
+        except (OSError, StoreUnavailableError) as error:
+            if new:
+                problem = Problem.from_errno(getattr(error, "errno", None)) or Problem(
+                    "build-input-lost", "The data could not be stored."
+                )
+                with contextlib.suppress(OSError, StoreUnavailableError):
+                    await asyncio.to_thread(self._book.withdraw, document.id, problem)
             raise
-        except Exception as error:
-            # It must cost this build only: neither the slot nor those who wait for the job.
-            logger.exception("build of %s ended unexpectedly", job.id)
-            self._finish(job, _failure_problem(getattr(error, "errno", None)))
-        finally:
-            with contextlib.suppress(OSError):
-                output.unlink(missing_ok=True)
-        return idle
 
-    def _given_up(self, job: Job) -> bool:
-        """Whether a job whose worker died was tried often enough; if so, it has failed."""
-        if job.attempts < self._settings.build_attempts:
-            return False
-        detail = f"The process that built this gamut died, {job.attempts} times in a row."
-        self._finish(job, Problem("build-crashed", detail))
-        return True
-
-    async def _outcome(self, job: Job, event: dict[str, Any], output: Path) -> Problem | None:
-        if event["event"] == "refused":
-            return Problem(
-                event["code"], event["message"], where=event["where"], remedy=event["remedy"]
-            )
-        if event["event"] == "failed":
-            return _failure_problem(event["errno"])
-        record = Record(job.id, event["sha256"], event["nbytes"], now(), event["description"])
-        try:
-            await asyncio.to_thread(self._store.publish, record, output)
-        except OSError as error:
-            logger.exception("gamut %s could not be published", job.id)
-            return _failure_problem(error.errno)
-        self.completed += 1
-        return None
-
-    def _finish(self, job: Job, problem: Problem | None = None) -> None:
-        job.state = "succeeded" if problem is None else "failed"
-        job.problem = problem
-        job.finished = now()
-        self._active.pop(job.id, None)
-        self._finished.pop(job.id, None)
-        self._finished[job.id] = job
-        if len(self._finished) > self._settings.finished_jobs:
-            self._finished.popitem(last=False)
-        job.done.set()
-        # What stays in the temporary folder is removed at the next start.
-        with contextlib.suppress(OSError):
-            job.source.unlink(missing_ok=True)
+    def _input_lock(self, gamut_id: str) -> asyncio.Lock:
+        """Return what keeps a new job's input from being dropped with that of the one before."""
+        lock = self._inputs.get(gamut_id)
+        if lock is None:
+            lock = self._inputs[gamut_id] = asyncio.Lock()
+        return lock
 
     def _is_stored(self, gamut_id: str) -> bool:
         try:
@@ -428,15 +305,60 @@ class Builds:
             return False
         return True
 
-    def _timeout_problem(self) -> Problem:
-        return Problem(
-            "build-timeout",
-            f"The build was ended after {self._settings.build_timeout:g} s.",
-            where={"field": "surface_samples"},
-        )
+    @contextlib.contextmanager
+    def _subscribed(self, job_id: str) -> Iterator[_Subscription]:
+        subscription = _Subscription()
+        subscriptions = self._subscriptions.setdefault(job_id, set())
+        subscriptions.add(subscription)
+        try:
+            yield subscription
+        finally:
+            subscriptions.discard(subscription)
+            if not subscriptions and self._subscriptions.get(job_id) is subscriptions:
+                del self._subscriptions[job_id]
+
+    def _tell(self, document: JobDocument) -> None:
+        """Tell those who wait for a job what it is now."""
+        for subscription in self._subscriptions.get(document.id, ()):
+            subscription.document = document
+            subscription.changed.set()
+
+    async def _seen(self, job_id: str, subscription: _Subscription) -> JobDocument | None:
+        """Return a job as it was told, or else as it is found."""
+        subscription.changed.clear()
+        told = subscription.document
+        if told is not None and (told.final or self._engine.document(job_id) is not None):
+            return told
+        return await self.job(job_id)
+
+    async def _change(
+        self, job_id: str, subscription: _Subscription, poll: float, remaining: float
+    ) -> None:
+        """Wait for a change: as long as may be for one that is told, else until the next look."""
+        seconds = poll if self._engine.document(job_id) is None else remaining
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(subscription.changed.wait(), seconds)
+
+    async def _forget(self) -> None:
+        while True:
+            try:
+                count = await asyncio.to_thread(self._forget_finished)
+            except (OSError, StoreUnavailableError):
+                logger.exception("finished jobs could not be forgotten")
+            else:
+                if count:
+                    logger.info("%d finished jobs forgotten", count)
+            await asyncio.sleep(_FORGET_INTERVAL)
+
+    def _forget_finished(self) -> int:
+        forgotten = self._book.forget_finished(self._settings.job_retention_seconds)
+        for job_id in forgotten:
+            # That of a stored gamut stays: it is what a damaged one is built from.
+            if not self._is_stored(job_id):
+                self._store.drop_input(job_id)
+        return len(forgotten)
 
 
-def _failure_problem(number: int | None) -> Problem:
-    """Return the problem of a build that failed with an error number of the system, or none."""
-    problem = Problem.from_errno(number)
-    return problem or Problem("build-failed", "The build ended with an unexpected error.")
+def _progress(document: JobDocument) -> JobDocument:
+    """Return what of a job is worth telling: not when its lease ends."""
+    return replace(document, updated="", lease_until=None)

@@ -1,4 +1,4 @@
-"""The console script ``gamut``: serve, print the OpenAPI document, compile the kernels."""
+"""The console script ``gamut``: serve, check a store, print the OpenAPI document, compile."""
 
 import argparse
 import json
@@ -6,7 +6,6 @@ import logging
 import resource
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import uvicorn
@@ -17,9 +16,16 @@ from gamutcore.warm import compile_kernels
 from service.access import OpenToAllError
 from service.api_keys import new_key
 from service.application import create_app
+from service.building import health
+from service.building.choice import EngineMissingError, run_worker
 from service.protocol import ConnectionLimits, limited_protocol
+from service.server import Server
 from service.settings import ENVIRONMENT_PREFIX, Settings
-from service.store import GamutStore, StoreInUseError
+from service.storage.blobs import StoreUnavailableError
+from service.storage.check import report
+from service.storage.gamuts import GamutStore
+from service.storage.local import StoreInUseError
+from service.storage.location import StoreLocationError, blobs_at, is_address
 
 __all__ = ["main", "openapi_document", "raise_file_limit"]
 
@@ -46,15 +52,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     serve.add_argument("--host", help="address to listen on")
     serve.add_argument("--port", type=int, help="port to listen on; 0 takes a free one")
-    serve.add_argument("--data", type=Path, help="directory of the store")
+    serve.add_argument("--store", help="where gamuts are kept: a directory, or s3://, gs://, az://")
+    worker = commands.add_parser(
+        "worker", help="build what API replicas send to the broker (GAMUT_BROKER, GAMUT_STORE)"
+    )
+    worker.add_argument(
+        "--check", action="store_true", help="only say whether the workers on this host are well"
+    )
     key = commands.add_parser("key", help="make an API key, and its entry for GAMUT_API_KEYS")
     key.add_argument("name", help="lower-case letters, digits and hyphens; no secret")
     key.add_argument("--scopes", default="read+write", help="read, write or read+write (default)")
     commands.add_parser("openapi", help="print the OpenAPI document")
     commands.add_parser("warm", help="compile the kernels, so that nobody has to wait for them")
+    store = commands.add_parser("store", help="look after a store")
+    check = store.add_subparsers(dest="store_command", required=True).add_parser(
+        "check", help="prove that a store keeps the promises that the service relies on"
+    )
+    check.add_argument("location", nargs="?", help="GAMUT_STORE by default")
     parsed = parser.parse_args(arguments)
     if parsed.command == "serve":
-        return _serve({name: getattr(parsed, name) for name in ("host", "port", "data")})
+        return _serve({name: getattr(parsed, name) for name in ("host", "port", "store")})
+    if parsed.command == "worker":
+        return health.main() if parsed.check else _worker()
+    if parsed.command == "store":
+        return _check_store(parsed.location)
     if parsed.command == "key":
         return _key(parsed.name, frozenset(parsed.scopes.split("+")))
     if parsed.command == "openapi":
@@ -96,7 +117,20 @@ def _key(name: str, scopes: frozenset[str]) -> int:
     return 0
 
 
-def _serve(overrides: dict[str, Any]) -> int:
+def _check_store(location: str | None) -> int:
+    try:
+        # Two clients of a bucket are as far apart as two machines; a directory has one owner.
+        location = location or Settings().store
+        blobs = blobs_at(location)
+        another = blobs_at(location) if is_address(location) else blobs
+    except ValueError as error:
+        sys.stderr.write(f"gamut: {error}\n")
+        return 2
+    return report(blobs, another, sys.stdout)
+
+
+def _settings(overrides: dict[str, Any]) -> Settings | None:
+    """Return the settings, with the log set up as they say; None after telling what is wrong."""
     given = {name: value for name, value in overrides.items() if value is not None}
     try:
         settings = Settings(**given)
@@ -104,25 +138,51 @@ def _serve(overrides: dict[str, Any]) -> int:
         for fault in error.errors():
             variable = ENVIRONMENT_PREFIX + "_".join(map(str, fault["loc"])).upper()
             sys.stderr.write(f"gamut: {variable}: {fault['msg']}\n")
-        return 2
+        return None
     logging.basicConfig(
         level=settings.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s"
     )
+    return settings
+
+
+def _worker() -> int:
+    settings = _settings({})
+    if settings is None:
+        return 2
+    if not settings.broker:
+        sys.stderr.write("gamut: GAMUT_BROKER: is needed, to know where builds come from\n")
+        return 2
+    try:
+        return run_worker(settings)
+    except EngineMissingError as error:
+        sys.stderr.write(f"gamut: {error}\n")
+        return 1
+
+
+def _serve(overrides: dict[str, Any]) -> int:
+    settings = _settings(overrides)
+    if settings is None:
+        return 2
     raise_file_limit()
     try:
         app = create_app(settings)
-    except OpenToAllError as error:
-        sys.stderr.write(f"gamut: {error}\n")
-        return 2
-    store: GamutStore = app.state.service.store
-    try:
+        store: GamutStore = app.state.service.store
         # uvicorn reports what fails in the lifespan with a traceback; people get a sentence.
         store.open()
         store.close()
-    except (StoreInUseError, OSError) as error:
+    except OpenToAllError as error:
+        sys.stderr.write(f"gamut: {error}\n")
+        return 2
+    except (
+        EngineMissingError,
+        StoreInUseError,
+        StoreLocationError,
+        StoreUnavailableError,
+        OSError,
+    ) as error:
         sys.stderr.write(f"gamut: {error}\n")
         return 1
-    uvicorn.run(
+    config = uvicorn.Config(
         app,
         host=settings.host,
         port=settings.port,
@@ -135,6 +195,9 @@ def _serve(overrides: dict[str, Any]) -> int:
         forwarded_allow_ips=settings.trusted_proxies,
         server_header=False,
         timeout_keep_alive=_KEEP_ALIVE_SECONDS,
-        timeout_graceful_shutdown=int(settings.drain_seconds) + 1,
+        # Builds end or are given back within the time to drain; then their requests are answered.
+        timeout_graceful_shutdown=int(settings.drain_seconds) + 2,
     )
-    return 0
+    server = Server(config, app.state.service)
+    server.run()
+    return 0 if server.started else 1

@@ -19,7 +19,8 @@ from starlette.routing import Match
 
 from gamutcore.errors import GamutError
 from service.problems import Problem, ProblemError, problem_response
-from service.store import GamutNotStoredError
+from service.storage.blobs import StoreUnavailableError
+from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 
 if TYPE_CHECKING:
     from fastapi import FastAPI
@@ -44,6 +45,8 @@ def add_exception_handlers(app: FastAPI) -> None:
     app.add_exception_handler(ProblemError, _problem)
     app.add_exception_handler(GamutError, _core_error)
     app.add_exception_handler(GamutNotStoredError, _not_stored)
+    app.add_exception_handler(GamutDamagedError, _damaged)
+    app.add_exception_handler(StoreUnavailableError, _store_unavailable)
     app.add_exception_handler(RequestValidationError, _invalid_parameter)
     app.add_exception_handler(HTTPException, _http_error)
     app.add_exception_handler(ClientDisconnect, _disconnected)
@@ -64,6 +67,37 @@ async def _core_error(_request: Request, error: Exception) -> Response:
 async def _not_stored(_request: Request, error: Exception) -> Response:
     detail = f"There is no gamut {error.args[0]}."
     return problem_response(Problem("gamut-not-found", detail, {"field": "gamut_id"}))
+
+
+async def _damaged(request: Request, error: Exception) -> Response:
+    """Have a damaged gamut built again, if its input is kept; without it, it was never built."""
+    assert isinstance(error, GamutDamagedError)  # noqa: S101 - registered for this class
+    if not error.input_kept:
+        return await _not_stored(request, error)
+    gamut_id = str(error.args[0])
+    builds = request.app.state.service.builds
+    try:
+        job = await builds.rebuild(gamut_id)
+    except ProblemError as refusal:
+        return problem_response(refusal.problem)
+    except StoreUnavailableError as unavailable:
+        return await _store_unavailable(request, unavailable)
+    except OSError as system_error:
+        return await _system_error(request, system_error)
+    seconds = 1 if job is None else builds.retry_after(job)
+    return problem_response(
+        Problem(
+            "gamut-rebuilding",
+            "The stored gamut does not match its digest, and is being built again.",
+            {"job": f"/v1/jobs/{gamut_id}"},
+            headers={"Retry-After": str(seconds)},
+        )
+    )
+
+
+async def _store_unavailable(request: Request, error: Exception) -> Response:
+    logger.error("%s %s: %s", request.method, request.url.path, error)
+    return problem_response(Problem.store_unavailable())
 
 
 async def _invalid_parameter(_request: Request, error: Exception) -> Response:
@@ -95,9 +129,13 @@ async def _disconnected(_request: Request, _error: Exception) -> Response:
 
 async def _system_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, OSError)  # noqa: S101 - registered for this class
-    logger.error("%s %s", request.method, request.url.path, exc_info=error)
     problem = Problem.from_errno(error.errno)
-    return await _defect(request, error) if problem is None else problem_response(problem)
+    if problem is None:
+        logger.error("%s %s", request.method, request.url.path, exc_info=error)
+        return await _defect(request, error)
+    # A full disk is no defect: where in the program it was met is of no interest.
+    logger.error("%s %s: %s", request.method, request.url.path, error)
+    return problem_response(problem)
 
 
 async def _defect(_request: Request, _error: Exception) -> Response:

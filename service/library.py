@@ -18,12 +18,13 @@ from gamutcore.gamut import Gamut
 from service.cache import ByteBoundedCache
 from service.server_timing import timed
 from service.single_flight import SingleFlight
-from service.store import GamutNotStoredError
+from service.storage.gamuts import GamutNotStoredError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from service.store import GamutStore, Record
+    from service.storage.gamuts import GamutStore
+    from service.storage.records import Record
 
 __all__ = ["Library", "OpenGamut", "mesh_provenance"]
 
@@ -72,7 +73,10 @@ class Library:
 
     def opened(self, gamut_id: str) -> OpenGamut | None:
         """Return a gamut that is open already; None if it is not."""
-        return self._open.get(gamut_id)
+        found = self._open.get(gamut_id)
+        if found is not None:
+            self._store.mark_used(gamut_id)
+        return found
 
     async def gamut(self, gamut_id: str) -> OpenGamut:
         """Return a gamut, opened if need be.
@@ -82,7 +86,7 @@ class Library:
         GamutNotStoredError
             There is none of this id.
         """
-        found = self._open.get(gamut_id)
+        found = self.opened(gamut_id)
         if found is not None:
             return found
         return await self._opening.value(gamut_id, lambda: self._open_and_keep(gamut_id))

@@ -75,9 +75,11 @@ class HeadAsGet:
             return
 
         async def send_without_content(message: Message) -> None:
-            if message["type"] == "http.response.body":
-                message = {**message, "body": b""}
-            await send(message)
+            # The answer is over with its header fields: whoever goes on to produce a long or an
+            # endless content sees the client leave.
+            if message["type"] == "http.response.start":
+                await send(message)
+                await send({"type": "http.response.body", "body": b""})
 
         await self.app({**scope, "method": "GET"}, receive, send_without_content)
 

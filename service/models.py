@@ -27,6 +27,7 @@ __all__ = [
     "InlineSamples",
     "JobDescription",
     "JobLinks",
+    "JobList",
     "Level",
     "Levels",
     "MultipartSubmission",
@@ -438,15 +439,22 @@ class JobDescription(BaseModel):
     """A build."""
 
     id: Annotated[str, Field(description="The id of the gamut that is built.")]
-    state: Literal["queued", "running", "succeeded", "failed"]
+    state: Literal["queued", "running", "succeeded", "failed", "cancelled"]
     stage: Annotated[str, Field(description="What a running build is doing.")]
     fraction: Annotated[float, Field(ge=0, le=1, description="How much of the stage is done.")]
     attempts: Annotated[int, Field(description="How often the build was started.")]
     created: str | None
     started: str | None
     finished: str | None
-    problem: Annotated[ProblemDocument | None, Field(description="Why the build failed.")]
+    problem: Annotated[ProblemDocument | None, Field(description="Why the build failed or ended.")]
     links: JobLinks
+
+
+class JobList(BaseModel):
+    """A page of the list of jobs, in the order of their ids."""
+
+    jobs: list[JobDescription]
+    next: Annotated[str | None, Field(description="The next page; null on the last one.")]
 
 
 class BuildCounts(BaseModel):

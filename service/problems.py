@@ -8,10 +8,11 @@ A code, once released, never changes its meaning.
 from __future__ import annotations
 
 import errno
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from gamutcore import errors
+from service.core_problems import CORE_KINDS, Kind
 from service.responses import JsonResponse
 
 if TYPE_CHECKING:
@@ -30,184 +31,10 @@ __all__ = [
 MEDIA_TYPE = "application/problem+json"
 
 
-@dataclass(frozen=True)
-class Kind:
-    """A row of the table: what all problems of one code have in common.
-
-    Attributes
-    ----------
-    code : str
-        Stable, part of the public interface.
-    status : int
-        HTTP status code.
-    title : str
-        What is wrong, the same for all problems of the kind.
-    remedy : str
-        What would be right, where the single problem does not know it better.
-    detail, where
-        An example of a single problem, for the documentation.
-    """
-
-    code: str
-    status: int
-    title: str
-    remedy: str
-    detail: str
-    where: Mapping[str, Any] = field(default_factory=dict)
-
-
-def _core(
-    error: type[errors.GamutError], title: str, remedy: str, detail: str, **where: str | int
-) -> Kind:
-    """Return the row of an error of `gamutcore`: the client's content cannot be processed."""
-    return Kind(error.code, 422, title, remedy, detail, where)
-
-
-_READ = (
-    "CGATS and IT8 text, CxF3, CSV, JSON, NumPy arrays (.npy), ICC profiles and pictures (PNG, "
-    "TIFF, JPEG) are read."
-)
 _DEFECT = "This is a defect of the service; please report it with the gamut's id."
 
 _ROWS = (
-    # What gamutcore finds wrong with options and characterisation data.
-    _core(
-        errors.OptionError,
-        "An option is not accepted",
-        "Use an option and a value from the documentation of POST /v1/gamuts.",
-        "gamma is 1.5, which is not above 0 and at most 1.",
-        field="gamma",
-    ),
-    _core(
-        errors.UnrecognisedFormatError,
-        "The file's format is not recognised",
-        _READ,
-        "The content is of none of the formats that are read.",
-    ),
-    _core(
-        errors.MalformedFileError,
-        "The file breaks its format",
-        "Correct the place that is named.",
-        "BEGIN_DATA is not followed by END_DATA.",
-        line=18,
-    ),
-    _core(
-        errors.MissingColumnError,
-        "The columns do not hold a colour",
-        "Name columns LAB_L, LAB_A, LAB_B or XYZ_X, XYZ_Y, XYZ_Z, or the bands of a spectrum.",
-        "There is no column LAB_B.",
-        field="LAB_B",
-    ),
-    _core(
-        errors.ConditionError,
-        "Several measurement conditions, or another one",
-        "Choose one of them by the option `condition`.",
-        "The data was measured under several conditions: M0, M1, M2.",
-        field="condition",
-    ),
-    _core(
-        errors.SampleLimitError,
-        "Too many samples, columns or channels",
-        "Send fewer, for instance only those on the surface of the gamut.",
-        "The file has more samples than are accepted.",
-    ),
-    _core(
-        errors.MalformedProfileError,
-        "The ICC profile is malformed",
-        "Send a profile that keeps to ICC.1 (ISO 15076-1).",
-        "The tag A2B1 ends outside the profile.",
-        tag="A2B1",
-    ),
-    _core(
-        errors.UnsupportedProfileError,
-        "The ICC profile is of an unsupported kind",
-        "Send an input, display, output or colour space profile with a device to PCS side.",
-        "Profiles of the class named colour have no gamut.",
-    ),
-    _core(
-        errors.PictureSizeError,
-        "The picture is too large",
-        "Send a smaller copy of the picture.",
-        "The picture has 60000 × 60000 pixels, 10800 MB unpacked.",
-        field="size",
-    ),
-    _core(
-        errors.UnsupportedPictureError,
-        "The picture is of an unsupported kind",
-        "Send PNG, baseline or progressive JPEG, or TIFF without compression, with LZW, deflate, "
-        "PackBits or JPEG; CMYK with its profile embedded.",
-        "The picture is CMYK and has no embedded profile, so its colours are not known.",
-        field="profile",
-    ),
-    _core(
-        errors.CharacterisationError,
-        "The characterisation data cannot be used",
-        _READ,
-        "The characterisation data cannot be used.",
-    ),
-    _core(
-        errors.TooFewPointsError,
-        "Too few distinct colours",
-        "Send at least four colours that are not in one plane.",
-        "There are 3 distinct colours.",
-    ),
-    _core(
-        errors.FlatPointsError,
-        "The colours lie in one plane",
-        "Send colours that span a volume.",
-        "All colours lie in one plane.",
-    ),
-    _core(
-        errors.CentreError,
-        "The centre is not inside the gamut",
-        "Give a centre that is surrounded by the colours, or leave it out.",
-        "The centre (50, 200, 0) is outside the convex hull of the colours.",
-        field="centre",
-    ),
-    _core(
-        errors.InvalidPointsError,
-        "The colours are not finite numbers",
-        "Send three finite numbers for every colour.",
-        "Row 7 holds a value that is not a finite number.",
-        row=7,
-    ),
-    _core(
-        errors.TriangleCountError,
-        "The gamut has no level of this triangle count",
-        "Ask for a count from 4 up to the gamut's largest, which its description tells.",
-        "3 triangles were asked for; a closed surface has at least 4.",
-        field="triangles",
-    ),
-    _core(
-        errors.BoundaryError,
-        "No closed surface could be wrapped around the colours",
-        "Try a larger gamma, other segments, or another centre.",
-        "No surface that is star-shaped about the centre was found.",
-    ),
-    _core(
-        errors.MeshError,
-        "The surface is not closed, oriented and star-shaped",
-        "Try a larger gamma, or another centre.",
-        "An edge belongs to three triangles.",
-    ),
-    _core(
-        errors.DecimationError,
-        "The surface could not be decimated to four triangles",
-        "Try a larger gamma, or another centre.",
-        "No edge can be collapsed although 12 triangles are left.",
-    ),
-    _core(
-        errors.HistoryFileError,
-        "A history file is damaged",
-        "Post the characterisation data again.",
-        "The history file is damaged.",
-    ),
-    _core(
-        errors.GamutError,
-        "The gamut cannot be built",
-        "Compare the request with the documentation.",
-        "The gamut cannot be built.",
-    ),
+    *CORE_KINDS,
     # What can become of a build.
     Kind(
         "build-timeout",
@@ -215,6 +42,14 @@ _ROWS = (
         "The build took too long",
         "Ask for fewer surface_samples, or send fewer samples.",
         "The build was ended after 120 s.",
+        {"field": "surface_samples"},
+    ),
+    Kind(
+        "build-out-of-memory",
+        422,
+        "The build took too much memory",
+        "Ask for fewer surface_samples, or send fewer samples or a smaller picture.",
+        "The build was ended because it took more than 2147483648 bytes of memory.",
         {"field": "surface_samples"},
     ),
     Kind(
@@ -230,6 +65,20 @@ _ROWS = (
         "The build ended unexpectedly",
         _DEFECT,
         "The build ended with an unexpected error.",
+    ),
+    Kind(
+        "build-cancelled",
+        409,
+        "The build was cancelled",
+        "Post the data again if the gamut is wanted after all.",
+        "The build was cancelled before it was finished.",
+    ),
+    Kind(
+        "build-input-lost",
+        409,
+        "The data of the build is gone",
+        "Post the data again.",
+        "The data that this gamut was to be built from is not stored any more.",
     ),
     Kind(
         "queue-full",
@@ -311,6 +160,21 @@ _ROWS = (
         {"field": "job_id"},
     ),
     Kind(
+        "job-finished",
+        409,
+        "The job is over",
+        "Only a queued or running job can be cancelled; a gamut is removed by its own address.",
+        "The job has succeeded.",
+        {"state": "succeeded"},
+    ),
+    Kind(
+        "too-many-streams",
+        429,
+        "Too many clients follow jobs by events",
+        "Poll the job's own address instead, or try again after the time in Retry-After.",
+        "256 streams of events are open.",
+    ),
+    Kind(
         "method-not-allowed",
         405,
         "The method is not allowed here",
@@ -389,11 +253,26 @@ _ROWS = (
         {"workers_warm": 0, "workers": 1},
     ),
     Kind(
+        "gamut-rebuilding",
+        503,
+        "The gamut was damaged and is being built again",
+        "Try again after the time in Retry-After; the job's address tells how far it is.",
+        "The stored gamut does not match its digest, and is being built again.",
+        {"job": "/v1/jobs/4f1d9c07…"},
+    ),
+    Kind(
         "shutting-down",
         503,
         "The service is stopping",
         "Send the request again; another instance, or the restarted one, will take it.",
         "The service is stopping and accepts no new builds.",
+    ),
+    Kind(
+        "broker-unavailable",
+        503,
+        "New builds cannot be queued",
+        "Try again after the time in Retry-After; gamuts that exist are answered meanwhile.",
+        "The queue of builds cannot be reached.",
     ),
     Kind(
         "overloaded",
@@ -403,11 +282,18 @@ _ROWS = (
         "Too many files and connections are open.",
     ),
     Kind(
+        "store-unavailable",
+        503,
+        "The store cannot be reached",
+        "Try again after the time in Retry-After; the operator finds the reason in the log.",
+        "The store did not answer, or refused.",
+    ),
+    Kind(
         "storage-full",
         507,
         "The store is full",
         "The operator has to free or add space; existing gamuts are still served.",
-        "There is no space left in the data directory.",
+        "There is no space left in the store.",
     ),
 )
 
@@ -456,11 +342,36 @@ class Problem:
     def from_errno(cls, number: int | None) -> Problem | None:
         """Return the problem that an error number of the system is; None for a defect."""
         if number in {errno.ENOSPC, errno.EDQUOT}:
-            return cls("storage-full", "There is no space left in the data directory.")
+            return cls("storage-full", KINDS["storage-full"].detail)
+        if number in {errno.EIO, errno.EROFS, errno.ESTALE}:
+            return cls.store_unavailable()
         if number in {errno.EMFILE, errno.ENFILE}:
             detail = "Too many files and connections are open."
             return cls("overloaded", detail, headers={"Retry-After": "5"})
         return None
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Problem:
+        """Return the problem that `to_mapping` made a mapping of."""
+        problem = cls(mapping["code"], mapping["detail"], mapping["where"], mapping["remedy"])
+        if problem.kind.status == 503:
+            return replace(problem, headers={"Retry-After": "5"})
+        return problem
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return what is particular to this problem, for JSON; header fields are left out."""
+        return {
+            "code": self.code,
+            "detail": self.detail,
+            "where": dict(self.where),
+            "remedy": self.remedy,
+        }
+
+    @classmethod
+    def store_unavailable(cls) -> Problem:
+        """Return the problem of a store that does not answer; the log has the reason."""
+        code = "store-unavailable"
+        return cls(code, KINDS[code].detail, headers={"Retry-After": "5"})
 
     @property
     def kind(self) -> Kind:

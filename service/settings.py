@@ -4,21 +4,24 @@ One field is one variable: ``max_body_bytes`` is ``GAMUT_MAX_BODY_BYTES``. The t
 ``docs/settings.md`` is `settings_table` of this model, and a test holds the two together.
 """
 
-from pathlib import Path
+import re
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from gamutcore.limits import MAX_PIXELS, MAX_SAMPLES, Limits
 from service.api_keys import ApiKeys
 from service.cors import origins
+from service.storage.location import is_address
 
 __all__ = ["ENVIRONMENT_PREFIX", "Settings", "settings_table"]
 
 ENVIRONMENT_PREFIX = "GAMUT_"
 
 _MEBIBYTE = 1024 * 1024
+
+_BROKER = re.compile(r"(redis|amqp)s?://")
 
 
 def _api_keys(text: str) -> str:
@@ -36,10 +39,47 @@ class Settings(BaseSettings):
 
     model_config = SettingsConfigDict(env_prefix=ENVIRONMENT_PREFIX, extra="forbid", frozen=True)
 
-    data: Annotated[
-        Path,
-        Field(description="Directory of the store. It belongs to one running service at a time."),
-    ] = Path("var/gamuts")
+    store: Annotated[
+        str,
+        Field(
+            min_length=1,
+            description="Where gamuts, inputs and jobs are kept: a directory, which belongs to one "
+            "running service at a time, or `s3://bucket/prefix`, `gs://bucket/prefix` or "
+            "`az://container/prefix`, which any number of services share.",
+        ),
+    ] = "var/gamuts"
+    store_bytes: Annotated[
+        int,
+        Field(
+            ge=0,
+            description="Most bytes that a directory holds; the gamuts that were not used for the "
+            "longest time go for new ones. 0: no limit, and no gamut ever goes.",
+        ),
+    ] = 0
+    store_reserve_bytes: Annotated[
+        int,
+        Field(
+            ge=0,
+            description="Bytes of the directory's file system that are left free; beyond that a "
+            "new gamut is answered with 507.",
+        ),
+    ] = 64 * _MEBIBYTE
+    keep_inputs: Annotated[
+        bool,
+        Field(
+            description="Keep the input of a gamut, so that it can be built again when its history "
+            "turns out to be damaged."
+        ),
+    ] = True
+    broker: Annotated[
+        str,
+        Field(
+            repr=False,  # it has a password
+            description="URL of the broker (`redis://`, `rediss://`, `amqp://` or `amqps://`) "
+            "whose workers build the gamuts; they are started with `gamut worker`. Empty: this "
+            "process builds them itself. Needs a store that is a bucket.",
+        ),
+    ] = ""
     host: Annotated[str, Field(description="Address that `gamut serve` listens on.")] = "127.0.0.1"
     port: Annotated[
         int,
@@ -191,10 +231,40 @@ class Settings(BaseSettings):
         float,
         Field(gt=0, description="Seconds after which a build is ended and reported as failed."),
     ] = 120.0
+    build_memory_bytes: Annotated[
+        int,
+        Field(
+            ge=0,
+            description="Memory of its own that a build's process may have in use, beyond which it "
+            "is ended and reported as failed. 0: no limit. A million surface samples take 0.7 GB, "
+            "a picture of 24 megapixels 0.8 GB.",
+        ),
+    ] = 2048 * _MEBIBYTE
     build_attempts: Annotated[
         int,
-        Field(ge=1, le=10, description="How often a build is started whose worker process dies."),
+        Field(
+            ge=1,
+            le=10,
+            description="How often a build is started that dies, with its worker or with the whole "
+            "service, before it is given up.",
+        ),
     ] = 3
+    build_lease: Annotated[
+        float,
+        Field(
+            ge=3,
+            description="Seconds after which a build whose worker is not heard of any more is "
+            "given to another. Clocks of the hosts have to agree much better than that.",
+        ),
+    ] = 20.0
+    resend_seconds: Annotated[
+        float,
+        Field(
+            ge=1,
+            description="Seconds after which a build that nobody has begun, though nothing waits "
+            "in the broker's queue, is sent to it again.",
+        ),
+    ] = 30.0
     client_wait: Annotated[
         float,
         Field(
@@ -208,11 +278,20 @@ class Settings(BaseSettings):
     ] = 300.0
     drain_seconds: Annotated[
         float,
-        Field(ge=0, description="How long a stopping service lets accepted builds finish."),
+        Field(
+            ge=0,
+            description="How long a stopping service lets the builds finish that are running. "
+            "Those that do not, and those that wait, are taken up at the next start.",
+        ),
     ] = 20.0
-    finished_jobs: Annotated[
-        int, Field(ge=1, description="Finished jobs that are remembered, the newest first.")
-    ] = 1000
+    job_retention_seconds: Annotated[
+        float,
+        Field(ge=0, description="How long a finished job can be looked up. Gamuts stay."),
+    ] = 86_400.0
+    max_event_streams: Annotated[
+        int,
+        Field(ge=0, description="Clients that may follow jobs by server-sent events at a time."),
+    ] = 256
     history_cache_bytes: Annotated[
         int,
         Field(ge=0, description="Memory for opened histories; the least recently used go first."),
@@ -236,6 +315,20 @@ class Settings(BaseSettings):
     max_page_size: Annotated[
         int, Field(ge=1, le=1000, description="Most gamuts that one page of the list holds.")
     ] = 100
+
+    @field_validator("broker")
+    @classmethod
+    def _broker_of_a_shared_store(cls, broker: str, info: ValidationInfo) -> str:
+        if broker and not _BROKER.match(broker):
+            message = "must be redis://…, rediss://…, amqp://… or amqps://…"
+            raise ValueError(message)
+        if broker and not is_address(info.data.get("store", "")):
+            message = (
+                "GAMUT_STORE must be a bucket (s3://…, gs://… or az://…) that the API and the "
+                "workers share: a directory belongs to one process"
+            )
+            raise ValueError(message)
+        return broker
 
     @property
     def data_limits(self) -> Limits:

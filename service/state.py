@@ -3,18 +3,22 @@
 import asyncio
 import contextlib
 import logging
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from fastapi import Request
 
 from gamutcore.warm import compile_reading_kernels
+from service.building.choice import engine_for
 from service.builds import Builds
+from service.events import EventStreams
+from service.jobs import JobBook
 from service.library import Library
 from service.meshes import Meshes
 from service.settings import Settings
-from service.store import GamutStore
+from service.storage.gamuts import GamutStore
+from service.storage.location import gamut_store
 
 __all__ = ["Service", "service_of"]
 
@@ -36,29 +40,37 @@ class Service:
     library: Library = field(init=False)
     meshes: Meshes = field(init=False)
     builds: Builds = field(init=False)
+    events: EventStreams = field(init=False)
     warm: bool = False
+    _loop: asyncio.AbstractEventLoop | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
-        self.store = GamutStore(self.settings.data)
+        self.store = gamut_store(self.settings)
         self.library = Library(self.store, self.settings.history_cache_bytes)
         self.meshes = Meshes(self.library, self.settings.mesh_cache_bytes)
-        self.builds = Builds(self.settings, self.store)
+        book = JobBook(self.store.blobs, self.settings.build_attempts)
+        engine = engine_for(self.settings, self.store, book)
+        self.builds = Builds(self.settings, self.store, book, engine)
+        self.events = EventStreams(self.settings.max_event_streams)
 
     @property
     def ready(self) -> bool:
         """Whether a request would be answered without waiting for a compiler."""
-        return self.warm and self.builds.warm
+        facts = self.builds.facts()
+        return self.warm and facts.warm_workers == facts.workers
 
     @property
     def scratch_directory(self) -> Path:
         """Where files may be that have no name, such as bodies that are arriving."""
-        return self.store.temporary
+        return self.store.scratch("").parent
 
     @contextlib.asynccontextmanager
     async def running(self) -> AsyncIterator[None]:
         """Open the store and start the workers; drain and close on leaving."""
+        loop = self._loop = asyncio.get_running_loop()
+        self.store.on_evicted = lambda gamut_id: _soon(loop, self.forget, gamut_id)
         await asyncio.to_thread(self.store.open)
-        self.builds.start()
+        await self.builds.start()
         warming = asyncio.create_task(self._warm())
         try:
             yield
@@ -66,7 +78,14 @@ class Service:
             warming.cancel()
             await self.builds.stop()
             self.library.close()
-            self.store.close()
+            # It waits for its threads.
+            await asyncio.to_thread(self.store.close)
+
+    def drain(self) -> None:
+        """Let no builds begin any more; to be called at the signal to stop, in any thread."""
+        if self._loop is not None:
+            with contextlib.suppress(RuntimeError):
+                self._loop.call_soon_threadsafe(self.builds.drain)
 
     def forget(self, gamut_id: str) -> None:
         """Drop from memory what belongs to a deleted gamut."""
@@ -79,6 +98,12 @@ class Service:
         await self.library.in_thread(compile_reading_kernels)
         self.warm = True
         logger.info("ready")
+
+
+def _soon(loop: asyncio.AbstractEventLoop, function: Callable[[str], None], argument: str) -> None:
+    """Call a function in the loop's thread, unless the loop has come to its end."""
+    with contextlib.suppress(RuntimeError):
+        loop.call_soon_threadsafe(function, argument)
 
 
 def service_of(request: Request) -> Service:

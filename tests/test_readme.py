@@ -52,7 +52,7 @@ def served(tmp_path_factory):
     environment = {
         name: value for name, value in os.environ.items() if not name.startswith(("MAKE", "MFLAGS"))
     }
-    environment["GAMUT_DATA"] = str(tmp_path_factory.mktemp("data"))
+    environment["GAMUT_STORE"] = str(tmp_path_factory.mktemp("data"))
     output = (tmp_path_factory.mktemp("log") / "serve.txt").open("w+b")
     command = commands(FIRST)[0]
     server = subprocess.Popen(

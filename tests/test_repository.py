@@ -112,8 +112,9 @@ class TestPins:
         assert installed
         assert installed == {name: pins()[name] for name in installed}
 
-    def test_the_npm_lock_has_digests_and_no_addresses(self):
-        lock = json.loads((ROOT / "tests/gltf/package-lock.json").read_text())
+    @pytest.mark.parametrize("folder", ["gltf", "azurite"])
+    def test_the_npm_locks_have_digests_and_no_addresses(self, folder):
+        lock = json.loads((ROOT / "tests" / folder / "package-lock.json").read_text())
         packages = {name: entry for name, entry in lock["packages"].items() if name}
         assert packages
         for name, entry in packages.items():

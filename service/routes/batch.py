@@ -18,7 +18,7 @@ from service.negotiation import preferred_media_type
 from service.parameters import DECIMAL_PATTERN, check_query
 from service.problems import Problem, ProblemError
 from service.state import Service, service_of
-from service.store import GamutNotStoredError
+from service.storage.gamuts import GamutNotStoredError
 
 __all__ = ["router"]
 

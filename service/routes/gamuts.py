@@ -28,12 +28,13 @@ from service.documentation import (
 from service.models import GamutDescription, GamutList, JobDescription, Levels
 from service.negotiation import preference
 from service.parameters import LARGEST_WHOLE, WHOLE_NUMBER, check_query
-from service.problems import BUILD_PROBLEMS, ProblemError
+from service.problems import BUILD_PROBLEMS, Problem, ProblemError
 from service.responses import JsonResponse
 from service.routes.jobs import job_document
 from service.server_timing import timed
-from service.state import service_of
-from service.store import GamutNotStoredError, Record
+from service.state import Service, service_of
+from service.storage.gamuts import GamutNotStoredError
+from service.storage.records import Record
 from service.submission import submission
 
 __all__ = ["HISTORY_MEDIA_TYPE", "GamutId", "router"]
@@ -42,6 +43,9 @@ HISTORY_MEDIA_TYPE = "application/octet-stream"
 
 _CHUNK = 256 * 1024
 """Bytes of a history that are read and sent at a time."""
+
+_READ_ANYWAY = 1 << 20
+"""Bytes of a body that is read although the queue is full."""
 
 _ENTITY_HEADERS = {
     "ETag": header("Strong entity tag: the SHA-256 of the content.", f'"{EXAMPLE_ID}"'),
@@ -110,9 +114,13 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
             "invalid-body",
             "invalid-parameter",
             *BUILD_PROBLEMS,
+            "build-cancelled",
+            "build-input-lost",
             "queue-full",
             "shutting-down",
+            "broker-unavailable",
             "overloaded",
+            "store-unavailable",
             "storage-full",
         ),
     },
@@ -138,35 +146,45 @@ async def create_gamut(request: Request) -> Response:
     service = service_of(request)
     settings = service.settings
     prefer = preference(request.headers.getlist("prefer"))
+    await _check_admission_of_large(request, service)
     with timed("body"):
         posted = await submission(request, settings, service.scratch_directory)
     digest = await asyncio.to_thread(hashlib.sha256, posted.data)
     gamut_id = identity(posted.options, digest.hexdigest())
-
-    job = service.builds.active(gamut_id)
+    with contextlib.suppress(GamutNotStoredError):
+        return _found(await service.library.record(gamut_id))
+    job = await service.builds.submit(gamut_id, posted.options.to_mapping(), posted.data)
     if job is None:
-        with contextlib.suppress(GamutNotStoredError):
-            record = await service.library.record(gamut_id)
-            return _described(record, 200, {"Content-Location": f"/v1/gamuts/{gamut_id}"})
-        service.builds.check_admission()
-        source = await asyncio.to_thread(service.store.write_temporary, ".input", posted.data)
-        job = service.builds.submit(gamut_id, posted.options.to_mapping(), source)
+        return _found(await service.library.record(gamut_id))
     del posted
 
+    seconds = prefer.seconds(settings.client_wait, settings.max_client_wait)
     with timed("build"):
-        done = await job.wait(prefer.seconds(settings.client_wait, settings.max_client_wait))
+        job = await service.builds.wait(gamut_id, seconds) or job
     headers = {}
-    applied = prefer.applied(answered_async=not done, longest=settings.max_client_wait)
+    applied = prefer.applied(answered_async=not job.final, longest=settings.max_client_wait)
     if applied:
         headers["Preference-Applied"] = applied
-    if not done:
-        headers |= {"Location": f"/v1/jobs/{job.id}", "Retry-After": "1"}
+    if not job.final:
+        retry_after = service.builds.retry_after(job)
+        headers |= {"Location": f"/v1/jobs/{job.id}", "Retry-After": str(retry_after)}
         headers["Cache-Control"] = "no-store"
         return JsonResponse(job_document(job), 202, headers)
     if job.problem is not None:
-        raise ProblemError(job.problem)
+        raise ProblemError(Problem.from_mapping(job.problem))
     record = await service.library.record(gamut_id)
     return _described(record, 201, {**headers, "Location": f"/v1/gamuts/{gamut_id}"})
+
+
+async def _check_admission_of_large(request: Request, service: Service) -> None:
+    """Refuse a large body before it is read, if its build would be refused.
+
+    A small one is read first: it may turn out to ask for a gamut that is there, or that is being
+    built, which a full queue is no obstacle to.
+    """
+    length = request.headers.get("content-length", "")
+    if not length.isdigit() or int(length) > _READ_ANYWAY:
+        await service.builds.check_admission()
 
 
 @router.get(
@@ -176,7 +194,7 @@ async def create_gamut(request: Request) -> Response:
     description="Pages through all gamuts in the order of their ids; `next` is the next page.",
     responses={
         200: json_response("A page of gamuts.", GamutList, EXAMPLE_LIST),
-        **problems("invalid-parameter"),
+        **problems("invalid-parameter", "store-unavailable"),
     },
 )
 async def list_gamuts(
@@ -225,7 +243,7 @@ async def list_gamuts(
             "The gamut.", GamutDescription, EXAMPLE_GAMUT, {"ETag": _ENTITY_HEADERS["ETag"]}
         ),
         **_NOT_MODIFIED,
-        **problems("gamut-not-found", "invalid-parameter"),
+        **problems("gamut-not-found", "gamut-rebuilding", "invalid-parameter", "store-unavailable"),
     },
 )
 async def describe_gamut(request: Request, gamut_id: GamutId) -> Response:
@@ -244,7 +262,7 @@ async def describe_gamut(request: Request, gamut_id: GamutId) -> Response:
     status_code=204,
     responses={
         204: {"description": "The gamut is gone."},
-        **problems("gamut-not-found", "invalid-parameter"),
+        **problems("gamut-not-found", "invalid-parameter", "store-unavailable"),
     },
 )
 async def delete_gamut(request: Request, gamut_id: GamutId) -> Response:
@@ -266,7 +284,7 @@ async def delete_gamut(request: Request, gamut_id: GamutId) -> Response:
     responses={
         200: json_response("The error curve.", Levels, EXAMPLE_LEVELS, _ENTITY_HEADERS),
         **_NOT_MODIFIED,
-        **problems("gamut-not-found", "invalid-parameter"),
+        **problems("gamut-not-found", "gamut-rebuilding", "invalid-parameter", "store-unavailable"),
     },
 )
 async def describe_levels(request: Request, gamut_id: GamutId) -> Response:
@@ -308,7 +326,13 @@ async def describe_levels(request: Request, gamut_id: GamutId) -> Response:
             },
         },
         **_NOT_MODIFIED,
-        **problems("gamut-not-found", "range-not-satisfiable", "invalid-parameter"),
+        **problems(
+            "gamut-not-found",
+            "gamut-rebuilding",
+            "range-not-satisfiable",
+            "invalid-parameter",
+            "store-unavailable",
+        ),
     },
 )
 async def download_history(request: Request, gamut_id: GamutId) -> Response:
@@ -354,6 +378,10 @@ def _conditional(request: Request, document: dict[str, Any], cache_control: str)
         kept = {name: answer.headers[name] for name in ("ETag", "Cache-Control", "Vary")}
         return Response(status_code=304, headers=kept)
     return answer
+
+
+def _found(record: Record) -> Response:
+    return _described(record, 200, {"Content-Location": f"/v1/gamuts/{record.id}"})
 
 
 def _described(record: Record, status: int, headers: dict[str, str]) -> Response:

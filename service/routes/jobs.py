@@ -1,30 +1,96 @@
-"""Jobs: how far a build is. A job has the id of the gamut that it builds."""
+"""Jobs: how far builds are, and cancelling them. A job has the id of the gamut that it builds."""
 
+from collections.abc import AsyncIterator
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Path, Request
-from fastapi.responses import Response
+from fastapi import APIRouter, Depends, Header, Path, Query, Request
+from fastapi.responses import Response, StreamingResponse
 
-from service.builds import Job
 from service.documentation import EXAMPLE_ID, EXAMPLE_JOB, header, json_response, problems
-from service.models import JobDescription
-from service.parameters import check_query
+from service.events import HEARTBEAT_SECONDS, MEDIA_TYPE, event_id, stream_of_events
+from service.jobs import JobDocument
+from service.models import JobDescription, JobList
+from service.parameters import WHOLE_NUMBER, check_query
 from service.problems import Problem, ProblemError
 from service.responses import JsonResponse
-from service.state import service_of
-from service.store import GamutNotStoredError
+from service.state import Service, service_of
+from service.storage.gamuts import GamutNotStoredError
 
 __all__ = ["job_document", "router"]
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"], dependencies=[Depends(check_query)])
+
+_NO_STORE = {"Cache-Control": "no-store"}
+
+JobId = Annotated[
+    str,
+    Path(
+        pattern="^[0-9a-f]{64}$",
+        description="The job's id, which is the id of its gamut.",
+        examples=[EXAMPLE_ID],
+    ),
+]
+
+_CANCELLED_JOB = {
+    **EXAMPLE_JOB,
+    "state": "cancelled",
+    "finished": "2026-01-31T12:00:01.000Z",
+    "problem": Problem(
+        "build-cancelled", "The build was cancelled before it was finished."
+    ).document(),
+}
+
+_EXAMPLE_EVENT = "id: 1.1.running.decimation.400\nevent: progress\ndata: {...}\n\n"
+
+
+@router.get(
+    "",
+    operation_id="listJobs",
+    summary="List the jobs",
+    description="Pages through the jobs that are remembered, in the order of their ids; `next` is "
+    "the next page. A finished job is forgotten after a while; its gamut stays.",
+    responses={
+        200: json_response("A page of jobs.", JobList, {"jobs": [EXAMPLE_JOB], "next": None}),
+        **problems("invalid-parameter", "store-unavailable"),
+    },
+)
+async def list_jobs(
+    request: Request,
+    limit: Annotated[
+        int,
+        Query(ge=1, description="Jobs on a page at most; the service has a limit as well."),
+        WHOLE_NUMBER,
+    ] = 50,
+    after: Annotated[
+        str,
+        Query(
+            pattern="^([0-9a-f]{64})?$",
+            description="Id of the last job of the page before.",
+            examples=[EXAMPLE_ID],
+        ),
+    ] = "",
+) -> Response:
+    """List the jobs."""
+    service = service_of(request)
+    limit = min(limit, service.settings.max_page_size)
+    # One more than is shown tells whether there is a next page.
+    documents = await service.builds.page(after, limit + 1)
+    shown = documents[:limit]
+    following = f"/v1/jobs?limit={limit}&after={shown[-1].id}" if len(documents) > limit else None
+    headers = dict(_NO_STORE)
+    if following:
+        headers["Link"] = f'<{following}>; rel="next"'
+    jobs = [job_document(document) for document in shown]
+    return JsonResponse({"jobs": jobs, "next": following}, headers=headers)
 
 
 @router.get(
     "/{job_id}",
     operation_id="describeJob",
     summary="Look how far a build is",
-    description="Poll this until the state is `succeeded` or `failed`. A job that is forgotten "
-    "because the service was restarted has succeeded if its gamut is there.",
+    description="Poll this until the state is `succeeded`, `failed` or `cancelled`, at the pace of "
+    "Retry-After. Every replica answers the same. A job that is forgotten has succeeded if its "
+    "gamut is there.",
     responses={
         200: json_response(
             "The job.",
@@ -32,69 +98,136 @@ router = APIRouter(prefix="/v1/jobs", tags=["jobs"], dependencies=[Depends(check
             EXAMPLE_JOB,
             {"Retry-After": header("Seconds after which to look again, until it is done.", 1)},
         ),
-        **problems("job-not-found", "invalid-parameter"),
+        **problems("job-not-found", "invalid-parameter", "store-unavailable"),
     },
 )
-async def describe_job(
-    request: Request,
-    job_id: Annotated[
-        str,
-        Path(
-            pattern="^[0-9a-f]{64}$",
-            description="The job's id, which is the id of its gamut.",
-            examples=[EXAMPLE_ID],
-        ),
-    ],
-) -> Response:
+async def describe_job(request: Request, job_id: JobId) -> Response:
     """Look how far a build is."""
     service = service_of(request)
-    job = service.builds.job(job_id)
-    headers = {"Cache-Control": "no-store"}
-    if job is not None and not job.done.is_set():
-        headers["Retry-After"] = "1"
-    if job is not None and job.state != "succeeded":
-        return JsonResponse(job_document(job), headers=headers)
+    document = await _known(service, job_id)
+    headers = dict(_NO_STORE)
+    if not document.final:
+        headers["Retry-After"] = str(service.builds.retry_after(document))
+    return JsonResponse(job_document(document), headers=headers)
+
+
+@router.get(
+    "/{job_id}/events",
+    operation_id="followJob",
+    summary="Follow a build by server-sent events",
+    description="Events `progress` with the job as it is, now and after every change, and at last "
+    "`finished` with the finished job; then the stream ends. A client that comes back with the "
+    "`Last-Event-ID` of the event `finished` is answered with 204, so that browsers stop asking. "
+    "A service that stops ends its streams; another replica goes on.",
+    response_class=StreamingResponse,
+    responses={
+        200: {
+            "description": "The events.",
+            "content": {
+                MEDIA_TYPE: {
+                    "schema": {"type": "string"},
+                    "examples": {"events": {"value": _EXAMPLE_EVENT}},
+                }
+            },
+            "headers": {"Cache-Control": header("It is about now.", "no-store")},
+        },
+        204: {"description": "There is nothing after the event that the client has."},
+        **problems("job-not-found", "too-many-streams", "invalid-parameter", "store-unavailable"),
+    },
+)
+async def follow_job(
+    request: Request,
+    job_id: JobId,
+    last_event_id: Annotated[
+        str | None, Header(description="The id of the last event that the client has.")
+    ] = None,
+) -> Response:
+    """Follow a build by server-sent events."""
+    service = service_of(request)
+    document = await _known(service, job_id)
+    if document.final and last_event_id == event_id(document):
+        return Response(status_code=204, headers=_NO_STORE)
+    if service.events.full:
+        detail = f"{service.events.count} streams of events are open."
+        raise ProblemError(Problem("too-many-streams", detail, headers={"Retry-After": "5"}))
+    # Proxies that collect an answer before they pass it on would make it no stream.
+    headers = {**_NO_STORE, "X-Accel-Buffering": "no"}
+    return StreamingResponse(
+        _events(service, document, last_event_id), headers=headers, media_type=MEDIA_TYPE
+    )
+
+
+@router.delete(
+    "/{job_id}",
+    operation_id="cancelJob",
+    summary="Cancel a build",
+    description="Ends the build, for all who wait for it, and answers with the cancelled job; a "
+    "job that is cancelled already stays so. Posting the data again begins anew.",
+    responses={
+        200: json_response("The job, cancelled.", JobDescription, _CANCELLED_JOB),
+        **problems("job-not-found", "job-finished", "invalid-parameter", "store-unavailable"),
+    },
+)
+async def cancel_job(request: Request, job_id: JobId) -> Response:
+    """Cancel a build."""
+    service = service_of(request)
+    document = await service.builds.cancel(job_id)
+    if document is None or document.state == "succeeded":
+        document = await _known(service, job_id)
+    if document.state != "cancelled":
+        detail = f"The job has {document.state}."
+        raise ProblemError(Problem("job-finished", detail, {"state": document.state}))
+    return JsonResponse(job_document(document), headers=_NO_STORE)
+
+
+def job_document(document: JobDocument) -> dict[str, Any]:
+    """Return the JSON of a job."""
+    problem = document.problem
+    built = document.state == "succeeded"
+    address = f"/v1/gamuts/{document.id}" if built else None
+    return {
+        "id": document.id,
+        "state": document.state,
+        "stage": document.stage,
+        "fraction": document.fraction,
+        "attempts": document.attempts,
+        "created": document.created or None,
+        "started": document.started,
+        "finished": document.finished,
+        "problem": None if problem is None else Problem.from_mapping(problem).document(),
+        "links": {"self": f"/v1/jobs/{document.id}", "gamut": address},
+    }
+
+
+async def _known(service: Service, job_id: str) -> JobDocument:
+    """Return a job that is remembered, or that must have been if its gamut is there."""
+    document = await service.builds.job(job_id)
+    if document is not None and document.state != "succeeded":
+        return document
     # Whether a build has succeeded is for the store to say: the gamut may be deleted by now.
     try:
         record = await service.library.record(job_id)
     except GamutNotStoredError:
         problem = Problem("job-not-found", f"There is no job {job_id}.", {"field": "job_id"})
         raise ProblemError(problem) from None
-    document = job_document(job) if job is not None else _succeeded(job_id, record.created)
-    return JsonResponse(document, headers=headers)
+    return document or JobDocument(
+        job_id, {}, "succeeded", fraction=1.0, attempts=1, finished=record.created
+    )
 
 
-def job_document(job: Job) -> dict[str, Any]:
-    """Return the JSON of a job."""
-    succeeded = job.state == "succeeded"
-    return {
-        "id": job.id,
-        "state": job.state,
-        "stage": "" if succeeded else job.stage,
-        "fraction": 1.0 if succeeded else job.fraction,
-        "attempts": job.attempts,
-        "created": job.created,
-        "started": job.started,
-        "finished": job.finished,
-        "problem": None if job.problem is None else job.problem.document(),
-        "links": _links(job.id, built=succeeded),
-    }
+async def _events(
+    service: Service, document: JobDocument, known: str | None
+) -> AsyncIterator[bytes]:
+    with service.events.one():
+        async for event in stream_of_events(_told(service, document), known):
+            yield event
 
 
-def _succeeded(job_id: str, finished: str) -> dict[str, Any]:
-    return {
-        "id": job_id,
-        "state": "succeeded",
-        "stage": "",
-        "fraction": 1.0,
-        "attempts": 1,
-        "created": None,
-        "started": None,
-        "finished": finished,
-        "problem": None,
-        "links": _links(job_id, built=True),
-    }
-
-
-def _links(job_id: str, *, built: bool) -> dict[str, str | None]:
-    return {"self": f"/v1/jobs/{job_id}", "gamut": f"/v1/gamuts/{job_id}" if built else None}
+async def _told(
+    service: Service, document: JobDocument
+) -> AsyncIterator[tuple[JobDocument, dict[str, Any]] | None]:
+    if document.final:
+        yield document, job_document(document)
+        return
+    async for change in service.builds.changes(document.id, HEARTBEAT_SECONDS):
+        yield None if change is None else (change, job_document(change))

@@ -19,7 +19,13 @@ __all__ = ["router"]
 
 router = APIRouter(prefix="/v1/gamuts", tags=["meshes"], dependencies=[Depends(check_query)])
 
-_PROBLEMS = ("gamut-not-found", "triangle-count", "invalid-parameter")
+_PROBLEMS = (
+    "gamut-not-found",
+    "gamut-rebuilding",
+    "triangle-count",
+    "invalid-parameter",
+    "store-unavailable",
+)
 
 _RESPONSES: dict[int | str, dict[str, Any]] = {
     200: {

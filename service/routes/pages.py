@@ -33,7 +33,7 @@ def _page(title: str, content: str) -> Response:
 async def landing(request: Request) -> Response:
     """Show what the service is, its state, and where to go."""
     service = service_of(request)
-    builds = service.builds
+    builds = service.builds.facts()
     state = "ready" if service.ready else "warming up"
     return _page(
         "Gamut boundary service",

@@ -66,10 +66,10 @@ async def ready(request: Request) -> Response:
 
 def readiness(service: Service) -> dict[str, object]:
     """Return the JSON of the service's state."""
-    builds = service.builds
+    builds = service.builds.facts()
     return {
         "ready": service.ready,
-        "workers": service.settings.build_workers,
+        "workers": builds.workers,
         "workers_warm": builds.warm_workers,
         "builds": {
             "queued": builds.queued,

@@ -14,7 +14,14 @@ import numpy as np
 import pytest
 
 from gamutcore.gamut import Options, build_gamut
-from service.store import GamutStore, Record
+from service.storage.gamuts import GamutStore
+from service.storage.local import LocalBlobs
+from service.storage.records import Record
+
+# The tests' folders are no packages.
+sys.path.insert(0, str(Path(__file__).parent))
+import emulators
+import google_storage
 
 START_SECONDS = 120
 """Generous: on a first run the kernels are compiled."""
@@ -36,7 +43,7 @@ class Server:
         command = "import sys; from service.command import main; sys.exit(main())"
         with log.open("wb") as output:
             self.process = subprocess.Popen(
-                [sys.executable, "-c", command, "serve", "--port", "0", "--data", str(data)],
+                [sys.executable, "-c", command, "serve", "--port", "0", "--store", str(data)],
                 env=environment,
                 stdout=output,
                 stderr=subprocess.STDOUT,
@@ -113,6 +120,31 @@ def start_server(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
+def s3(tmp_path_factory):
+    """The environment of an S3 emulator with the bucket ``bucket``."""
+    with emulators.s3_server(tmp_path_factory.mktemp("s3")) as environment:
+        yield environment
+
+
+@pytest.fixture(scope="session")
+def azure(tmp_path_factory):
+    """The environment of an Azure emulator with the container ``bucket``."""
+    if reason := emulators.azurite_missing():
+        if os.environ.get("CI") == "true":
+            pytest.fail(reason)
+        pytest.skip(reason)
+    with emulators.azure_server(tmp_path_factory.mktemp("azure")) as environment:
+        yield environment
+
+
+@pytest.fixture(scope="session")
+def gcs():
+    """The environment of a server that behaves as Google's documentation says."""
+    with google_storage.server() as environment:
+        yield environment
+
+
+@pytest.fixture(scope="session")
 def server(start_server):
     """The server that most tests share; every test brings gamuts of its own."""
     started = start_server(max_body_bytes=2_000_000, max_inline_bytes=2_000_000)
@@ -184,12 +216,73 @@ def built(sphere):
 @pytest.fixture
 def filled_store(tmp_path, built):
     """A store with the gamuts of `built`."""
-    opened = GamutStore(tmp_path / "data")
+    opened = GamutStore(LocalBlobs(tmp_path / "data"))
     opened.open()
     for gamut in built:
         content = gamut.to_bytes()
         digest = hashlib.sha256(content).hexdigest()
         record = Record(gamut.id, digest, len(content), "2026-01-01T00:00:00Z", gamut.description)
-        opened.publish(record, opened.write_temporary(".gamut", content))
+        path = opened.scratch(".gamut")
+        path.write_bytes(content)
+        opened.publish(record, path)
     yield opened
     opened.close()
+
+
+SCRIPTED_WORKER = """
+import hashlib, json, os, sys, time
+from pathlib import Path
+def send(**event):
+    print(json.dumps(event), flush=True)
+send(event="ready")
+for line in sys.stdin:
+    request = json.loads(line)
+    word, *rest = Path(request["input"]).read_text().split()
+    begun = Path(sys.argv[1]) / "begun"
+    with begun.open("a") as log:
+        log.write(f"{os.getpid()} {word}\\n")
+    send(event="progress", stage=f"pid {os.getpid()}", fraction=0.5)
+    if word == "hang":
+        time.sleep(1000)
+    elif word == "die" or (word == "die-until" and begun.read_text().count(word) < int(rest[0])):
+        os._exit(3)
+    elif word == "garble":
+        print("no JSON", flush=True)
+    elif word == "swell":
+        kept = [bytearray(os.urandom(1 << 20) * 8)]
+        while True:
+            kept.append(bytearray(kept[0]))
+            time.sleep(0.005)
+    elif word == "refuse":
+        send(event="refused", code="missing-column", message="m", where={"column": "L"}, remedy="r")
+    elif word == "exhaust":
+        send(event="exhausted")
+    elif word == "full":
+        send(event="failed", errno=28)
+    elif word == "defect":
+        send(event="failed", errno=None)
+    else:
+        time.sleep(float(word) if word[0].isdigit() else 0)
+        content = json.dumps(request["options"]).encode()
+        Path(request["output"]).write_bytes(content)
+        digest = hashlib.sha256(content).hexdigest()
+        send(event="built", sha256=digest, nbytes=len(content), seconds={"metric": 0.25},
+             description={"options": request["options"]})
+"""
+"""A worker that does what the first word of its input says, without a compiler to wait for."""
+
+
+@pytest.fixture
+def scripted_worker(tmp_path):
+    """The command line of a worker that follows a script, and the builds that it has begun."""
+    path = tmp_path / "worker.py"
+    path.write_text(SCRIPTED_WORKER)
+
+    class Command(tuple):
+        __slots__ = ()
+
+        def begun(self, word=""):
+            log = tmp_path / "begun"
+            return log.read_text().count(f" {word}") if log.exists() else 0
+
+    return Command((sys.executable, "-S", str(path), str(tmp_path)))

@@ -91,5 +91,5 @@ def test_every_reference_leads_somewhere():
 
 
 def test_making_an_app_touches_nothing(tmp_path):
-    create_app(Settings(data=tmp_path / "data"))
+    create_app(Settings(store=str(tmp_path / "data")))
     assert list(tmp_path.iterdir()) == []

@@ -1,322 +1,325 @@
 import asyncio
 import contextlib
-import os
-import signal
-import sys
-import textwrap
+import itertools
 
 import pytest
 
+from service.building.embedded import EmbeddedEngine
 from service.builds import Builds
+from service.jobs import JobBook
 from service.problems import ProblemError
 from service.settings import Settings
-from service.store import GamutStore
+from service.storage.blobs import StoreFullError, StoreUnavailableError
+from service.storage.gamuts import GamutDamagedError, GamutStore
+from service.storage.local import LocalBlobs
 
-WORKER = """
-import hashlib, json, os, sys, time
-def send(**event):
-    print(json.dumps(event), flush=True)
-send(event="ready")
-for line in sys.stdin:
-    request = json.loads(line)
-    word = open(request["input"]).read()
-    send(event="progress", stage=f"pid {os.getpid()}", fraction=0.5)
-    if word == "hang":
-        time.sleep(1000)
-    elif word == "die":
-        os._exit(3)
-    elif word == "garble":
-        print("no JSON", flush=True)
-    elif word == "die once":
-        open(request["input"], "w").write("build")
-        os._exit(3)
-    elif word == "refuse":
-        send(event="refused", code="missing-column", message="m", where={"column": "L"}, remedy="r")
-    elif word == "full":
-        send(event="failed", errno=28)
-    elif word == "defect":
-        send(event="failed", errno=None)
-    else:
-        time.sleep(float(word) if word[0].isdigit() else 0)
-        open(request["output"], "wb").write(b"history")
-        digest = hashlib.sha256(b"history").hexdigest()
-        send(event="built", sha256=digest, nbytes=7, description={"options": request["options"]})
-"""
-"""A worker that does what its input says, without a compiler to wait for."""
+JOB = "a" * 64
+OPTIONS = {"gamma": 1}
+
+
+class Deployment:
+    """Processes of a service that share one store, as replicas share a bucket."""
+
+    def __init__(self, folder, command):
+        self.command = command
+        self.store = GamutStore(LocalBlobs(folder))
+        self.book = JobBook(self.store.blobs)
+
+    @contextlib.asynccontextmanager
+    async def replica(self, *, sole_owner=False, **settings):
+        values = Settings(
+            **{"build_timeout": 20, "drain_seconds": 0, "build_workers": 1, **settings}
+        )
+        engine = EmbeddedEngine(
+            values, self.store, self.book, sole_owner=sole_owner, command=self.command
+        )
+        builds = Builds(values, self.store, self.book, engine)
+        await builds.start()
+        try:
+            yield builds
+        finally:
+            await builds.stop()
 
 
 @pytest.fixture
-def run_scenario(tmp_path):
-    """Run a coroutine function with builds whose workers follow a script."""
-
-    def run(scenario, script=WORKER, **settings):
-        path = tmp_path / "worker.py"
-        path.write_text(textwrap.dedent(script))
-
-        async def main():
-            store = GamutStore(tmp_path / "data")
-            store.open()
-            values = {"build_timeout": 20, "drain_seconds": 0, **settings}
-            builds = Builds(Settings(**values), store, (sys.executable, "-S", str(path)))
-            builds.start()
-            try:
-                await asyncio.wait_for(scenario(builds, store), 60)
-            finally:
-                await builds.stop()
-                store.close()
-            assert list(store.temporary.glob("*.gamut")) == []
-
-        asyncio.run(main())
-
-    return run
+def deployment(tmp_path, scripted_worker):
+    made = Deployment(tmp_path / "store", scripted_worker)
+    made.store.open()
+    yield made
+    made.store.close()
 
 
-def submit(builds, store, word, name="a"):
-    return builds.submit(name * 64, {"gamma": 1}, store.write_temporary(".input", word.encode()))
+def run(scenario):
+    asyncio.run(asyncio.wait_for(scenario, 60))
 
 
-async def until(condition):
-    while not condition():  # noqa: ASYNC110 - the condition is about another process
-        await asyncio.sleep(0.01)
+async def begun(builds, job_id=JOB):
+    async with asyncio.timeout(30):
+        while (await builds.job(job_id)).stage == "":  # noqa: ASYNC110 - another process
+            await asyncio.sleep(0.01)
 
 
-def test_a_build_is_published_and_its_input_removed(run_scenario):
-    async def scenario(builds, store):
-        job = submit(builds, store, "build")
-        assert await job.wait(30)
-        assert (job.state, job.attempts, job.problem) == ("succeeded", 1, None)
-        assert store.content(job.id)[1] == b"history"
-        assert list(store.temporary.iterdir()) == []
-        assert builds.job(job.id) is job
-        assert builds.active(job.id) is None
-        assert builds.completed == 1
+def test_a_job_is_durable_before_it_is_accepted_and_waited_for(deployment):
+    async def scenario():
+        async with deployment.replica() as builds:
+            job = await builds.submit(JOB, OPTIONS, b"0.2", {"traceparent": "00"})
+            assert deployment.book.read(JOB).trace == {"traceparent": "00"}
+            assert deployment.store.input_options(JOB) == OPTIONS
+            assert not job.final
+            assert not (await builds.wait(JOB, 0.0)).final
+            assert (await builds.wait(JOB, 30.0)).state == "succeeded"
+            assert await builds.submit(JOB, OPTIONS, b"0.2") is None
+            assert builds.facts().completed == 1
 
-    run_scenario(scenario)
-
-
-def test_identical_requests_share_one_job(run_scenario):
-    async def scenario(builds, store):
-        jobs = {submit(builds, store, "0.2") for _ in range(20)}
-        (job,) = jobs
-        assert await job.wait(30)
-        assert builds.completed == 1
-        assert list(store.temporary.iterdir()) == []
-
-    run_scenario(scenario)
+    run(scenario())
 
 
-def test_what_is_stored_by_then_is_not_built_again(run_scenario):
-    async def scenario(builds, store):
-        assert await submit(builds, store, "build").wait(30)
-        again = submit(builds, store, "die")
-        assert await again.wait(30)
-        assert (again.state, again.attempts) == ("succeeded", 0)
-        assert builds.completed == 1
+def test_200_identical_requests_are_one_build(deployment, scripted_worker):
+    async def scenario():
+        async with deployment.replica(build_queue=1) as builds:
+            jobs = await asyncio.gather(*(builds.submit(JOB, OPTIONS, b"0.2") for _ in range(200)))
+            assert {job.id for job in jobs} == {JOB}
+            ended = await asyncio.gather(*(builds.wait(JOB, 30.0) for _ in range(200)))
+            assert {job.state for job in ended} == {"succeeded"}
 
-    run_scenario(scenario)
-
-
-@pytest.mark.parametrize(
-    ("word", "code"),
-    [("refuse", "missing-column"), ("full", "storage-full"), ("defect", "build-failed")],
-)
-def test_a_worker_that_reports_an_error_goes_on(run_scenario, word, code):
-    async def scenario(builds, store):
-        failing = submit(builds, store, word)
-        assert await failing.wait(30)
-        assert (failing.state, failing.problem.code) == ("failed", code)
-        following = submit(builds, store, "build", "b")
-        assert await following.wait(30)
-        assert following.stage == failing.stage
-
-    run_scenario(scenario)
+    run(scenario())
+    assert scripted_worker.begun() == 1
 
 
-def test_the_place_and_the_remedy_of_a_refusal_are_kept(run_scenario):
-    async def scenario(builds, store):
-        job = submit(builds, store, "refuse")
-        assert await job.wait(30)
-        assert (job.problem.detail, job.problem.where, job.problem.remedy) == (
-            "m",
-            {"column": "L"},
-            "r",
-        )
+def test_identical_requests_to_two_replicas_are_one_build(deployment, scripted_worker):
+    async def scenario():
+        async with deployment.replica() as one, deployment.replica() as other:
+            await asyncio.gather(
+                *(builds.submit(JOB, OPTIONS, b"0.5") for builds in (one, other) for _ in range(20))
+            )
+            ended = await asyncio.gather(one.wait(JOB, 30.0), other.wait(JOB, 30.0))
+            assert [job.state for job in ended] == ["succeeded", "succeeded"]
 
-    run_scenario(scenario)
-
-
-def test_the_deadline_ends_a_build_and_the_next_one_works(run_scenario):
-    async def scenario(builds, store):
-        late = submit(builds, store, "hang")
-        following = submit(builds, store, "build", "b")
-        assert await late.wait(30)
-        assert late.problem.code == "build-timeout"
-        assert await following.wait(30)
-        assert following.state == "succeeded"
-        with pytest.raises(ProcessLookupError):
-            os.kill(int(late.stage.split()[1]), 0)
-
-    run_scenario(scenario, build_timeout=0.3)
+    run(scenario())
+    assert scripted_worker.begun() == 1
 
 
-def test_a_build_whose_worker_dies_is_tried_again(run_scenario):
-    async def scenario(builds, store):
-        job = submit(builds, store, "die once")
-        assert await job.wait(30)
-        assert (job.state, job.attempts) == ("succeeded", 2)
+def test_who_submitted_may_leave(deployment):
+    async def scenario():
+        async with deployment.replica() as builds:
+            first = asyncio.create_task(builds.submit(JOB, OPTIONS, b"0.3"))
+            await asyncio.sleep(0)
+            first.cancel()
+            assert (await builds.submit(JOB, OPTIONS, b"0.3")).id == JOB
+            waiting = asyncio.create_task(builds.wait(JOB, 30.0))
+            await asyncio.sleep(0.05)
+            waiting.cancel()
+            assert (await builds.wait(JOB, 30.0)).state == "succeeded"
 
-    run_scenario(scenario)
-
-
-@pytest.mark.parametrize("word", ["die", "garble"])
-def test_an_input_that_kills_every_worker_fails_and_others_are_built(run_scenario, word):
-    async def scenario(builds, store):
-        poison = submit(builds, store, word)
-        other = submit(builds, store, "build", "b")
-        assert await poison.wait(30)
-        assert (poison.state, poison.attempts) == ("failed", 3)
-        assert poison.problem.code == "build-crashed"
-        assert await other.wait(30)
-        assert other.state == "succeeded"
-
-    run_scenario(scenario)
+    run(scenario())
 
 
-def test_an_idle_worker_that_dies_is_replaced_at_once(run_scenario):
-    async def scenario(builds, store):
-        job = submit(builds, store, "build")
-        assert await job.wait(30)
-        os.kill(int(job.stage.split()[1]), signal.SIGKILL)
-        await until(lambda: not builds.warm)
-        await until(lambda: builds.warm)
-        other = submit(builds, store, "build", "b")
-        assert await other.wait(30)
-        assert (other.state, other.attempts) == ("succeeded", 1)
+def test_changes_are_followed_to_the_end_here_and_elsewhere(deployment):
+    async def scenario():
+        async with deployment.replica() as one, deployment.replica() as other:
+            await one.submit(JOB, OPTIONS, b"0.5")
 
-    run_scenario(scenario)
+            async def followed(builds):
+                return [job async for job in builds.changes(JOB, 30.0) if job is not None]
 
+            here, elsewhere = await asyncio.gather(followed(one), followed(other))
+            assert [job.state for job in here][-1] == "succeeded"
+            assert any(job.stage for job in here)
+            assert [job.state for job in elsewhere][-1] == "succeeded"
+            for jobs in (here, elsewhere):
+                assert all(not job.final for job in jobs[:-1])
+                assert all(job != after for job, after in itertools.pairwise(jobs))
 
-def test_a_full_queue_refuses_at_once(run_scenario):
-    async def scenario(builds, store):
-        running = submit(builds, store, "hang")
-        await until(lambda: running.state == "running")
-        for name in "bc":
-            submit(builds, store, "build", name)
-        with pytest.raises(ProblemError) as caught:
-            submit(builds, store, "build", "d")
-        assert caught.value.problem.code == "queue-full"
-        assert int(caught.value.problem.headers["Retry-After"]) > 0
-        assert submit(builds, store, "build", "b").id == "b" * 64
-        assert (builds.running, builds.queued) == (1, 2)
-
-    run_scenario(scenario, build_queue=2)
+    run(scenario())
 
 
-def test_several_workers_build_at_the_same_time(run_scenario):
-    async def scenario(builds, store):
-        jobs = [submit(builds, store, "1", name) for name in "abc"]
-        await until(lambda: all(job.state == "running" for job in jobs))
-        assert len({job.stage for job in jobs if job.stage}) == len(
-            [job for job in jobs if job.stage]
-        )
-        for job in jobs:
-            assert await job.wait(30)
+def test_silence_is_broken_by_signs_of_life(deployment):
+    async def scenario():
+        async with deployment.replica() as builds:
+            await builds.submit(JOB, OPTIONS, b"hang")
+            await begun(builds)
+            changes = builds.changes(JOB, 0.05)
+            found = [await anext(changes) for _ in range(3)]
+            assert found[1:] == [None, None]
+            await changes.aclose()
+            assert builds._subscriptions == {}
 
-    run_scenario(scenario, build_workers=3)
-
-
-def test_stopping_lets_accepted_builds_finish_and_takes_no_more(run_scenario):
-    async def scenario(builds, store):
-        jobs = [submit(builds, store, "0.3", name) for name in "ab"]
-        stopping = asyncio.create_task(builds.stop())
-        await asyncio.sleep(0)
-        with pytest.raises(ProblemError) as caught:
-            submit(builds, store, "build", "c")
-        assert caught.value.problem.code == "shutting-down"
-        assert int(caught.value.problem.headers["Retry-After"]) > 0
-        await stopping
-        assert [job.state for job in jobs] == ["succeeded", "succeeded"]
-
-    run_scenario(scenario, drain_seconds=30)
+    run(scenario())
 
 
-def test_finished_jobs_are_forgotten_in_order(run_scenario):
-    async def scenario(builds, store):
-        jobs = [submit(builds, store, "refuse", name) for name in "abc"]
-        for job in jobs:
-            assert await job.wait(30)
-        assert [builds.job(job.id) for job in jobs] == [None, *jobs[1:]]
+@pytest.mark.parametrize("where", ["here", "elsewhere"])
+def test_a_cancelled_build_ends_for_all_who_wait(deployment, where):
+    async def scenario():
+        async with deployment.replica() as one, deployment.replica() as other:
+            await one.submit(JOB, OPTIONS, b"hang")
+            await begun(one)
+            waiting = asyncio.create_task(one.wait(JOB, 30.0))
+            job = await (one if where == "here" else other).cancel(JOB)
+            assert job.state == "cancelled"
+            assert (await waiting).problem["code"] == "build-cancelled"
+            assert not deployment.store.input_kept(JOB)
+            again = await other.submit(JOB, OPTIONS, b"build")
+            assert (again.state, again.attempts) == ("queued", 0)
+            assert (await other.wait(JOB, 30.0)).state == "succeeded"
+            assert (await other.cancel(JOB)).state == "succeeded"
+            assert await other.cancel("b" * 64) is None
 
-    run_scenario(scenario, finished_jobs=2)
-
-
-def test_a_worker_that_cannot_start_is_not_warm(run_scenario):
-    async def scenario(builds, store):
-        job = submit(builds, store, "build")
-        with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(builds.first_warm.wait(), 0.5)
-        assert not builds.warm
-        assert job.state == "queued"
-
-    run_scenario(scenario, script="raise SystemExit(1)")
-
-
-def test_a_worker_ends_with_the_service(run_scenario):
-    pids = []
-
-    async def scenario(builds, store):
-        job = submit(builds, store, "hang")
-        await until(lambda: job.stage)
-        pids.append(int(job.stage.split()[1]))
-
-    run_scenario(scenario)
-    with pytest.raises(ProcessLookupError):
-        os.kill(pids[0], 0)
+    run(scenario())
 
 
-@pytest.mark.parametrize("method", ["record", "publish"])
+def test_what_failed_is_begun_anew(deployment):
+    async def scenario():
+        async with deployment.replica() as builds:
+            for text, state in ((b"refuse", "failed"), (b"build", "succeeded")):
+                await builds.submit(JOB, OPTIONS, text)
+                assert (await builds.wait(JOB, 30.0)).state == state
+
+    run(scenario())
+
+
+def test_what_was_evicted_is_built_anew(deployment, scripted_worker):
+    async def scenario():
+        async with deployment.replica() as builds:
+            for _ in range(2):
+                await builds.submit(JOB, OPTIONS, b"build")
+                assert (await builds.wait(JOB, 30.0)).state == "succeeded"
+                deployment.store.evict(JOB)
+
+    run(scenario())
+    assert scripted_worker.begun() == 2
+
+
+def test_a_damaged_gamut_is_built_again_from_its_input(deployment, tmp_path, scripted_worker):
+    async def scenario():
+        async with deployment.replica() as builds:
+            await builds.submit(JOB, OPTIONS, b"build")
+            await builds.wait(JOB, 30.0)
+            (history,) = (tmp_path / "store" / "published").rglob("*.gamut")
+            good = history.read_bytes()
+            history.write_bytes(good[::-1])
+            with pytest.raises(GamutDamagedError) as caught:
+                deployment.store.content(JOB)
+            assert caught.value.input_kept
+            jobs = await asyncio.gather(*(builds.rebuild(JOB) for _ in range(5)))
+            assert {job.id for job in jobs} == {JOB}
+            await builds.wait(JOB, 30.0)
+            assert deployment.store.content(JOB)[1] == good
+            assert await builds.rebuild(JOB) is None
+            assert await builds.rebuild("b" * 64) is None
+
+    run(scenario())
+    assert scripted_worker.begun() == 2
+
+
+def test_a_full_queue_refuses_what_is_new_and_only_that(deployment):
+    async def scenario():
+        async with deployment.replica(build_queue=1) as builds:
+            await builds.submit(JOB, OPTIONS, b"hang")
+            await begun(builds)
+            await builds.submit("b" * 64, OPTIONS, b"build")
+            with pytest.raises(ProblemError) as caught:
+                await builds.submit("c" * 64, OPTIONS, b"build")
+            assert caught.value.problem.code == "queue-full"
+            assert deployment.book.read("c" * 64) is None
+            assert (await builds.submit("b" * 64, OPTIONS, b"build")).state == "queued"
+
+    run(scenario())
+
+
+def test_the_queue_is_bounded_however_many_come_at_once(deployment):
+    async def scenario():
+        async with deployment.replica(build_queue=4) as builds:
+            await builds.submit(JOB, OPTIONS, b"hang")
+            await begun(builds)
+            names = [f"{number:064x}" for number in range(40)]
+            answers = await asyncio.gather(
+                *(builds.submit(name, OPTIONS, b"hang") for name in names), return_exceptions=True
+            )
+            refused = [answer for answer in answers if isinstance(answer, ProblemError)]
+            assert {answer.problem.code for answer in refused} == {"queue-full"}
+            assert len(refused) == 36
+            assert builds.facts().queued == 4
+
+    run(scenario())
+
+
 @pytest.mark.parametrize(
     ("error", "code"),
-    [
-        (OSError(5, "a bad disk"), "build-failed"),
-        (RuntimeError("a defect"), "build-failed"),
-        (OSError(24, "Too many open files"), "overloaded"),
-    ],
+    [(StoreFullError(), "storage-full"), (StoreUnavailableError(), "build-input-lost")],
 )
-def test_an_unexpected_error_costs_one_build_and_not_the_slot(
-    run_scenario, monkeypatch, method, error, code
-):
-    async def scenario(builds, store):
-        usual = getattr(store, method)
-        errors = [error]
+def test_an_input_that_cannot_be_stored_is_no_job(deployment, monkeypatch, error, code):
+    def fails(*_arguments):
+        raise error
 
-        def fails_once(*arguments):
-            if errors:
-                raise errors.pop()
-            return usual(*arguments)
+    async def scenario():
+        async with deployment.replica() as builds:
+            with monkeypatch.context() as patch:
+                patch.setattr(deployment.store, "keep_input", fails)
+                with pytest.raises(type(error)):
+                    await builds.submit(JOB, OPTIONS, b"build")
+            assert deployment.book.read(JOB).problem["code"] == code
+            await builds.submit(JOB, OPTIONS, b"build")
+            assert (await builds.wait(JOB, 30.0)).state == "succeeded"
 
-        source = store.write_temporary(".input", b"build")
-        monkeypatch.setattr(store, method, fails_once)
-        job = builds.submit("a" * 64, {}, source)
-        assert await job.wait(30)
-        assert (job.state, job.problem.code) == ("failed", code)
-        assert builds.active(job.id) is None
-        following = submit(builds, store, "build", "b")
-        assert await following.wait(30)
-        assert following.state == "succeeded"
-
-    run_scenario(scenario)
+    run(scenario())
 
 
-def test_an_input_that_cannot_be_removed_does_not_hold_up_the_job(run_scenario):
-    async def scenario(builds, store):
-        folder = store.temporary_path(".input")
-        folder.mkdir()
-        job = builds.submit("a" * 64, {}, folder / ".." / folder.name)
-        assert await job.wait(30)
-        assert (job.state, job.problem.code) == ("failed", "build-crashed")
-        following = submit(builds, store, "build", "b")
-        assert await following.wait(30)
-        assert following.state == "succeeded"
+def test_what_was_accepted_survives_the_process(deployment):
+    async def scenario():
+        async with deployment.replica() as builds:
+            for name in "abc":
+                await builds.submit(name * 64, OPTIONS, b"0.2")
+            await begun(builds)
+            waiting = asyncio.create_task(builds.wait("c" * 64, 30.0))
+            followed = asyncio.create_task(anext(builds.changes("c" * 64, 30.0)))
+            await asyncio.sleep(0.05)
+            builds.drain()
+            assert (await waiting).state == (await followed).state == "queued"
+            with pytest.raises(ProblemError) as caught:
+                await builds.submit("d" * 64, OPTIONS, b"build")
+            assert caught.value.problem.code == "shutting-down"
+        async with deployment.replica(sole_owner=True) as builds:
+            for name in "abc":
+                assert (await builds.wait(name * 64, 30.0)).state == "succeeded"
 
-    run_scenario(scenario)
+    run(scenario())
+
+
+def test_an_end_that_cannot_be_written_down_is_told_to_those_who_wait(deployment, monkeypatch):
+    def fails(*_arguments):
+        raise OSError(28, "No space left on device")
+
+    async def scenario():
+        async with deployment.replica() as builds:
+            await builds.submit(JOB, OPTIONS, b"0.3")
+            waiting = asyncio.create_task(builds.wait(JOB, 30.0))
+            await begun(builds)
+            monkeypatch.setattr(deployment.store, "publish", fails)
+            monkeypatch.setattr(deployment.book, "finish", fails)
+            assert (await waiting).problem["code"] == "storage-full"
+
+    run(scenario())
+
+
+def test_finished_jobs_are_paged_and_forgotten_with_inputs_nobody_needs(deployment):
+    async def scenario():
+        for name, text in zip("abc", ("build", "cancelled", "build"), strict=True):
+            deployment.book.accept(name * 64, OPTIONS)
+            deployment.store.keep_input(name * 64, text.encode(), OPTIONS)
+        deployment.book.request_cancel("b" * 64)
+        async with deployment.replica(sole_owner=True) as builds:
+            for name in "ac":
+                await builds.wait(name * 64, 30.0)
+            assert [job.id[0] for job in await builds.page("", 9)] == ["a", "b", "c"]
+            assert [job.id[0] for job in await builds.page("a" * 64, 1)] == ["b"]
+            assert builds.retry_after(deployment.book.read("b" * 64)) >= 1
+        async with deployment.replica(job_retention_seconds=0) as builds:
+            async with asyncio.timeout(30):
+                while await builds.page("", 9):  # noqa: ASYNC110 - a task of its own
+                    await asyncio.sleep(0.01)
+            assert await builds.job(JOB) is None
+            assert await builds.wait(JOB, 1.0) is None
+        kept = [deployment.store.input_kept(name * 64) for name in "abc"]
+        assert kept == [True, False, True]
+
+    run(scenario())

@@ -7,7 +7,8 @@ import pytest
 from gamutcore.version import __version__
 from service.api_keys import ApiKeys
 from service.command import main
-from service.store import GamutStore
+from service.storage.gamuts import GamutStore
+from service.storage.local import LocalBlobs
 
 
 def test_the_document_is_printed(capsys):
@@ -51,22 +52,22 @@ def test_a_key_needs_a_plain_name_and_known_scopes(capsys, arguments):
     assert "NAME:SCOPES:SHA256" in capsys.readouterr().err
 
 
-def test_a_data_directory_in_use_is_named_and_nothing_is_served(capsys, tmp_path):
-    store = GamutStore(tmp_path)
+def test_a_store_in_use_is_named_and_nothing_is_served(capsys, tmp_path):
+    store = GamutStore(LocalBlobs(tmp_path))
     store.open()
-    assert main(["serve", "--data", str(tmp_path)]) == 1
+    assert main(["serve", "--store", str(tmp_path)]) == 1
     assert str(tmp_path) in capsys.readouterr().err
     store.close()
 
 
-def test_an_unwritable_data_directory_is_named_and_nothing_is_served(capsys, tmp_path):
+def test_an_unwritable_store_is_named_and_nothing_is_served(capsys, tmp_path):
     (tmp_path / "file").touch()
-    assert main(["serve", "--data", str(tmp_path / "file" / "data")]) == 1
+    assert main(["serve", "--store", str(tmp_path / "file" / "data")]) == 1
     assert str(tmp_path) in capsys.readouterr().err
 
 
 def test_the_worker_does_not_load_the_web():
-    code = "import sys, service.worker; print([m for m in sys.modules if 'fastapi' in m])"
+    code = "import sys, service.building.worker; print([m for m in sys.modules if 'fastapi' in m])"
     answer = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )

@@ -14,6 +14,7 @@ from gamutcore.export import FORMATS
 from service.application import create_app
 from service.library import Library
 from service.settings import Settings
+from service.storage.blobs import StoreUnavailableError
 
 MANY = hypothesis.settings(
     max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
@@ -157,7 +158,9 @@ def test_any_body(send, content, kind, prefer):
     ("error", "status", "code"),
     [
         (RuntimeError("a secret of the service"), 500, "internal-error"),
-        (OSError(5, "a secret of the disk"), 500, "internal-error"),
+        (OSError(1, "a secret of the disk"), 500, "internal-error"),
+        (OSError(5, "a secret of the disk"), 503, "store-unavailable"),
+        (StoreUnavailableError("a secret of the bucket"), 503, "store-unavailable"),
         (OSError(28, "No space left on device"), 507, "storage-full"),
         (OSError(24, "Too many open files"), 503, "overloaded"),
         (OSError(23, "Too many open files in system"), 503, "overloaded"),
@@ -170,7 +173,7 @@ def test_what_is_not_the_clients_fault_says_no_more_than_that(
         raise error
 
     async def request():
-        app = create_app(Settings(data=tmp_path))
+        app = create_app(Settings(store=str(tmp_path)))
         transport = httpx.ASGITransport(app, raise_app_exceptions=False)
         async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
             return await client.get(f"/v1/gamuts/{'0' * 64}")

@@ -11,7 +11,8 @@ from gamutcore.errors import OptionError
 from gamutcore.export import encoded_mesh
 from gamutcore.gamut import Options, build_gamut
 from service.library import Library, mesh_provenance
-from service.store import GamutNotStoredError, Record
+from service.storage.gamuts import GamutNotStoredError
+from service.storage.records import Record
 
 
 def run(library, scenario):
@@ -63,13 +64,15 @@ def test_what_is_deleted_while_it_is_being_opened_is_not_kept(filled_store, buil
 def test_a_file_that_is_no_history_is_set_aside(filled_store):
     content = b"intact, but of another kind"
     record = Record("a" * 64, hashlib.sha256(content).hexdigest(), len(content), "", {})
-    filled_store.publish(record, filled_store.write_temporary(".gamut", content))
+    path = filled_store.scratch(".gamut")
+    path.write_bytes(content)
+    filled_store.publish(record, path)
     library = Library(filled_store, 10**9)
 
     async def scenario():
         with pytest.raises(GamutNotStoredError):
             await library.gamut(record.id)
-        assert list(filled_store.quarantine.iterdir())
+        assert list(filled_store.blobs.keys("quarantine/"))
 
     run(library, scenario())
 

@@ -6,7 +6,7 @@ from gamutcore.errors import TriangleCountError
 from gamutcore.export import FORMATS
 from service.library import Library
 from service.meshes import MEDIA_TYPES, SUFFIXES, EncodedMesh, Meshes, Wanted
-from service.store import GamutNotStoredError
+from service.storage.gamuts import GamutNotStoredError
 
 
 @pytest.fixture

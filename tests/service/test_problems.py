@@ -1,3 +1,5 @@
+import json
+
 import pytest
 
 from gamutcore import errors
@@ -33,3 +35,11 @@ def test_no_cache_keeps_a_problem():
     assert response.media_type == "application/problem+json"
     assert response.headers["cache-control"] == "no-store"
     assert response.headers["retry-after"] == "5"
+
+
+@pytest.mark.parametrize("code", ["missing-column", "overloaded"])
+def test_what_is_particular_to_a_problem_can_be_kept(code):
+    problem = Problem(code, "d", {"line": 3}, "r")
+    again = Problem.from_mapping(json.loads(json.dumps(problem.to_mapping())))
+    assert again.document() == problem.document()
+    assert ("Retry-After" in again.headers) == (again.kind.status == 503)

@@ -1,6 +1,8 @@
 """What the routes of an app share: made of its settings, forgotten and closed together."""
 
 import asyncio
+import dataclasses
+import threading
 from types import SimpleNamespace
 
 import pytest
@@ -11,11 +13,30 @@ from service.state import Service, service_of
 
 @pytest.fixture
 def service(tmp_path):
-    return Service(Settings(data=tmp_path / "data"))
+    return Service(Settings(store=str(tmp_path / "data")))
+
+
+async def nothing():
+    pass
+
+
+def test_the_signal_to_stop_reaches_the_builds_from_any_thread(service, monkeypatch):
+    monkeypatch.setattr(service.builds, "start", nothing)
+    service.drain()  # nothing runs yet
+
+    async def scenario():
+        async with service.running():
+            thread = threading.Thread(target=service.drain)
+            thread.start()
+            while not service.builds.draining:  # noqa: ASYNC110 - a thread
+                await asyncio.sleep(0.01)
+            thread.join()
+
+    asyncio.run(asyncio.wait_for(scenario(), 60))
 
 
 def test_it_is_made_of_its_settings(service, tmp_path):
-    assert service.settings.data == tmp_path / "data"
+    assert service.store.blobs.directory == tmp_path / "data"
     assert not (tmp_path / "data").exists()  # nothing is opened before it runs
 
 
@@ -25,7 +46,10 @@ def test_it_is_made_of_its_settings(service, tmp_path):
 )
 def test_it_is_ready_when_it_and_its_workers_are_warm(service, monkeypatch, warm, workers, ready):
     service.warm = warm
-    monkeypatch.setattr(service.builds, "warm_workers", workers)
+    facts = service.builds.facts()
+    monkeypatch.setattr(
+        service.builds, "facts", lambda: dataclasses.replace(facts, warm_workers=workers)
+    )
     assert service.ready is ready
 
 
@@ -41,11 +65,11 @@ def test_a_deleted_gamut_is_forgotten_by_all_who_keep_it(service, monkeypatch):
 
 def test_it_runs_warms_up_and_closes(service, monkeypatch):
     stopped = []
-    monkeypatch.setattr(service.builds, "start", lambda: None)
 
     async def stop():
         stopped.append(True)
 
+    monkeypatch.setattr(service.builds, "start", nothing)
     monkeypatch.setattr(service.builds, "stop", stop)
 
     async def scenario():
@@ -58,7 +82,7 @@ def test_it_runs_warms_up_and_closes(service, monkeypatch):
 
         monkeypatch.setattr(service, "_warm", warm_and_say_so)
         async with service.running():
-            assert service.settings.data.is_dir()
+            assert service.store.blobs.directory.is_dir()
             await warmed.wait()
             assert service.warm
         assert stopped == [True]
@@ -66,10 +90,10 @@ def test_it_runs_warms_up_and_closes(service, monkeypatch):
     asyncio.run(asyncio.wait_for(scenario(), 300))
 
 
-def test_a_second_service_can_have_the_data_when_the_first_is_gone(service, monkeypatch):
+def test_a_second_service_can_have_the_store_when_the_first_is_gone(service, monkeypatch):
     other = Service(service.settings)
     for each in (service, other):
-        monkeypatch.setattr(each.builds, "start", lambda: None)
+        monkeypatch.setattr(each.builds, "start", nothing)
 
     async def scenario():
         for each in (service, other):

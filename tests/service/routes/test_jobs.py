@@ -1,4 +1,19 @@
+import concurrent.futures
+import json
+import socket
+import sys
+import time
+from pathlib import Path
+
 import pytest
+
+# The tests' folders are no packages.
+sys.path.insert(0, str(Path(__file__).parents[2] / "faults"))
+from job_faults import (
+    accepted_jobs_finish,
+    identical_requests_are_one_build,
+    killed_workers_cost_time_only,
+)
 
 UNKNOWN = "0" * 64
 
@@ -51,3 +66,175 @@ def test_a_running_job_tells_its_stage(server, slow_build):
 
     server.wait_for(finished)
     assert {"colours", "boundary"} <= stages
+
+
+def test_a_list_leads_through_all_jobs(server, gamut):
+    found, address = [], "/v1/jobs?limit=1"
+    while address:
+        page = server.client.get(address)
+        assert page.headers["cache-control"] == "no-store"
+        document = page.json()
+        assert len(document["jobs"]) <= 1
+        found += [job["id"] for job in document["jobs"]]
+        address = document["next"]
+        assert (f"<{address}>" in page.headers.get("link", "")) == bool(address)
+    assert found == sorted(set(found))
+    assert gamut["id"] in found
+
+
+@pytest.mark.parametrize("query", ["limit=0", "limit=x", "after=x", "state=queued"])
+def test_wrong_pages_are_refused(server, assert_problem, query):
+    assert_problem(server.client.get(f"/v1/jobs?{query}"), 422, "invalid-parameter")
+
+
+# --- events ---------------------------------------------------------------------------------------
+
+
+def events(server, address, **headers):
+    """All events of a stream, which has to end by itself."""
+    with server.client.stream("GET", f"{address}/events", headers=headers) as answer:
+        assert answer.headers["content-type"].startswith("text/event-stream")
+        assert answer.headers["cache-control"] == "no-store"
+        blocks = "".join(answer.iter_text()).split("\n\n")
+    found = []
+    for block in blocks:
+        fields = dict(line.split(": ", 1) for line in block.splitlines() if line[0] != ":")
+        if "data" in fields:
+            found.append(fields)
+    return found
+
+
+def posted(server, arguments):
+    answer = server.client.post("/v1/gamuts", **arguments, headers={"Prefer": "respond-async"})
+    assert answer.status_code == 202
+    assert answer.headers["preference-applied"] == "respond-async"
+    assert int(answer.headers["retry-after"]) >= 1
+    return answer.headers["location"]
+
+
+def test_a_build_is_followed_to_its_end_by_several(server, slow_build):
+    address = posted(server, slow_build(120_000))
+    with concurrent.futures.ThreadPoolExecutor(5) as threads:
+        streams = list(threads.map(lambda _: events(server, address), range(5)))
+    for stream in streams:
+        *progress, last = stream
+        assert {event["event"] for event in progress} == {"progress"}
+        assert last["event"] == "finished"
+        assert json.loads(last["data"]) == server.client.get(address).json()
+        assert json.loads(last["data"])["state"] == "succeeded"
+        stages = {json.loads(event["data"])["stage"] for event in progress}
+        assert stages & {"colours", "boundary", "decimation", "metric"}
+        assert len({event["id"] for event in stream}) == len(stream)
+    known = {"Last-Event-ID": streams[0][-1]["id"]}
+    assert server.client.get(f"{address}/events", headers=known).status_code == 204
+    known = {"Last-Event-ID": streams[0][0]["id"]}
+    assert [event["event"] for event in events(server, address, **known)] == ["finished"]
+
+
+def test_a_finished_job_has_one_event(server, gamut, assert_problem):
+    (event,) = events(server, f"/v1/jobs/{gamut['id']}")
+    assert event["event"] == "finished"
+    assert server.client.head(f"/v1/jobs/{gamut['id']}/events").status_code == 200
+    assert_problem(server.client.get(f"/v1/jobs/{UNKNOWN}/events"), 404, "job-not-found")
+
+
+def test_streams_are_bounded_and_those_of_clients_that_leave_are_closed(
+    start_server, slow_build, assert_problem
+):
+    server = start_server(max_event_streams=1)
+    address = posted(server, slow_build())
+    with server.client.stream("GET", f"{address}/events") as answer:
+        next(answer.iter_raw())
+        refused = server.client.get(f"{address}/events")
+        assert_problem(refused, 429, "too-many-streams")
+        assert int(refused.headers["retry-after"]) >= 1
+        # polling is the contract, and goes on
+        assert server.client.get(address).status_code == 200
+    assert server.client.head(f"{address}/events").status_code in {200, 429}
+
+    def admitted():
+        with server.client.stream("GET", f"{address}/events") as answer:
+            return answer.status_code == 200
+
+    assert server.wait_for(admitted)
+    assert server.client.delete(address).status_code == 200
+    server.stop()
+
+
+# --- cancel ---------------------------------------------------------------------------------------
+
+
+def test_a_cancelled_build_ends_at_once_for_all_and_can_be_asked_for_again(
+    server, slow_build, assert_problem
+):
+    arguments = slow_build(140_000)
+    address = posted(server, arguments)
+    server.wait_for(lambda: server.client.get(address).json()["stage"] == "decimation")
+    with concurrent.futures.ThreadPoolExecutor(2) as threads:
+        waiting = threads.submit(server.client.post, "/v1/gamuts", **arguments)
+        following = threads.submit(events, server, address)
+        time.sleep(0.1)
+        for _ in range(2):
+            cancelled = server.client.delete(address)
+            assert (cancelled.status_code, cancelled.json()["state"]) == (200, "cancelled")
+        assert_problem(waiting.result(), 409, "build-cancelled")
+        assert json.loads(following.result()[-1]["data"])["state"] == "cancelled"
+    assert server.client.get(address).json()["problem"]["code"] == "build-cancelled"
+    assert_problem(server.client.get(f"/v1/gamuts/{address[-64:]}"), 404, "gamut-not-found")
+    assert posted(server, arguments) == address
+    assert server.finished_job(address)["state"] == "succeeded"
+
+
+def test_what_is_over_cannot_be_cancelled(server, gamut, assert_problem):
+    problem = assert_problem(server.client.delete(f"/v1/jobs/{gamut['id']}"), 409, "job-finished")
+    assert problem["where"] == {"state": "succeeded"}
+    assert_problem(server.client.delete(f"/v1/jobs/{UNKNOWN}"), 404, "job-not-found")
+    assert server.client.get(gamut["links"]["self"]).status_code == 200
+
+
+# --- admission ------------------------------------------------------------------------------------
+
+
+def test_a_full_queue_refuses_before_the_body_and_lets_in_what_needs_no_place(
+    start_server, slow_build, sphere, assert_problem
+):
+    server = start_server(build_queue=1)
+    built = {"samples": sphere(seed=70)}
+    assert server.client.post("/v1/gamuts", json=built).status_code == 201
+    running, waiting = slow_build(150_000), slow_build(149_000)
+    addresses = [posted(server, running)]
+    server.wait_for(lambda: server.client.get(addresses[0]).json()["state"] == "running")
+    addresses.append(posted(server, waiting))
+    refused = server.client.post("/v1/gamuts", json={"samples": sphere(seed=71)})
+    assert_problem(refused, 429, "queue-full")
+    assert int(refused.headers["retry-after"]) >= 1
+    # identical requests and gamuts that are there need no place
+    assert posted(server, waiting) == addresses[1]
+    assert server.client.post("/v1/gamuts", json=built).status_code == 200
+
+    # of a large body nothing has to arrive
+    host, port = server.url.removeprefix("http://").split(":")
+    with socket.create_connection((host, int(port)), timeout=30) as connection:
+        connection.sendall(
+            b"POST /v1/gamuts HTTP/1.1\r\nHost: x\r\nContent-Type: multipart/form-data; "
+            b"boundary=b\r\nContent-Length: 100000000\r\n\r\n"
+        )
+        assert connection.recv(1000).startswith(b"HTTP/1.1 429 ")
+    for address in addresses:
+        server.client.delete(address)
+    server.stop()
+
+
+# --- deaths ---------------------------------------------------------------------------------------
+
+
+def test_every_accepted_job_outlives_kills_and_stops_of_the_service(start_server, slow_build):
+    accepted_jobs_finish(start_server, slow_build, kills=1, stops=1)
+
+
+def test_a_build_outlives_its_workers(start_server, slow_build):
+    killed_workers_cost_time_only(start_server, slow_build, kills=2)
+
+
+def test_200_identical_requests_are_one_build_and_one_answer(server, slow_build):
+    identical_requests_are_one_build(server, slow_build(90_000), clients=200)

@@ -1,26 +1,30 @@
 import hashlib
 import io
 import json
+import resource
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from gamutcore.gamut import Gamut, Options
-from service import worker
+from service.building import worker
+from service.building.memory import private_bytes
 
 
 @pytest.fixture
 def result(tmp_path):
     """Build from these bytes and options, and return all events."""
 
-    def run(data, options, output="history"):
+    def run(data, options, output="history", memory=0):
         (tmp_path / "input").write_bytes(data)
         stream = io.BytesIO()
         request = {
             "input": str(tmp_path / "input"),
             "output": str(tmp_path / output),
             "options": options,
+            "memory": memory,
         }
         worker.build(request, worker.Events(stream))
         return [json.loads(line) for line in stream.getvalue().splitlines()]
@@ -57,12 +61,13 @@ def test_an_error_of_gamutcore_is_passed_on_whole(result):
 
 def test_an_option_of_another_version_is_refused(result, sphere):
     (refused,) = result(document(sphere()), {"unknown": 1})
+    assert refused["seconds"] == {}
     assert (refused["code"], refused["where"]) == ("invalid-option", {"field": "unknown"})
 
 
 def test_a_disk_error_has_its_number(result, sphere):
     *_, failed = result(document(sphere()), {}, output="no/such/folder/history")
-    assert failed == {"event": "failed", "errno": 2}
+    assert failed.items() >= {"event": "failed", "errno": 2}.items()
 
 
 def test_a_defect_costs_one_build(result, monkeypatch):
@@ -70,11 +75,37 @@ def test_a_defect_costs_one_build(result, monkeypatch):
         raise ZeroDivisionError
 
     monkeypatch.setattr(worker, "build_gamut", defect)
-    assert result(b"", {}) == [{"event": "failed", "errno": None}]
+    assert result(b"", {}) == [{"event": "failed", "errno": None, "seconds": {}}]
+
+
+def test_the_seconds_of_all_stages_are_told(result, sphere):
+    *_, built = result(document(sphere()), {})
+    assert {"characterisation", "boundary", "decimation", "metric"} <= set(built["seconds"])
+    assert all(seconds >= 0 for seconds in built["seconds"].values())
+    assert sum(built["seconds"].values()) > 0
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits what was mapped")
+def test_an_allocation_beyond_the_memory_fails_and_the_next_build_works(
+    result, sphere, monkeypatch
+):
+    def greedy(*_arguments, **_options):
+        return np.ones(100_000_000)
+
+    limits = resource.getrlimit(resource.RLIMIT_DATA)
+    usual = worker.build_gamut
+    in_use = private_bytes("self")
+    monkeypatch.setattr(worker, "build_gamut", greedy)
+    (exhausted,) = result(document(sphere()), {}, memory=in_use + 400_000_000)
+    assert exhausted["event"] == "exhausted"
+    assert resource.getrlimit(resource.RLIMIT_DATA) == limits
+    monkeypatch.setattr(worker, "build_gamut", usual)
+    *_, built = result(document(sphere()), {}, memory=in_use + 2_000_000_000)
+    assert built["event"] == "built"
 
 
 def test_the_process_is_ready_once_and_ends_with_its_input():
-    command = [sys.executable, "-m", "service.worker"]
+    command = [sys.executable, "-m", "service.building.worker"]
     answer = subprocess.run(
         command, stdin=subprocess.DEVNULL, capture_output=True, timeout=120, check=False
     )

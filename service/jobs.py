@@ -1,0 +1,498 @@
+"""The truth about jobs: one small document each in the store, changed by compare-and-swap only.
+
+A job has the id of the gamut that it builds, so identical requests meet in it, on every replica.
+Whoever builds *claims* the job: the claim carries a fencing token that grows with every claim, and
+a lease that has to be renewed. A claim that was lost, because its lease ran out and somebody took
+over or because the job was cancelled, can change nothing any more. See ``docs/decisions/jobs.md``.
+
+All methods of `JobBook` block on the store: the event loop calls them in threads.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import threading
+import time
+from dataclasses import asdict, dataclass, field, fields, replace
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any, Literal
+
+from service.problems import Problem
+from service.storage.blobs import BlobDamagedError, BlobNotFoundError, sealed, unsealed
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from service.storage.blobs import Blobs
+
+__all__ = [
+    "ABANDONED_SECONDS",
+    "Claim",
+    "JobBook",
+    "JobCancelledError",
+    "JobDocument",
+    "JobState",
+    "LeaseLostError",
+    "now",
+]
+
+logger = logging.getLogger(__name__)
+
+JobState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
+
+ABANDONED_SECONDS = 60.0
+"""How long a job may wait without a sign of life before a new request for it has it queued anew:
+whoever was to do that may have died in between, and a job that is queued twice is claimed once."""
+
+
+def now() -> str:
+    """Return the time in RFC 3339, UTC, to the millisecond."""
+    return _rfc3339(time.time())
+
+
+class LeaseLostError(Exception):
+    """A claim is not valid any more: somebody else has the job, or it is over."""
+
+
+class JobCancelledError(LeaseLostError):
+    """A claim is not valid any more, because its job was cancelled."""
+
+
+@dataclass(frozen=True)
+class JobDocument:
+    """One build, from its acceptance to its end, as it is kept in the store.
+
+    Attributes
+    ----------
+    id : str
+        The id of the gamut that is built.
+    options : dict
+        The gamut's options, all of them.
+    state : str
+        What the names say. ``succeeded``, ``failed`` and ``cancelled`` are final.
+    stage, fraction : str, float
+        How far a running build is: a stage of `gamutcore` and the part of it that is done, 0..1.
+    attempts : int
+        How often the build was started, since it was last accepted.
+    created, updated, started, finished : str
+        Times in RFC 3339; the last two may be None.
+    problem : dict, optional
+        Why the job failed or was cancelled: what `Problem.from_mapping` takes.
+    owner : str, optional
+        Who is building.
+    token : int
+        Grows with every claim of this job.
+    lease_until : float, optional
+        When the owner's claim ends unless it is renewed, seconds of the Unix epoch.
+    trace : dict
+        Header fields that carry the trace of the request which began the job.
+    """
+
+    id: str
+    options: dict[str, Any]
+    state: JobState = "queued"
+    stage: str = ""
+    fraction: float = 0.0
+    attempts: int = 0
+    created: str = ""
+    updated: str = ""
+    started: str | None = None
+    finished: str | None = None
+    problem: dict[str, Any] | None = None
+    owner: str | None = None
+    token: int = 0
+    lease_until: float | None = None
+    trace: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def final(self) -> bool:
+        """Whether nothing changes any more, unless the gamut is asked for anew."""
+        return self.state in {"succeeded", "failed", "cancelled"}
+
+    def to_bytes(self) -> bytes:
+        """Return the document's blob."""
+        return sealed(json.dumps(asdict(self), separators=(",", ":")).encode())
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> JobDocument:
+        """Return the document in a blob; `BlobDamagedError` if anything about it is wrong."""
+        values = json.loads(unsealed(data))
+        names = {each.name for each in fields(cls)}
+        # A later version may have more to say; this one says nothing about what it does not know.
+        return cls(**{name: value for name, value in values.items() if name in names})
+
+
+@dataclass(frozen=True)
+class Claim:
+    """The right to do a job, as long as nobody has taken it away.
+
+    Attributes
+    ----------
+    document : JobDocument
+        The job as the claim's last change has left it.
+    version : str
+        The version of its blob.
+    lease : float
+        Seconds for which the claim holds without being renewed.
+    """
+
+    document: JobDocument
+    version: str
+    lease: float
+
+
+class JobBook:
+    """The jobs of a deployment.
+
+    Parameters
+    ----------
+    blobs : Blobs
+        Where the documents are, under ``jobs/``.
+    attempts : int
+        How often a build is started before it is given up.
+    clock : callable
+        Seconds of the Unix epoch. The hosts of a deployment have to agree on it to within a lease.
+    """
+
+    def __init__(
+        self, blobs: Blobs, attempts: int = 3, clock: Callable[[], float] = time.time
+    ) -> None:
+        self._blobs = blobs
+        self._attempts = attempts
+        self._clock = clock
+        # A blob cannot be removed by compare-and-swap; here at least nobody renews it meanwhile.
+        self._removing = threading.RLock()
+
+    def accept(
+        self, job_id: str, options: Mapping[str, Any], trace: Mapping[str, str] | None = None
+    ) -> tuple[JobDocument, bool]:
+        """Return the job that builds a gamut: the one under way, else a new one.
+
+        Returns
+        -------
+        document : JobDocument
+            Queued or running.
+        new : bool
+            Whether the caller has to queue it: it is new, or whoever was to build it is gone.
+        """
+        while True:
+            time_ = self._now()
+            fresh = JobDocument(
+                job_id, dict(options), created=time_, updated=time_, trace=dict(trace or {})
+            )
+            with self._removing:
+                found = self._found(job_id)
+                if found is None:
+                    if self._blobs.create(_key(job_id), fresh.to_bytes()) is not None:
+                        return fresh, True
+                    continue
+                document, version = found
+                if not document.final:
+                    return document, self._abandoned(document, ABANDONED_SECONDS)
+                # The token goes on, so that whoever was late with the old build stays fenced off.
+                renewed = replace(fresh, token=document.token)
+                if self._replace(renewed, version) is not None:
+                    return renewed, True
+
+    def read(self, job_id: str) -> JobDocument | None:
+        """Return a job; None if there is none."""
+        found = self._found(job_id)
+        return None if found is None else found[0]
+
+    def claim(self, job_id: str, owner: str, lease: float) -> Claim | None:
+        """Return the right to do a job, if it is to be had; it counts as an attempt.
+
+        A job that was attempted as often as allowed, without an end, fails here.
+
+        Parameters
+        ----------
+        job_id : str
+            Which job.
+        owner : str
+            Who asks.
+        lease : float
+            Seconds until the claim ends unless it is renewed.
+
+        Returns
+        -------
+        Claim or None
+            None if the job is over or unknown, or if somebody else's lease holds.
+        """
+        while True:
+            found = self._found(job_id)
+            if found is None or found[0].final:
+                return None
+            document, version = found
+            if document.state == "running" and (document.lease_until or 0.0) > self._clock():
+                return None
+            if document.attempts >= self._attempts:
+                self._replace(self._given_up(document, None), version)
+                continue
+            time_ = self._now()
+            claimed = replace(
+                document,
+                state="running",
+                stage="",
+                fraction=0.0,
+                attempts=document.attempts + 1,
+                updated=time_,
+                started=document.started or time_,
+                owner=owner,
+                token=document.token + 1,
+                lease_until=self._clock() + lease,
+            )
+            new_version = self._replace(claimed, version)
+            if new_version is not None:
+                return Claim(claimed, new_version, lease)
+
+    def heartbeat(self, claim: Claim, stage: str, fraction: float) -> Claim:
+        """Return the claim, renewed, after writing down how far the build is.
+
+        Raises
+        ------
+        JobCancelledError
+            The job was cancelled.
+        LeaseLostError
+            Somebody else has the job.
+        """
+        return self._changed(
+            claim,
+            replace(
+                claim.document,
+                stage=stage,
+                fraction=fraction,
+                updated=self._now(),
+                lease_until=self._clock() + claim.lease,
+            ),
+        )
+
+    def finish(
+        self, claim: Claim, state: Literal["succeeded", "failed"], problem: Problem | None = None
+    ) -> JobDocument:
+        """Return the job, ended; `LeaseLostError` if the claim was lost."""
+        document = self._ended(claim.document, state, problem)
+        return self._changed(claim, document).document
+
+    def crashed(self, claim: Claim, problem: Problem) -> JobDocument:
+        """Return the job whose process died: queued again, or failed after the last attempt.
+
+        Raises
+        ------
+        LeaseLostError
+            The claim was lost.
+        """
+        document = claim.document
+        if document.attempts >= self._attempts:
+            return self._changed(claim, self._given_up(document, problem)).document
+        return self._changed(claim, self._queued(document, document.attempts)).document
+
+    def release(self, claim: Claim) -> JobDocument:
+        """Return the job, given back unfinished: queued again, and not counted as an attempt.
+
+        Raises
+        ------
+        LeaseLostError
+            The claim was lost.
+        """
+        document = claim.document
+        return self._changed(claim, self._queued(document, document.attempts - 1)).document
+
+    def request_cancel(self, job_id: str) -> JobDocument | None:
+        """Return the job, cancelled unless it was over; None if there is none.
+
+        Whoever is building it learns of it with the next heartbeat, and can change nothing.
+        """
+        while True:
+            found = self._found(job_id)
+            if found is None or found[0].final:
+                return None if found is None else found[0]
+            document, version = found
+            cancelled = self._ended(document, "cancelled", _cancelled_problem())
+            if self._replace(cancelled, version) is not None:
+                return cancelled
+
+    def withdraw(self, job_id: str, problem: Problem) -> JobDocument | None:
+        """Return the job, failed if nobody had begun it: what it needs could not be stored."""
+        while True:
+            found = self._found(job_id)
+            if found is None or found[0].state != "queued":
+                return None if found is None else found[0]
+            document, version = found
+            failed = self._ended(document, "failed", problem)
+            if self._replace(failed, version) is not None:
+                return failed
+
+    def requeue(self, job_id: str, token: int) -> JobDocument | None:
+        """Return the job, queued again if this claim has it: its owner is known to be gone.
+
+        Only for a store that belongs to one process, at its start: everybody else waits for the
+        lease to end. The attempt stays counted, so an input that takes the whole service down is
+        given up as well.
+        """
+        while True:
+            found = self._found(job_id)
+            if found is None or found[0].state != "running" or found[0].token != token:
+                return None if found is None else found[0]
+            changed = self._queued_or_given_up(found[0])
+            if self._replace(changed, found[1]) is not None:
+                return changed
+
+    def revived(self, job_id: str, silence: float) -> JobDocument | None:
+        """Return a job that was lost, queued anew; the caller, and nobody else, has to send it.
+
+        Lost is a running one whose lease has ended, and a queued one of which nothing was heard
+        for `silence` seconds. None if it is not lost, if somebody else has just revived it, or if
+        it was attempted as often as allowed, and has failed now.
+        """
+        found = self._found(job_id)
+        if found is None or found[0].final or not self._abandoned(found[0], silence):
+            return None
+        changed = self._queued_or_given_up(found[0])
+        if self._replace(changed, found[1]) is None or changed.final:
+            return None
+        return changed
+
+    def unfinished(self) -> Iterator[JobDocument]:
+        """Iterate over the jobs that are queued or running."""
+        for key in self._blobs.keys("jobs/"):
+            document = self.read(_job_id(key))
+            if document is not None and not document.final:
+                yield document
+
+    def page(self, after: str, limit: int) -> list[JobDocument]:
+        """Return up to `limit` jobs in the order of their ids, from the first after `after`."""
+        documents: list[JobDocument] = []
+        for key in self._blobs.keys("jobs/", _key(after) if after else ""):
+            if len(documents) == limit:
+                break
+            document = self.read(_job_id(key))
+            if document is not None:
+                documents.append(document)
+        return documents
+
+    def forget_finished(self, older_than: float) -> list[str]:
+        """Remove the jobs that were over `older_than` seconds ago, and return their ids."""
+        limit = _rfc3339(self._clock() - older_than)
+        forgotten = []
+        for key in self._blobs.keys("jobs/"):
+            job_id = _job_id(key)
+            with self._removing:
+                document = self.read(job_id)
+                if document is not None and document.final and (document.finished or "") < limit:
+                    self._blobs.delete(key)
+                    forgotten.append(job_id)
+        return forgotten
+
+    def _found(self, job_id: str) -> tuple[JobDocument, str] | None:
+        try:
+            blob = self._blobs.read(_key(job_id))
+        except BlobNotFoundError:
+            return None
+        try:
+            return JobDocument.from_bytes(blob.data), blob.version
+        except (BlobDamagedError, TypeError) as error:
+            # What it was about cannot be told any more; whoever wants the gamut posts again.
+            logger.error("the document of job %s is damaged and removed: %s", job_id, error)  # noqa: TRY400 - no defect
+            self._blobs.delete(_key(job_id))
+            return None
+
+    def _replace(self, document: JobDocument, version: str) -> str | None:
+        return self._blobs.replace(_key(document.id), document.to_bytes(), version)
+
+    def _changed(self, claim: Claim, document: JobDocument) -> Claim:
+        """Return the claim after its document was changed, if it still holds."""
+        version: str | None = claim.version
+        while version is not None:
+            new_version = self._replace(document, version)
+            if new_version is not None:
+                return replace(claim, document=document, version=new_version)
+            version = self._version_of(claim, refused=version)
+        raise LeaseLostError(claim.document.id)
+
+    def _version_of(self, claim: Claim, refused: str) -> str | None:
+        """Return the version of a claim's document if the claim holds, after a refused change.
+
+        A change may have been made and its answer lost on the way; then the document is the
+        claim's own in another version.
+        """
+        found = self._found(claim.document.id)
+        if found is None:
+            return None
+        document, version = found
+        if document.state == "cancelled" and document.token == claim.document.token:
+            raise JobCancelledError(document.id)
+        if document.state != "running" or document.token != claim.document.token:
+            return None
+        return None if version == refused else version
+
+    def _queued_or_given_up(self, document: JobDocument) -> JobDocument:
+        """Return a job whose owner is gone, to be begun anew unless that was the last attempt."""
+        if document.state == "running" and document.attempts >= self._attempts:
+            return self._given_up(document, None)
+        return self._queued(document, document.attempts)
+
+    def _queued(self, document: JobDocument, attempts: int) -> JobDocument:
+        return replace(
+            document,
+            state="queued",
+            stage="",
+            fraction=0.0,
+            attempts=attempts,
+            updated=self._now(),
+            owner=None,
+            lease_until=None,
+        )
+
+    def _given_up(self, document: JobDocument, problem: Problem | None) -> JobDocument:
+        return self._ended(
+            document,
+            "failed",
+            problem
+            or Problem(
+                "build-crashed",
+                f"Whoever built this gamut died in the middle, {document.attempts} times.",
+            ),
+        )
+
+    def _ended(
+        self, document: JobDocument, state: JobState, problem: Problem | None
+    ) -> JobDocument:
+        time_ = self._now()
+        return replace(
+            document,
+            state=state,
+            stage="" if state == "succeeded" else document.stage,
+            fraction=1.0 if state == "succeeded" else document.fraction,
+            updated=time_,
+            finished=time_,
+            problem=None if problem is None else problem.to_mapping(),
+            owner=None,
+            lease_until=None,
+        )
+
+    def _abandoned(self, document: JobDocument, silence: float) -> bool:
+        """Whether nobody has been heard of who would do a job."""
+        if document.state == "running":
+            return (document.lease_until or 0.0) < self._clock()
+        return document.updated < _rfc3339(self._clock() - silence)
+
+    def _now(self) -> str:
+        return _rfc3339(self._clock())
+
+
+def _cancelled_problem() -> Problem:
+    return Problem("build-cancelled", "The build was cancelled before it was finished.")
+
+
+def _rfc3339(seconds: float) -> str:
+    moment = datetime.fromtimestamp(seconds, UTC)
+    return moment.isoformat(timespec="milliseconds").replace("+00:00", "Z")
+
+
+def _key(job_id: str) -> str:
+    return f"jobs/{job_id[:2]}/{job_id}.job"
+
+
+def _job_id(key: str) -> str:
+    return key.rpartition("/")[2].removesuffix(".job")

@@ -1,0 +1,335 @@
+"""Blobs as objects of a bucket at S3, Google Cloud Storage or Azure, through obstore.
+
+An object store creates and replaces conditionally (``If-None-Match: *`` and ``If-Match`` at S3 and
+Azure, generations at Google), so any number of processes on any number of machines may share a
+bucket. Credentials and endpoints come from the environment, as obstore reads them
+(``AWS_...``, ``GOOGLE_...``, ``AZURE_...``). Every request has a deadline and a bounded number of
+repetitions. Writes are repeated here and not by obstore, because the repetition of a request that
+was carried out, though its answer was lost, meets its own result. See ``docs/operations.md``.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import json
+import logging
+import os
+import re
+import secrets
+import shutil
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from datetime import timedelta
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any, TypeVar
+from urllib.parse import urlsplit
+
+import obstore
+from obstore.exceptions import (
+    AlreadyExistsError,
+    BaseError,
+    NotSupportedError,
+    PermissionDeniedError,
+    PreconditionError,
+    UnauthenticatedError,
+)
+from obstore.store import AzureStore, GCSStore, S3Store
+
+from service.storage.blobs import Blob, BlobNotFoundError, Content, StoreUnavailableError
+
+if TYPE_CHECKING:
+    from typing import BinaryIO
+
+    from obstore.store import RetryConfig
+
+__all__ = ["CloudBlobs"]
+
+logger = logging.getLogger(__name__)
+
+T = TypeVar("T")
+
+_STORES: dict[str, type[S3Store | GCSStore | AzureStore]] = {
+    "s3": S3Store,
+    "gs": GCSStore,
+    "az": AzureStore,
+}
+
+_CONNECT_SECONDS = 5
+_REQUEST_SECONDS = 60
+"""For a whole request: 160 MB, the largest input, at 3 MB/s."""
+
+_READ_RETRIES = 3
+_RETRY_SECONDS = 15
+"""After this time from the first attempt there is no further one."""
+
+_WRITE_PAUSES = (0.1, 0.5, 2.0)
+"""Seconds before a write is repeated."""
+
+_PAGE = 1000
+"""Keys that are listed with one request: the most that S3 gives."""
+
+_IN_MEMORY = 8 << 20
+"""Bytes of a downloaded blob beyond which it goes to a scratch file."""
+
+_SCRATCH_PREFIX = "gamut-scratch-"
+
+_FINAL = (PermissionDeniedError, UnauthenticatedError, NotSupportedError)
+"""Errors that no repetition mends."""
+
+
+class CloudBlobs:
+    """Blobs as objects of a bucket.
+
+    Parameters
+    ----------
+    address : str
+        ``s3://bucket/prefix``, ``gs://bucket/prefix`` or ``az://container/prefix``; the prefix
+        may be missing.
+
+    Raises
+    ------
+    ValueError
+        The address is of another form, or the environment lacks what it needs.
+    """
+
+    remote = True
+
+    def __init__(self, address: str) -> None:
+        parts = urlsplit(address)
+        if (
+            parts.scheme not in _STORES
+            or not parts.hostname
+            or parts.netloc != parts.hostname
+            or parts.query
+            or parts.fragment
+        ):
+            # Not repeated: it may hold a password.
+            message = (
+                "the store's address has to be s3://bucket/prefix, gs://bucket/prefix or "
+                "az://container/prefix; credentials and endpoints come from the environment"
+            )
+            raise ValueError(message)
+        self.address = address
+        kind = _STORES[parts.scheme]
+        self._reading = _client(kind, address, _READ_RETRIES)
+        self._writing = _client(kind, address, 0)
+        self._scratch: Path | None = None
+        self._lock: IO[bytes] | None = None
+
+    def open(self) -> None:
+        """List the bucket: it is there, and may be read. Make a folder for scratch files.
+
+        Raises
+        ------
+        StoreUnavailableError
+            It cannot be listed.
+        """
+        next(self.keys(""), None)
+        self._scratch, self._lock = _scratch_folder()
+
+    def close(self) -> None:
+        """Remove the scratch files."""
+        if self._lock is not None and self._scratch is not None:
+            shutil.rmtree(self._scratch, ignore_errors=True)
+            self._lock.close()
+            self._scratch = self._lock = None
+
+    def read(self, key: str) -> Blob:
+        """Return a blob; `BlobNotFoundError` if there is none."""
+        with _translated("read", key):
+            result = obstore.get(self._reading, key)
+            return Blob(bytes(result.bytes()), _version(result.meta))
+
+    def stream(self, key: str) -> BinaryIO:
+        """Return a blob as a file of its own; `BlobNotFoundError` if there is none."""
+        with contextlib.ExitStack() as closing, _translated("read", key):
+            result = obstore.get(self._reading, key)
+            file = closing.enter_context(
+                tempfile.SpooledTemporaryFile(_IN_MEMORY, dir=str(self.scratch("").parent))
+            )
+            for chunk in result.stream():
+                file.write(chunk)
+            if file.tell() != result.meta["size"]:
+                message = f"{key} was cut short on its way"
+                raise StoreUnavailableError(message)
+            file.seek(0)
+            closing.pop_all()
+            return file  # type: ignore[return-value]
+
+    def size(self, key: str) -> int:
+        """Return a blob's size in bytes; `BlobNotFoundError` if there is none."""
+        with _translated("look at", key):
+            return obstore.head(self._reading, key)["size"]
+
+    def create(self, key: str, content: Content) -> str | None:
+        """Store a new blob and return its version; None if there is one of this key."""
+        try:
+            whole = b"".join(content) if isinstance(content, list) else content
+            return self._written(key, whole, "create")
+        finally:
+            if isinstance(content, Path):
+                content.unlink(missing_ok=True)
+
+    def replace(self, key: str, data: bytes, version: str) -> str | None:
+        """Store another content if the present one has this version; None if it has not."""
+        return self._written(key, data, json.loads(version))
+
+    def delete(self, key: str) -> bool:
+        """Remove a blob. S3 does not tell whether there was one, so it says yes."""
+        try:
+            with _translated("delete", key):
+                _repeated(lambda: obstore.delete(self._writing, key))
+        except BlobNotFoundError:
+            return False
+        return True
+
+    def move(self, key: str, to: str) -> bool:
+        """Copy a blob to another, unused key and delete it; whether there was one."""
+        try:
+            with _translated("move", key):
+                _repeated(lambda: obstore.copy(self._writing, key, to, overwrite=True))
+        except BlobNotFoundError:
+            return False
+        self.delete(key)
+        return True
+
+    def keys(self, prefix: str, after: str = "") -> Iterator[str]:
+        """Iterate over the keys that begin with `prefix` and follow `after`, in their order."""
+        with _translated("list", prefix, missing_bucket=True):
+            pages = obstore.list(
+                self._reading, prefix or None, offset=after or None, chunk_size=_PAGE
+            )
+            for page in pages:
+                yield from (entry["path"] for entry in page)
+
+    def scratch(self, suffix: str) -> Path:
+        """Return the name of a new file in the folder for scratch files."""
+        if self._scratch is None:
+            message = "the store is not open"
+            raise StoreUnavailableError(message)
+        return self._scratch / f"{secrets.token_hex(16)}{suffix}"
+
+    def _written(self, key: str, content: bytes | Path, mode: Any) -> str | None:  # noqa: ANN401
+        """Put an object conditionally; None if the condition does not hold."""
+        with _translated("write", key, missing_bucket=True):
+            for pause in (*_WRITE_PAUSES, None):
+                try:
+                    result = obstore.put(
+                        self._writing, key, content, mode=mode, use_multipart=False
+                    )
+                except (AlreadyExistsError, PreconditionError):
+                    return None if pause == _WRITE_PAUSES[0] else self._own(key, content)
+                except _FINAL:
+                    raise
+                except BaseError:
+                    if pause is None:
+                        raise
+                    time.sleep(pause)
+                else:
+                    return _version(result)
+        raise AssertionError  # pragma: no cover - the last attempt returns or raises
+
+    def _own(self, key: str, content: bytes | Path) -> str | None:
+        """Return the version if the object is what an earlier attempt has written after all."""
+        try:
+            present = self.read(key)
+        except BlobNotFoundError:
+            return None
+        data = content.read_bytes() if isinstance(content, Path) else content
+        return present.version if present.data == data else None
+
+
+def _client(
+    kind: type[S3Store | GCSStore | AzureStore], address: str, retries: int
+) -> S3Store | GCSStore | AzureStore:
+    retry: RetryConfig = {
+        "max_retries": retries,
+        "retry_timeout": timedelta(seconds=_RETRY_SECONDS),
+        "backoff": {"init_backoff": timedelta(seconds=0.1), "max_backoff": timedelta(seconds=2)},
+    }
+    # Options that are given replace those that obstore reads from the environment.
+    allowed = any(
+        os.environ.get(f"{prefix}_ALLOW_HTTP", "").lower() in {"1", "true"}
+        for prefix in ("AWS", "GOOGLE", "AZURE")
+    )
+    try:
+        return kind.from_url(
+            address,
+            client_options={
+                "connect_timeout": timedelta(seconds=_CONNECT_SECONDS),
+                "timeout": timedelta(seconds=_REQUEST_SECONDS),
+                "allow_http": allowed,
+            },
+            retry_config=retry,
+        )
+    except BaseError as error:
+        # Such as a missing account; without addresses, for the same reason as above.
+        first_line = re.sub(r"\S+://\S+", "...", str(error).partition("\n")[0])
+        message = f"the store's settings in the environment do not do: {first_line}"
+        raise ValueError(message) from None
+
+
+def _repeated(request: Callable[[], T]) -> T:
+    """Return what a request returns that may be carried out twice."""
+    for pause in _WRITE_PAUSES:
+        try:
+            return request()
+        except _FINAL:
+            raise
+        except BaseError:
+            time.sleep(pause)
+    return request()
+
+
+@contextlib.contextmanager
+def _translated(verb: str, key: str, *, missing_bucket: bool = False) -> Iterator[None]:
+    """Turn obstore's exceptions into those of `service.storage.blobs`."""
+    try:
+        yield
+    except FileNotFoundError as error:
+        if not missing_bucket:
+            raise BlobNotFoundError(key) from None
+        reason = _reason(error)
+    except BaseError as error:
+        reason = _reason(error)
+    else:
+        return
+    logger.error("the store did not %s %s: %s", verb, key or "its keys", reason)
+    message = f"the store did not {verb} {key or 'its keys'}: {reason}"
+    # Without the cause: its text has addresses, and with shared signatures those are secrets.
+    raise StoreUnavailableError(message) from None
+
+
+_REASONS = (
+    re.compile(r"status code: (\d{3} [A-Za-z ]+)"),
+    re.compile(r"<Code>(\w+)</Code>"),
+    re.compile(r'message: "([A-Za-z ]{,80})"'),
+    re.compile(r"kind: (Connect|Timeout|Interrupted|Decode|Request)\b"),
+)
+"""What of obstore's messages is passed on: nothing that could be an address or a credential."""
+
+
+def _reason(error: Exception) -> str:
+    text = str(error)
+    found = [match[1].strip() for pattern in _REASONS if (match := pattern.search(text))]
+    return ", ".join([type(error).__name__, *found])
+
+
+def _version(result: Any) -> str:  # noqa: ANN401 - a PutResult or an ObjectMeta
+    """Return the two things that identify a version: S3 and Azure have the first, Google both."""
+    return json.dumps({name: result[name] for name in ("e_tag", "version") if result.get(name)})
+
+
+def _scratch_folder() -> tuple[Path, IO[bytes]]:
+    """Return a new, locked folder for scratch files; remove those whose process is gone."""
+    parent = Path(tempfile.gettempdir())
+    for folder in parent.glob(f"{_SCRATCH_PREFIX}*"):
+        with contextlib.suppress(OSError), (folder / "lock").open("rb") as other:
+            fcntl.flock(other, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            shutil.rmtree(folder, ignore_errors=True)
+    folder = Path(tempfile.mkdtemp(prefix=_SCRATCH_PREFIX))
+    lock = (folder / "lock").open("wb")
+    fcntl.flock(lock, fcntl.LOCK_EX)
+    return folder, lock

@@ -1,0 +1,123 @@
+"""Which of the stored blobs go when a local store is full: what costs the least to be without.
+
+First the inputs of finished gamuts, whose loss costs nothing until a gamut is damaged. Then, only
+where the operator has set a limit and so declared the store a cache, what is in quarantine, and the
+gamuts that were not used for the longest time. Inputs of unfinished jobs, jobs, and what is being
+published never go.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from service.storage.blobs import BlobNotFoundError
+from service.storage.local import LocalBlobs
+from service.storage.records import id_of, input_key, record_key
+
+if TYPE_CHECKING:
+    from service.storage.gamuts import GamutStore
+
+__all__ = ["Eviction"]
+
+logger = logging.getLogger(__name__)
+
+_LOOKS = 2
+"""How often one call looks through the store: what was found at first may be in use by then."""
+
+_PAUSE = 1.0
+"""Seconds for which a full store with nothing to evict is not looked through again."""
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    key: str
+    used: float
+    evict: Callable[[str], int]
+
+
+class Eviction:
+    """Makes room in a local store.
+
+    Parameters
+    ----------
+    store : GamutStore
+        The gamuts.
+    blobs : LocalBlobs
+        Its storage.
+    """
+
+    def __init__(self, store: GamutStore, blobs: LocalBlobs) -> None:
+        self._store = store
+        self._blobs = blobs
+        self._lock = threading.Lock()
+        self._candidates: deque[_Candidate] = deque()
+        self._nothing_until = 0.0
+
+    def make_room(self, nbytes: int) -> bool:
+        """Free that many bytes, or as many as there are; whether any were freed."""
+        freed = 0
+        with self._lock:
+            self._store.flush_uses()
+            looks = 0
+            while freed < nbytes:
+                if not self._candidates:
+                    looks += 1
+                    if looks > _LOOKS or not self._look():
+                        break
+                candidate = self._candidates.popleft()
+                with contextlib.suppress(BlobNotFoundError):
+                    used = self._blobs.stat(candidate.key).st_mtime
+                    if used > candidate.used:
+                        # Used since it was looked at: its turn comes again after the others'.
+                        self._candidates.append(_Candidate(candidate.key, used, candidate.evict))
+                        continue
+                    freed += candidate.evict(candidate.key)
+        if freed:
+            logger.info("%d bytes evicted", freed)
+        return freed > 0
+
+    def _look(self) -> bool:
+        """Look through the store for what may go; whether there is anything."""
+        if time.monotonic() < self._nothing_until:
+            return False
+        found = self._in_order(
+            "inputs/", self._drop_input, lambda key: self._has_record(id_of(key))
+        )
+        if self._blobs.limit:
+            found += self._in_order("quarantine/", self._drop, lambda _: True)
+            found += self._in_order("published/", self._evict, lambda key: key.endswith(".record"))
+        self._candidates.extend(found)
+        if not found:
+            self._nothing_until = time.monotonic() + _PAUSE
+        return bool(found)
+
+    def _in_order(
+        self, prefix: str, evict: Callable[[str], int], may_go: Callable[[str], bool]
+    ) -> list[_Candidate]:
+        found = []
+        for key in self._blobs.keys(prefix):
+            if may_go(key) and not self._store.is_being_published(id_of(key)):
+                with contextlib.suppress(BlobNotFoundError):
+                    found.append(_Candidate(key, self._blobs.stat(key).st_mtime, evict))
+        return sorted(found, key=lambda candidate: candidate.used)
+
+    def _has_record(self, gamut_id: str) -> bool:
+        return self._blobs.path(record_key(gamut_id)).exists()
+
+    def _drop_input(self, key: str) -> int:
+        # Not if it is that of a job again, because its gamut was damaged or deleted meanwhile.
+        return self._drop(input_key(id_of(key))) if self._has_record(id_of(key)) else 0
+
+    def _drop(self, key: str) -> int:
+        nbytes = self._blobs.size(key)
+        return nbytes if self._blobs.delete(key) else 0
+
+    def _evict(self, key: str) -> int:
+        return self._store.evict(id_of(key))

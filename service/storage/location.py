@@ -1,0 +1,65 @@
+"""From the setting ``GAMUT_STORE`` to a store: a directory, or the address of a bucket."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from service.storage.gamuts import GamutStore
+from service.storage.local import LocalBlobs
+
+if TYPE_CHECKING:
+    from service.settings import Settings
+    from service.storage.blobs import Blobs
+
+__all__ = ["StoreLocationError", "blobs_at", "gamut_store", "is_address"]
+
+_ADDRESS = re.compile(r"[a-z][a-z0-9+.-]*://")
+
+
+class StoreLocationError(ValueError):
+    """Nothing can be stored at the location that the settings name."""
+
+
+def is_address(location: str) -> bool:
+    """Whether a location is a bucket's address, and not a directory."""
+    return _ADDRESS.match(location) is not None
+
+
+def blobs_at(location: str, limit: int = 0, reserve: int = 0) -> Blobs:
+    """Return the storage at a location.
+
+    Parameters
+    ----------
+    location : str
+        A directory, or an address with ``s3://``, ``gs://`` or ``az://``.
+    limit, reserve : int
+        Of a directory; see `LocalBlobs`.
+
+    Raises
+    ------
+    StoreLocationError
+        The address is of another kind, or buckets need an extra that is not installed.
+    """
+    if is_address(location):
+        try:
+            # Slow to import, and not installed by default.
+            from service.storage.cloud import CloudBlobs  # noqa: PLC0415
+        except ModuleNotFoundError as error:
+            message = (
+                "a store in a bucket needs the extra `cloud`: "
+                'pip install "gamut-boundary-service[cloud]"'
+            )
+            raise StoreLocationError(message) from error
+        try:
+            return CloudBlobs(location)
+        except ValueError as error:
+            raise StoreLocationError(str(error)) from None
+    return LocalBlobs(Path(location), limit, reserve)
+
+
+def gamut_store(settings: Settings) -> GamutStore:
+    """Return the store that the settings speak of, not yet opened."""
+    blobs = blobs_at(settings.store, settings.store_bytes, settings.store_reserve_bytes)
+    return GamutStore(blobs, keep_inputs=settings.keep_inputs)

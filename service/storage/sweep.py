@@ -1,0 +1,67 @@
+"""Removal of histories that a process stored and did not live to commit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+from service.storage.blobs import BlobNotFoundError
+from service.storage.records import Record, id_of, record_key
+
+if TYPE_CHECKING:
+    from service.storage.blobs import Blobs
+
+__all__ = ["remove_uncommitted"]
+
+
+def remove_uncommitted(
+    blobs: Blobs, in_the_making: Callable[[str], bool], wanted: Callable[[], bool]
+) -> int:
+    """Remove the histories that no record names.
+
+    Parameters
+    ----------
+    blobs : Blobs
+        Storage that belongs to this process: what others are publishing cannot be told apart.
+    in_the_making : callable
+        Whether this process is just publishing the gamut of an id.
+    wanted : callable
+        Whether to go on.
+
+    Returns
+    -------
+    int
+        How many were removed.
+    """
+    removed = 0
+    for gamut_id, keys in groupby(blobs.keys("published/"), id_of):
+        if not wanted():
+            break
+        histories = [key for key in keys if key.endswith(".gamut")]
+        # This order: what is not in the making any more has been committed before the look.
+        if not in_the_making(gamut_id):
+            removed += sum(map(blobs.delete, _uncommitted(blobs, gamut_id, histories)))
+    return removed
+
+
+def _uncommitted(blobs: Blobs, gamut_id: str, histories: list[str]) -> Iterable[str]:
+    if len(histories) == 1 and _exists(blobs, record_key(gamut_id)):
+        # The usual case, and worth no reading: if the record speaks of another history, it is
+        # damaged, and found to be when it is asked for.
+        return []
+    try:
+        committed = Record.from_bytes(blobs.read(record_key(gamut_id)).data).key
+    except BlobNotFoundError:
+        return histories
+    except (ValueError, TypeError):
+        return []  # for the quarantine
+    return [key for key in histories if key != committed]
+
+
+def _exists(blobs: Blobs, key: str) -> bool:
+    try:
+        blobs.size(key)
+    except BlobNotFoundError:
+        return False
+    return True

@@ -1,0 +1,119 @@
+"""Deaths in the middle of builds, as often as wanted: what the suite does a few times.
+
+Every function takes what it kills and how often, and raises AssertionError at the first promise
+that is broken. The servers are those of ``tests/service/conftest.py``.
+"""
+
+import concurrent.futures
+import contextlib
+import os
+import random
+import re
+import signal
+import time
+
+import httpx
+
+_WARM = re.compile(r"build worker (\d+) is warm")
+
+
+def accepted(server, arguments):
+    """Post a build and return the address of its job."""
+    answer = server.client.post("/v1/gamuts", **arguments, headers={"Prefer": "respond-async"})
+    assert answer.status_code == 202, answer.text
+    return answer.headers["location"]
+
+
+def state(server, address):
+    """What a job is."""
+    return server.client.get(address).json()["state"]
+
+
+def running_or_over(server, address, attempts):
+    """A job's document once it is in a later attempt than that many, or over."""
+
+    def found():
+        job = server.client.get(address).json()
+        begun = job["attempts"] > attempts and job["stage"]
+        return job if begun or job["finished"] else None
+
+    return server.wait_for(found)
+
+
+def accepted_jobs_finish(start_server, slow_build, *, kills, stops, jobs=2, seed=0):
+    """Kill and stop services with builds running and waiting; the last one has to finish them all.
+
+    Kills and stops alternate as long as there are both. A service that is killed in the middle of a
+    build costs that build an attempt, so the attempts have to be enough for all kills.
+    """
+    chance = random.Random(seed)  # noqa: S311 - to be repeatable
+    server = start_server(build_attempts=10, drain_seconds=1)
+    addresses = [accepted(server, slow_build(100_000 + 1000 * number)) for number in range(jobs)]
+    ends = [how for pair in zip(["kill"] * kills, ["stop"] * stops, strict=False) for how in pair]
+    ends += ["kill"] * (kills - stops) + ["stop"] * (stops - kills)
+    for how in ends:
+        server.wait_for(
+            lambda server=server: any(
+                state(server, address) in {"running", "succeeded"} for address in addresses
+            )
+        )
+        time.sleep(chance.uniform(0.0, 1.5))
+        getattr(server, how)()
+        server = start_server(server.data, build_attempts=10, drain_seconds=1)
+    for address in addresses:
+        job = server.finished_job(address)
+        assert job["state"] == "succeeded", job
+        mesh = server.client.get(f"{job['links']['gamut']}/mesh", params={"triangles": 100})
+        assert mesh.status_code == 200
+    server.stop()
+    return len(ends)
+
+
+def killed_workers_cost_time_only(start_server, slow_build, *, kills, per_job=2, seed=0):
+    """Kill the worker in the middle of builds: no job fails, and what was built is the same.
+
+    Every job has three attempts, so each survives two kills.
+    """
+    chance = random.Random(seed)  # noqa: S311 - to be repeatable
+    server = start_server()
+    server.wait_ready()
+    killed = 0
+    number = 0
+    while killed < kills:
+        address = accepted(server, slow_build(100_000 + number))
+        number += 1
+        attempts = 0
+        for _ in range(min(per_job, kills - killed)):
+            job = running_or_over(server, address, attempts)
+            if job["finished"]:
+                break
+            time.sleep(chance.uniform(0.0, 0.5))
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(int(_WARM.findall(server.log())[-1]), signal.SIGKILL)
+            killed += 1
+            attempts = job["attempts"]
+        job = server.finished_job(address)
+        assert job["state"] == "succeeded", job
+    server.stop()
+    return killed
+
+
+def identical_requests_are_one_build(server, arguments, *, clients):
+    """Post the same many times at once: one build, one answer, and the meshes are one as well."""
+    limits = httpx.Limits(max_connections=clients)
+
+    with httpx.Client(base_url=server.url, timeout=300, limits=limits) as client:
+
+        def post(_):
+            return client.post("/v1/gamuts", **arguments, headers={"Prefer": "wait=200"})
+
+        with concurrent.futures.ThreadPoolExecutor(clients) as threads:
+            answers = list(threads.map(post, range(clients)))
+            assert {answer.status_code for answer in answers} <= {200, 201}
+            assert len({answer.content for answer in answers}) == 1
+            gamut = answers[0].json()
+            meshes = set(
+                threads.map(lambda _: client.get(gamut["links"]["mesh"]).content, range(8))
+            )
+    assert len(meshes) == 1
+    assert server.builds_started(gamut["id"]) == 1

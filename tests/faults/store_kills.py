@@ -1,0 +1,260 @@
+"""Kills a process at the system calls with which it writes to a store, and looks what is left.
+
+A child process keeps inputs, creates and replaces job documents, publishes and deletes gamuts in a
+local store, and says on its output what has been acknowledged. ``strace`` sends it SIGKILL as it
+enters one certain call: the n-th ``write``, ``fsync``, ``link``, ``rename``, ``unlink`` or
+``mkdir``, a different one each time, until every one of them has been the last. After every kill
+the same directory is opened again, as a restarted service would, and all that was ever acknowledged
+has to be there, byte for byte, and nothing else may be visible but whole things.
+
+``store_kills.py --kills 500`` writes one line of JSON with the figures and ends with status 1 if
+anything was lost or damaged. Needs strace, and permission to trace.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import hashlib
+import json
+import os
+import random
+import re
+import secrets
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+from itertools import cycle, islice
+from pathlib import Path
+
+from service.storage.blobs import BlobNotFoundError, sealed, unsealed
+from service.storage.gamuts import GamutNotStoredError, GamutStore
+from service.storage.local import LocalBlobs
+from service.storage.records import Record, id_of
+
+CALLS = "write,fsync,link,linkat,rename,renameat,renameat2,unlink,unlinkat,mkdir,mkdirat"
+"""All that changes a file system, under all the names that a C library may use."""
+
+ROUNDS = 2
+"""How often a child does everything; the first time folders are made."""
+
+START = b"start\n"
+
+
+def content(gamut_id: str) -> bytes:
+    """Return what is stored under an id: so much that it takes several writes."""
+    seed = hashlib.sha256(gamut_id.encode()).digest()
+    return (seed * 1000)[: 20_000 + seed[0]]
+
+
+def say(word: str, *values: object) -> None:
+    os.write(1, (" ".join([word, *map(str, values)]) + "\n").encode())
+
+
+def work(directory: Path, rounds: int) -> None:
+    """Do with a store what the service does with it, and acknowledge every step."""
+    store = GamutStore(LocalBlobs(directory))
+    os.write(1, START)
+    store.open()
+    previous = None
+    for _ in range(rounds):
+        gamut_id = secrets.token_hex(32)
+        data = content(gamut_id)
+        store.keep_input(gamut_id, data, {"gamma": 0.2})
+        say("kept", gamut_id)
+        job = f"jobs/{gamut_id[:2]}/{gamut_id}.job"
+        version = store.blobs.create(job, sealed(b"0"))
+        say("job", gamut_id, 0)
+        for number in (1, 2):
+            assert version is not None
+            version = store.blobs.replace(job, sealed(b"%d" % number), version)
+            say("job", gamut_id, number)
+        output = store.scratch(".gamut")
+        output.write_bytes(data)
+        digest = hashlib.sha256(data).hexdigest()
+        store.publish(Record(gamut_id, digest, len(data), "", {}), output)
+        say("published", gamut_id)
+        if previous is not None:
+            say("deleting", previous)
+            store.delete(previous)
+            say("deleted", previous)
+        previous = gamut_id
+    store.close()
+    say("done")
+
+
+@dataclass
+class Expected:
+    """What has been acknowledged so far, by the names of `work`."""
+
+    kept: set[str] = field(default_factory=set)
+    jobs: dict[str, int] = field(default_factory=dict)
+    published: set[str] = field(default_factory=set)
+    deleting: set[str] = field(default_factory=set)
+    deleted: set[str] = field(default_factory=set)
+
+    def learn(self, output: str) -> bool:
+        """Read a child's output; whether it came to its end."""
+        for line in output.splitlines():
+            word, *values = line.split()
+            if word == "job":
+                self.jobs[values[0]] = int(values[1])
+            elif word in {"kept", "published", "deleting", "deleted"}:
+                getattr(self, word).add(values[0])
+        return output.endswith("done\n")
+
+
+def losses(directory: Path, expected: Expected) -> list[str]:
+    """Open the store again and return what is lost, damaged, half there or left over."""
+    found: list[str] = []
+    blobs = LocalBlobs(directory)
+    store = GamutStore(blobs)
+    store.open()
+    with contextlib.closing(store):
+        assert store._sweeping is not None
+        store._sweeping.join()
+        found += [f"left over: {path.name}" for path in store.scratch("").parent.iterdir()]
+        visible = list(store.ids())
+        for gamut_id in visible:
+            try:
+                if store.content(gamut_id)[1] != content(gamut_id):
+                    found.append(f"other content: {gamut_id}")
+            except GamutNotStoredError:
+                found.append(f"damaged: {gamut_id}")
+        found += [
+            f"lost: {gamut_id}" for gamut_id in expected.published - expected.deleting - {*visible}
+        ]
+        found += [f"came back: {gamut_id}" for gamut_id in expected.deleted & {*visible}]
+        histories = [id_of(key) for key in blobs.keys("published/") if key.endswith(".gamut")]
+        if Counter(histories) != Counter(visible):
+            found.append("histories without records")
+        for gamut_id in expected.kept - expected.deleting:
+            try:
+                path = store.input_path(gamut_id)
+                if path.read_bytes() != content(gamut_id):
+                    found.append(f"other input: {gamut_id}")
+                path.unlink()
+            except BlobNotFoundError:
+                found.append(f"lost input: {gamut_id}")
+        for gamut_id, number in expected.jobs.items():
+            data = unsealed(blobs.read(f"jobs/{gamut_id[:2]}/{gamut_id}.job").data)
+            if int(data) not in {number, number + 1}:
+                found.append(f"job {gamut_id} fell back from {number} to {int(data)}")
+        found += [f"quarantined: {key}" for key in blobs.keys("quarantine/")]
+    return found
+
+
+def child(directory: Path, *options: str) -> subprocess.CompletedProcess[bytes]:
+    """Run `work` under strace."""
+    return subprocess.run(
+        [
+            *("strace", "-f", "-qq", "-e", f"trace={CALLS}", *options),
+            *(sys.executable, __file__, "--work", directory, "--rounds", str(ROUNDS)),
+        ],
+        capture_output=True,
+        check=False,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+    )
+
+
+def kill_points(directory: Path) -> list[tuple[str, int]]:
+    """Return every call of a child that changes the file system: its name and its number.
+
+    Raises
+    ------
+    RuntimeError
+        strace does not work here; the message is its own.
+    """
+    log = directory / "trace"
+    ended = child(directory / "points", "-o", str(log))
+    if not ended.stdout.endswith(b"done\n"):
+        raise RuntimeError(ended.stderr.decode()[-500:])
+    counts: Counter[str] = Counter()
+    points, started, main = [], False, ""
+    for line in log.read_text().splitlines():
+        match = re.match(r"(\d+)\s+(\w+)\((.*)", line)
+        if match is None:
+            continue
+        thread, call, arguments = match.groups()
+        main = main or thread
+        if thread != main:
+            continue  # strace counts the calls of every thread by themselves
+        counts[call] += 1
+        if started:
+            points.append((call, counts[call]))
+        started = started or arguments.startswith('1, "start\\n"')
+    return points
+
+
+def survived(directory: Path, kills: int, seed: int = 0) -> dict[str, object]:
+    """Kill a child so many times and return the figures.
+
+    Parameters
+    ----------
+    directory : Path
+        An empty directory for the store and a log.
+    kills : int
+        How often; every point of a child comes up before one comes up again.
+    seed : int
+        Of the order of the points.
+
+    Returns
+    -------
+    dict
+        ``kills``, ``points`` (that there are), ``calls`` (kills by call), ``acknowledged`` (things
+        that were, by kind), ``losses`` (what was wrong after a kill; empty if all is well) and
+        ``seconds``.
+    """
+    start = time.monotonic()
+    points = kill_points(directory)
+    order = random.Random(seed).sample(points, len(points))  # noqa: S311 - an order
+    expected, found, calls = Expected(), [], Counter()
+    store = directory / "store"
+    for call, number in islice(cycle(order), 2 * kills):
+        if calls.total() == kills:
+            break
+        ended = child(store, "-o", os.devnull, "-e", f"inject={call}:signal=KILL:when={number}")
+        # Folders that exist by now are not made again: then there are fewer calls, and no kill.
+        if not expected.learn(ended.stdout.decode()):
+            calls[re.sub(r"at2?$", "", call)] += 1
+        found += [f"after {call} {number}: {loss}" for loss in losses(store, expected)]
+    return {
+        "kills": calls.total(),
+        "points": len(points),
+        "calls": dict(sorted(calls.items())),
+        "acknowledged": {
+            "inputs": len(expected.kept),
+            "jobs": len(expected.jobs),
+            "gamuts": len(expected.published),
+            "deletions": len(expected.deleted),
+        },
+        "losses": found,
+        "seconds": round(time.monotonic() - start, 1),
+    }
+
+
+def main() -> int:
+    """Run as a program; the exit status is 1 if anything was lost or damaged."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--kills", type=int, default=500)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--work", type=Path, help=argparse.SUPPRESS)
+    parser.add_argument("--rounds", type=int, default=ROUNDS, help=argparse.SUPPRESS)
+    parsed = parser.parse_args()
+    if parsed.work:
+        work(parsed.work, parsed.rounds)
+        return 0
+    if shutil.which("strace") is None:
+        sys.exit("strace is not installed")
+    with tempfile.TemporaryDirectory() as folder:
+        figures = survived(Path(folder), parsed.kills, parsed.seed)
+    sys.stdout.write(json.dumps(figures) + "\n")
+    return 1 if figures["losses"] else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,109 @@
+import os
+
+import pytest
+
+from service.storage.blobs import StoreFullError
+from service.storage.gamuts import GamutNotStoredError, GamutStore
+from service.storage.local import LocalBlobs
+from service.storage.records import record_key
+
+
+@pytest.fixture
+def limited(tmp_path):
+    """A store with a limit that is no multiple of anything: about ten gamuts of 10 kB."""
+    opened = GamutStore(LocalBlobs(tmp_path / "store", limit=105_000))
+    opened.open()
+    yield opened
+    opened.close()
+
+
+def aged(store, gamut_id, seconds):
+    path = store.blobs.path(record_key(gamut_id))
+    os.utime(path, (1_000_000_000 - seconds,) * 2)
+
+
+def stored(store):
+    return set(store.ids())
+
+
+def test_the_least_recently_used_gamuts_go_first(limited, publish):
+    evicted = []
+    limited.on_evicted = evicted.append
+    ids = [publish(limited, number, bytes(9_000)).id for number in range(9)]
+    for place, gamut_id in enumerate(ids):
+        aged(limited, gamut_id, 100 - place)
+    limited._used.clear()
+    limited.record(ids[0])  # the oldest, but used
+    limited.mark_used(ids[1])
+    new = publish(limited, 100, bytes(40_000)).id
+    assert evicted == ids[2:5]
+    assert limited.evictions == 3
+    assert stored(limited) == {*ids[:2], *ids[5:], new}
+    assert limited.blobs.used <= 105_000
+    with pytest.raises(GamutNotStoredError):
+        limited.record(ids[2])
+
+
+def test_inputs_of_finished_gamuts_go_before_gamuts(limited, publish, identity):
+    first, second = (publish(limited, number, bytes(20_000)).id for number in range(2))
+    limited.keep_input(first, bytes(20_000))
+    limited.keep_input(second, bytes(20_000))
+    limited.keep_input(identity(3), bytes(5_000))  # of a job that is not done
+    publish(limited, 3, bytes(20_000))
+    assert limited.evictions == 0
+    assert not limited.input_kept(first)
+    assert limited.input_kept(second)
+    assert limited.input_kept(identity(3))
+
+
+def test_what_is_in_quarantine_goes_before_gamuts(limited, publish):
+    damaged, sound = (publish(limited, number, bytes(40_000)).id for number in range(2))
+    limited.set_aside(damaged, "for the test")
+    publish(limited, 3, bytes(40_000))
+    assert limited.evictions == 0
+    assert sound in stored(limited)
+    assert not any(".gamut." in key for key in limited.blobs.keys("quarantine/"))
+
+
+def test_inputs_of_unfinished_jobs_never_go(limited, publish, identity):
+    for number in range(5):
+        limited.keep_input(identity(number), bytes(20_000))
+    with pytest.raises(StoreFullError):
+        publish(limited, 7, bytes(20_000))
+    with pytest.raises(StoreFullError):
+        limited.keep_input(identity(8), bytes(20_000))
+    assert all(limited.input_kept(identity(number)) for number in range(5))
+    assert stored(limited) == set()
+
+
+def test_what_cannot_fit_evicts_nothing(limited, publish):
+    record = publish(limited, 1, bytes(50_000))
+    with pytest.raises(StoreFullError):
+        publish(limited, 2, bytes(200_000))
+    assert stored(limited) == {record.id}
+
+
+def test_what_is_being_published_stays(limited, publish):
+    """Another's publication, between its record and its answer, must not be evicted."""
+    first = publish(limited, 1, bytes(60_000)).id
+    with limited._published_here(first), pytest.raises(StoreFullError):
+        publish(limited, 2, bytes(60_000))
+    assert stored(limited) == {first}
+
+
+def test_without_a_limit_a_full_disk_costs_inputs_and_no_gamut(
+    store, publish, identity, monkeypatch
+):
+    first = publish(store, 1).id
+    store.keep_input(first, bytes(1000))
+    store.keep_input(identity(2), bytes(1000))
+    store.blobs._counting.join()
+    capacity = store.blobs.used + 10_000  # the next gamut has 10,240 bytes, and its record
+    monkeypatch.setattr(
+        store.blobs, "_missing", lambda nbytes, **_: store.blobs.used + nbytes - capacity
+    )
+    publish(store, 2)
+    assert not store.input_kept(first)
+    assert stored(store) == {first, identity(2)}
+    with pytest.raises(StoreFullError):
+        publish(store, 3, bytes(5000))

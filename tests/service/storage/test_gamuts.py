@@ -1,0 +1,286 @@
+import contextlib
+import json
+import os
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, replace
+
+import pytest
+
+from service.storage.blobs import StoreUnavailableError, sealed
+from service.storage.gamuts import GamutDamagedError, GamutNotStoredError, GamutStore
+from service.storage.local import LocalBlobs
+from service.storage.records import record_key
+
+CONTENT = bytes(range(256)) * 40
+
+
+def files(store, gamut_id):
+    """The files of a gamut: history, then record."""
+    return sorted((store.blobs.directory / "published").rglob(f"{gamut_id}*"))
+
+
+def quarantined(store):
+    return list(store.blobs.keys("quarantine/"))
+
+
+def reopened(store):
+    """The same directory as another process would find it; the caller closes it."""
+    other = GamutStore(LocalBlobs(store.blobs.directory))
+    other.open()
+    other._sweeping.join()
+    return other
+
+
+def test_what_is_published_is_read_back(store, publish, unfinished):
+    record = publish(store)
+    assert store.record(record.id) == record
+    assert store.content(record.id) == (record, CONTENT)
+    assert unfinished(store) == []
+    assert (store.hits, store.misses, store.corruptions) == (2, 0, 0)
+
+
+def test_what_was_never_published_is_not_there(store, identity):
+    for read in (store.record, store.content, store.verified_file):
+        with pytest.raises(GamutNotStoredError):
+            read(identity(1))
+    assert (store.hits, store.misses) == (0, 3)
+
+
+def test_publishing_again_changes_nothing(store, publish, unfinished):
+    first = publish(store)
+    assert publish(store, content=b"other") == first
+    assert store.content(first.id) == (first, CONTENT)
+    assert unfinished(store) == []
+    assert len(files(store, first.id)) == 2
+
+
+def test_of_concurrent_publishers_one_wins_and_all_are_told_which(store, publish):
+    barrier = threading.Barrier(8)
+
+    def attempt(number):
+        barrier.wait()
+        return publish(store, content=b"%d" % number * 1000)
+
+    with ThreadPoolExecutor(8) as threads:
+        (winner,) = {record.sha256: record for record in threads.map(attempt, range(8))}.values()
+    assert store.content(winner.id)[0] == winner
+    assert len(files(store, winner.id)) == 2
+
+
+def test_publishers_deleters_and_readers_never_meet_half_a_gamut(store, publish, identity):
+    gamut_id, seen, until = identity(0), set(), time.monotonic() + 1.5
+
+    def publishing(number):
+        while time.monotonic() < until:
+            # Whoever is told that it is published can read it, unless it is deleted since.
+            with contextlib.suppress(GamutNotStoredError, StoreUnavailableError):
+                publish(store, content=b"%d" % number * 5000)
+
+    def deleting():
+        while time.monotonic() < until:
+            store.delete(gamut_id)
+
+    def reading():
+        while time.monotonic() < until:
+            with contextlib.suppress(GamutNotStoredError):
+                seen.add(store.content(gamut_id)[1][:1])
+
+    with ThreadPoolExecutor(6) as threads:
+        work = [threads.submit(publishing, number) for number in (1, 2)]
+        work += [threads.submit(deleting), *(threads.submit(reading) for _ in range(3))]
+        for done in work:
+            done.result()
+    assert seen == {b"1", b"2"}
+    publish(store, content=b"last")
+    assert len(store.content(gamut_id)[1]) in {4, 5000}
+
+
+def test_a_history_without_a_record_is_no_gamut_and_is_swept(store, publish):
+    record = publish(store)
+    files(store, record.id)[1].unlink()
+    with pytest.raises(GamutNotStoredError):
+        store.content(record.id)
+    store.close()
+    other = reopened(store)
+    assert files(other, record.id) == []
+    again = publish(other, content=b"rebuilt")
+    assert other.content(record.id) == (again, b"rebuilt")
+    other.close()
+
+
+def test_a_loser_s_history_is_swept_and_the_winner_s_stays(store, publish):
+    record = publish(store)
+    loser = store.blobs.path(replace(record, copy="0" * 16).key)
+    loser.write_bytes(b"not committed")
+    store.close()
+    other = reopened(store)
+    assert not loser.exists()
+    assert other.content(record.id) == (record, CONTENT)
+    other.close()
+
+
+def test_another_process_gets_what_is_there_and_nothing_unfinished(store, publish, unfinished):
+    record = publish(store)
+    store.scratch(".input").write_bytes(b"left behind")
+    store.close()
+    other = reopened(store)
+    assert other.content(record.id) == (record, CONTENT)
+    assert unfinished(other) == []
+    other.close()
+
+
+def test_a_gamut_of_before_there_were_copies_is_served_and_deleted(store, publish):
+    record = publish(store)
+    fields = asdict(record)
+    del fields["copy"]
+    history, record_file = files(store, record.id)
+    history.rename(history.with_name(f"{record.id}.gamut"))
+    record_file.write_bytes(sealed(json.dumps(fields, separators=(",", ":")).encode()))
+    assert store.content(record.id)[1] == CONTENT
+    assert store.delete(record.id)
+    assert files(store, record.id) == []
+
+
+@pytest.mark.parametrize("which", [0, 1], ids=["history", "record"])
+@pytest.mark.parametrize("damage", ["flip", "truncate", "extend", "empty", "remove"])
+def test_damage_is_noticed_set_aside_and_mended_by_publishing(
+    store, publish, caplog, which, damage
+):
+    record = publish(store)
+    store.keep_input(record.id, b"input")
+    path = files(store, record.id)[which]
+    data = path.read_bytes()
+    middle = len(data) // 2
+    if damage == "remove":
+        path.unlink()
+    else:
+        path.write_bytes(
+            {
+                "flip": data[:middle] + bytes([data[middle] ^ 1]) + data[middle + 1 :],
+                "truncate": data[:-1],
+                "extend": data + b" ",
+                "empty": b"",
+            }[damage]
+        )
+    deleted = which == 1 and damage == "remove"
+    with pytest.raises(GamutNotStoredError if deleted else GamutDamagedError) as caught:
+        store.content(record.id)
+    if not deleted:
+        assert caught.value.input_kept
+        assert store.corruptions == 1
+        assert files(store, record.id) == []
+        (reason,) = [key for key in quarantined(store) if key.endswith(".reason")]
+        assert record.id in store.blobs.read(reason).data.decode()
+        assert "quarantine" in caplog.text
+    assert not store.delete(record.id)
+    again = publish(store)
+    assert store.content(record.id) == (again, CONTENT)
+
+
+def test_a_sound_gamut_is_not_set_aside_for_what_its_predecessor_was(store, publish):
+    """Two readers find the same damage; by the time of the second it has been mended."""
+    record = publish(store)
+    record_file = files(store, record.id)[1]
+    damaged = record_file.read_bytes()[:-2]
+    record_file.write_bytes(damaged)
+    with pytest.raises(GamutDamagedError):
+        store.record(record.id)
+    mended = publish(store)
+    store._damaged(record.id, "found by the second reader", None, damaged)
+    store._damaged(record.id, "found by the second reader", record)
+    assert store.content(record.id) == (mended, CONTENT)
+    assert store.corruptions == 1
+
+
+def test_a_damaged_gamut_without_its_input_says_so(store, publish):
+    record = publish(store)
+    files(store, record.id)[0].write_bytes(b"")
+    with pytest.raises(GamutDamagedError) as caught:
+        store.record(record.id)
+    assert not caught.value.input_kept
+    assert caught.value.args == (record.id,)
+
+
+def test_a_record_under_another_name_is_not_believed(store, publish):
+    record = publish(store)
+    other = "0" * 64
+    store.blobs.create(record_key(other), store.blobs.read(record_key(record.id)).data)
+    with pytest.raises(GamutDamagedError):
+        store.record(other)
+    assert store.content(record.id) == (record, CONTENT)
+
+
+def test_a_gamut_can_be_set_aside_for_what_is_in_it(store, publish):
+    record = publish(store)
+    error = store.set_aside(record.id, "no history")
+    assert isinstance(error, GamutDamagedError)
+    assert files(store, record.id) == []
+    with pytest.raises(GamutNotStoredError):
+        store.record(record.id)
+
+
+def test_deleting_removes_everything(store, publish):
+    record = publish(store)
+    store.keep_input(record.id, b"input")
+    assert store.delete(record.id)
+    assert not store.delete(record.id)
+    assert list(store.blobs.keys("")) == []
+
+
+def test_an_open_history_survives_its_deletion(store, publish):
+    record = publish(store)
+    _, file = store.verified_file(record.id)
+    store.delete(record.id)
+    with file:
+        assert file.read() == CONTENT
+
+
+def test_inputs_go_with_publication_if_they_are_not_to_be_kept(tmp_path, publish, identity):
+    store = GamutStore(LocalBlobs(tmp_path / "store"), keep_inputs=False)
+    store.open()
+    store.keep_input(identity(0), b"input")
+    assert store.input_kept(identity(0))
+    publish(store)
+    assert not store.input_kept(identity(0))
+    store.close()
+
+
+def test_pages_follow_each_other_in_the_order_of_ids(store, publish):
+    ids = sorted(publish(store, number).id for number in range(12))
+    assert [record.id for record in store.page("", 100)] == ids
+    assert [record.id for record in store.page("", 5)] == ids[:5]
+    assert [record.id for record in store.page(ids[4], 5)] == ids[5:10]
+    assert store.page(ids[-1], 5) == []
+
+
+def test_a_damaged_record_is_left_out_of_the_pages(store, publish):
+    ids = sorted(publish(store, number).id for number in range(3))
+    files(store, ids[1])[1].write_bytes(b"")
+    assert [record.id for record in store.page("", 5)] == [ids[0], ids[2]]
+
+
+def test_a_failed_publication_leaves_nothing(store, publish, identity, unfinished, monkeypatch):
+    create, failing = store.blobs.create, [OSError(5, "a bad disk")]
+
+    def fails_once(key, content):
+        if key.endswith(".record") and failing:
+            raise failing.pop()
+        return create(key, content)
+
+    monkeypatch.setattr(store.blobs, "create", fails_once)
+    with pytest.raises(OSError, match="a bad disk"):
+        publish(store)
+    assert files(store, identity(0)) == []
+    assert unfinished(store) == []
+    assert store.content(publish(store).id)[1] == CONTENT
+
+
+def test_last_uses_are_written_down(store, publish):
+    record = publish(store)
+    path = files(store, record.id)[1]
+    os.utime(path, (1, 1))
+    store.mark_used(record.id)
+    store.flush_uses()
+    assert time.time() - path.stat().st_mtime < 60
