@@ -329,12 +329,13 @@ def rates(requests: int, runs: int) -> list[Row]:
         if name not in GOALS:
             continue
         least, longest = GOALS[name]
+        kind = name.replace(", 1000 triangles", "").replace(", ", "-").replace(" ", "-")
         goal = f"≥ {least:,.0f} requests/s" + (f", p99 ≤ {longest:g} ms" if longest else "")
         met = figures["requests_per_s"] >= least
         met &= longest is None or figures["p99_ms"] <= longest
         rows.append(
             Row(
-                f"speed-{name.replace(', 1000 triangles', '').replace(', ', '-').replace(' ', '-')}",
+                f"speed-{kind}",
                 "speed",
                 f"GLB {name}, {figures['connections']} connections",
                 goal,

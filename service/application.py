@@ -23,8 +23,9 @@ from service.documentation import SECURITY, SECURITY_SCHEMES
 from service.front import MeshFront
 from service.handlers import add_exception_handlers
 from service.middleware import BodyLimit, HeadAsGet, PlainPaths
+from service.observation import Observed
 from service.request_id import RequestIds
-from service.routes import batch, gamuts, jobs, meshes, pages, state
+from service.routes import batch, gamuts, jobs, meshes, metrics, pages, state
 from service.server_timing import ServerTiming
 from service.settings import Settings
 from service.state import Service
@@ -74,13 +75,19 @@ def create_app(settings: Settings) -> FastAPI:
         version=__version__,
         license_info={"name": "Apache-2.0", "identifier": "Apache-2.0"},
         openapi_tags=_TAGS,
+        docs_url=None,  # `service.routes.pages` has it, with a content security policy
         redoc_url=None,
         redirect_slashes=False,
+        # Its own spans would repeat queries, and know nothing of the layers ahead of the routes.
+        telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},
         lifespan=lifespan,
     )
     app.state.service = service
     app.state.cors_origins = origins(settings.cors_origins)
-    routers = (gamuts.router, meshes.router, batch.router, jobs.router, state.router, pages.router)
+    routers = (
+        *(gamuts.router, meshes.router, batch.router, jobs.router),
+        *(state.router, metrics.router, pages.router),
+    )
     for router in routers:
         app.include_router(router)
     app.state.routes = [route for router in routers for route in router.routes]
@@ -103,7 +110,14 @@ class _Application(FastAPI):
         stack = super().build_middleware_stack()
         if self.state.cors_origins:
             stack = Cors(stack, self.state.cors_origins)
-        return RequestIds(ServerTiming(stack))
+        service: Service = self.state.service
+        observed = Observed(
+            ServerTiming(stack),
+            service.metrics.requests,
+            access_log=service.settings.access_log,
+            traces=service.traces,
+        )
+        return RequestIds(observed)
 
     def openapi(self) -> dict[str, Any]:
         """Return the OpenAPI document."""

@@ -18,6 +18,7 @@ from service.api_keys import new_key
 from service.application import create_app
 from service.building import health
 from service.building.choice import EngineMissingError, run_worker
+from service.logs import configure_logging
 from service.protocol import ConnectionLimits, limited_protocol
 from service.server import Server
 from service.settings import ENVIRONMENT_PREFIX, Settings
@@ -26,6 +27,7 @@ from service.storage.check import report
 from service.storage.gamuts import GamutStore
 from service.storage.local import StoreInUseError
 from service.storage.location import StoreLocationError, blobs_at, is_address
+from service.traces import TracesUnavailableError
 
 __all__ = ["main", "openapi_document", "raise_file_limit"]
 
@@ -139,9 +141,7 @@ def _settings(overrides: dict[str, Any]) -> Settings | None:
             variable = ENVIRONMENT_PREFIX + "_".join(map(str, fault["loc"])).upper()
             sys.stderr.write(f"gamut: {variable}: {fault['msg']}\n")
         return None
-    logging.basicConfig(
-        level=settings.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s"
-    )
+    configure_logging(settings.log_format, settings.log_level)
     return settings
 
 
@@ -154,7 +154,7 @@ def _worker() -> int:
         return 2
     try:
         return run_worker(settings)
-    except EngineMissingError as error:
+    except (EngineMissingError, TracesUnavailableError) as error:
         sys.stderr.write(f"gamut: {error}\n")
         return 1
 
@@ -178,6 +178,7 @@ def _serve(overrides: dict[str, Any]) -> int:
         StoreInUseError,
         StoreLocationError,
         StoreUnavailableError,
+        TracesUnavailableError,
         OSError,
     ) as error:
         sys.stderr.write(f"gamut: {error}\n")
@@ -186,8 +187,9 @@ def _serve(overrides: dict[str, Any]) -> int:
         app,
         host=settings.host,
         port=settings.port,
+        log_config=None,
         log_level=settings.log_level,
-        access_log=settings.access_log,
+        access_log=False,  # `service.observation` has a better one
         http=limited_protocol(ConnectionLimits.of(settings)),
         ws="none",
         # Off, or any client on this machine could state the address that it is counted under.

@@ -109,6 +109,14 @@ EXAMPLE_JOB: dict[str, Any] = {
 
 EXAMPLE_READINESS: dict[str, Any] = {
     "ready": True,
+    "probes": {
+        "kernels": {"status": "ok", "detail": "loaded", "milliseconds": 0.0},
+        "workers": {"status": "ok", "detail": "1 of 1 are warm", "milliseconds": 0.0},
+        "queue": {"status": "ok", "detail": "0 of 16 builds wait", "milliseconds": 0.0},
+        "builds": {"status": "ok", "detail": "new ones are welcome", "milliseconds": 0.0},
+        "store": {"status": "ok", "detail": "written and read", "milliseconds": 0.412},
+        "disk": {"status": "ok", "detail": "52.6 GB are free", "milliseconds": 0.031},
+    },
     "workers": 1,
     "workers_warm": 1,
     "builds": {"queued": 0, "running": 1, "completed": 12},

@@ -16,6 +16,7 @@ from gamutcore.export import FORMATS
 from service.compression import preferred_coding
 from service.meshes import MEDIA_TYPES, SUFFIXES, Wanted
 from service.negotiation import preferred_media_type
+from service.observation import MatchedRoute
 from service.parameters import DECIMAL_PATTERN
 
 if TYPE_CHECKING:
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
     from service.meshes import EncodedMesh, Meshes
 
 __all__ = ["MeshFront"]
+
+_ROUTE = MatchedRoute("/v1/gamuts/{gamut_id}/mesh")
+_FILE_ROUTE = MatchedRoute("/v1/gamuts/{gamut_id}/mesh.{suffix}")
 
 _PATH = re.compile(r"/v1/gamuts/([0-9a-f]{64})/mesh(?:\.([a-z]+))?\Z", re.ASCII)
 _LIMIT = DECIMAL_PATTERN.encode()
@@ -87,6 +91,7 @@ class MeshFront:
             None if max_mismatch is None else float(max_mismatch),
         )
         known = fields[b"if-none-match"].decode("latin-1")
+        scope["route"] = _ROUTE if suffix is None else _FILE_ROUTE
         coding = preferred_coding(fields[b"accept-encoding"])
         return self.meshes.at_once(gamut_id, wanted, name, coding), known or None
 

@@ -71,6 +71,11 @@ class Library:
         self._opening: SingleFlight[str, OpenGamut] = SingleFlight()
         self._threads = ThreadPoolExecutor(_THREADS, thread_name_prefix="library")
 
+    @property
+    def cache(self) -> ByteBoundedCache[str, OpenGamut]:
+        """The gamuts that are kept."""
+        return self._open
+
     def opened(self, gamut_id: str) -> OpenGamut | None:
         """Return a gamut that is open already; None if it is not."""
         found = self._open.get(gamut_id)

@@ -153,6 +153,11 @@ class Meshes:
         self._cache: ByteBoundedCache[MeshKey, EncodedMesh] = ByteBoundedCache(capacity)
         self._encoding: SingleFlight[MeshKey, EncodedMesh] = SingleFlight()
 
+    @property
+    def cache(self) -> ByteBoundedCache[MeshKey, EncodedMesh]:
+        """The meshes that are kept."""
+        return self._cache
+
     def at_once(
         self, gamut_id: str, wanted: Wanted, format_name: str, coding: str = IDENTITY
     ) -> EncodedMesh | None:

@@ -138,9 +138,20 @@ class Settings(BaseSettings):
         Literal["critical", "error", "warning", "info", "debug"],
         Field(description="Least severity that is logged."),
     ] = "info"
+    log_format: Annotated[
+        Literal["text", "json"],
+        Field(description="`text` for people, `json` for programs: one object on one line each."),
+    ] = "text"
     access_log: Annotated[
         bool, Field(description="Log a line for every request (costs about a tenth of the speed).")
     ] = False
+    traces: Annotated[
+        Literal["auto", "on", "off"],
+        Field(
+            description="OpenTelemetry traces, sent by OTLP over HTTP to where the `OTEL_...` "
+            "variables say. `auto`: if they name an endpoint and the extra `otel` is installed."
+        ),
+    ] = "auto"
     max_body_bytes: Annotated[
         int,
         Field(
@@ -253,8 +264,8 @@ class Settings(BaseSettings):
         float,
         Field(
             ge=3,
-            description="Seconds after which a build whose worker is not heard of any more is "
-            "given to another. Clocks of the hosts have to agree much better than that.",
+            description="Seconds after which a build of a `gamut worker` that is not heard of any "
+            "more is given to another. Clocks of the hosts have to agree much better than that.",
         ),
     ] = 20.0
     resend_seconds: Annotated[
@@ -262,7 +273,7 @@ class Settings(BaseSettings):
         Field(
             ge=1,
             description="Seconds after which a build that nobody has begun, though nothing waits "
-            "in the broker's queue, is sent to it again.",
+            "in the broker's queue, is sent to the broker again.",
         ),
     ] = 30.0
     client_wait: Annotated[

@@ -174,6 +174,7 @@ class EmbeddedEngine:
             warm_workers=sum(performer.process is not None for performer in self._performers),
             completed=self._completed,
             capacity=self._settings.build_queue,
+            worker_starts=sum(performer.starts for performer in self._performers),
         )
 
     def retry_after(self, queued: int = 0) -> int:

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 __all__ = ["BuildReport", "Engine", "EngineFacts", "queue_full", "shutting_down"]
 
-BuildReport = Callable[[str, dict[str, float]], None]
-"""Called at the end of every build: the outcome (a state, or the problem's code), and seconds by
-stage."""
+BuildReport = Callable[[str, dict[str, float], "JobDocument"], None]
+"""Called at the end of every build: the outcome (a state, or the problem's code), seconds by stage,
+and the job as it was claimed."""
 
 _LONGEST_RETRY = 600
 """Seconds: beyond that an estimate says nothing, and a client may as well look."""
@@ -39,6 +39,8 @@ class EngineFacts:
         Gamuts that were built since the start.
     capacity : int
         Builds that may wait.
+    worker_starts : int
+        Worker processes that became ready to build, since the start.
     """
 
     queued: int
@@ -47,6 +49,7 @@ class EngineFacts:
     warm_workers: int
     completed: int
     capacity: int
+    worker_starts: int = 0
 
 
 class Engine(Protocol):

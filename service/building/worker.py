@@ -31,6 +31,7 @@ from gamutcore.gamut import Options, build_gamut
 from gamutcore.limits import Limits
 from gamutcore.warm import compile_kernels
 from service.building.memory import private_bytes
+from service.logs import configure_logging
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -183,7 +184,10 @@ def _read_requests(stream: IO[bytes], requests: queue.SimpleQueue[dict[str, Any]
 
 def main() -> None:
     """Serve build requests from standard input until it ends."""
-    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s worker: %(message)s")
+    # As the service was told to: it has checked what they say.
+    configure_logging(
+        os.environ.get("GAMUT_LOG_FORMAT", "text"), os.environ.get("GAMUT_LOG_LEVEL", "info")
+    )
     # Ctrl-C reaches the whole process group, and a service manager's SIGTERM all processes of the
     # service; the service decides when its workers end.
     signal.signal(signal.SIGINT, signal.SIG_IGN)

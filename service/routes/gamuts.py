@@ -36,6 +36,7 @@ from service.state import Service, service_of
 from service.storage.gamuts import GamutNotStoredError
 from service.storage.records import Record
 from service.submission import submission
+from service.traces import propagation_headers
 
 __all__ = ["HISTORY_MEDIA_TYPE", "GamutId", "router"]
 
@@ -153,7 +154,9 @@ async def create_gamut(request: Request) -> Response:
     gamut_id = identity(posted.options, digest.hexdigest())
     with contextlib.suppress(GamutNotStoredError):
         return _found(await service.library.record(gamut_id))
-    job = await service.builds.submit(gamut_id, posted.options.to_mapping(), posted.data)
+    job = await service.builds.submit(
+        gamut_id, posted.options.to_mapping(), posted.data, propagation_headers()
+    )
     if job is None:
         return _found(await service.library.record(gamut_id))
     del posted

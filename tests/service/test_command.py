@@ -106,3 +106,27 @@ def test_exhausted_file_descriptors_are_a_problem_to_retry(start_server, sphere,
     resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, limits)
     assert server.client.post("/v1/gamuts", json=body).status_code == 201
     server.kill()
+
+
+class TestWorker:
+    def test_it_needs_a_broker(self, capsys, monkeypatch):
+        monkeypatch.setenv("GAMUT_STORE", "s3://bucket")
+        assert main(["worker"]) == 2
+        assert "GAMUT_BROKER" in capsys.readouterr().err
+
+    def test_it_needs_a_store_that_is_shared(self, capsys, monkeypatch, tmp_path):
+        monkeypatch.setenv("GAMUT_STORE", str(tmp_path))
+        monkeypatch.setenv("GAMUT_BROKER", "redis://127.0.0.1:1/0")
+        assert main(["worker"]) == 2
+        assert "must be a bucket" in capsys.readouterr().err
+
+    def test_a_store_of_another_kind_is_told(self, capsys, monkeypatch):
+        monkeypatch.setenv("GAMUT_STORE", "ftp://host/folder")
+        monkeypatch.setenv("GAMUT_BROKER", "redis://127.0.0.1:1/0")
+        assert main(["worker"]) == 1
+        assert "s3://bucket/prefix" in capsys.readouterr().err
+
+    def test_its_check_says_that_none_is_running(self, capsys, monkeypatch, tmp_path):
+        monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+        assert main(["worker", "--check"]) == 1
+        assert "no worker is running" in capsys.readouterr().out
