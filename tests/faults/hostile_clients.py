@@ -105,8 +105,18 @@ class Good:
         return answer.status
 
 
-async def sent(port: int, head: str, chunks: AsyncIterator[bytes], *, reads: bool = True) -> int:
-    """Send a request as long as it is taken; the status of the answer, 0 for none."""
+async def sent(
+    port: int,
+    head: str,
+    chunks: AsyncIterator[bytes],
+    *,
+    reads: bool = True,
+    stubborn: bool = False,
+) -> int:
+    """Send a request as long as it is taken, or, if `stubborn`, whatever is answered.
+
+    The status of the answer, 0 for none.
+    """
     reader, writer = await asyncio.open_connection("127.0.0.1", port)
     status = 0
 
@@ -120,7 +130,8 @@ async def sent(port: int, head: str, chunks: AsyncIterator[bytes], *, reads: boo
     with contextlib.suppress(OSError):
         writer.write(head.encode())
         async for chunk in chunks:
-            if (listening is not None and listening.done()) or reader.at_eof():
+            answered = (listening is not None and listening.done()) or reader.at_eof()
+            if answered and not stubborn:
                 break
             writer.write(chunk)
             await writer.drain()
@@ -195,17 +206,21 @@ def attacks(mesh: str, *, full: bool) -> list[Attack]:
     crowd = 2000 if full else 400
     few = CONNECTIONS // 2
 
-    def chunked(kind: str, first: bytes) -> Callable[[int], Coroutine[Any, Any, int]]:
+    def chunked(
+        kind: str, first: bytes, *, stubborn: bool = False
+    ) -> Callable[[int], Coroutine[Any, Any, int]]:
         head = post(kind + "Transfer-Encoding: chunked\r\n")
-        return lambda port: sent(port, head, endless(first, size))
+        return lambda port: sent(port, head, endless(first, size), stubborn=stubborn)
 
     def whole(kind: str, content: bytes) -> Callable[[int], Coroutine[Any, Any, int]]:
         head = post(f"{kind}Content-Length: {len(content)}\r\n")
         return lambda port: sent(port, head, once(content))
 
     get = f"GET {mesh} HTTP/1.1\r\nHost: localhost\r\n"
+    whole_mesh = get.replace("triangles=1000", "max_error=0")
     return [
         Attack("endless file", {413}, chunked(FORM, FILE)),
+        Attack("endless file, whatever is answered", {413}, chunked(FORM, FILE, stubborn=True)),
         Attack("endless JSON", {413}, chunked(JSON, b'{"samples": [')),
         Attack("endless preamble", {400, 413}, chunked(FORM, b"")),
         Attack("compressed body", {415}, whole(JSON + "Content-Encoding: gzip\r\n", bomb)),
@@ -240,7 +255,13 @@ def attacks(mesh: str, *, full: bool) -> list[Attack]:
         Attack(
             "no answer is taken",
             {0},
-            lambda port: sent(port, (get + "\r\n") * 2000, silence(3), reads=False),
+            lambda port: sent(port, (whole_mesh + "\r\n") * 30, silence(3), reads=False),
+            few,
+        ),
+        Attack(
+            "thousands of requests ahead",
+            {0},
+            lambda port: sent(port, (get + "\r\n") * 2000, silence(2), reads=False),
             few,
         ),
     ]
