@@ -40,7 +40,7 @@ from service.jobs import JobBook
 from service.metrics import BuildFigures
 from service.storage.blobs import StoreUnavailableError
 from service.storage.location import StoreLocationError, gamut_store
-from service.traces import Traces, traces_of
+from service.traces import Traces, traces_of, traces_wanted
 
 if TYPE_CHECKING:
     from service.building.engine import BuildReport
@@ -205,11 +205,17 @@ def run_worker(settings: Settings) -> int:
     ----------
     settings : Settings
         With a broker and a store that is shared.
+
+    Raises
+    ------
+    TracesUnavailableError
+        Traces are asked for, and cannot be had.
     """
     fault = _store_fault(settings)
     if fault is not None:
         sys.stderr.write(f"gamut: {fault}\n")
         return 1
+    traces_wanted(settings.traces)  # or each slot would find out for itself
     reports = BuildReports()
     fault = _figures_fault(settings, reports) if settings.worker_metrics_port else None
     if fault is not None:
