@@ -153,6 +153,7 @@ class CeleryEngine:
             warm_workers=0,
             completed=0,
             capacity=self._settings.build_queue,
+            broker_answers=time.monotonic() >= self._refused_until,
         )
 
     def retry_after(self, queued: int = 0) -> int:

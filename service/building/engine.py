@@ -41,6 +41,8 @@ class EngineFacts:
         Builds that may wait.
     worker_starts : int
         Worker processes that became ready to build, since the start.
+    broker_answers : bool or None
+        Whether the broker did when it was asked last; None if there is none.
     """
 
     queued: int
@@ -50,6 +52,7 @@ class EngineFacts:
     completed: int
     capacity: int
     worker_starts: int = 0
+    broker_answers: bool | None = None
 
 
 class Engine(Protocol):
