@@ -189,15 +189,13 @@ class Readiness:
 
 
 def service_readiness(service: Service) -> Readiness:
-    """Return the probes of a service: kernels, workers, queue, broker, store and disk space."""
+    """Return the probes of a service: kernels, workers, queue, store and disk space."""
     readiness = Readiness()
     readiness.add("kernels", lambda: _kernels(warm=service.warm))
     readiness.add("workers", _WorkersProbe(service))
     readiness.add("queue", lambda: _queue(service))
     readiness.add("builds", lambda: _builds(draining=service.builds.draining))
     blobs, settings = service.store.blobs, service.settings
-    if settings.broker:
-        readiness.add("broker", lambda: _broker(answers=service.builds.facts().broker_answers))
     readiness.add_slow("store", lambda: store_probe(blobs))
     if isinstance(blobs, LocalBlobs):
         needed = settings.store_reserve_bytes + settings.max_body_bytes
@@ -267,15 +265,10 @@ def _builds(*, draining: bool) -> Finding:
 
 def _queue(service: Service) -> Finding:
     facts = service.builds.facts()
+    if facts.fault is not None:
+        return Finding("degraded", facts.fault)
     detail = f"{facts.queued} of {facts.capacity} builds wait"
     return Finding("degraded" if facts.queued >= facts.capacity else "ok", detail)
-
-
-def _broker(*, answers: bool | None) -> Finding:
-    if answers:
-        return Finding("ok", "it answers")
-    # The other replicas have the same one, and everything but builds goes on.
-    return Finding("degraded", "it does not answer, so no builds are accepted")
 
 
 class _WorkersProbe:

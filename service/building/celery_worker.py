@@ -232,6 +232,7 @@ def run_worker(settings: Settings) -> int:
 
     def start_slot(**_: object) -> None:
         number = billiard.current_process().index
+        slots[number] = _COLD  # whatever became of the one before
         traces = traces_of(settings.traces)
         tracing[:] = [] if traces is None else [traces]
         observer = BuildObserver(reports if settings.worker_metrics_port else None, traces)

@@ -41,8 +41,8 @@ class EngineFacts:
         Builds that may wait.
     worker_starts : int
         Worker processes that became ready to build, since the start.
-    broker_answers : bool or None
-        Whether the broker did when it was asked last; None if there is none.
+    fault : str, optional
+        Why no build can be queued at present.
     """
 
     queued: int
@@ -52,7 +52,7 @@ class EngineFacts:
     completed: int
     capacity: int
     worker_starts: int = 0
-    broker_answers: bool | None = None
+    fault: str | None = None
 
 
 class Engine(Protocol):

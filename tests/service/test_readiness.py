@@ -87,14 +87,6 @@ class TestService:
         monkeypatch.setattr(service.builds, "facts", lambda: facts(workers=0, warm_workers=0))
         assert report(service_readiness(service)).ready
 
-    @pytest.mark.parametrize(("answers", "status"), [(True, "ok"), (False, "degraded")])
-    def test_a_broker_is_looked_at_where_there_is_one(self, service, monkeypatch, answers, status):
-        assert "broker" not in found(service)
-        settings = service.settings.model_copy(update={"broker": "redis://127.0.0.1:9/0"})
-        monkeypatch.setattr(service, "settings", settings)
-        monkeypatch.setattr(service.builds, "facts", lambda: facts(broker_answers=answers))
-        assert found(service)["broker"] == status
-
     def test_a_directory_that_is_gone_is_named_without_its_path(self, service, tmp_path, caplog):
         (tmp_path / "store" / "temporary").rmdir()
         made = report(service_readiness(service))
