@@ -290,7 +290,7 @@ def test_a_worker_ends_with_the_service(run_scenario):
 @pytest.mark.parametrize(
     ("error", "code"),
     [
-        (OSError(5, "a bad disk"), "build-failed"),
+        (OSError(5, "a bad disk"), "store-unavailable"),
         (RuntimeError("a defect"), "build-failed"),
         (OSError(24, "Too many open files"), "overloaded"),
     ],
