@@ -48,7 +48,7 @@ def accepted_jobs_finish(start_server, slow_build, *, kills, stops, jobs=2, seed
     """
     chance = random.Random(seed)  # noqa: S311 - to be repeatable
     server = start_server(build_attempts=10, drain_seconds=1)
-    addresses = [accepted(server, slow_build(100_000 + 1000 * number)) for number in range(jobs)]
+    addresses = [accepted(server, slow_build(60_000 + 1000 * number)) for number in range(jobs)]
     ends = [how for pair in zip(["kill"] * kills, ["stop"] * stops, strict=False) for how in pair]
     ends += ["kill"] * (kills - stops) + ["stop"] * (stops - kills)
     for how in ends:
@@ -80,7 +80,7 @@ def killed_workers_cost_time_only(start_server, slow_build, *, kills, per_job=2,
     killed = 0
     number = 0
     while killed < kills:
-        address = accepted(server, slow_build(100_000 + number))
+        address = accepted(server, slow_build(60_000 + number))
         number += 1
         attempts = 0
         for _ in range(min(per_job, kills - killed)):
