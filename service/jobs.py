@@ -14,8 +14,10 @@ import json
 import logging
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field, fields, replace
 from datetime import UTC, datetime
+from itertools import islice
 from typing import TYPE_CHECKING, Any, Literal
 
 from service.problems import Problem
@@ -44,6 +46,10 @@ JobState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 ABANDONED_SECONDS = 60.0
 """How long a job may wait without a sign of life before a new request for it has it queued anew:
 whoever was to do that may have died in between, and a job that is queued twice is claimed once."""
+
+
+_READERS = 16
+"""Documents of a remote store that are read at the same time."""
 
 
 def now() -> str:
@@ -344,21 +350,13 @@ class JobBook:
 
     def unfinished(self) -> Iterator[JobDocument]:
         """Iterate over the jobs that are queued or running."""
-        for key in self._blobs.keys("jobs/"):
-            document = self.read(_job_id(key))
-            if document is not None and not document.final:
+        for document in self._documents(""):
+            if not document.final:
                 yield document
 
     def page(self, after: str, limit: int) -> list[JobDocument]:
         """Return up to `limit` jobs in the order of their ids, from the first after `after`."""
-        documents: list[JobDocument] = []
-        for key in self._blobs.keys("jobs/", _key(after) if after else ""):
-            if len(documents) == limit:
-                break
-            document = self.read(_job_id(key))
-            if document is not None:
-                documents.append(document)
-        return documents
+        return list(islice(self._documents(after), limit))
 
     def forget_finished(self, older_than: float) -> list[str]:
         """Remove the jobs that were over `older_than` seconds ago, and return their ids."""
@@ -372,6 +370,15 @@ class JobBook:
                     self._blobs.delete(key)
                     forgotten.append(job_id)
         return forgotten
+
+    def _documents(self, after: str) -> Iterator[JobDocument]:
+        """Iterate over the jobs after one, several being read at a time where that takes long."""
+        keys = iter(self._blobs.keys("jobs/", _key(after) if after else ""))
+        readers = _READERS if self._blobs.remote else 1
+        with ThreadPoolExecutor(readers, thread_name_prefix="jobs") as threads:
+            while batch := [_job_id(key) for key in islice(keys, readers)]:
+                found = threads.map(self.read, batch) if readers > 1 else map(self.read, batch)
+                yield from (document for document in found if document is not None)
 
     def _found(self, job_id: str) -> tuple[JobDocument, str] | None:
         try:

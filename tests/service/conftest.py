@@ -21,6 +21,7 @@ from service.storage.records import Record
 # The tests' folders are no packages.
 sys.path.insert(0, str(Path(__file__).parent))
 import emulators
+import google_storage
 
 START_SECONDS = 120
 """Generous: on a first run the kernels are compiled."""
@@ -135,6 +136,13 @@ def azure(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
+def gcs():
+    """The environment of a server that behaves as Google's documentation says."""
+    with google_storage.server() as environment:
+        yield environment
+
+
+@pytest.fixture(scope="session")
 def server(start_server):
     """The server that most tests share; every test brings gamuts of its own."""
     started = start_server(max_body_bytes=2_000_000, max_inline_bytes=2_000_000)
@@ -203,18 +211,28 @@ def built(sphere):
     ]
 
 
+@pytest.fixture(scope="session")
+def publish_built():
+    """Publish a gamut that was built here, and return its record."""
+
+    def published(store, gamut):
+        content = gamut.to_bytes()
+        path = store.scratch(".gamut")
+        path.write_bytes(content)
+        digest = hashlib.sha256(content).hexdigest()
+        record = Record(gamut.id, digest, len(content), "2026-01-01T00:00:00Z", gamut.description)
+        return store.publish(record, path)
+
+    return published
+
+
 @pytest.fixture
-def filled_store(tmp_path, built):
+def filled_store(tmp_path, built, publish_built):
     """A store with the gamuts of `built`."""
     opened = GamutStore(LocalBlobs(tmp_path / "data"))
     opened.open()
     for gamut in built:
-        content = gamut.to_bytes()
-        digest = hashlib.sha256(content).hexdigest()
-        record = Record(gamut.id, digest, len(content), "2026-01-01T00:00:00Z", gamut.description)
-        path = opened.scratch(".gamut")
-        path.write_bytes(content)
-        opened.publish(record, path)
+        publish_built(opened, gamut)
     yield opened
     opened.close()
 
