@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from service.problems import Problem
 from service.storage.blobs import BlobDamagedError, BlobNotFoundError, sealed, unsealed
+from service.storage.records import id_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -309,25 +310,13 @@ class JobBook:
 
         Whoever is building it learns of it with the next heartbeat, and can change nothing.
         """
-        while True:
-            found = self._found(job_id)
-            if found is None or found[0].final:
-                return None if found is None else found[0]
-            document, version = found
-            cancelled = self._ended(document, "cancelled", _cancelled_problem())
-            if self._replace(cancelled, version) is not None:
-                return cancelled
+        detail = "The build was cancelled before it was finished."
+        problem = Problem("build-cancelled", detail)
+        return self._ended_while(("queued", "running"), job_id, "cancelled", problem)
 
     def withdraw(self, job_id: str, problem: Problem) -> JobDocument | None:
         """Return the job, failed if nobody had begun it: what it needs could not be stored."""
-        while True:
-            found = self._found(job_id)
-            if found is None or found[0].state != "queued":
-                return None if found is None else found[0]
-            document, version = found
-            failed = self._ended(document, "failed", problem)
-            if self._replace(failed, version) is not None:
-                return failed
+        return self._ended_while(("queued",), job_id, "failed", problem)
 
     def requeue(self, job_id: str, token: int) -> JobDocument | None:
         """Return the job, queued again if this claim has it: its owner is known to be gone.
@@ -363,7 +352,7 @@ class JobBook:
         limit = _rfc3339(self._clock() - older_than)
         forgotten = []
         for key in self._blobs.keys("jobs/"):
-            job_id = _job_id(key)
+            job_id = id_of(key)
             with self._removing:
                 document = self.read(job_id)
                 if document is not None and document.final and (document.finished or "") < limit:
@@ -376,7 +365,7 @@ class JobBook:
         keys = iter(self._blobs.keys("jobs/", _key(after) if after else ""))
         readers = _READERS if self._blobs.remote else 1
         with ThreadPoolExecutor(readers, thread_name_prefix="jobs") as threads:
-            while batch := [_job_id(key) for key in islice(keys, readers)]:
+            while batch := [id_of(key) for key in islice(keys, readers)]:
                 found = threads.map(self.read, batch) if readers > 1 else map(self.read, batch)
                 yield from (document for document in found if document is not None)
 
@@ -461,6 +450,18 @@ class JobBook:
             lease_until=None,
         )
 
+    def _ended_while(
+        self, states: tuple[JobState, ...], job_id: str, state: JobState, problem: Problem
+    ) -> JobDocument | None:
+        """Return a job, ended if it was in one of these states; None if there is none."""
+        while True:
+            found = self._found(job_id)
+            if found is None or found[0].state not in states:
+                return None if found is None else found[0]
+            ended = self._ended(found[0], state, problem)
+            if self._replace(ended, found[1]) is not None:
+                return ended
+
     def _abandoned(self, document: JobDocument) -> bool:
         """Whether nobody has been heard of who would do a job."""
         if document.state == "running":
@@ -471,10 +472,6 @@ class JobBook:
         return _rfc3339(self._clock())
 
 
-def _cancelled_problem() -> Problem:
-    return Problem("build-cancelled", "The build was cancelled before it was finished.")
-
-
 def _rfc3339(seconds: float) -> str:
     moment = datetime.fromtimestamp(seconds, UTC)
     return moment.isoformat(timespec="milliseconds").replace("+00:00", "Z")
@@ -482,7 +479,3 @@ def _rfc3339(seconds: float) -> str:
 
 def _key(job_id: str) -> str:
     return f"jobs/{job_id[:2]}/{job_id}.job"
-
-
-def _job_id(key: str) -> str:
-    return key.rpartition("/")[2].removesuffix(".job")
