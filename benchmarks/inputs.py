@@ -41,11 +41,12 @@ def input_times(runs: int) -> list[dict[str, Any]]:
                 "colours_s": median_seconds(sampled, runs),
             }
         )
-    with http.server() as (port, _):
+    with http.server() as service:
         for row, (_name, data) in zip(rows, found(), strict=True):
             # builds differ in γ by a little, so that each is built anew
             answers = [
-                http.posted(port, {"gamma": 0.2 + 1e-6 * run}, data) for run in range(runs + 1)
+                http.posted(service.port, {"gamma": 0.2 + 1e-6 * run}, data)
+                for run in range(runs + 1)
             ]
             row["http_s"] = median(seconds for _, seconds, _ in answers[1:])
             row["statuses"] = dict(Counter(str(status) for status, _, _ in answers))

@@ -13,6 +13,8 @@ from pydantic import ValidationError
 
 from gamutcore.version import __version__
 from gamutcore.warm import compile_kernels
+from service.access import OpenToAllError
+from service.api_keys import new_key
 from service.application import create_app
 from service.building import health
 from service.building.choice import EngineMissingError, run_worker
@@ -59,6 +61,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     worker.add_argument(
         "--check", action="store_true", help="only say whether the workers on this host are well"
     )
+    key = commands.add_parser("key", help="make an API key, and its entry for GAMUT_API_KEYS")
+    key.add_argument("name", help="lower-case letters, digits and hyphens; no secret")
+    key.add_argument("--scopes", default="read+write", help="read, write or read+write (default)")
     commands.add_parser("openapi", help="print the OpenAPI document")
     commands.add_parser("warm", help="compile the kernels, so that nobody has to wait for them")
     store = commands.add_parser("store", help="look after a store")
@@ -73,6 +78,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return health.main() if parsed.check else _worker()
     if parsed.command == "store":
         return _check_store(parsed.location)
+    if parsed.command == "key":
+        return _key(parsed.name, frozenset(parsed.scopes.split("+")))
     if parsed.command == "openapi":
         sys.stdout.write(openapi_document())
     else:
@@ -97,6 +104,19 @@ def raise_file_limit() -> None:
     except (OSError, ValueError) as error:
         # Some systems state a hard limit that they do not grant.
         logger.warning("the limit of open files stays as it is: %s", error)
+
+
+def _key(name: str, scopes: frozenset[str]) -> int:
+    try:
+        key, known = new_key(name, scopes)
+    except ValueError as error:
+        sys.stderr.write(f"gamut: {error}\n")
+        return 2
+    # The entry can be read off the screen or out of a log without harm; the key is shown once.
+    sys.stdout.write(
+        f"key, for the client:       {key}\nentry for GAMUT_API_KEYS:  {known.entry}\n"
+    )
+    return 0
 
 
 def _check_store(location: str | None) -> int:
@@ -134,7 +154,7 @@ def _worker() -> int:
         return 2
     try:
         return run_worker(settings)
-    except EngineMissingError as error:
+    except (EngineMissingError, TracesUnavailableError) as error:
         sys.stderr.write(f"gamut: {error}\n")
         return 1
 
@@ -150,6 +170,9 @@ def _serve(overrides: dict[str, Any]) -> int:
         # uvicorn reports what fails in the lifespan with a traceback; people get a sentence.
         store.open()
         store.close()
+    except OpenToAllError as error:
+        sys.stderr.write(f"gamut: {error}\n")
+        return 2
     except (
         EngineMissingError,
         StoreInUseError,
@@ -169,6 +192,9 @@ def _serve(overrides: dict[str, Any]) -> int:
         access_log=False,  # `service.observation` has a better one
         http=limited_protocol(ConnectionLimits.of(settings)),
         ws="none",
+        # Off, or any client on this machine could state the address that it is counted under.
+        proxy_headers=bool(settings.trusted_proxies),
+        forwarded_allow_ips=settings.trusted_proxies,
         server_header=False,
         timeout_keep_alive=_KEEP_ALIVE_SECONDS,
         # Builds end or are given back within the time to drain; then their requests are answered.

@@ -13,6 +13,7 @@ import re
 from typing import TYPE_CHECKING
 
 from gamutcore.export import FORMATS
+from service.compression import preferred_coding
 from service.meshes import MEDIA_TYPES, SUFFIXES, Wanted
 from service.negotiation import preferred_media_type
 from service.observation import MatchedRoute
@@ -68,7 +69,7 @@ class MeshFront:
         query = _QUERY.match(scope["query_string"])
         if path is None or query is None:
             return None, None
-        fields = {b"accept": b"", b"if-none-match": b""}
+        fields = {b"accept": b"", b"accept-encoding": b"", b"if-none-match": b""}
         for name, value in scope["headers"]:
             if name in fields:
                 fields[name] = fields[name] + b"," + value if fields[name] else value
@@ -91,7 +92,8 @@ class MeshFront:
         )
         known = fields[b"if-none-match"].decode("latin-1")
         scope["route"] = _ROUTE if suffix is None else _FILE_ROUTE
-        return self.meshes.at_once(gamut_id, wanted, name), known or None
+        coding = preferred_coding(fields[b"accept-encoding"])
+        return self.meshes.at_once(gamut_id, wanted, name, coding), known or None
 
 
 @functools.lru_cache(maxsize=256)

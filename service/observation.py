@@ -33,7 +33,8 @@ _DISCONNECTED = 499
 """What is counted where a request ends without an answer: as nginx has it, the client has gone."""
 
 _KNOWN_QUERY = re.compile(
-    r"(?:(?:triangles|max_error|max_mismatch|format|limit|after)=[0-9A-Za-z.+-]{0,64}(?:&|\Z))*\Z"
+    r"(?:(?:triangles|max_error|max_mismatch|format|limit|after|gamuts)=[0-9A-Za-z.,+-]{0,128}"
+    r"(?:&|\Z))*\Z"
 )
 
 _PLAIN_PATH = re.compile(r"[A-Za-z0-9/._-]*\Z")

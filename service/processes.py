@@ -1,4 +1,4 @@
-"""What this process and those that it started use of the machine, as Linux tells it in ``/proc``.
+"""What the processes use of the machine that this one started, as Linux tells it in ``/proc``.
 
 Where there is no ``/proc``, nothing is known and nothing is said.
 """
@@ -9,10 +9,14 @@ import os
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["Usage", "children_usage"]
+__all__ = ["Usage", "descendants_usage"]
 
 _PAGE = os.sysconf("SC_PAGE_SIZE")
 _TICKS = os.sysconf("SC_CLK_TCK")
+
+_OF_ITSELF, _OF_ENDED, _RESIDENT = slice(10, 12), slice(12, 14), 20
+"""Places among the numbers of ``/proc/<pid>/stat`` (proc(5) has them as 14 to 17, and 24): CPU time
+of the process, that of its children that have ended, and pages in memory."""
 
 
 class Usage(NamedTuple):
@@ -33,34 +37,52 @@ class Usage(NamedTuple):
     cpu_seconds: float
 
 
-def children_usage() -> Usage | None:
-    """Return what the processes use that this one has started; None if that cannot be known."""
-    children = _children()
-    if children is None:
+def descendants_usage(root: str = "self") -> Usage | None:
+    """Return what the processes use that one has started, and those that they have started.
+
+    Parameters
+    ----------
+    root : str
+        Id of the process, by default the caller. It is not counted itself, nor is the caller.
+
+    Returns
+    -------
+    Usage or None
+        None if that cannot be known.
+    """
+    own, waiting = _fields(root), _children(root)
+    if own is None or waiting is None:
         return None
-    times = os.times()
-    count, resident, cpu = 0, 0, times.children_user + times.children_system
-    for child in children:
-        try:
-            stat = (Path("/proc") / child / "stat").read_text()
-        except (FileNotFoundError, ProcessLookupError):
+    count, resident, ticks = 0, 0, sum(own[_OF_ENDED])
+    while waiting:
+        process = waiting.pop()
+        fields = _fields(process)
+        if fields is None or process == str(os.getpid()):
             continue  # ended since
-        # The name, in parentheses, may hold anything; proc(5) numbers the fields from 1.
-        fields = stat.rpartition(")")[2].split()
         count += 1
-        cpu += (int(fields[11]) + int(fields[12])) / _TICKS
-        resident += int(fields[21]) * _PAGE
-    return Usage(count, resident, cpu)
+        ticks += sum(fields[_OF_ITSELF]) + sum(fields[_OF_ENDED])
+        resident += fields[_RESIDENT] * _PAGE
+        waiting += _children(process) or []
+    return Usage(count, resident, ticks / _TICKS)
 
 
-def _children() -> list[str] | None:
-    found: list[str] = []
+def _fields(process: str) -> list[int] | None:
+    """Return the numbers that the kernel tells of a process; None if it is gone."""
     try:
-        for task in Path("/proc/self/task").iterdir():
-            found += (task / "children").read_text().split()
-    except FileNotFoundError:
-        # a thread that has ended, or a kernel without this file
-        return found or None
+        stat = (Path("/proc") / process / "stat").read_text()
     except OSError:
         return None
+    # The name, in parentheses, may hold anything; a letter follows, and then only numbers.
+    return [int(field) for field in stat.rpartition(")")[2].split()[1:]]
+
+
+def _children(process: str) -> list[str] | None:
+    """Return the ids of the processes that one has started; None if the kernel does not tell."""
+    found: list[str] = []
+    try:
+        for task in (Path("/proc") / process / "task").iterdir():
+            found += (task / "children").read_text().split()
+    except OSError:
+        # a thread that has ended meanwhile, or a kernel without this file
+        return found or None
     return found

@@ -13,7 +13,11 @@ import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
 
-from uvicorn.protocols.http.httptools_impl import STATUS_LINE, HttpToolsProtocol
+from uvicorn.protocols.http.httptools_impl import (
+    STATUS_LINE,
+    HttpToolsProtocol,
+    RequestResponseCycle,
+)
 
 from service.problems import Problem, problem_response
 from service.request_id import HEADER
@@ -34,6 +38,11 @@ reads its answer only behind its body gets it, and nobody can send for ever."""
 
 _REFUSED_SECONDS = 0.5
 """How long a client that was refused has to read the answer, while what it sends is dropped."""
+
+
+_MOST_WAITING = 32
+"""Requests that may wait behind one that is being answered on the same connection; programs that
+send ahead at all send about ten. Each takes memory, and one packet may hold thousands."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +105,7 @@ class LimitedProtocol(HttpToolsProtocol):
         self._body_bytes = 0
         self._refusal: Problem | None = None
         self._refused = False
+        self._answering: RequestResponseCycle | None = None
         self._stalled_since: float | None = None
         self._unsent = 0
         if len(self.connections) >= self.limits.connections and not self._make_room():
@@ -107,6 +117,18 @@ class LimitedProtocol(HttpToolsProtocol):
         if not type(self).sweeping:
             type(self).sweeping = True
             self.loop.call_later(_SWEEP_SECONDS, self._sweep)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Let the request that is being answered know that nobody listens any more."""
+        if self._answering is not None:
+            # uvicorn tells the newest one, which may wait behind others.
+            self._answering.disconnected = True
+            self._answering.message_event.set()
+        super().connection_lost(exc)
+
+    def _start_asgi_task(self, cycle: RequestResponseCycle, app: Any) -> None:  # noqa: ANN401 - uvicorn's own
+        self._answering = cycle
+        super()._start_asgi_task(cycle, app)
 
     def data_received(self, data: bytes) -> None:
         """Take a part of a request."""
@@ -143,6 +165,9 @@ class LimitedProtocol(HttpToolsProtocol):
         self._reading_body = True
         self._head_bytes = self._body_bytes = 0
         self._since = self.loop.time()
+        if len(self.pipeline) >= _MOST_WAITING:
+            message = "too many"
+            raise ValueError(message)  # ends the parser; there is no place for a word
         super().on_headers_complete()
 
     def on_body(self, body: bytes) -> None:
@@ -183,17 +208,22 @@ class LimitedProtocol(HttpToolsProtocol):
 
     def _refuse(self, problem: Problem) -> None:
         """End the connection with a problem document, where there is a place for one."""
-        cycle = self.cycle
+        cycle = self._answering
         if cycle is not None and not cycle.response_complete:
-            started = cycle.response_started
+            if cycle.response_started or cycle is not self.cycle or self._reading_head:
+                self._abort()
+                return
             # Lets the app know that nobody reads what it may answer.
             cycle.disconnected = True
             cycle.message_event.set()
-            self.flow.resume_writing()
-            if started or self._reading_head:
-                self.transport.abort()
-                return
         self._send_problem(problem)
+
+    def _abort(self) -> None:
+        """End the connection without a word, whatever is under way."""
+        if self._answering is not None:
+            self._answering.disconnected = True
+        self.pipeline.clear()
+        self.transport.abort()
 
     def _send_problem(self, problem: Problem) -> None:
         answer = problem_response(problem)
@@ -225,7 +255,7 @@ class LimitedProtocol(HttpToolsProtocol):
         if not idle:
             return False
         oldest = min(idle, key=lambda other: other._since)  # noqa: SLF001
-        oldest.transport.abort()
+        oldest._abort()  # noqa: SLF001
         self.connections.discard(oldest)
         return True
 
@@ -240,7 +270,7 @@ class LimitedProtocol(HttpToolsProtocol):
 
     def _look(self, now: float) -> None:
         if self._is_stalled(now):
-            self.transport.abort()
+            self._abort()
         elif self._refused or self.transport.is_closing():
             return
         elif self._reading_body:
@@ -258,7 +288,7 @@ class LimitedProtocol(HttpToolsProtocol):
     def _look_at_body(self, now: float) -> None:
         if self.cycle.response_complete:
             if now - self._since > _LINGER_SECONDS:
-                self.transport.abort()
+                self._abort()
             return
         if self.flow.read_paused:
             # The app is slow, not the client.

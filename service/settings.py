@@ -7,9 +7,12 @@ One field is one variable: ``max_body_bytes`` is ``GAMUT_MAX_BODY_BYTES``. The t
 import re
 from typing import Annotated, Literal
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
+from gamutcore.limits import MAX_PIXELS, MAX_SAMPLES, Limits
+from service.api_keys import ApiKeys
+from service.cors import origins
 from service.storage.location import is_address
 
 __all__ = ["ENVIRONMENT_PREFIX", "Settings", "settings_table"]
@@ -19,6 +22,16 @@ ENVIRONMENT_PREFIX = "GAMUT_"
 _MEBIBYTE = 1024 * 1024
 
 _BROKER = re.compile(r"(redis|amqp)s?://")
+
+
+def _api_keys(text: str) -> str:
+    ApiKeys(text)
+    return text
+
+
+def _origins(text: str) -> str:
+    origins(text)
+    return text
 
 
 class Settings(BaseSettings):
@@ -72,6 +85,55 @@ class Settings(BaseSettings):
         int,
         Field(ge=0, le=65535, description="Port that `gamut serve` listens on; 0 is any free one."),
     ] = 8000
+    api_keys: Annotated[
+        str,
+        Field(
+            description="API keys by their digests, as `gamut key NAME` prints them: "
+            "`NAME:SCOPES:SHA256`, between commas. Scopes are `read`, `write` or `read+write`."
+        ),
+        AfterValidator(_api_keys),
+    ] = ""
+    allow_anonymous: Annotated[
+        Literal["auto", "none", "read", "all"],
+        Field(
+            description="What requests without a key may do. `auto`: nothing where there are keys, "
+            "else all, and then only on a loopback address.",
+        ),
+    ] = "auto"
+    rate_limit: Annotated[
+        float,
+        Field(
+            ge=0,
+            description="Requests per second of each key, or of each address without one; 0 for "
+            "no limit. Beyond it 429.",
+        ),
+    ] = 0.0
+    rate_burst: Annotated[
+        int, Field(ge=1, description="Requests that may come at once before that limit holds.")
+    ] = 100
+    build_rate_limit: Annotated[
+        float,
+        Field(ge=0, description="The same for requests that build, per minute."),
+    ] = 0.0
+    build_rate_burst: Annotated[
+        int, Field(ge=1, description="Requests that build that may come at once.")
+    ] = 10
+    trusted_proxies: Annotated[
+        str,
+        Field(
+            description="Addresses or networks of proxies, between commas, whose `X-Forwarded-For` "
+            "and `X-Forwarded-Proto` are believed; `*` for all. Without it, addresses are those of "
+            "the connections.",
+        ),
+    ] = ""
+    cors_origins: Annotated[
+        str,
+        Field(
+            description="Origins whose pages may use the API (CORS), between commas, such as "
+            "`https://example.org`; `*` for all.",
+        ),
+        AfterValidator(_origins),
+    ] = ""
     log_level: Annotated[
         Literal["critical", "error", "warning", "info", "debug"],
         Field(description="Least severity that is logged."),
@@ -83,6 +145,15 @@ class Settings(BaseSettings):
     access_log: Annotated[
         bool, Field(description="Log a line for every request (costs about a tenth of the speed).")
     ] = False
+    worker_metrics_port: Annotated[
+        int,
+        Field(
+            ge=0,
+            le=65535,
+            description="Port at which `gamut worker` serves its figures, on `GAMUT_HOST`, for "
+            "Prometheus; 0: none. `gamut serve` has them at `/metrics`.",
+        ),
+    ] = 0
     traces: Annotated[
         Literal["auto", "on", "off"],
         Field(
@@ -152,6 +223,22 @@ class Settings(BaseSettings):
             description="Largest `surface_samples` that is accepted.",
         ),
     ] = 1_000_000
+    max_patches: Annotated[
+        int,
+        Field(
+            ge=4,
+            le=MAX_SAMPLES,
+            description="Most samples (patches) that characterisation data may have.",
+        ),
+    ] = MAX_SAMPLES
+    max_pixels: Annotated[
+        int,
+        Field(ge=1, le=MAX_PIXELS, description="Most pixels that a picture may have."),
+    ] = MAX_PIXELS
+    max_form_parts: Annotated[
+        int,
+        Field(ge=2, description="Most fields, and most files, of a form; beyond that 413."),
+    ] = 10
     build_workers: Annotated[
         int,
         Field(ge=1, le=64, description="Worker processes, each building one gamut at a time."),
@@ -233,6 +320,18 @@ class Settings(BaseSettings):
         int,
         Field(ge=0, description="Memory for encoded meshes; the least recently used go first."),
     ] = 128 * _MEBIBYTE
+    max_batch_meshes: Annotated[
+        int,
+        Field(ge=1, le=10_000, description="Most meshes that one request may ask for together."),
+    ] = 100
+    max_batch_triangles: Annotated[
+        int,
+        Field(
+            ge=4,
+            le=40_000_000,  # of OBJ they have less than the 4 GiB that a zip archive holds
+            description="Most triangles that all meshes of such a request may have together.",
+        ),
+    ] = 10_000_000
     max_page_size: Annotated[
         int, Field(ge=1, le=1000, description="Most gamuts that one page of the list holds.")
     ] = 100
@@ -250,6 +349,11 @@ class Settings(BaseSettings):
             )
             raise ValueError(message)
         return broker
+
+    @property
+    def data_limits(self) -> Limits:
+        """How much characterisation data a build accepts."""
+        return Limits(self.max_patches, self.max_pixels)
 
 
 def settings_table() -> str:

@@ -5,6 +5,7 @@ import contextlib
 import logging
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from fastapi import Request
 
@@ -62,6 +63,11 @@ class Service:
         self.builds = Builds(self.settings, self.store, book, engine)
         self.events = EventStreams(self.settings.max_event_streams)
         self.readiness = service_readiness(self)
+
+    @property
+    def scratch_directory(self) -> Path:
+        """Where files may be that have no name, such as bodies that are arriving."""
+        return self.store.scratch("").parent
 
     @contextlib.asynccontextmanager
     async def running(self) -> AsyncIterator[None]:

@@ -12,7 +12,7 @@ import os
 import secrets
 import socket
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from service.building.interruption import Interrupted, Interruption
@@ -279,6 +279,7 @@ class Performer:
                     "input": str(scratch[0]),
                     "output": str(scratch[1]),
                     "options": keeper.document.options,
+                    "limits": asdict(self._settings.data_limits),
                     "memory": self._settings.build_memory_bytes,
                 },
                 timeout=self._settings.build_timeout,

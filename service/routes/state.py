@@ -29,7 +29,7 @@ _NO_STORE = {"Cache-Control": "no-store"}
             "content": {"text/plain": {"examples": {"example": {"value": "live\n"}}}},
             "headers": {"Cache-Control": header("It is about now.", "no-store")},
         },
-        **problems(),
+        **problems(guarded=False),
     },
 )
 async def live() -> Response:
@@ -52,7 +52,7 @@ async def live() -> Response:
             EXAMPLE_READINESS,
             {"Cache-Control": header("It is about now.", "no-store")},
         ),
-        **problems("not-ready"),
+        **problems("not-ready", guarded=False),
     },
 )
 async def ready(request: Request) -> Response:

@@ -19,9 +19,10 @@ import hashlib
 import secrets
 import threading
 import time
-from collections import OrderedDict
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -30,6 +31,7 @@ from service.storage.eviction import Eviction
 from service.storage.inputs import Inputs
 from service.storage.local import LocalBlobs
 from service.storage.quarantine import Quarantine
+from service.storage.record_cache import RecordCache
 from service.storage.records import Record, id_of, record_key
 from service.storage.sweep import remove_uncommitted
 
@@ -43,6 +45,9 @@ _CACHED_RECORDS = 10_000
 _RECORD_SECONDS = 30.0
 """How long a record of a remote store is believed to be there still. It never changes, but another
 replica may delete it."""
+
+_READERS = 16
+"""Records of a remote store that are read at the same time for a page of the list."""
 
 _FLUSH_SECONDS = 600.0
 """How often the times of last use are written down: what a crash forgets of them."""
@@ -98,7 +103,8 @@ class GamutStore:
         self._inputs = Inputs(blobs, self._quarantine)
         self._lock = threading.Lock()
         self._publishing: dict[str, int] = {}
-        self._cached: OrderedDict[str, tuple[Record, float]] = OrderedDict()
+        # Local records are read in microseconds, and cannot be deleted by others.
+        self._cached = RecordCache(_CACHED_RECORDS, _RECORD_SECONDS if blobs.remote else 0)
         self._used: dict[str, float] = {}
         self._flushed = time.monotonic()
         self._sweeping: threading.Thread | None = None
@@ -160,18 +166,18 @@ class GamutStore:
         """
         with self._published_here(record.id):
             try:
-                with contextlib.suppress(GamutNotStoredError):
-                    return self._read_record(record.id)
+                record = self._read_record(record.id)
+            except GamutNotStoredError:
                 record = replace(record, copy=secrets.token_hex(8))
                 # Where this returns None, a request that seemed to have failed was carried out
                 # after all: nobody else has this name.
                 self.blobs.create(record.key, content)
+                record = self._committed(record)
             finally:
                 content.unlink(missing_ok=True)
-            record = self._committed(record)
             if not self.keep_inputs:
                 self.drop_input(record.id)
-        self._remember(record)
+        self._cached.put(record)
         return record
 
     def record(self, gamut_id: str) -> Record:
@@ -185,7 +191,7 @@ class GamutStore:
             There is none, or it was damaged (`GamutDamagedError`).
         """
         try:
-            record = self._cached_record(gamut_id) or self._read_record(gamut_id)
+            record = self._cached.get(gamut_id) or self._read_record(gamut_id)
         except GamutNotStoredError:
             with self._lock:
                 self.misses += 1
@@ -224,7 +230,7 @@ class GamutStore:
             return record, self._verified(record)
         # Deleted or replaced since the look at its record, or damaged on the way from there to
         # here: only what is wrong at the second look as well is damaged.
-        self._forget(gamut_id)
+        self._cached.discard(gamut_id)
         record = self._read_record(gamut_id)
         try:
             return record, self._verified(record)
@@ -239,10 +245,10 @@ class GamutStore:
         try:
             record = self._read_record(gamut_id)
         except GamutNotStoredError:
-            self._forget(gamut_id)
+            self._cached.discard(gamut_id)
             return False
         deleted = self.blobs.delete(record_key(gamut_id))
-        self._forget(gamut_id)
+        self._cached.discard(gamut_id)
         self._used.pop(gamut_id, None)
         self.blobs.delete(record.key)
         self.drop_input(gamut_id)
@@ -262,11 +268,16 @@ class GamutStore:
     def page(self, after: str, limit: int) -> list[Record]:
         """Return up to `limit` records in the order of their ids, from the first after `after`."""
         records: list[Record] = []
-        for gamut_id in self.ids(after):
-            if len(records) == limit:
-                break
-            with contextlib.suppress(GamutNotStoredError):
-                records.append(self._cached_record(gamut_id) or self._read_record(gamut_id))
+        ids = self.ids(after)
+        while batch := list(islice(ids, limit - len(records))):
+            if self.blobs.remote:
+                # One after the other, a page would take seconds.
+                with ThreadPoolExecutor(min(_READERS, len(batch))) as threads:
+                    found = list(threads.map(self._listed, batch))
+            else:
+                found = [self._listed(gamut_id) for gamut_id in batch]
+            # Some may have been deleted since they were listed, or be damaged.
+            records += [record for record in found if record is not None]
         return records
 
     def ids(self, after: str = "") -> Iterator[str]:
@@ -366,21 +377,11 @@ class GamutStore:
             self.blobs.delete(record.key)
         return present
 
-    def _cached_record(self, gamut_id: str) -> Record | None:
-        record, until = self._cached.get(gamut_id, (None, 0.0))
-        return record if until > time.monotonic() else None
-
-    def _remember(self, record: Record) -> None:
-        if self.blobs.remote:
-            with self._lock:
-                self._cached[record.id] = (record, time.monotonic() + _RECORD_SECONDS)
-                self._cached.move_to_end(record.id)
-                while len(self._cached) > _CACHED_RECORDS:
-                    self._cached.popitem(last=False)
-
-    def _forget(self, gamut_id: str) -> None:
-        with self._lock:
-            self._cached.pop(gamut_id, None)
+    def _listed(self, gamut_id: str) -> Record | None:
+        try:
+            return self._cached.get(gamut_id) or self._read_record(gamut_id)
+        except GamutNotStoredError:
+            return None
 
     def _read_record(self, gamut_id: str) -> Record:
         """Return the record that is in the storage; a damaged one goes to the quarantine."""
@@ -397,7 +398,7 @@ class GamutStore:
             except (ValueError, TypeError) as error:
                 flaw = f"damaged record: {error}"
             if record is not None and not flaw:
-                self._remember(record)
+                self._cached.put(record)
                 return record
         raise self._damaged(gamut_id, flaw, record, data)
 
@@ -433,7 +434,7 @@ class GamutStore:
         self, gamut_id: str, reason: str, record: Record | None, data: bytes | None = None
     ) -> GamutDamagedError:
         """Move a gamut to the quarantine, unless another has taken its place meanwhile."""
-        self._forget(gamut_id)
+        self._cached.discard(gamut_id)
         histories = []
         if record is not None and record.id == gamut_id:
             histories = [record.key]

@@ -313,7 +313,7 @@ class LocalBlobs:
 
     def _make_folder(self, folder: Path) -> None:
         """Make a folder whose name is on the disk as well, up to the store's directory."""
-        if folder in self._durable:
+        if folder in self._durable and folder.is_dir():
             return
         folder.mkdir(parents=True, exist_ok=True)
         for parent in folder.parents:

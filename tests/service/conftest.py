@@ -24,6 +24,7 @@ from service.storage.records import Record
 # The tests' folders are no packages.
 sys.path.insert(0, str(Path(__file__).parent))
 import emulators
+import google_storage
 
 START_SECONDS = 120
 """Generous: on a first run the kernels are compiled."""
@@ -51,7 +52,9 @@ class Server:
                 stderr=subprocess.STDOUT,
             )
         self.url = self.logged(READY)
-        self.client = httpx.Client(base_url=self.url, timeout=120)
+        # Without a content coding, so that digests are those of what a test sees.
+        fields = {"Accept-Encoding": "identity"}
+        self.client = httpx.Client(base_url=self.url, timeout=120, headers=fields)
 
     def log(self):
         return self.log_path.read_text()
@@ -134,6 +137,13 @@ def azure(tmp_path_factory):
             pytest.fail(reason)
         pytest.skip(reason)
     with emulators.azure_server(tmp_path_factory.mktemp("azure")) as environment:
+        yield environment
+
+
+@pytest.fixture(scope="session")
+def gcs():
+    """The environment of a server that behaves as Google's documentation says."""
+    with google_storage.server() as environment:
         yield environment
 
 

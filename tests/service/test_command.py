@@ -5,6 +5,7 @@ import sys
 import pytest
 
 from gamutcore.version import __version__
+from service.api_keys import ApiKeys
 from service.command import main
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
@@ -26,6 +27,29 @@ def test_a_wrong_setting_is_named_and_nothing_is_served(capsys, monkeypatch):
     monkeypatch.setenv("GAMUT_BUILD_WORKERS", "none")
     assert main(["serve"]) == 2
     assert "GAMUT_BUILD_WORKERS" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.0.2.1", "gamuts.example.org"])  # noqa: S104
+def test_nothing_is_served_to_everybody_unless_that_is_said(capsys, host):
+    assert main(["serve", "--host", host]) == 2
+    sentence = capsys.readouterr().err
+    assert host in sentence
+    assert "GAMUT_API_KEYS" in sentence
+    assert "GAMUT_ALLOW_ANONYMOUS=all" in sentence
+
+
+def test_a_key_is_printed_with_what_the_service_has_to_know(capsys):
+    assert main(["key", "press-room", "--scopes", "read"]) == 0
+    key, entry = (line.split()[-1] for line in capsys.readouterr().out.splitlines())
+    known = ApiKeys(entry).found(key.encode())
+    assert (known.name, known.scopes) == ("press-room", {"read"})
+    assert key not in entry
+
+
+@pytest.mark.parametrize("arguments", [["Name"], ["a_b"], [""], ["name", "--scopes", "all"]])
+def test_a_key_needs_a_plain_name_and_known_scopes(capsys, arguments):
+    assert main(["key", *arguments]) == 2
+    assert "NAME:SCOPES:SHA256" in capsys.readouterr().err
 
 
 def test_a_store_in_use_is_named_and_nothing_is_served(capsys, tmp_path):

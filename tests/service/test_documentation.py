@@ -11,7 +11,9 @@ import pytest
 from gamutcore.gamut import Options, build_gamut
 from gamutcore.options import Options as CoreOptions
 from service import documentation, models
+from service.application import create_app
 from service.problems import KINDS, MEDIA_TYPE
+from service.settings import Settings
 
 ROOT = Path(__file__).parents[2]
 
@@ -28,7 +30,7 @@ def test_every_line_of_the_page_works(server, tmp_path):
     )
     statuses = re.findall(r"HTTP/1\.1 (\d+)", answer.stdout)
     assert [status[0] for status in statuses] == ["2"] * script.count("curl -i")
-    assert statuses[-4:] == ["202", "204", "200", "200"]
+    assert statuses[-5:] == ["202", "200", "204", "200", "200"]
     assert (tmp_path / "FOGRA39L.glb").read_bytes()[:4] == b"glTF"
     assert (tmp_path / "FOGRA39L.ply").read_bytes()[:3] == b"ply"
     assert (tmp_path / "FOGRA39L-half-a-unit.glb").read_bytes()[:4] == b"glTF"
@@ -36,6 +38,8 @@ def test_every_line_of_the_page_works(server, tmp_path):
     assert (tmp_path / "FOGRA39L.stl").stat().st_size == 84 + 50 * 1000
     assert (tmp_path / "FOGRA39L.gamut").stat().st_size > 10**5
     assert '"code":"invalid-option"' in answer.stdout
+    assert answer.stdout.count("event: finished") == 1
+    assert answer.stdout.count('"code":"build-cancelled"') == 1
 
 
 def stated(document):
@@ -123,17 +127,21 @@ class TestExamples:
 
 class TestProblems:
     def test_of_a_code_are_under_its_status(self):
-        responses = documentation.problems("triangle-count", "gamut-not-found")
+        responses = documentation.problems("triangle-count", "gamut-not-found", guarded=False)
         assert set(responses) == {
             KINDS["triangle-count"].status,
             KINDS["gamut-not-found"].status,
             KINDS["internal-error"].status,
         }
 
+    def test_of_keys_and_limits_are_said_of_what_is_guarded(self):
+        assert {401, 403, 429} <= set(documentation.problems())
+        assert set(documentation.problems(guarded=False)) == {500}
+
     @pytest.mark.parametrize("code", KINDS)
     def test_of_every_code_have_an_example_of_the_document(self, code):
         kind = KINDS[code]
-        response = documentation.problems(code)[kind.status]
+        response = documentation.problems(code, guarded=False)[kind.status]
         (content,) = response["content"].items()
         assert content[0] == MEDIA_TYPE
         document = content[1]["examples"][code]["value"]
@@ -148,3 +156,15 @@ class TestProblems:
 def test_headers_say_their_type():
     assert documentation.header("How many.", 5)["schema"] == {"type": "integer"}
     assert documentation.header("Which.", "a")["schema"] == {"type": "string"}
+
+
+def test_links_lead_to_operations_and_their_parameters():
+    operations = {
+        operation["operationId"]: {
+            parameter["name"] for parameter in operation.get("parameters", [])
+        }
+        for operations in create_app(Settings()).openapi()["paths"].values()
+        for operation in operations.values()
+    }
+    for link in documentation.gamut_links("$response.body#/id").values():
+        assert set(link["parameters"]) <= operations[link["operationId"]]

@@ -241,6 +241,14 @@ def test_requests_behind_one_another_are_answered_in_order(connect):
     assert whole(connection)
 
 
+def test_a_connection_with_thousands_of_requests_ahead_is_ended(connect):
+    connection, good = connect(GET * 5000), connect()
+    with contextlib.suppress(ConnectionResetError):
+        assert connection.recv(1 << 20).count(b"HTTP/1.1 200") < 100
+        assert connection.recv(1 << 20) == b""
+    assert whole(good)
+
+
 def test_a_wish_for_another_protocol_is_ignored(connect):
     fields = b"Connection: Upgrade, HTTP2-Settings\r\nUpgrade: h2c\r\nHTTP2-Settings: \r\n\r\n"
     connection = connect(GET[:-2] + fields)

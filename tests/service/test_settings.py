@@ -24,9 +24,14 @@ def test_every_setting_comes_from_its_variable(monkeypatch, name):
         "broker": "amqps://user:password@broker//",
         "host": "0.0.0.0",  # noqa: S104 - nothing listens here
         "log_level": "debug",
+        "api_keys": f"name:read:{'0' * 64}",
+        "allow_anonymous": "read",
+        "trusted_proxies": "10.0.0.0/8",
+        "cors_origins": "https://example.org",
         "log_format": "json",
         "access_log": True,
         "traces": "on",
+        "worker_metrics_port": 9464,
         "max_surface_samples": 500_000,
         "build_workers": 7,
         "build_attempts": 7,
@@ -41,7 +46,14 @@ def test_every_setting_comes_from_its_variable(monkeypatch, name):
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("port", 65536), ("build_workers", 0), ("build_timeout", 0), ("log_level", "loud")],
+    [
+        ("port", 65536),
+        ("build_workers", 0),
+        ("build_timeout", 0),
+        ("log_level", "loud"),
+        ("api_keys", "name:read:secret"),
+        ("cors_origins", "example.org"),
+    ],
 )
 def test_values_out_of_range_are_refused(name, value):
     with pytest.raises(ValidationError, match=name):

@@ -13,17 +13,17 @@ PREFIXES = count()
 
 @pytest.fixture
 def address(request, monkeypatch):
-    """Return an unused address in the bucket of an emulator: ``s3`` or ``azure``."""
+    """Return an unused address in the bucket of an emulator: ``s3``, ``gcs`` or ``azure``."""
 
     def unused(kind):
         for name, value in request.getfixturevalue(kind).items():
             monkeypatch.setenv(name, value)
-        return f"{ {'s3': 's3', 'azure': 'az'}[kind] }://bucket/test/{next(PREFIXES)}"
+        return f"{ {'s3': 's3', 'gcs': 'gs', 'azure': 'az'}[kind] }://bucket/test/{next(PREFIXES)}"
 
     return unused
 
 
-@pytest.fixture(params=["local", "s3", "azure"])
+@pytest.fixture(params=["local", "s3", "gcs", "azure"])
 def blobs(request, tmp_path, address):
     """An open storage of every kind in turn."""
     if request.param == "local":

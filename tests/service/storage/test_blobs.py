@@ -1,4 +1,4 @@
-"""What every storage promises, asked of a directory, of moto's S3 and of Azurite."""
+"""What every storage promises, asked of a directory and of every kind of bucket."""
 
 import errno
 import itertools

@@ -126,7 +126,7 @@ def test_a_gamut_damaged_on_its_way_is_read_again_and_not_set_aside(proxied, pub
     record = publish(store)
     handler.spoil = spoiled(1, "flip", "GET")
     assert store.content(record.id)[0] == record
-    store._forget(record.id)
+    store._cached.discard(record.id)
     handler.spoil = spoiled(1, "flip", "GET")
     assert store.record(record.id) == record
     assert store.corruptions == 0
@@ -142,7 +142,7 @@ def test_describing_a_gamut_again_asks_nobody(proxied, publish):
     assert handler.requests == ["GET"]
 
 
-@pytest.mark.parametrize("kind", ["s3", "azure"])
+@pytest.mark.parametrize("kind", ["s3", "gcs", "azure"])
 class TestGamuts:
     """Gamuts in a bucket; everything else about them is in `test_gamuts`."""
 
@@ -194,7 +194,7 @@ class TestGamuts:
         assert gone or caught.value.input_kept
         assert there.corruptions == (0 if gone else 1)
         mended = publish(there)
-        there._forget(record.id)
+        there._cached.discard(record.id)
         assert there.content(record.id)[0] == mended
 
     def test_a_damaged_input_is_none(self, stores, identity):
