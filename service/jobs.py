@@ -181,17 +181,17 @@ class JobBook:
             fresh = JobDocument(
                 job_id, dict(options), created=time_, updated=time_, trace=dict(trace or {})
             )
+            found = self._found(job_id)
+            if found is None:
+                if self._blobs.create(_key(job_id), fresh.to_bytes()) is not None:
+                    return fresh, True
+                continue
+            document, version = found
+            if not document.final:
+                return document, self._abandoned(document, ABANDONED_SECONDS)
+            # The token goes on, so that whoever was late with the old build stays fenced off.
+            renewed = replace(fresh, token=document.token)
             with self._removing:
-                found = self._found(job_id)
-                if found is None:
-                    if self._blobs.create(_key(job_id), fresh.to_bytes()) is not None:
-                        return fresh, True
-                    continue
-                document, version = found
-                if not document.final:
-                    return document, self._abandoned(document, ABANDONED_SECONDS)
-                # The token goes on, so that whoever was late with the old build stays fenced off.
-                renewed = replace(fresh, token=document.token)
                 if self._replace(renewed, version) is not None:
                     return renewed, True
 
