@@ -133,6 +133,7 @@ def _service_families(service: Service) -> Iterator[Metric]:
     yield from _request_families(service.metrics.requests)
     yield from _build_families(service.metrics.builds)
     yield from _engine_families(service.builds.facts())
+    yield _gauge("gamut_event_streams", "Clients that follow a job.", service.events.count)
     yield from _cache_families({"gamuts": service.library.cache, "meshes": service.meshes.cache})
     yield from _store_families(service.store)
     ready = service.readiness.last
