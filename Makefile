@@ -73,7 +73,7 @@ serve: install ## serve on http://127.0.0.1:8000, data under var/ (docs/operatio
 
 .PHONY: test
 test: install .venv/.installed-test $(node_packages) ## run all tests
-	$(python) -m pytest
+	$(python) -m pytest -n auto --dist loadfile
 
 .PHONY: fuzz
 fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)
@@ -82,6 +82,10 @@ fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)
 .PHONY: bench
 bench: install ## measure what is claimed about speed and accuracy
 	$(python) -m benchmarks.bench
+
+.PHONY: scaling
+scaling: install ## work out docs/scaling.md anew from the figures that were measured
+	$(python) -m benchmarks.scaling
 
 .PHONY: figures
 figures: install .venv/.installed-figures ## repeat the published experiment and write docs/decimation.md

@@ -20,16 +20,32 @@ import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
 from statistics import median
-from typing import Any
+from typing import Any, NamedTuple
 
 from benchmarks.compute import FOGRA39L, ROOT
 
-__all__ = ["build_over_http", "mesh_rates"]
+__all__ = ["Server", "build_over_http", "mesh_rates", "posted", "server"]
+
+
+class Server(NamedTuple):
+    """A running server.
+
+    Attributes
+    ----------
+    port : int
+    ready : float
+        Seconds from its start until it was ready.
+    process : Popen
+    """
+
+    port: int
+    ready: float
+    process: subprocess.Popen[bytes]
 
 
 @contextlib.contextmanager
-def server(**settings: str) -> Iterator[tuple[int, float]]:
-    """Run a fresh server; yields its port and the seconds that it took to be ready."""
+def server(*, pin: bool = True, **settings: str) -> Iterator[Server]:
+    """Run a fresh server with settings, on the first core or on all."""
     with tempfile.TemporaryDirectory() as folder:
         environment = {
             **os.environ,
@@ -42,7 +58,7 @@ def server(**settings: str) -> Iterator[tuple[int, float]]:
         log = Path(folder) / "log"
         with log.open("wb") as output:
             process = subprocess.Popen(
-                [*pinned(0), *command, "serve", "--port", "0"],
+                [*(pinned(0) if pin else []), *command, "serve", "--port", "0"],
                 cwd=ROOT,
                 env=environment,
                 stdout=output,
@@ -50,7 +66,7 @@ def server(**settings: str) -> Iterator[tuple[int, float]]:
             )
         try:
             port = ready_port(process, log)
-            yield port, time.perf_counter() - start
+            yield Server(port, time.perf_counter() - start, process)
         finally:
             process.terminate()
             process.wait(30)
@@ -80,7 +96,10 @@ def ready_port(process: subprocess.Popen[bytes], log: Path) -> int:
 
 
 def posted(
-    port: int, options: dict[str, object], data: bytes | None = None
+    port: int,
+    options: dict[str, object],
+    data: bytes | None = None,
+    prefer: str = "wait=60",
 ) -> tuple[int, float, dict[str, Any]]:
     """Post a file, FOGRA39L unless another is given; status, seconds and the description."""
     border = "benchmark-border"
@@ -96,7 +115,7 @@ def posted(
         data=b"".join(parts),
         headers={
             "Content-Type": f"multipart/form-data; boundary={border}",
-            "Prefer": "wait=60",
+            "Prefer": prefer,
         },
     )
     start = time.perf_counter()
@@ -110,54 +129,46 @@ def build_over_http(runs: int) -> dict[str, Any]:
 
     The further builds differ in γ by a little, so that each is built anew.
     """
-    with server() as (port, ready):
-        status, first, _ = posted(port, {})
-        further = [posted(port, {"gamma": 0.2 + 1e-6 * (run + 1)})[1] for run in range(runs)]
-    return {"ready_s": ready, "status": status, "first_s": first, "median_s": median(further)}
+    with server() as found:
+        status, first, _ = posted(found.port, {})
+        further = [posted(found.port, {"gamma": 0.2 + 1e-6 * (run + 1)})[1] for run in range(runs)]
+    return {"ready_s": found.ready, "status": status, "first_s": first, "median_s": median(further)}
 
 
 def mesh_rates(requests: int, runs: int) -> list[dict[str, Any]]:
-    """Requests per second for meshes of about 1,000 triangles, encoded anew or repeated."""
+    """Requests per second for meshes of about 1,000 triangles: encoded anew, repeated, known."""
     rows = []
-    counts = range(502, 1502, 2)
-    for name, settings, paths in (
-        (
-            "uncached, 500 counts in turn",
-            {"mesh_cache_bytes": "0"},
-            [f"triangles={n}" for n in counts],
-        ),
-        (
-            "uncached PLY, 500 counts in turn",
-            {"mesh_cache_bytes": "0"},
-            [f"triangles={n}&format=ply" for n in counts],
-        ),
+    uncached, counts = {"mesh_cache_bytes": "0"}, range(502, 1502, 2)
+    glb, ply = [f"triangles={n}" for n in counts], [f"triangles={n}&format=ply" for n in counts]
+    for name, settings, queries in (
+        ("uncached, 500 counts in turn", uncached, glb),
+        ("uncached PLY, 500 counts in turn", uncached, ply),
         ("repeated, 1000 triangles", {}, ["triangles=1000"]),
+        ("repeated, 1000 triangles, not modified", {}, ["triangles=1000"]),
     ):
-        with server(**settings) as (port, _):
-            gamut = posted(port, {})[2]["id"]
-            sent = json.dumps([f"/v1/gamuts/{gamut}/mesh?{query}" for query in paths])
-            figures = [
-                json.loads(
-                    subprocess.run(
-                        [
-                            *pinned(1),
-                            sys.executable,
-                            "-m",
-                            "benchmarks.load",
-                            "127.0.0.1",
-                            str(port),
-                            "--requests",
-                            str(requests),
-                        ],
-                        cwd=ROOT,
-                        input=sent,
-                        capture_output=True,
-                        text=True,
-                        check=True,
-                    ).stdout
-                )
-                for _ in range(runs)
-            ]
+        with server(**settings) as found:
+            mesh = f"/v1/gamuts/{posted(found.port, {})[2]['id']}/mesh"
+            paths = [f"{mesh}?{query}" for query in queries]
+            fields = []
+            if name.endswith("not modified"):
+                with urllib.request.urlopen(f"http://127.0.0.1:{found.port}{paths[0]}") as answer:
+                    fields = ["--header", f"If-None-Match: {answer.headers['ETag']}"]
+            figures = [load(found.port, paths, requests, fields) for _ in range(runs)]
         figures.sort(key=lambda row: row["requests_per_s"])
         rows.append({"request": name, **figures[len(figures) // 2]})
     return rows
+
+
+def load(port: int, paths: list[str], requests: int, arguments: list[str]) -> dict[str, Any]:
+    """Return what a load of so many requests, in a process of its own, came to."""
+    program = [*pinned(1), sys.executable, "-m", "benchmarks.load", "127.0.0.1", str(port)]
+    ended = subprocess.run(
+        [*program, "--requests", str(requests), *arguments],
+        cwd=ROOT,
+        input=json.dumps(paths),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    figures: dict[str, Any] = json.loads(ended.stdout)
+    return figures

@@ -17,7 +17,7 @@ from benchmarks.compute import FOGRA39L, ROOT, SRGB, median_seconds
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import SurfaceColours, surface_colours
 
-__all__ = ["input_times"]
+__all__ = ["found", "input_times"]
 
 SHARED = ROOT.parent / "shared" / "data"
 
@@ -32,7 +32,7 @@ FILES = {
 def input_times(runs: int) -> list[dict[str, Any]]:
     """Seconds from each file to at most 100,000 surface colours, and from posting it to 201."""
     rows = []
-    for name, data in _found():
+    for name, data in found():
         sampled = functools.partial(_surface, data)
         rows.append(
             {
@@ -41,11 +41,12 @@ def input_times(runs: int) -> list[dict[str, Any]]:
                 "colours_s": median_seconds(sampled, runs),
             }
         )
-    with http.server() as (port, _):
-        for row, (_name, data) in zip(rows, _found(), strict=True):
+    with http.server() as service:
+        for row, (_name, data) in zip(rows, found(), strict=True):
             # builds differ in γ by a little, so that each is built anew
             answers = [
-                http.posted(port, {"gamma": 0.2 + 1e-6 * run}, data) for run in range(runs + 1)
+                http.posted(service.port, {"gamma": 0.2 + 1e-6 * run}, data)
+                for run in range(runs + 1)
             ]
             row["http_s"] = median(seconds for _, seconds, _ in answers[1:])
             row["statuses"] = dict(Counter(str(status) for status, _, _ in answers))
@@ -56,7 +57,8 @@ def _surface(data: bytes) -> SurfaceColours:
     return surface_colours(characterisation(data))
 
 
-def _found() -> Iterator[tuple[str, bytes]]:
+def found() -> Iterator[tuple[str, bytes]]:
+    """Iterate over the names and contents of the files that are here."""
     for name, path in FILES.items():
         if path.is_file():
             yield name, path.read_bytes()

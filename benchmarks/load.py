@@ -11,6 +11,7 @@ import asyncio
 import ipaddress
 import json
 import time
+from collections.abc import Sequence
 
 import uvloop
 
@@ -62,10 +63,11 @@ class Connection(asyncio.Protocol):
 class Run:
     """A number of requests, taken in turn from a list of paths, and what became of them."""
 
-    def __init__(self, host: str, paths: list[str], requests: int, connections: int) -> None:
-        self.requests = [
-            f"GET {path} HTTP/1.1\r\nHost: {host}\r\nAccept: */*\r\n\r\n".encode() for path in paths
-        ]
+    def __init__(
+        self, host: str, paths: list[str], requests: int, connections: int, fields: Sequence[str]
+    ) -> None:
+        head = "".join(f"{field}\r\n" for field in (f"Host: {host}", "Accept: */*", *fields))
+        self.requests = [f"GET {path} HTTP/1.1\r\n{head}\r\n".encode() for path in paths]
         self.left = requests
         self.open = connections
         self.latencies: list[float] = []
@@ -94,11 +96,16 @@ class Run:
 
 
 async def measured(
-    host: str, port: int, paths: list[str], requests: int, connections: int
+    host: str,
+    port: int,
+    paths: list[str],
+    requests: int,
+    connections: int,
+    fields: Sequence[str] = (),
 ) -> dict[str, object]:
     """Return requests per second, latencies and statuses of a run."""
     loop = asyncio.get_running_loop()
-    run = Run(host, paths, requests, connections)
+    run = Run(host, paths, requests, connections, fields)
     start = time.perf_counter()
     for _ in range(connections):
         await loop.create_connection(lambda: Connection(run), host, port)
@@ -123,12 +130,15 @@ def main() -> None:
     parser.add_argument("port", type=int)
     parser.add_argument("--requests", type=int, default=20_000)
     parser.add_argument("--connections", type=int, default=16)
+    parser.add_argument("--header", action="append", default=[], help="a field, as in 'Name: x'")
     parsed = parser.parse_args()
     if not ipaddress.ip_address(parsed.host).is_loopback:
         parser.error("only loopback addresses are measured")
     paths = json.loads(input())
     figures = uvloop.run(
-        measured(parsed.host, parsed.port, paths, parsed.requests, parsed.connections)
+        measured(
+            parsed.host, parsed.port, paths, parsed.requests, parsed.connections, parsed.header
+        )
     )
     print(json.dumps(figures))
 

@@ -41,6 +41,7 @@ from gamutcore.history import (
     history_metadata,
     history_of,
 )
+from gamutcore.limits import Limits, limited_to
 from gamutcore.metric.error_curve import curve_counts, error_curve
 from gamutcore.options import Options
 from gamutcore.version import ALGORITHM_VERSION, __version__
@@ -207,7 +208,11 @@ def read_description(path: Path) -> dict[str, Any]:
 
 
 def build_gamut(
-    data: bytes, options: Options, *, progress: Callable[[str, float], None] | None = None
+    data: bytes,
+    options: Options,
+    *,
+    progress: Callable[[str, float], None] | None = None,
+    limits: Limits = Limits(),  # noqa: B008 - frozen
 ) -> Gamut:
     """Build a gamut from the bytes of a characterisation file.
 
@@ -218,6 +223,8 @@ def build_gamut(
     options : Options
     progress : callable, optional
         Called with a stage of `STAGES` and the part of it that is done, 0 when it begins.
+    limits : Limits, optional
+        How much data is accepted.
 
     Returns
     -------
@@ -230,16 +237,8 @@ def build_gamut(
     """
     report = progress or (lambda _stage, _fraction: None)
     report("characterisation", 0.0)
-    if options.source == "measurements":
-        device: Characterisation = measurements_of(
-            characterisation(data), condition=options.condition
-        )
-    elif options.source == "boundary":
-        device = described_boundary(
-            characterisation(data, condition=options.condition), options.intent
-        )
-    else:
-        device = characterisation(data, condition=options.condition)
+    with limited_to(limits):
+        device = _characterised(data, options)
     report("colours", 0.0)
     boundary, values, provenance = (
         _given(device, options)
@@ -290,6 +289,17 @@ class _Wrapping(NamedTuple):
     boundary: Boundary
     values: DeviceValues | None
     provenance: dict[str, Any]
+
+
+def _characterised(data: bytes, options: Options) -> Characterisation:
+    """Return what a file says of the device, or what it carries of that."""
+    if options.source == "measurements":
+        return measurements_of(characterisation(data), condition=options.condition)
+    if options.source == "boundary":
+        return described_boundary(
+            characterisation(data, condition=options.condition), options.intent
+        )
+    return characterisation(data, condition=options.condition)
 
 
 def _wrapped(

@@ -1,8 +1,10 @@
 """Puts the service together: settings in, a FastAPI app out.
 
 Everything that lives as long as the app (store, workers, caches) is in `service.state.Service`,
-opened and closed by the app's lifespan. The ASGI layers are, from the outside: HEAD answered as
-GET, plain requests for meshes, the limit for bodies, the refusal of control characters in paths.
+opened and closed by the app's lifespan. The ASGI layers are, from the outside: the request's id and
+times, other origins (CORS); then, within Starlette's, which answers defects: HEAD answered as GET,
+keys and rate limits, plain requests for meshes, the limit for bodies, the refusal of control
+characters in paths.
 """
 
 import contextlib
@@ -11,13 +13,20 @@ from typing import Any
 
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
+from starlette.types import ASGIApp
 
 from gamutcore.version import __version__
 from service import models
+from service.access import Access, AccessRules
+from service.cors import Cors, origins
+from service.documentation import SECURITY, SECURITY_SCHEMES
 from service.front import MeshFront
 from service.handlers import add_exception_handlers
 from service.middleware import BodyLimit, HeadAsGet, PlainPaths
-from service.routes import gamuts, jobs, meshes, pages, state
+from service.observation import Observed
+from service.request_id import RequestIds
+from service.routes import batch, gamuts, jobs, meshes, metrics, pages, state
+from service.server_timing import ServerTiming
 from service.settings import Settings
 from service.state import Service
 
@@ -44,7 +53,14 @@ _BODY_MODELS = (models.MultipartSubmission, models.InlineSamples, models.Problem
 
 
 def create_app(settings: Settings) -> FastAPI:
-    """Return the app for these settings; nothing is opened before its lifespan begins."""
+    """Return the app for these settings; nothing is opened before its lifespan begins.
+
+    Raises
+    ------
+    OpenToAllError
+        The settings let everybody in, and do not say that this is meant.
+    """
+    rules = AccessRules.of(settings)
     service = Service(settings)
 
     @contextlib.asynccontextmanager
@@ -59,12 +75,19 @@ def create_app(settings: Settings) -> FastAPI:
         version=__version__,
         license_info={"name": "Apache-2.0", "identifier": "Apache-2.0"},
         openapi_tags=_TAGS,
+        docs_url=None,  # `service.routes.pages` has it, with a content security policy
         redoc_url=None,
         redirect_slashes=False,
+        # Its own spans would repeat queries, and know nothing of the layers ahead of the routes.
+        telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},
         lifespan=lifespan,
     )
     app.state.service = service
-    routers = (gamuts.router, meshes.router, jobs.router, state.router, pages.router)
+    app.state.cors_origins = origins(settings.cors_origins)
+    routers = (
+        *(gamuts.router, meshes.router, batch.router, jobs.router),
+        *(state.router, metrics.router, pages.router),
+    )
     for router in routers:
         app.include_router(router)
     app.state.routes = [route for router in routers for route in router.routes]
@@ -73,12 +96,28 @@ def create_app(settings: Settings) -> FastAPI:
     app.add_middleware(PlainPaths)
     app.add_middleware(BodyLimit, limit=settings.max_body_bytes)
     app.add_middleware(MeshFront, meshes=service.meshes)
+    if rules.limiting:
+        app.add_middleware(Access, rules=rules)
     app.add_middleware(HeadAsGet)
     return app
 
 
 class _Application(FastAPI):
     """FastAPI whose document holds the models that only examples and bodies refer to."""
+
+    def build_middleware_stack(self) -> ASGIApp:
+        """Return the layers: ours are around Starlette's, whose outermost answers defects."""
+        stack = super().build_middleware_stack()
+        if self.state.cors_origins:
+            stack = Cors(stack, self.state.cors_origins)
+        service: Service = self.state.service
+        observed = Observed(
+            ServerTiming(stack),
+            service.metrics.requests,
+            access_log=service.settings.access_log,
+            traces=service.traces,
+        )
+        return RequestIds(observed)
 
     def openapi(self) -> dict[str, Any]:
         """Return the OpenAPI document."""
@@ -98,5 +137,10 @@ class _Application(FastAPI):
                 schemas |= schema.pop("$defs", {})
                 schemas[model.__name__] = schema
             document["components"]["schemas"] = dict(sorted(schemas.items()))
+            document["components"]["securitySchemes"] = SECURITY_SCHEMES
+            for path, operations in document["paths"].items():
+                if path.startswith("/v1/"):
+                    for operation in operations.values():
+                        operation["security"] = SECURITY
             self.openapi_schema = document
         return self.openapi_schema

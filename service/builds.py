@@ -266,8 +266,8 @@ class Builds:
                 accepted, new = await asyncio.to_thread(self._book.accept, gamut_id, options, trace)
                 if data is not None:
                     await self._keep_input(accepted, data, new=new)
-            if new:
-                await self._engine.enqueue(accepted)
+            if new or accepted.state == "queued":
+                await self._engine.enqueue(accepted, joined=not new)
         finally:
             self._arriving -= 1
         return accepted

@@ -25,11 +25,19 @@ class ByteBoundedCache(Generic[Key, Value]):
     ----------
     capacity : int
         Bytes that all values together may take. A value that is larger by itself is not kept.
+
+    Attributes
+    ----------
+    nbytes : int
+        Bytes that the values take.
+    hits, misses, evictions : int
+        Values that were found; that had to be made, and put here; that had to go for others.
     """
 
     def __init__(self, capacity: int) -> None:
         self.capacity = capacity
         self.nbytes = 0
+        self.hits = self.misses = self.evictions = 0
         self._entries: OrderedDict[Key, tuple[Value, int]] = OrderedDict()
 
     def __len__(self) -> int:
@@ -41,10 +49,12 @@ class ByteBoundedCache(Generic[Key, Value]):
         if entry is None:
             return None
         self._entries.move_to_end(key)
+        self.hits += 1
         return entry[0]
 
     def put(self, key: Key, value: Value, nbytes: int) -> None:
         """Keep a value of `nbytes` bytes; the least recently used leave until all fit."""
+        self.misses += 1
         self.discard(key)
         if nbytes > self.capacity:
             return
@@ -53,6 +63,7 @@ class ByteBoundedCache(Generic[Key, Value]):
         while self.nbytes > self.capacity:
             _, (_, freed) = self._entries.popitem(last=False)
             self.nbytes -= freed
+            self.evictions += 1
 
     def discard(self, key: Key) -> None:
         """Forget a key; nothing happens if it is not there."""

@@ -13,7 +13,13 @@ from pydantic import ValidationError
 
 from gamutcore.version import __version__
 from gamutcore.warm import compile_kernels
+from service.access import OpenToAllError
+from service.api_keys import new_key
 from service.application import create_app
+from service.building import health
+from service.building.choice import EngineMissingError, run_worker
+from service.logs import configure_logging
+from service.protocol import ConnectionLimits, limited_protocol
 from service.server import Server
 from service.settings import ENVIRONMENT_PREFIX, Settings
 from service.storage.blobs import StoreUnavailableError
@@ -21,6 +27,7 @@ from service.storage.check import report
 from service.storage.gamuts import GamutStore
 from service.storage.local import StoreInUseError
 from service.storage.location import StoreLocationError, blobs_at, is_address
+from service.traces import TracesUnavailableError
 
 __all__ = ["main", "openapi_document", "raise_file_limit"]
 
@@ -48,6 +55,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     serve.add_argument("--host", help="address to listen on")
     serve.add_argument("--port", type=int, help="port to listen on; 0 takes a free one")
     serve.add_argument("--store", help="where gamuts are kept: a directory, or s3://, gs://, az://")
+    worker = commands.add_parser(
+        "worker", help="build what API replicas send to the broker (GAMUT_BROKER, GAMUT_STORE)"
+    )
+    worker.add_argument(
+        "--check", action="store_true", help="only say whether the workers on this host are well"
+    )
+    key = commands.add_parser("key", help="make an API key, and its entry for GAMUT_API_KEYS")
+    key.add_argument("name", help="lower-case letters, digits and hyphens; no secret")
+    key.add_argument("--scopes", default="read+write", help="read, write or read+write (default)")
     commands.add_parser("openapi", help="print the OpenAPI document")
     commands.add_parser("warm", help="compile the kernels, so that nobody has to wait for them")
     store = commands.add_parser("store", help="look after a store")
@@ -58,8 +74,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parsed = parser.parse_args(arguments)
     if parsed.command == "serve":
         return _serve({name: getattr(parsed, name) for name in ("host", "port", "store")})
+    if parsed.command == "worker":
+        return health.main() if parsed.check else _worker()
     if parsed.command == "store":
         return _check_store(parsed.location)
+    if parsed.command == "key":
+        return _key(parsed.name, frozenset(parsed.scopes.split("+")))
     if parsed.command == "openapi":
         sys.stdout.write(openapi_document())
     else:
@@ -86,6 +106,19 @@ def raise_file_limit() -> None:
         logger.warning("the limit of open files stays as it is: %s", error)
 
 
+def _key(name: str, scopes: frozenset[str]) -> int:
+    try:
+        key, known = new_key(name, scopes)
+    except ValueError as error:
+        sys.stderr.write(f"gamut: {error}\n")
+        return 2
+    # The entry can be read off the screen or out of a log without harm; the key is shown once.
+    sys.stdout.write(
+        f"key, for the client:       {key}\nentry for GAMUT_API_KEYS:  {known.entry}\n"
+    )
+    return 0
+
+
 def _check_store(location: str | None) -> int:
     try:
         # Two clients of a bucket are as far apart as two machines; a directory has one owner.
@@ -98,7 +131,8 @@ def _check_store(location: str | None) -> int:
     return report(blobs, another, sys.stdout)
 
 
-def _serve(overrides: dict[str, Any]) -> int:
+def _settings(overrides: dict[str, Any]) -> Settings | None:
+    """Return the settings, with the log set up as they say; None after telling what is wrong."""
     given = {name: value for name, value in overrides.items() if value is not None}
     try:
         settings = Settings(**given)
@@ -106,10 +140,29 @@ def _serve(overrides: dict[str, Any]) -> int:
         for fault in error.errors():
             variable = ENVIRONMENT_PREFIX + "_".join(map(str, fault["loc"])).upper()
             sys.stderr.write(f"gamut: {variable}: {fault['msg']}\n")
+        return None
+    configure_logging(settings.log_format, settings.log_level)
+    return settings
+
+
+def _worker() -> int:
+    settings = _settings({})
+    if settings is None:
         return 2
-    logging.basicConfig(
-        level=settings.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s"
-    )
+    if not settings.broker:
+        sys.stderr.write("gamut: GAMUT_BROKER: is needed, to know where builds come from\n")
+        return 2
+    try:
+        return run_worker(settings)
+    except (EngineMissingError, TracesUnavailableError) as error:
+        sys.stderr.write(f"gamut: {error}\n")
+        return 1
+
+
+def _serve(overrides: dict[str, Any]) -> int:
+    settings = _settings(overrides)
+    if settings is None:
+        return 2
     raise_file_limit()
     try:
         app = create_app(settings)
@@ -117,15 +170,31 @@ def _serve(overrides: dict[str, Any]) -> int:
         # uvicorn reports what fails in the lifespan with a traceback; people get a sentence.
         store.open()
         store.close()
-    except (StoreInUseError, StoreLocationError, StoreUnavailableError, OSError) as error:
+    except OpenToAllError as error:
+        sys.stderr.write(f"gamut: {error}\n")
+        return 2
+    except (
+        EngineMissingError,
+        StoreInUseError,
+        StoreLocationError,
+        StoreUnavailableError,
+        TracesUnavailableError,
+        OSError,
+    ) as error:
         sys.stderr.write(f"gamut: {error}\n")
         return 1
     config = uvicorn.Config(
         app,
         host=settings.host,
         port=settings.port,
+        log_config=None,
         log_level=settings.log_level,
-        access_log=settings.access_log,
+        access_log=False,  # `service.observation` has a better one
+        http=limited_protocol(ConnectionLimits.of(settings)),
+        ws="none",
+        # Off, or any client on this machine could state the address that it is counted under.
+        proxy_headers=bool(settings.trusted_proxies),
+        forwarded_allow_ips=settings.trusted_proxies,
         server_header=False,
         timeout_keep_alive=_KEEP_ALIVE_SECONDS,
         # Builds end or are given back within the time to drain; then their requests are answered.

@@ -10,6 +10,7 @@ from service.models import ProblemDocument
 from service.problems import KINDS, MEDIA_TYPE, Problem
 
 __all__ = [
+    "BATCH_RESPONSE",
     "EXAMPLE_GAMUT",
     "EXAMPLE_ID",
     "EXAMPLE_JOB",
@@ -17,8 +18,12 @@ __all__ = [
     "EXAMPLE_LIST",
     "EXAMPLE_READINESS",
     "MESH_HEADERS",
+    "SECURITY",
+    "SECURITY_SCHEMES",
     "SUBMISSION_BODY",
+    "gamut_links",
     "header",
+    "job_link",
     "json_response",
     "problems",
 ]
@@ -104,6 +109,14 @@ EXAMPLE_JOB: dict[str, Any] = {
 
 EXAMPLE_READINESS: dict[str, Any] = {
     "ready": True,
+    "probes": {
+        "kernels": {"status": "ok", "detail": "loaded", "milliseconds": 0.0},
+        "workers": {"status": "ok", "detail": "1 of 1 are warm", "milliseconds": 0.0},
+        "queue": {"status": "ok", "detail": "0 of 16 builds wait", "milliseconds": 0.0},
+        "builds": {"status": "ok", "detail": "new ones are welcome", "milliseconds": 0.0},
+        "store": {"status": "ok", "detail": "written and read", "milliseconds": 0.412},
+        "disk": {"status": "ok", "detail": "52.6 GB are free", "milliseconds": 0.031},
+    },
     "workers": 1,
     "workers_warm": 1,
     "builds": {"queued": 0, "running": 1, "completed": 12},
@@ -139,6 +152,55 @@ SUBMISSION_BODY: dict[str, Any] = {
 }
 
 
+SECURITY_SCHEMES: dict[str, Any] = {
+    "bearer": {
+        "type": "http",
+        "scheme": "bearer",
+        "description": "An API key of this service, where it has any.",
+    },
+    "apiKey": {
+        "type": "apiKey",
+        "in": "header",
+        "name": "X-Api-Key",
+        "description": "The same in a header field of its own.",
+    },
+}
+
+SECURITY: list[dict[str, Any]] = [{}, {"bearer": []}, {"apiKey": []}]
+"""Without a key, or with one: which of it a service asks for is a setting."""
+
+
+def gamut_links(expression: str) -> dict[str, Any]:
+    """Return the links of a response that names a gamut to what can be done with it.
+
+    Parameters
+    ----------
+    expression : str
+        Where the gamut's id is, as a runtime expression of OpenAPI.
+    """
+    links = {
+        operation: {"operationId": operation, "parameters": {"gamut_id": expression}}
+        for operation in (
+            "describeGamut",
+            "downloadMesh",
+            "downloadMeshFile",
+            "describeLevels",
+            "downloadHistory",
+            "deleteGamut",
+        )
+    }
+    links["downloadMeshes"] = {
+        "operationId": "downloadMeshes",
+        "parameters": {"gamuts": expression},
+    }
+    return links | job_link(expression)
+
+
+def job_link(expression: str) -> dict[str, Any]:
+    """Return the link of a response that names a gamut to its job; parameters as `gamut_links`."""
+    return {"describeJob": {"operationId": "describeJob", "parameters": {"job_id": expression}}}
+
+
 def header(description: str, example: str | int) -> dict[str, Any]:
     """Return the description of a response header field."""
     kind = "integer" if isinstance(example, int) else "string"
@@ -156,35 +218,75 @@ MESH_HEADERS: dict[str, Any] = {
     "Gamut-Max-Mismatch": header(
         "What the mismatch is at most; only for levels of the error curve.", "0.00132536"
     ),
-    "ETag": header("Strong entity tag: the SHA-256 of the content.", f'"{EXAMPLE_ID}"'),
+    "ETag": header("Strong entity tag: the SHA-256 of the body as it is sent.", f'"{EXAMPLE_ID}"'),
     "Cache-Control": header("The content never changes.", "public, max-age=31536000, immutable"),
-    "Vary": header("What the content depends on besides the address.", "Accept"),
+    "Vary": header("What the content depends on besides the address.", "Accept, Accept-Encoding"),
+}
+
+
+BATCH_RESPONSE: dict[str, Any] = {
+    "description": "The meshes.",
+    "headers": {
+        "Gamut-Failures": header("How many of the meshes cannot be had.", 0),
+        "ETag": header(
+            "Strong entity tag: the SHA-256 of the body; of answers that are not streamed.",
+            f'"{EXAMPLE_ID}"',
+        ),
+        "Cache-Control": header(
+            "The content never changes, unless something is missing: then `no-store`.",
+            "public, max-age=31536000, immutable",
+        ),
+        "Vary": header("What the content depends on besides the address.", "Accept"),
+    },
+    "content": {
+        "application/zip": {
+            "schema": {"type": "string", "format": "binary"},
+            "examples": {"zip": {"summary": "GAMUT/TRIANGLES.SUFFIX for each, and index.json"}},
+        },
+        "multipart/mixed": {
+            "schema": {"type": "string", "format": "binary"},
+            "examples": {"multipart": {"summary": "A part for each mesh or problem"}},
+        },
+    },
 }
 
 
 def json_response(
-    description: str, model: type, example: object, headers: dict[str, Any] | None = None
+    description: str,
+    model: type,
+    example: object,
+    headers: dict[str, Any] | None = None,
+    links: dict[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Return the description of a JSON response."""
     content = {"application/json": {"examples": {"example": {"value": example}}}}
-    return {
+    response = {
         "description": description,
         "model": model,
         "content": content,
         "headers": headers or {},
     }
+    if links:
+        response["links"] = links
+    return response
 
 
-def problems(*codes: str) -> dict[int | str, dict[str, Any]]:
+_EVERYWHERE = ("api-key-required", "scope-missing", "rate-limited", "head-too-large")
+"""Problems that every operation can answer with, but those that need no key."""
+
+
+def problems(*codes: str, guarded: bool = True) -> dict[int | str, dict[str, Any]]:
     """Return the descriptions of the responses with these problems, by status.
 
     Parameters
     ----------
     codes : str
         Keys of `KINDS`. Every operation can besides answer 500 with ``internal-error``.
+    guarded : bool
+        Whether the operation needs a key where there are keys, and is counted.
     """
     responses: dict[int | str, dict[str, Any]] = {}
-    for code in (*codes, "internal-error"):
+    for code in (*codes, *(_EVERYWHERE if guarded else ()), "internal-error"):
         kind = KINDS[code]
         response = responses.setdefault(
             kind.status,
@@ -206,4 +308,8 @@ def problems(*codes: str) -> dict[int | str, dict[str, Any]]:
         }
         if kind.status in {429, 503}:
             response["headers"]["Retry-After"] = header("Seconds to wait.", 5)
+        if kind.status == 401:
+            response["headers"]["WWW-Authenticate"] = header(
+                "How a key is sent.", 'Bearer realm="gamut"'
+            )
     return responses

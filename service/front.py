@@ -13,8 +13,10 @@ import re
 from typing import TYPE_CHECKING
 
 from gamutcore.export import FORMATS
+from service.compression import preferred_coding
 from service.meshes import MEDIA_TYPES, SUFFIXES, Wanted
 from service.negotiation import preferred_media_type
+from service.observation import MatchedRoute
 from service.parameters import DECIMAL_PATTERN
 
 if TYPE_CHECKING:
@@ -23,6 +25,9 @@ if TYPE_CHECKING:
     from service.meshes import EncodedMesh, Meshes
 
 __all__ = ["MeshFront"]
+
+_ROUTE = MatchedRoute("/v1/gamuts/{gamut_id}/mesh")
+_FILE_ROUTE = MatchedRoute("/v1/gamuts/{gamut_id}/mesh.{suffix}")
 
 _PATH = re.compile(r"/v1/gamuts/([0-9a-f]{64})/mesh(?:\.([a-z]+))?\Z", re.ASCII)
 _LIMIT = DECIMAL_PATTERN.encode()
@@ -64,7 +69,7 @@ class MeshFront:
         query = _QUERY.match(scope["query_string"])
         if path is None or query is None:
             return None, None
-        fields = {b"accept": b"", b"if-none-match": b""}
+        fields = {b"accept": b"", b"accept-encoding": b"", b"if-none-match": b""}
         for name, value in scope["headers"]:
             if name in fields:
                 fields[name] = fields[name] + b"," + value if fields[name] else value
@@ -86,7 +91,9 @@ class MeshFront:
             None if max_mismatch is None else float(max_mismatch),
         )
         known = fields[b"if-none-match"].decode("latin-1")
-        return self.meshes.at_once(gamut_id, wanted, name), known or None
+        scope["route"] = _ROUTE if suffix is None else _FILE_ROUTE
+        coding = preferred_coding(fields[b"accept-encoding"])
+        return self.meshes.at_once(gamut_id, wanted, name, coding), known or None
 
 
 @functools.lru_cache(maxsize=256)

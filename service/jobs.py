@@ -195,7 +195,7 @@ class JobBook:
                 continue
             document, version = found
             if not document.final:
-                return document, self._abandoned(document)
+                return document, self._abandoned(document, ABANDONED_SECONDS)
             # The token goes on, so that whoever was late with the old build stays fenced off.
             renewed = replace(fresh, token=document.token)
             with self._removing:
@@ -329,13 +329,24 @@ class JobBook:
             found = self._found(job_id)
             if found is None or found[0].state != "running" or found[0].token != token:
                 return None if found is None else found[0]
-            document, version = found
-            if document.attempts >= self._attempts:
-                changed = self._given_up(document, None)
-            else:
-                changed = self._queued(document, document.attempts)
-            if self._replace(changed, version) is not None:
+            changed = self._queued_or_given_up(found[0])
+            if self._replace(changed, found[1]) is not None:
                 return changed
+
+    def revived(self, job_id: str, silence: float) -> JobDocument | None:
+        """Return a job that was lost, queued anew; the caller, and nobody else, has to send it.
+
+        Lost is a running one whose lease has ended, and a queued one of which nothing was heard
+        for `silence` seconds. None if it is not lost, if somebody else has just revived it, or if
+        it was attempted as often as allowed, and has failed now.
+        """
+        found = self._found(job_id)
+        if found is None or found[0].final or not self._abandoned(found[0], silence):
+            return None
+        changed = self._queued_or_given_up(found[0])
+        if self._replace(changed, found[1]) is None or changed.final:
+            return None
+        return changed
 
     def unfinished(self) -> Iterator[JobDocument]:
         """Iterate over the jobs that are queued or running."""
@@ -411,6 +422,12 @@ class JobBook:
             return None
         return None if version == refused else version
 
+    def _queued_or_given_up(self, document: JobDocument) -> JobDocument:
+        """Return a job whose owner is gone, to be begun anew unless that was the last attempt."""
+        if document.state == "running" and document.attempts >= self._attempts:
+            return self._given_up(document, None)
+        return self._queued(document, document.attempts)
+
     def _queued(self, document: JobDocument, attempts: int) -> JobDocument:
         return replace(
             document,
@@ -462,11 +479,11 @@ class JobBook:
             if self._replace(ended, found[1]) is not None:
                 return ended
 
-    def _abandoned(self, document: JobDocument) -> bool:
+    def _abandoned(self, document: JobDocument, silence: float) -> bool:
         """Whether nobody has been heard of who would do a job."""
         if document.state == "running":
             return (document.lease_until or 0.0) < self._clock()
-        return document.updated < _rfc3339(self._clock() - ABANDONED_SECONDS)
+        return document.updated < _rfc3339(self._clock() - silence)
 
     def _now(self) -> str:
         return _rfc3339(self._clock())

@@ -16,6 +16,7 @@ from gamutcore.colours.spaces import ColourSpace
 from gamutcore.errors import HistoryFileError
 from gamutcore.gamut import Gamut
 from service.cache import ByteBoundedCache
+from service.server_timing import timed
 from service.single_flight import SingleFlight
 from service.storage.gamuts import GamutNotStoredError
 
@@ -70,6 +71,11 @@ class Library:
         self._opening: SingleFlight[str, OpenGamut] = SingleFlight()
         self._threads = ThreadPoolExecutor(_THREADS, thread_name_prefix="library")
 
+    @property
+    def cache(self) -> ByteBoundedCache[str, OpenGamut]:
+        """The gamuts that are kept."""
+        return self._open
+
     def opened(self, gamut_id: str) -> OpenGamut | None:
         """Return a gamut that is open already; None if it is not."""
         found = self._open.get(gamut_id)
@@ -92,7 +98,8 @@ class Library:
 
     async def record(self, gamut_id: str) -> Record:
         """Return a gamut's record; `GamutNotStoredError` if there is none."""
-        return await asyncio.to_thread(self._store.record, gamut_id)
+        with timed("store"):
+            return await asyncio.to_thread(self._store.record, gamut_id)
 
     async def in_thread(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         """Return what a function returns that is too slow for the event loop."""
@@ -109,7 +116,8 @@ class Library:
         self._threads.shutdown(wait=False, cancel_futures=True)
 
     async def _open_and_keep(self, gamut_id: str) -> OpenGamut:
-        opened = await self.in_thread(self._opened_from_store, gamut_id)
+        with timed("open"):
+            opened = await self.in_thread(self._opened_from_store, gamut_id)
         # What was deleted while it was being opened is answered with, but not kept.
         if self._opening.is_current(gamut_id):
             self._open.put(gamut_id, opened, opened.gamut.nbytes)

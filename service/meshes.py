@@ -1,7 +1,8 @@
-"""Encoded meshes: any level of a gamut in any format, made once and kept in memory.
+"""Encoded meshes: any level of a gamut in any format and coding, made once and kept in memory.
 
-A level of a gamut in a format is immutable content, named by its `MeshKey`. Small ones are made
-on the spot, on the event loop; large ones, and those whose gamut is not open, in a thread.
+A level of a gamut in a format and a content coding is immutable content, named by its `MeshKey`.
+Small ones are made on the spot, on the event loop; large ones, and those whose gamut is not open,
+in a thread.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ from gamutcore.export import FORMATS, encoded_mesh
 from gamutcore.history import MINIMUM_TRIANGLES
 from gamutcore.metric.error_curve import level_within
 from service.cache import ByteBoundedCache
+from service.compression import IDENTITY, compressed
 from service.conditional import IMMUTABLE, entity_tag, matches
+from service.server_timing import timed
 from service.single_flight import SingleFlight
 
 if TYPE_CHECKING:
@@ -69,11 +72,12 @@ class Wanted(NamedTuple):
 
 
 class MeshKey(NamedTuple):
-    """What an encoded mesh is: a level of a gamut in a format."""
+    """What an encoded mesh is: a level of a gamut in a format, as it is or in a content coding."""
 
     gamut_id: str
     triangles: int
     format_name: str
+    coding: str = IDENTITY
 
 
 @dataclass(frozen=True)
@@ -113,9 +117,17 @@ class EncodedMesh:
             **(promises or {}),
             "etag": etag,
             "cache-control": IMMUTABLE,
-            "vary": "Accept",
+            "vary": "Accept, Accept-Encoding",
         }
         return cls(body, etag, [(name.encode(), value.encode()) for name, value in fields.items()])
+
+    def compressed(self, coding: str) -> EncodedMesh:
+        """Return the mesh in a content coding: other bytes, so another entity tag."""
+        body = compressed(self.body, coding)
+        etag = entity_tag(body)
+        own = {b"content-length": str(len(body)).encode(), b"etag": etag.encode()}
+        headers = [(name, own.get(name, value)) for name, value in self.headers]
+        return EncodedMesh(body, etag, [*headers, (b"content-encoding", coding.encode())])
 
     def response(self, if_none_match: str | None) -> tuple[int, list[tuple[bytes, bytes]], bytes]:
         """Return status, header fields and content: 304 if the client has it already."""
@@ -141,7 +153,14 @@ class Meshes:
         self._cache: ByteBoundedCache[MeshKey, EncodedMesh] = ByteBoundedCache(capacity)
         self._encoding: SingleFlight[MeshKey, EncodedMesh] = SingleFlight()
 
-    def at_once(self, gamut_id: str, wanted: Wanted, format_name: str) -> EncodedMesh | None:
+    @property
+    def cache(self) -> ByteBoundedCache[MeshKey, EncodedMesh]:
+        """The meshes that are kept."""
+        return self._cache
+
+    def at_once(
+        self, gamut_id: str, wanted: Wanted, format_name: str, coding: str = IDENTITY
+    ) -> EncodedMesh | None:
         """Return a mesh if it is there, or can be there within a millisecond.
 
         Parameters
@@ -152,6 +171,8 @@ class Meshes:
             Without a count or a limit: `DEFAULT_TRIANGLES`, or all if there are fewer.
         format_name : str
             A key of `FORMATS`.
+        coding : str
+            One of `CODINGS`, or `IDENTITY`.
 
         Returns
         -------
@@ -163,18 +184,19 @@ class Meshes:
             # Whether an odd count is above the largest level only the gamut itself can tell.
             if wanted.triangles is None or wanted.triangles % 2:
                 return None
-            return self._cache.get(MeshKey(gamut_id, wanted.triangles, format_name))
+            return self._cache.get(MeshKey(gamut_id, wanted.triangles, format_name, coding))
         count = _count(opened, wanted)
         if not MINIMUM_TRIANGLES <= count <= opened.gamut.history.triangles:
             return None
-        key = _key(gamut_id, count, format_name)
+        key = _key(gamut_id, count, format_name, coding)
         mesh = self._cache.get(key)
         if mesh is None and key.triangles <= _INLINE_TRIANGLES.get(format_name, 0):
-            mesh = _encoded(opened, key)
-            self._keep(key, mesh)
+            mesh = self._encoded_and_kept(opened, key)
         return mesh
 
-    async def mesh(self, gamut_id: str, wanted: Wanted, format_name: str) -> EncodedMesh:
+    async def mesh(
+        self, gamut_id: str, wanted: Wanted, format_name: str, coding: str = IDENTITY
+    ) -> EncodedMesh:
         """Return a mesh; parameters as for `at_once`.
 
         Raises
@@ -184,22 +206,42 @@ class Meshes:
         TriangleCountError
             The gamut has no such level.
         """
-        mesh = self.at_once(gamut_id, wanted, format_name)
+        mesh = self.at_once(gamut_id, wanted, format_name, coding)
         if mesh is not None:
             return mesh
         opened = await self._library.gamut(gamut_id)
         count = _count(opened, wanted)
         if not MINIMUM_TRIANGLES <= count <= opened.gamut.history.triangles:
             opened.gamut.history.level(count)  # raises, and knows best what to say
-        key = _key(gamut_id, count, format_name)
+        key = _key(gamut_id, count, format_name, coding)
         return await self._encoding.value(key, lambda: self._encode_and_keep(opened, key))
 
     def discard_gamut(self, gamut_id: str) -> None:
         """Forget all meshes of a gamut."""
         self._cache.discard_where(lambda key: key.gamut_id == gamut_id)
 
+    def _encoded_and_kept(self, opened: OpenGamut, key: MeshKey) -> EncodedMesh:
+        plain = key._replace(coding=IDENTITY)
+        mesh = self._cache.get(plain)
+        if mesh is None:
+            with timed("encode"):
+                mesh = _encoded(opened, plain)
+            self._keep(plain, mesh)
+        if key.coding != IDENTITY:
+            with timed("compress"):
+                mesh = mesh.compressed(key.coding)
+            self._keep(key, mesh)
+        return mesh
+
     async def _encode_and_keep(self, opened: OpenGamut, key: MeshKey) -> EncodedMesh:
-        mesh = await self._library.in_thread(_encoded, opened, key)
+        if key.coding == IDENTITY:
+            with timed("encode"):
+                mesh = await self._library.in_thread(_encoded, opened, key)
+        else:
+            # By way of the content as it is, which others are likely to ask for as well.
+            mesh = await self.mesh(key.gamut_id, Wanted(key.triangles), key.format_name)
+            with timed("compress"):
+                mesh = await self._library.in_thread(mesh.compressed, key.coding)
         # A gamut that was deleted meanwhile leaves nothing behind in memory.
         if self._library.opened(key.gamut_id) is opened:
             self._keep(key, mesh)
@@ -232,9 +274,9 @@ def _promises(opened: OpenGamut, triangles: int) -> dict[str, str]:
     }
 
 
-def _key(gamut_id: str, count: int, format_name: str) -> MeshKey:
+def _key(gamut_id: str, count: int, format_name: str, coding: str) -> MeshKey:
     # Closed meshes have an even count: an odd one names the same level as the even one below it.
-    return MeshKey(gamut_id, count - count % 2, format_name)
+    return MeshKey(gamut_id, count - count % 2, format_name, coding)
 
 
 def _encoded(opened: OpenGamut, key: MeshKey) -> EncodedMesh:

@@ -81,7 +81,12 @@ class HeadAsGet:
                 await send(message)
                 await send({"type": "http.response.body", "body": b""})
 
-        await self.app({**scope, "method": "GET"}, receive, send_without_content)
+        as_get = {**scope, "method": "GET"}
+        try:
+            await self.app(as_get, receive, send_without_content)
+        finally:
+            # Who looks from outside sees which route it was.
+            scope["route"] = as_get.get("route")
 
 
 class PlainPaths:

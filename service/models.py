@@ -465,10 +465,24 @@ class BuildCounts(BaseModel):
     completed: Annotated[int, Field(description="Since the service was started.")]
 
 
+class ProbeResult(BaseModel):
+    """What a look at one part of the service found."""
+
+    status: Annotated[
+        Literal["ok", "degraded", "failed"],
+        Field(description="Only what has failed makes the service not ready."),
+    ]
+    detail: str
+    milliseconds: Annotated[float, Field(description="How long the look took.")]
+
+
 class Readiness(BaseModel):
     """What the service is able to do right now."""
 
     ready: bool
+    probes: Annotated[
+        dict[str, ProbeResult], Field(description="Kernels, workers, queue, store, disk, ...")
+    ]
     workers: int
     workers_warm: int
     builds: BuildCounts

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Preference", "preference", "preferred_media_type"]
+__all__ = ["Preference", "preference", "preferred_media_type", "qualities"]
 
 _QUALITY = re.compile(r"(?:0(?:\.\d{0,3})?|1(?:\.0{0,3})?)\Z", re.ASCII)
 """The qvalue of RFC 9110 clause 12.4.2."""
@@ -38,7 +38,7 @@ def preferred_media_type(accept: str | None, offered: Sequence[str]) -> str | No
     """
     if accept is None or not accept.strip():
         return offered[0]
-    ranges = _media_ranges(accept)
+    ranges = {name: quality for name, quality in qualities(accept).items() if "/" in name}
     best, best_quality = None, 0.0
     for media_type in offered:
         kind = media_type.partition("/")[0]
@@ -51,18 +51,25 @@ def preferred_media_type(accept: str | None, offered: Sequence[str]) -> str | No
     return best
 
 
-def _media_ranges(accept: str) -> dict[str, float]:
-    ranges: dict[str, float] = {}
-    for element in accept.split(","):
+def qualities(field: str) -> dict[str, float]:
+    """Return what a list names, in lower case, with how much it is liked; clause 12.4.2.
+
+    Parameters
+    ----------
+    field : str
+        The value of ``Accept``, ``Accept-Encoding`` or the like.
+    """
+    found: dict[str, float] = {}
+    for element in field.split(","):
         name, *parameters = (part.strip().lower() for part in element.split(";"))
         quality = 1.0
         for parameter in parameters:
             key, _, value = parameter.partition("=")
             if key.strip() == "q" and _QUALITY.match(value.strip()):
                 quality = float(value)
-        if "/" in name:
-            ranges[name] = max(quality, ranges.get(name, 0.0))
-    return ranges
+        if name:
+            found[name] = max(quality, found.get(name, 0.0))
+    return found
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,13 @@ from pydantic_core import PydanticCustomError
 
 from service.problems import Problem, ProblemError
 
-__all__ = ["DECIMAL_NUMBER", "DECIMAL_PATTERN", "WHOLE_NUMBER", "check_query"]
+__all__ = ["DECIMAL_NUMBER", "DECIMAL_PATTERN", "LARGEST_WHOLE", "WHOLE_NUMBER", "check_query"]
 
 _DIGITS = re.compile(r"[0-9]{1,12}\Z")
 """No sign, no space, no other script's digits; twelve are more than any count here needs."""
+
+LARGEST_WHOLE = 10**12 - 1
+"""What these digits can say."""
 
 DECIMAL_PATTERN = r"[0-9]{1,12}(?:\.[0-9]{1,20})?(?:[eE]-?[0-9]{1,2})?"
 """No sign, no infinity, no NaN; as many digits as a double is written with."""

@@ -4,16 +4,34 @@ One field is one variable: ``max_body_bytes`` is ``GAMUT_MAX_BODY_BYTES``. The t
 ``docs/settings.md`` is `settings_table` of this model, and a test holds the two together.
 """
 
+import re
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
+
+from gamutcore.limits import MAX_PIXELS, MAX_SAMPLES, Limits
+from service.api_keys import ApiKeys
+from service.cors import origins
+from service.storage.location import is_address
 
 __all__ = ["ENVIRONMENT_PREFIX", "Settings", "settings_table"]
 
 ENVIRONMENT_PREFIX = "GAMUT_"
 
 _MEBIBYTE = 1024 * 1024
+
+_BROKER = re.compile(r"(redis|amqp)s?://")
+
+
+def _api_keys(text: str) -> str:
+    ApiKeys(text)
+    return text
+
+
+def _origins(text: str) -> str:
+    origins(text)
+    return text
 
 
 class Settings(BaseSettings):
@@ -53,18 +71,96 @@ class Settings(BaseSettings):
             "turns out to be damaged."
         ),
     ] = True
+    broker: Annotated[
+        str,
+        Field(
+            repr=False,  # it has a password
+            description="URL of the broker (`redis://`, `rediss://`, `amqp://` or `amqps://`) "
+            "whose workers build the gamuts; they are started with `gamut worker`. Empty: this "
+            "process builds them itself. Needs a store that is a bucket.",
+        ),
+    ] = ""
     host: Annotated[str, Field(description="Address that `gamut serve` listens on.")] = "127.0.0.1"
     port: Annotated[
         int,
         Field(ge=0, le=65535, description="Port that `gamut serve` listens on; 0 is any free one."),
     ] = 8000
+    api_keys: Annotated[
+        str,
+        Field(
+            description="API keys by their digests, as `gamut key NAME` prints them: "
+            "`NAME:SCOPES:SHA256`, between commas. Scopes are `read`, `write` or `read+write`."
+        ),
+        AfterValidator(_api_keys),
+    ] = ""
+    allow_anonymous: Annotated[
+        Literal["auto", "none", "read", "all"],
+        Field(
+            description="What requests without a key may do. `auto`: nothing where there are keys, "
+            "else all, and then only on a loopback address.",
+        ),
+    ] = "auto"
+    rate_limit: Annotated[
+        float,
+        Field(
+            ge=0,
+            description="Requests per second of each key, or of each address without one; 0 for "
+            "no limit. Beyond it 429.",
+        ),
+    ] = 0.0
+    rate_burst: Annotated[
+        int, Field(ge=1, description="Requests that may come at once before that limit holds.")
+    ] = 100
+    build_rate_limit: Annotated[
+        float,
+        Field(ge=0, description="The same for requests that build, per minute."),
+    ] = 0.0
+    build_rate_burst: Annotated[
+        int, Field(ge=1, description="Requests that build that may come at once.")
+    ] = 10
+    trusted_proxies: Annotated[
+        str,
+        Field(
+            description="Addresses or networks of proxies, between commas, whose `X-Forwarded-For` "
+            "and `X-Forwarded-Proto` are believed; `*` for all. Without it, addresses are those of "
+            "the connections.",
+        ),
+    ] = ""
+    cors_origins: Annotated[
+        str,
+        Field(
+            description="Origins whose pages may use the API (CORS), between commas, such as "
+            "`https://example.org`; `*` for all.",
+        ),
+        AfterValidator(_origins),
+    ] = ""
     log_level: Annotated[
         Literal["critical", "error", "warning", "info", "debug"],
         Field(description="Least severity that is logged."),
     ] = "info"
+    log_format: Annotated[
+        Literal["text", "json"],
+        Field(description="`text` for people, `json` for programs: one object on one line each."),
+    ] = "text"
     access_log: Annotated[
         bool, Field(description="Log a line for every request (costs about a tenth of the speed).")
     ] = False
+    worker_metrics_port: Annotated[
+        int,
+        Field(
+            ge=0,
+            le=65535,
+            description="Port at which `gamut worker` serves its figures, on `GAMUT_HOST`, for "
+            "Prometheus; 0: none. `gamut serve` has them at `/metrics`.",
+        ),
+    ] = 0
+    traces: Annotated[
+        Literal["auto", "on", "off"],
+        Field(
+            description="OpenTelemetry traces, sent by OTLP over HTTP to where the `OTEL_...` "
+            "variables say. `auto`: if they name an endpoint and the extra `otel` is installed."
+        ),
+    ] = "auto"
     max_body_bytes: Annotated[
         int,
         Field(
@@ -73,6 +169,45 @@ class Settings(BaseSettings):
             "A picture of 24 megapixels has up to 144 MB.",
         ),
     ] = 160 * _MEBIBYTE
+    max_head_bytes: Annotated[
+        int,
+        Field(
+            ge=1024,
+            description="Largest address and header fields of a request; beyond that 431.",
+        ),
+    ] = 32 * 1024
+    max_connections: Annotated[
+        int,
+        Field(
+            ge=1,
+            description="Connections that are open at the same time. Beyond that the one that has "
+            "waited longest without a request is closed for a new one; where there is none, 503.",
+        ),
+    ] = 1024
+    head_timeout: Annotated[
+        float,
+        Field(gt=0, description="Seconds that address and header fields may take; then 408."),
+    ] = 10.0
+    body_timeout: Annotated[
+        float,
+        Field(
+            gt=0,
+            description="Seconds that a body may take, besides those that its size allows; then "
+            "408.",
+        ),
+    ] = 20.0
+    min_body_rate: Annotated[
+        int,
+        Field(ge=1, description="Bytes per second that a body has to arrive with after that."),
+    ] = 4096
+    write_timeout: Annotated[
+        float,
+        Field(
+            gt=0,
+            description="Seconds for which a client may take none of its answer before it is "
+            "disconnected.",
+        ),
+    ] = 30.0
     max_inline_bytes: Annotated[
         int,
         Field(
@@ -88,6 +223,22 @@ class Settings(BaseSettings):
             description="Largest `surface_samples` that is accepted.",
         ),
     ] = 1_000_000
+    max_patches: Annotated[
+        int,
+        Field(
+            ge=4,
+            le=MAX_SAMPLES,
+            description="Most samples (patches) that characterisation data may have.",
+        ),
+    ] = MAX_SAMPLES
+    max_pixels: Annotated[
+        int,
+        Field(ge=1, le=MAX_PIXELS, description="Most pixels that a picture may have."),
+    ] = MAX_PIXELS
+    max_form_parts: Annotated[
+        int,
+        Field(ge=2, description="Most fields, and most files, of a form; beyond that 413."),
+    ] = 10
     build_workers: Annotated[
         int,
         Field(ge=1, le=64, description="Worker processes, each building one gamut at a time."),
@@ -118,6 +269,22 @@ class Settings(BaseSettings):
             "service, before it is given up.",
         ),
     ] = 3
+    build_lease: Annotated[
+        float,
+        Field(
+            ge=3,
+            description="Seconds after which a build of a `gamut worker` that is not heard of any "
+            "more is given to another. Clocks of the hosts have to agree much better than that.",
+        ),
+    ] = 20.0
+    resend_seconds: Annotated[
+        float,
+        Field(
+            ge=1,
+            description="Seconds after which a build that nobody has begun, though nothing waits "
+            "in the broker's queue, is sent to the broker again.",
+        ),
+    ] = 30.0
     client_wait: Annotated[
         float,
         Field(
@@ -153,9 +320,40 @@ class Settings(BaseSettings):
         int,
         Field(ge=0, description="Memory for encoded meshes; the least recently used go first."),
     ] = 128 * _MEBIBYTE
+    max_batch_meshes: Annotated[
+        int,
+        Field(ge=1, le=10_000, description="Most meshes that one request may ask for together."),
+    ] = 100
+    max_batch_triangles: Annotated[
+        int,
+        Field(
+            ge=4,
+            le=40_000_000,  # of OBJ they have less than the 4 GiB that a zip archive holds
+            description="Most triangles that all meshes of such a request may have together.",
+        ),
+    ] = 10_000_000
     max_page_size: Annotated[
         int, Field(ge=1, le=1000, description="Most gamuts that one page of the list holds.")
     ] = 100
+
+    @field_validator("broker")
+    @classmethod
+    def _broker_of_a_shared_store(cls, broker: str, info: ValidationInfo) -> str:
+        if broker and not _BROKER.match(broker):
+            message = "must be redis://…, rediss://…, amqp://… or amqps://…"
+            raise ValueError(message)
+        if broker and not is_address(info.data.get("store", "")):
+            message = (
+                "GAMUT_STORE must be a bucket (s3://…, gs://… or az://…) that the API and the "
+                "workers share: a directory belongs to one process"
+            )
+            raise ValueError(message)
+        return broker
+
+    @property
+    def data_limits(self) -> Limits:
+        """How much characterisation data a build accepts."""
+        return Limits(self.max_patches, self.max_pixels)
 
 
 def settings_table() -> str:

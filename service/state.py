@@ -5,19 +5,24 @@ import contextlib
 import logging
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from fastapi import Request
 
 from gamutcore.warm import compile_reading_kernels
-from service.building.embedded import EmbeddedEngine
+from service.build_observation import BuildObserver
+from service.building.choice import engine_for
 from service.builds import Builds
 from service.events import EventStreams
 from service.jobs import JobBook
 from service.library import Library
 from service.meshes import Meshes
+from service.metrics import Metrics
+from service.readiness import Readiness, service_readiness
 from service.settings import Settings
 from service.storage.gamuts import GamutStore
 from service.storage.location import gamut_store
+from service.traces import Traces, traces_of
 
 __all__ = ["Service", "service_of"]
 
@@ -39,26 +44,30 @@ class Service:
     library: Library = field(init=False)
     meshes: Meshes = field(init=False)
     builds: Builds = field(init=False)
+    metrics: Metrics = field(init=False, default_factory=Metrics)
+    readiness: Readiness = field(init=False)
+    traces: Traces | None = field(init=False)
     events: EventStreams = field(init=False)
     warm: bool = False
     _loop: asyncio.AbstractEventLoop | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
+        self.traces = traces_of(self.settings.traces)
         self.store = gamut_store(self.settings)
         self.library = Library(self.store, self.settings.history_cache_bytes)
         self.meshes = Meshes(self.library, self.settings.mesh_cache_bytes)
         book = JobBook(self.store.blobs, self.settings.build_attempts)
-        engine = EmbeddedEngine(
-            self.settings, self.store, book, sole_owner=not self.store.blobs.remote
+        engine = engine_for(
+            self.settings, self.store, book, BuildObserver(self.metrics.builds, self.traces)
         )
         self.builds = Builds(self.settings, self.store, book, engine)
         self.events = EventStreams(self.settings.max_event_streams)
+        self.readiness = service_readiness(self)
 
     @property
-    def ready(self) -> bool:
-        """Whether a request would be answered without waiting for a compiler."""
-        facts = self.builds.facts()
-        return self.warm and facts.warm_workers == facts.workers
+    def scratch_directory(self) -> Path:
+        """Where files may be that have no name, such as bodies that are arriving."""
+        return self.store.scratch("").parent
 
     @contextlib.asynccontextmanager
     async def running(self) -> AsyncIterator[None]:
@@ -76,6 +85,8 @@ class Service:
             self.library.close()
             # It waits for its threads.
             await asyncio.to_thread(self.store.close)
+            if self.traces is not None:
+                await asyncio.to_thread(self.traces.close)
 
     def drain(self) -> None:
         """Let no builds begin any more; to be called at the signal to stop, in any thread."""

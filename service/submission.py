@@ -11,7 +11,8 @@ from __future__ import annotations
 import asyncio
 import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NoReturn
+from tempfile import SpooledTemporaryFile
+from typing import TYPE_CHECKING, Any, BinaryIO, NoReturn, cast
 
 from starlette.datastructures import UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
@@ -21,6 +22,8 @@ from gamutcore.gamut import Options
 from service.problems import Problem, ProblemError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from fastapi import Request
 
     from service.settings import Settings
@@ -51,14 +54,37 @@ class Submission:
 
 
 class _Parser(MultiPartParser):
-    """Starlette's parser, keeping files in memory: they are bounded, and /tmp may be read-only."""
+    """Starlette's parser, with files that grow on the disk of the store and have no name there.
 
-    spool_max_size = 0
-    """No rollover to disk, in the words of `tempfile.SpooledTemporaryFile`."""
+    A body that never ends, or is refused at last, so takes no memory; /tmp may be read-only, or in
+    memory itself.
+    """
+
+    spool_max_size = 1024 * 1024
+    """Bytes of a file that are kept in memory."""
+
+    scratch: Path
+
+    def on_headers_finished(self) -> None:
+        """Begin a part."""
+        super().on_headers_finished()
+        upload = self._current_part.file
+        if upload is not None:
+            self._files_to_close_on_error.pop().close()
+            file = SpooledTemporaryFile[bytes](max_size=self.spool_max_size, dir=str(self.scratch))
+            self._files_to_close_on_error.append(file)
+            upload.file = cast("BinaryIO", file)
 
 
-async def submission(request: Request, settings: Settings) -> Submission:
+async def submission(request: Request, settings: Settings, scratch: Path) -> Submission:
     """Return the characterisation and options in a request.
+
+    Parameters
+    ----------
+    request : Request
+    settings : Settings
+    scratch : Path
+        Directory where large files may be while they arrive.
 
     Raises
     ------
@@ -67,9 +93,21 @@ async def submission(request: Request, settings: Settings) -> Submission:
     OptionError
         An option is unknown or has a value that is not accepted.
     """
+    coding = request.headers.get("content-encoding", "").strip().lower()
+    if coding not in {"", "identity"}:
+        detail = f"The body is in the content coding {coding[:40]!r}."
+        raise ProblemError(
+            Problem(
+                "unsupported-media-type",
+                detail,
+                {"header": "Content-Encoding"},
+                "Send the body as it is.",
+                {"Accept-Encoding": "identity"},  # RFC 9110, 12.5.3
+            )
+        )
     media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     if media_type == "multipart/form-data":
-        data, mapping = await _multipart(request)
+        data, mapping = await _multipart(request, settings.max_form_parts, scratch)
     elif media_type == "application/json":
         body = await _inline_body(request, settings.max_inline_bytes)
         data, mapping = await asyncio.to_thread(_inline, body)
@@ -107,17 +145,29 @@ async def _inline_body(request: Request, limit: int) -> bytes:
     return bytes(body)
 
 
-async def _multipart(request: Request) -> tuple[bytes, dict[str, Any]]:
+async def _multipart(
+    request: Request, most_parts: int, scratch: Path
+) -> tuple[bytes, dict[str, Any]]:
+    parser = _Parser(
+        request.headers,
+        request.stream(),
+        max_files=most_parts,
+        max_fields=most_parts,
+        max_part_size=_OPTIONS_BYTES,
+    )
+    parser.scratch = scratch
     try:
-        parser = _Parser(
-            request.headers,
-            request.stream(),
-            max_files=2,
-            max_fields=2,
-            max_part_size=_OPTIONS_BYTES,
-        )
         form = await parser.parse()
     except MultiPartException as error:
+        if error.message.startswith(("Too many", "Part exceeded")):
+            raise ProblemError(
+                Problem(
+                    "body-too-large",
+                    f"The form is too large: {error.message}",
+                    {"limit": most_parts if error.message[0] == "T" else _OPTIONS_BYTES},
+                    "Send the parts `file` and, if you like, `options`.",
+                )
+            ) from error
         raise ProblemError(
             Problem("malformed-body", f"The multipart body cannot be parsed: {error.message}")
         ) from error

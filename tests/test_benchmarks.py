@@ -14,6 +14,10 @@ from benchmarks.document import BEGIN, END, json_text, page, readme_table, with_
 from benchmarks.markdown import count_text, percent, table
 from benchmarks.paper import SPHERE_LIMIT
 from benchmarks.raster import View, picture
+from benchmarks.scaling import CLUSTER, GAMUTS, Load, Measured, hit_ratio
+from benchmarks.scaling import DOCUMENT as SCALING
+from benchmarks.scaling import RESULTS as SERVICE_RESULTS
+from benchmarks.scaling import page as scaling_page
 from benchmarks.summary import best_peer, families, goals, level_errors, ratios
 from gamutcore.mesh import TriangleMesh
 
@@ -196,3 +200,62 @@ class TestPictures:
         middle = picture(mesh, view)[view.height // 2, view.width // 2]
         # towards the eye is a*: the colour in the middle is reddish, the far side's is green
         assert middle[0] > middle[1] + 0.2
+
+
+@pytest.fixture(scope="module")
+def figures():
+    return [json.loads(path.read_text()) for path in (SERVICE_RESULTS, GAMUTS, CLUSTER)]
+
+
+class TestScaling:
+    def test_the_document_is_what_the_figures_give(self, figures):
+        assert SCALING.read_text() == scaling_page(*figures, Load())
+
+    def test_other_figures_give_another_document(self, figures):
+        """No figure of a machine is in the program: with all of them doubled, results move."""
+        results, gamuts, cluster = json.loads(json.dumps(figures))
+        for row in results["meshes"]:
+            row["requests_per_s"] *= 2
+            row["bytes_per_answer"] *= 2
+        for row in [*results["inputs"], *gamuts]:
+            for name, value in row.items():
+                if isinstance(value, float | int):
+                    row[name] = 2 * value
+        lines = scaling_page(results, gamuts, cluster, Load()).splitlines()
+        usual = SCALING.read_text().splitlines()
+        assert len(lines) == len(usual)
+        told = [row["what"] for row in cluster["figures"]]
+        kept = [
+            line
+            for line in lines
+            if line in usual and re.match(r"\| .*\d", line) and line.split(" | ")[0][2:] not in told
+        ]
+        # of the load only
+        assert [line for line in kept if "÷ 30 ÷ 86,400" not in line] == []
+
+    def test_cores_are_for_the_mean_of_the_three_ways(self):
+        measured = Measured(1000, 100, 1, 0.1, 1, 1, 1, 1, 1)
+        assert math.isclose(measured.seconds_per_request(1, 1), 0.001)
+        assert math.isclose(measured.seconds_per_request(0, 1), 0.01)
+        assert math.isclose(measured.seconds_per_request(0, 0), 0.11)
+        assert math.isclose(measured.seconds_per_request(0.5, 0.5), 0.0005 + 0.5 * 0.06)
+
+    def test_a_cache_of_evenly_asked_objects_has_its_share(self):
+        for kept in (1, 100, 5000, 9999):
+            assert math.isclose(hit_ratio(10_000, 0.0, kept), kept / 10_000, rel_tol=1e-6)
+        assert hit_ratio(10, 1.0, 0) == 0
+        assert hit_ratio(10, 1.0, 10) == 1
+
+    def test_hits_are_those_of_a_cache_that_was_run(self):
+        """Che's approximation beside the thing itself: least recently used, 300,000 requests."""
+        random = np.random.default_rng(0)
+        weights = 1 / np.arange(1, 2001)
+        asked = random.choice(2000, 300_000, p=weights / weights.sum())
+        cache, hits = {}, 0
+        for place, number in enumerate(asked.tolist()):
+            found = cache.pop(number, None) is not None
+            hits += found and place >= 50_000
+            cache[number] = True
+            if len(cache) > 100:
+                del cache[next(iter(cache))]
+        assert abs(hits / 250_000 - hit_ratio(2000, 1.0, 100)) < 0.01

@@ -8,6 +8,7 @@ conditions; or just the array of rows. Size and structure are bounded before any
 from __future__ import annotations
 
 import json
+from collections import Counter
 from typing import Any, NoReturn
 
 import numpy as np
@@ -98,7 +99,9 @@ def _decoded(text: str) -> Any:  # noqa: ANN401 (JSON before its shape is known)
             remedy="Thin the samples out, or send them as a NumPy .npy file.",
         )
     try:
-        return json.loads(text, parse_constant=_refuse_constant)
+        return json.loads(
+            text, parse_constant=_refuse_constant, object_pairs_hook=_with_unique_names
+        )
     except json.JSONDecodeError as error:
         raise MalformedFileError(
             f"The JSON document is broken: {error.msg}.",
@@ -111,6 +114,19 @@ def _decoded(text: str) -> Any:  # noqa: ANN401 (JSON before its shape is known)
         raise MalformedFileError(
             f"The JSON document {problem}.", remedy=f"Send it as {_EXAMPLE}."
         ) from None
+
+
+def _with_unique_names(members: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return an object; which of two values of one name was meant is not ours to say."""
+    found = dict(members)
+    if len(found) < len(members):
+        name = Counter(name for name, _ in members).most_common(1)[0][0]
+        raise MalformedFileError(
+            f"The JSON document has more than one member named {name[:80]!r} in an object.",
+            where={"field": name[:80]},
+            remedy="Give every member of an object once (RFC 7493, 2.3).",
+        )
+    return found
 
 
 def _refuse_constant(name: str) -> NoReturn:

@@ -19,12 +19,12 @@ from gamutcore.arrays import FloatArray
 from gamutcore.characterisation.columns import MAX_COLUMNS, column_roles
 from gamutcore.characterisation.conditions import condition_label
 from gamutcore.characterisation.samples import (
-    MAX_SAMPLES,
     Samples,
     samples_from_values,
 )
 from gamutcore.characterisation.table import MAX_ROW_CONDITIONS
 from gamutcore.errors import MalformedFileError, MissingColumnError, SampleLimitError
+from gamutcore.limits import current_limits
 
 __all__ = ["NPY_MAGIC", "npy_samples"]
 
@@ -60,7 +60,7 @@ def npy_samples(data: bytes, *, condition: str | None = None) -> Samples:
     ConditionError
         The samples are of several measurement conditions and none was chosen, or of another.
     SampleLimitError
-        More than `MAX_SAMPLES` samples.
+        More samples than `current_limits` allow.
     """
     array = _array(data)
     if array.dtype.names is None:
@@ -151,9 +151,10 @@ def _array(data: bytes) -> npt.NDArray[Any]:
             f"holds {len(data) - start} bytes of data where its header says shape {shape} of "
             f"{dtype.itemsize} bytes each"
         )
-    if shape and shape[0] > MAX_SAMPLES:
+    most = current_limits().samples
+    if shape and shape[0] > most:
         raise SampleLimitError(
-            f"{shape[0]} samples are more than the {MAX_SAMPLES} that are accepted.",
+            f"{shape[0]} samples are more than the {most} that are accepted.",
             where={"field": "shape"},
             remedy="Thin the samples out.",
         )

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from gamutcore.characterisation.conditions import chosen_condition, stated_condition
 from gamutcore.characterisation.spectra import Spectra
 from gamutcore.errors import InvalidPointsError, MalformedFileError, SampleLimitError
+from gamutcore.limits import current_limits
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "JSON",
-    "MAX_SAMPLES",
     "IntArray",
     "Samples",
     "place_of_row",
@@ -36,9 +36,6 @@ __all__ = [
 
 JSON: TypeAlias = "bool | int | float | str | list[JSON] | dict[str, JSON] | None"
 IntArray: TypeAlias = npt.NDArray[np.int64]
-
-MAX_SAMPLES = 5_000_000
-"""Samples that are accepted at most: a 24-bit picture's worth of distinct colours takes 120 MB."""
 
 DEVICE_SCALES = (1.0, 100.0, 255.0, 1023.0, 4095.0, 65535.0)
 """Full scale of device values as files have them: 0-1, per cent, and 8, 10, 12 and 16 bits."""
@@ -181,15 +178,16 @@ def samples_from_values(
     ConditionError
         The samples are of several measurement conditions and none was asked for, or of another.
     SampleLimitError
-        More than `MAX_SAMPLES` rows.
+        More rows than `current_limits` allow.
     """
     if len(values) == 0:
         raise InvalidPointsError(
             "The data holds no samples.", remedy="Give at least four different colours."
         )
-    if len(values) > MAX_SAMPLES:
+    most = current_limits().samples
+    if len(values) > most:
         raise SampleLimitError(
-            f"{len(values)} samples are more than the {MAX_SAMPLES} that are accepted.",
+            f"{len(values)} samples are more than the {most} that are accepted.",
             where={"field": "samples"},
             remedy="Thin the samples out.",
         )

@@ -147,9 +147,9 @@ class EmbeddedEngine:
         if waiting >= self._settings.build_queue:
             raise queue_full(waiting, self.retry_after())
 
-    async def enqueue(self, document: JobDocument) -> None:
+    async def enqueue(self, document: JobDocument, *, joined: bool = False) -> None:
         """Queue a job of the book; harmless if it is queued or running already."""
-        if self.document(document.id) is None:
+        if not joined and self.document(document.id) is None:
             self._waiting[document.id] = document
             self._queue.put_nowait(document.id)
 
@@ -177,6 +177,7 @@ class EmbeddedEngine:
             warm_workers=sum(performer.process is not None for performer in self._performers),
             completed=self._completed,
             capacity=self._settings.build_queue,
+            worker_starts=sum(performer.starts for performer in self._performers),
         )
 
     def retry_after(self, queued: int = 0) -> int:

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 __all__ = ["BuildReport", "Engine", "EngineFacts", "queue_full", "shutting_down"]
 
-BuildReport = Callable[[str, dict[str, float]], None]
-"""Called at the end of every build: the outcome (a state, or the problem's code), and seconds by
-stage."""
+BuildReport = Callable[[str, dict[str, float], "JobDocument"], None]
+"""Called at the end of every build: the outcome (a state, or the problem's code), seconds by stage,
+and the job as it was claimed."""
 
 _LONGEST_RETRY = 600
 """Seconds: beyond that an estimate says nothing, and a client may as well look."""
@@ -39,6 +39,10 @@ class EngineFacts:
         Gamuts that were built since the start.
     capacity : int
         Builds that may wait.
+    worker_starts : int
+        Worker processes that became ready to build, since the start.
+    fault : str, optional
+        Why no build can be queued at present.
     """
 
     queued: int
@@ -47,6 +51,8 @@ class EngineFacts:
     warm_workers: int
     completed: int
     capacity: int
+    worker_starts: int = 0
+    fault: str | None = None
 
 
 class Engine(Protocol):
@@ -81,8 +87,16 @@ class Engine(Protocol):
             ``queue-full`` or ``shutting-down``, with a Retry-After.
         """
 
-    async def enqueue(self, document: JobDocument) -> None:
-        """Queue a job of the book; harmless if it is queued or running already."""
+    async def enqueue(self, document: JobDocument, *, joined: bool = False) -> None:
+        """Queue a job of the book; harmless if it is queued or running already.
+
+        Parameters
+        ----------
+        document : JobDocument
+            The job.
+        joined : bool
+            Whether somebody else has accepted it, and most likely queued it as well.
+        """
 
     async def cancel(self, job_id: str) -> None:
         """End a job's build now, if it is here; the book says that it is cancelled already."""

@@ -12,7 +12,7 @@ import os
 import secrets
 import socket
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from service.building.interruption import Interrupted, Interruption
@@ -102,10 +102,17 @@ class Performer:
         In whose name jobs are claimed.
     heartbeat : float
         Seconds between two renewals of a claim, which write down the progress.
+    lease : float
+        Seconds for which a claim holds without being renewed.
     command : sequence of str
         The command line of the process.
     on_build : callable, optional
         Told of the end of every run of the process.
+
+    Attributes
+    ----------
+    starts : int
+        Processes that became warm, one after the other.
     """
 
     def __init__(
@@ -116,6 +123,7 @@ class Performer:
         *,
         owner: str | None = None,
         heartbeat: float = HEARTBEAT_SECONDS,
+        lease: float = LEASE_SECONDS,
         command: Sequence[str] = WORKER_COMMAND,
         on_build: BuildReport | None = None,
     ) -> None:
@@ -124,9 +132,11 @@ class Performer:
         self._book = book
         self._owner = owner or owner_name()
         self._heartbeat = heartbeat
+        self._lease = lease
         self._command = command
         self._on_build = on_build
         self._process: BuildProcess | None = None
+        self.starts = 0
 
     @property
     def process(self) -> BuildProcess | None:
@@ -149,6 +159,7 @@ class Performer:
             process = BuildProcess(self._command)
             process.wait_until_ready((interruption or Interruption()).check)
             self._process = process
+            self.starts += 1
             logger.info("build worker %d is warm", process.pid)
         assert self._process is not None  # noqa: S101 - started if there was none
         return self._process
@@ -189,7 +200,7 @@ class Performer:
                 self.warm(interruption)
             except Interrupted:
                 return Outcome("released", self._book.read(job_id))
-            claim = self._book.claim(job_id, self._owner, LEASE_SECONDS)
+            claim = self._book.claim(job_id, self._owner, self._lease)
             if claim is None:
                 return Outcome("elsewhere", self._book.read(job_id))
             if changed is not None:
@@ -216,13 +227,13 @@ class Performer:
         except Interrupted as interrupted:
             return self._interrupted(keeper.claim, interrupted, time.monotonic() - clock)
         except JobCancelledError:
-            return self._cancelled(document.id, time.monotonic() - clock)
+            return self._cancelled(document, time.monotonic() - clock)
         except LeaseLostError:
             logger.warning("build of %s: somebody else has it by now", document.id)
             return Outcome("elsewhere", self._known(document.id))
         except ProcessDiedError as error:
             logger.warning("the worker died in the build of %s: %s", document.id, error)
-            self._report("crashed", {"total": time.monotonic() - clock})
+            self._report("crashed", {"total": time.monotonic() - clock}, document)
             problem = Problem(
                 "build-crashed",
                 f"The process that built this gamut died, {document.attempts} times in a row "
@@ -268,6 +279,7 @@ class Performer:
                     "input": str(scratch[0]),
                     "output": str(scratch[1]),
                     "options": keeper.document.options,
+                    "limits": asdict(self._settings.data_limits),
                     "memory": self._settings.build_memory_bytes,
                 },
                 timeout=self._settings.build_timeout,
@@ -307,7 +319,9 @@ class Performer:
         logger.info("build of %s %s after %.2f s", job_id, told, seconds)
         if result.built or problem is not None:
             self._report(
-                state if problem is None else problem.code, {**result.seconds, "total": seconds}
+                state if problem is None else problem.code,
+                {**result.seconds, "total": seconds},
+                claim.document,
             )
         try:
             if problem is not None:
@@ -320,7 +334,7 @@ class Performer:
 
     def _interrupted(self, claim: Claim, interrupted: Interrupted, seconds: float) -> Outcome:
         if interrupted.reason == "cancel":
-            return self._cancelled(claim.document.id, seconds)
+            return self._cancelled(claim.document, seconds)
         logger.info("build of %s is given back", claim.document.id)
         try:
             return Outcome("released", self._book.release(claim))
@@ -329,10 +343,10 @@ class Performer:
         except (OSError, StoreUnavailableError) as error:
             return self._unwritten(claim, None, error)
 
-    def _cancelled(self, job_id: str, seconds: float) -> Outcome:
-        logger.info("build of %s cancelled after %.2f s", job_id, seconds)
-        self._report("cancelled", {"total": seconds})
-        return Outcome("cancelled", self._known(job_id))
+    def _cancelled(self, document: JobDocument, seconds: float) -> Outcome:
+        logger.info("build of %s cancelled after %.2f s", document.id, seconds)
+        self._report("cancelled", {"total": seconds}, document)
+        return Outcome("cancelled", self._known(document.id))
 
     def _tried_in_vain(self, claim: Claim, problem: Problem) -> Outcome | None:
         """Return the outcome of a claim that came to nothing; None if there is another attempt."""
@@ -345,7 +359,7 @@ class Performer:
         if not document.final:
             return None
         logger.warning("build of %s is given up (%s)", document.id, problem.code)
-        self._report(problem.code, {})
+        self._report(problem.code, {}, document)
         return Outcome("failed", document)
 
     def _unwritten(self, claim: Claim, problem: Problem | None, error: Exception) -> Outcome:
@@ -395,9 +409,9 @@ class Performer:
             return self._book.read(job_id)
         return None
 
-    def _report(self, outcome: str, seconds: dict[str, float]) -> None:
+    def _report(self, outcome: str, seconds: dict[str, float], document: JobDocument) -> None:
         if self._on_build is not None:
-            self._on_build(outcome, seconds)
+            self._on_build(outcome, seconds, document)
 
     def _timeout_problem(self) -> Problem:
         return Problem(

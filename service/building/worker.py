@@ -28,8 +28,10 @@ from typing import IO, TYPE_CHECKING, Any
 
 from gamutcore.errors import GamutError
 from gamutcore.gamut import Options, build_gamut
+from gamutcore.limits import Limits
 from gamutcore.warm import compile_kernels
 from service.building.memory import private_bytes
+from service.logs import configure_logging
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -94,7 +96,8 @@ def build(request: dict[str, Any], events: Events) -> None:
     ----------
     request : dict
         ``input`` and ``output`` are paths, ``options`` the mapping of the gamut's options;
-        ``memory`` is the number of bytes that may be in use, 0 for any.
+        ``limits``, where there are any, the members of `Limits`; ``memory`` is the number of bytes
+        that may be in use, 0 for any.
     events : Events
         Gets ``progress`` events and at last one of ``built``, ``refused`` (the input or an option
         is at fault), ``exhausted`` (more memory was wanted than may be), ``failed`` (the system or
@@ -105,7 +108,8 @@ def build(request: dict[str, Any], events: Events) -> None:
         with _data_limit(request.get("memory", 0)):
             data = Path(request["input"]).read_bytes()
             options = Options.from_mapping(request["options"])
-            gamut = build_gamut(data, options, progress=progress)
+            limits = Limits(**request.get("limits", {}))
+            gamut = build_gamut(data, options, progress=progress, limits=limits)
             progress("encoding", 0.0)
             content = gamut.to_bytes()
             Path(request["output"]).write_bytes(content)
@@ -180,7 +184,10 @@ def _read_requests(stream: IO[bytes], requests: queue.SimpleQueue[dict[str, Any]
 
 def main() -> None:
     """Serve build requests from standard input until it ends."""
-    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s worker: %(message)s")
+    # As the service was told to: it has checked what they say.
+    configure_logging(
+        os.environ.get("GAMUT_LOG_FORMAT", "text"), os.environ.get("GAMUT_LOG_LEVEL", "info")
+    )
     # Ctrl-C reaches the whole process group, and a service manager's SIGTERM all processes of the
     # service; the service decides when its workers end.
     signal.signal(signal.SIGINT, signal.SIG_IGN)

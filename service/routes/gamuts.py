@@ -10,6 +10,7 @@ from fastapi import APIRouter, Depends, Path, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
 from gamutcore.gamut import gamut_id as identity
+from service.compression import compress_response
 from service.conditional import IMMUTABLE, byte_range, entity_tag, matches
 from service.documentation import (
     EXAMPLE_GAMUT,
@@ -18,20 +19,24 @@ from service.documentation import (
     EXAMPLE_LEVELS,
     EXAMPLE_LIST,
     SUBMISSION_BODY,
+    gamut_links,
     header,
+    job_link,
     json_response,
     problems,
 )
 from service.models import GamutDescription, GamutList, JobDescription, Levels
 from service.negotiation import preference
-from service.parameters import WHOLE_NUMBER, check_query
+from service.parameters import LARGEST_WHOLE, WHOLE_NUMBER, check_query
 from service.problems import BUILD_PROBLEMS, Problem, ProblemError
 from service.responses import JsonResponse
 from service.routes.jobs import job_document
+from service.server_timing import timed
 from service.state import Service, service_of
 from service.storage.gamuts import GamutNotStoredError
 from service.storage.records import Record
 from service.submission import submission
+from service.traces import propagation_headers
 
 __all__ = ["HISTORY_MEDIA_TYPE", "GamutId", "router"]
 
@@ -79,6 +84,7 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
             GamutDescription,
             EXAMPLE_GAMUT,
             {"Content-Location": header("The gamut.", f"/v1/gamuts/{EXAMPLE_ID}")},
+            gamut_links("$response.body#/id"),
         ),
         201: json_response(
             "The gamut was built.",
@@ -88,6 +94,7 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
                 "Location": header("The gamut.", f"/v1/gamuts/{EXAMPLE_ID}"),
                 "Preference-Applied": header("Preferences that were honoured.", "wait=10"),
             },
+            gamut_links("$response.body#/id"),
         ),
         202: json_response(
             "The gamut is being built.",
@@ -98,9 +105,11 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
                 "Retry-After": header("Seconds after which to look again.", 1),
                 "Preference-Applied": header("Preferences that were honoured.", "respond-async"),
             },
+            job_link("$response.body#/id"),
         ),
         **problems(
             "malformed-body",
+            "request-timeout",
             "body-too-large",
             "unsupported-media-type",
             "invalid-body",
@@ -110,6 +119,7 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
             "build-input-lost",
             "queue-full",
             "shutting-down",
+            "broker-unavailable",
             "overloaded",
             "store-unavailable",
             "storage-full",
@@ -138,18 +148,22 @@ async def create_gamut(request: Request) -> Response:
     settings = service.settings
     prefer = preference(request.headers.getlist("prefer"))
     await _check_admission_of_large(request, service)
-    posted = await submission(request, settings)
+    with timed("body"):
+        posted = await submission(request, settings, service.scratch_directory)
     digest = await asyncio.to_thread(hashlib.sha256, posted.data)
     gamut_id = identity(posted.options, digest.hexdigest())
     with contextlib.suppress(GamutNotStoredError):
         return _found(await service.library.record(gamut_id))
-    job = await service.builds.submit(gamut_id, posted.options.to_mapping(), posted.data)
+    job = await service.builds.submit(
+        gamut_id, posted.options.to_mapping(), posted.data, propagation_headers()
+    )
     if job is None:
         return _found(await service.library.record(gamut_id))
     del posted
 
     seconds = prefer.seconds(settings.client_wait, settings.max_client_wait)
-    job = await service.builds.wait(gamut_id, seconds) or job
+    with timed("build"):
+        job = await service.builds.wait(gamut_id, seconds) or job
     headers = {}
     applied = prefer.applied(answered_async=not job.final, longest=settings.max_client_wait)
     if applied:
@@ -190,7 +204,11 @@ async def list_gamuts(
     request: Request,
     limit: Annotated[
         int,
-        Query(ge=1, description="Gamuts on a page at most; the service has a limit as well."),
+        Query(
+            ge=1,
+            description="Gamuts on a page at most; the service has a limit as well.",
+            json_schema_extra={"maximum": LARGEST_WHOLE},
+        ),
         WHOLE_NUMBER,
     ] = 50,
     after: Annotated[
@@ -212,9 +230,9 @@ async def list_gamuts(
     headers = {"Cache-Control": "no-cache"}
     if following:
         headers["Link"] = f'<{following}>; rel="next"'
-    return JsonResponse(
-        {"gamuts": [_summary(record) for record in shown], "next": following}, headers=headers
-    )
+    document = {"gamuts": [_summary(record) for record in shown], "next": following}
+    answer = JsonResponse(document, headers=headers)
+    return compress_response(answer, request.headers.getlist("accept-encoding"))
 
 
 @router.get(
@@ -355,11 +373,13 @@ async def _chunks(file: IO[bytes], start: int, end: int) -> AsyncIterator[bytes]
 
 
 def _conditional(request: Request, document: dict[str, Any], cache_control: str) -> Response:
-    answer = JsonResponse(document, headers={"Cache-Control": cache_control})
+    answer: Response = JsonResponse(document, headers={"Cache-Control": cache_control})
+    answer = compress_response(answer, request.headers.getlist("accept-encoding"))
     etag = answer.headers["ETag"] = entity_tag(bytes(answer.body))
     known = request.headers.get("if-none-match")
     if known is not None and matches(known, etag):
-        return Response(status_code=304, headers={"ETag": etag, "Cache-Control": cache_control})
+        kept = {name: answer.headers[name] for name in ("ETag", "Cache-Control", "Vary")}
+        return Response(status_code=304, headers=kept)
     return answer
 
 

@@ -6,10 +6,11 @@ from fastapi import APIRouter, Depends, Path, Query, Request
 from fastapi.responses import Response
 
 from gamutcore.export import FORMATS
+from service.compression import preferred_coding
 from service.documentation import MESH_HEADERS, problems
 from service.meshes import DEFAULT_TRIANGLES, MEDIA_TYPES, SUFFIXES, Wanted
 from service.negotiation import preferred_media_type
-from service.parameters import DECIMAL_NUMBER, WHOLE_NUMBER, check_query
+from service.parameters import DECIMAL_NUMBER, LARGEST_WHOLE, WHOLE_NUMBER, check_query
 from service.problems import Problem, ProblemError
 from service.routes.gamuts import GamutId
 from service.state import service_of
@@ -46,7 +47,7 @@ Triangles = Annotated[
     Query(
         description="The most triangles that the mesh may have, from 4 up to the gamut's largest "
         f"count. Without it and without a limit: {DEFAULT_TRIANGLES}, or all if there are fewer.",
-        json_schema_extra={"minimum": 4},
+        json_schema_extra={"minimum": 4, "maximum": LARGEST_WHOLE},
         examples=[1000],
     ),
     WHOLE_NUMBER,
@@ -176,7 +177,9 @@ async def _mesh(request: Request, gamut_id: str, wanted: Wanted, format_name: st
                 f"Use one of {', '.join(FORMATS)}.",
             )
         )
-    mesh = await service_of(request).meshes.mesh(gamut_id, wanted, format_name)
+    accepted = ",".join(request.headers.getlist("accept-encoding"))
+    coding = preferred_coding(accepted.encode("latin-1"))
+    mesh = await service_of(request).meshes.mesh(gamut_id, wanted, format_name, coding)
     known = request.headers.getlist("if-none-match")
     status, headers, body = mesh.response(",".join(known) or None)
     response = Response(body, status)

@@ -1,88 +1,201 @@
-"""Pages for people: the landing page, and one page per kind of problem."""
+"""Pages for people: the landing page, the API's documentation, and one page per kind of problem.
 
+All but the documentation are there as JSON as well, for who asks for it with ``Accept``.
+"""
+
+import base64
+import hashlib
+import json
+import re
 from html import escape
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Path, Request
+from fastapi.openapi.docs import get_swagger_ui_html
 from fastapi.responses import HTMLResponse, Response
 
-from gamutcore.version import __version__
+from gamutcore.version import ALGORITHM_VERSION, __version__
+from service.html import SECURITY_HEADERS, definitions, link, page, table
+from service.negotiation import preferred_media_type
 from service.problems import KINDS, Kind, Problem, ProblemError
-from service.state import service_of
+from service.readiness import Report
+from service.responses import JsonResponse
+from service.routes.state import readiness
+from service.state import Service, service_of
 
 __all__ = ["router"]
 
 router = APIRouter(include_in_schema=False)
 
-_STYLE = (
-    "body{font:16px/1.5 system-ui,sans-serif;max-width:46rem;margin:3rem auto;padding:0 1rem}"
-    "code,pre{background:#f2f2f2;padding:.1em .3em}pre{padding:1em;overflow:auto}"
-    "th,td{text-align:left;padding:.2em 1em .2em 0;vertical-align:top}"
+_NO_CACHE = {"Cache-Control": "no-cache"}
+_NO_STORE = {"Cache-Control": "no-store"}
+
+_INTRODUCTION = (
+    "<p>Send the measurements or the ICC profile of a display, a press or any other device, a "
+    "picture or a gamut mesh; get the surface of its gamut with as many triangles as you ask for."
+    "</p>\n"
 )
 
+_LINKS = {
+    "/docs": "All operations, to be tried out",
+    "/openapi.json": "The same for programs (OpenAPI)",
+    "/v1/gamuts": "The gamuts that are here",
+    "/problems": "The problems that can be reported",
+    "/metrics": "Figures for Prometheus",
+    "/readyz": "Whether the service is ready",
+    "/livez": "Whether the process lives",
+}
 
-def _page(title: str, content: str) -> Response:
-    return HTMLResponse(
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(title)}</title>'
-        f"<style>{_STYLE}</style><h1>{escape(title)}</h1>{content}</html>",
-        headers={"Cache-Control": "no-cache"},
-    )
+_ASSETS = "https://cdn.jsdelivr.net"
+"""Where FastAPI's page loads Swagger UI from, the one page that needs something from elsewhere."""
 
 
 @router.get("/")
 async def landing(request: Request) -> Response:
     """Show what the service is, its state, and where to go."""
     service = service_of(request)
-    builds = service.builds.facts()
-    state = "ready" if service.ready else "warming up"
-    return _page(
+    report = await service.readiness.report()
+    if _wants_json(request):
+        return JsonResponse(_landing_document(service, report), headers=_json_headers(_NO_STORE))
+    example = f"curl -F file=@examples/FOGRA39L.ti3 {request.base_url}v1/gamuts"
+    links = "".join(f"<li>{link(address, text)}</li>\n" for address, text in _LINKS.items())
+    return page(
         "Gamut boundary service",
-        "<p>Send the measurements or the ICC profile of a display, a press or any other device; "
-        "get the surface of its gamut, with as many triangles as you ask for.</p>"
-        "<pre>curl -F file=@examples/FOGRA39L.ti3 "
-        f"{escape(str(request.base_url))}v1/gamuts</pre>"
-        '<ul><li><a href="/docs">Documentation of all operations</a>, '
-        'as <a href="/openapi.json">OpenAPI</a></li>'
-        '<li><a href="/v1/gamuts">The gamuts that are here</a></li>'
-        '<li><a href="/problems">The problems that can be reported</a></li></ul>'
-        f"<p>Version {__version__}, {state}: {builds.running} builds running, "
-        f"{builds.queued} waiting, {builds.completed} completed. "
-        '<a href="/livez">livez</a>, <a href="/readyz">readyz</a></p>',
+        f'{_INTRODUCTION}<pre tabindex="0"><code>{escape(example)}</code></pre>\n'
+        f"<h2>State</h2>\n{_state(service, report)}\n<h2>Where to go</h2>\n<ul>\n{links}</ul>",
+        home=False,
+        headers=_NO_STORE,
     )
+
+
+@router.get("/docs")
+async def documentation(request: Request) -> Response:
+    """Show all operations, to be tried out."""
+    swagger = get_swagger_ui_html(
+        openapi_url=f"{request.scope.get('root_path', '').rstrip('/')}/openapi.json",
+        title="Gamut boundary service",
+        swagger_favicon_url="data:,",
+    )
+    text = bytes(swagger.body).decode()
+    scripts = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)
+    digests = " ".join(
+        f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
+        for script in scripts
+    )
+    policy = (
+        f"default-src 'none'; script-src {_ASSETS} {digests}; connect-src 'self'; "
+        # Swagger UI sets styles of elements, and has its pictures in them.
+        f"style-src {_ASSETS} 'unsafe-inline'; img-src 'self' data:; "
+        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    )
+    headers = {**SECURITY_HEADERS, **_NO_CACHE, "Content-Security-Policy": policy}
+    return HTMLResponse(text.replace("<html>", '<html lang="en">'), headers=headers)
 
 
 @router.get("/problems")
-async def problem_list() -> Response:
+async def problem_list(request: Request) -> Response:
     """List all kinds of problems."""
-    rows = "".join(
-        f'<tr><td>{kind.status}</td><td><a href="/problems/{kind.code}">{kind.code}</a></td>'
-        f"<td>{escape(kind.title)}</td></tr>"
-        for kind in sorted(KINDS.values(), key=lambda kind: (kind.status, kind.code))
-    )
-    return _page(
+    kinds = sorted(KINDS.values(), key=lambda kind: (kind.status, kind.code))
+    if _wants_json(request):
+        document = {"problems": [_kind_document(kind) for kind in kinds]}
+        return JsonResponse(document, headers=_json_headers(_NO_CACHE))
+    rows = [
+        (
+            link(f"/problems/{kind.code}", kind.code),
+            str(kind.status),
+            escape(kind.title),
+        )
+        for kind in kinds
+    ]
+    return page(
         "Problems",
-        "<p>Every error is a document of the type <code>application/problem+json</code> (RFC 9457) "
-        "with one of these stable codes.</p>"
-        f"<table><tr><th>status</th><th>code</th><th>what is wrong</th></tr>{rows}</table>",
+        "<p>Every error is a document of the type <code>application/problem+json</code> "
+        "(RFC 9457), with one of these codes, which never change their meaning. Its "
+        "<code>detail</code> says what was wrong, <code>where</code> at which place, and "
+        "<code>remedy</code> what would be right.</p>\n"
+        + table("Codes, by HTTP status", ("code", "status", "what is wrong"), rows),
+        headers=_NO_CACHE,
     )
 
 
 @router.get("/problems/{code}")
-async def problem_page(code: Annotated[str, Path()]) -> Response:
+async def problem_page(request: Request, code: Annotated[str, Path()]) -> Response:
     """Explain a kind of problem."""
     kind = KINDS.get(code)
     if kind is None:
         detail = f"There is no problem named {code[:80]}."
         raise ProblemError(Problem("not-found", detail, remedy="They are listed at /problems."))
-    return _page(kind.title, _explanation(kind))
-
-
-def _explanation(kind: Kind) -> str:
-    where = ", ".join(f"{name}: {value}" for name, value in kind.where.items())
-    return (
-        f"<p><code>{kind.code}</code>, HTTP status {kind.status}</p>"
-        f"<p><b>What to do.</b> {escape(kind.remedy)}</p>"
-        f"<p><b>For example.</b> {escape(kind.detail)}"
-        f"{f' ({escape(where)})' if where else ''}</p>"
-        '<p><a href="/problems">All problems</a></p>'
+    if _wants_json(request):
+        return JsonResponse(_kind_document(kind), headers=_json_headers(_NO_CACHE))
+    example = json.dumps(_example(kind), indent=2, ensure_ascii=False)
+    return page(
+        kind.title,
+        definitions(
+            (
+                ("code", f"<code>{kind.code}</code>"),
+                ("HTTP status", str(kind.status)),
+                ("what to do", escape(kind.remedy)),
+            )
+        )
+        + f'\n<h2>For example</h2>\n<pre tabindex="0"><code>{escape(example)}</code></pre>\n'
+        f"<p>{link('/problems', 'All problems')}</p>",
+        headers=_NO_CACHE,
     )
+
+
+def _wants_json(request: Request) -> bool:
+    accept = ",".join(request.headers.getlist("accept"))
+    return preferred_media_type(accept, ("text/html", "application/json")) == "application/json"
+
+
+def _json_headers(headers: dict[str, str]) -> dict[str, str]:
+    return {**headers, "Vary": "Accept"}
+
+
+def _landing_document(service: Service, report: Report) -> dict[str, Any]:
+    return {
+        "service": "Gamut boundary service",
+        "version": __version__,
+        "algorithm_version": ALGORITHM_VERSION,
+        "state": readiness(service, report),
+        "links": {address.strip("/").rpartition("/")[2]: address for address in _LINKS},
+    }
+
+
+def _state(service: Service, report: Report) -> str:
+    facts = service.builds.facts()
+    word, kind = ("ready", "ok") if report.ready else ("not ready", "failed")
+    overview = definitions(
+        (
+            ("service", f'<span class="{kind}">{word}</span>, version {__version__}'),
+            ("workers", f"{facts.warm_workers} of {facts.workers} warm"),
+            (
+                "builds",
+                f"{facts.running} running, {facts.queued} waiting, {facts.completed} completed",
+            ),
+        )
+    )
+    rows = [
+        (
+            escape(probe.name),
+            f'<span class="{probe.status}">{probe.status}</span>',
+            escape(probe.detail),
+        )
+        for probe in report.probes
+    ]
+    return f"{overview}\n{table('What was found just now', ('part', 'state', 'detail'), rows)}"
+
+
+def _example(kind: Kind) -> dict[str, Any]:
+    return Problem(kind.code, kind.detail, kind.where).document()
+
+
+def _kind_document(kind: Kind) -> dict[str, Any]:
+    return {
+        "type": f"/problems/{kind.code}",
+        "code": kind.code,
+        "status": kind.status,
+        "title": kind.title,
+        "remedy": kind.remedy,
+        "example": _example(kind),
+    }

@@ -6,6 +6,7 @@ from fastapi.responses import PlainTextResponse, Response
 from service.documentation import EXAMPLE_READINESS, header, json_response, problems
 from service.models import Readiness
 from service.problems import Problem, ProblemError
+from service.readiness import Report
 from service.responses import JsonResponse
 from service.state import Service, service_of
 
@@ -28,7 +29,7 @@ _NO_STORE = {"Cache-Control": "no-store"}
             "content": {"text/plain": {"examples": {"example": {"value": "live\n"}}}},
             "headers": {"Cache-Control": header("It is about now.", "no-store")},
         },
-        **problems(),
+        **problems(guarded=False),
     },
 )
 async def live() -> Response:
@@ -40,8 +41,10 @@ async def live() -> Response:
     "/readyz",
     operation_id="ready",
     summary="Tell whether the service is ready",
-    description="Ready once every build worker is warm and the kernels are loaded. Meshes of "
-    "stored gamuts are served before that as well, the first ones slower.",
+    description="Ready once every build worker is warm and the kernels are loaded, and as long as "
+    "the store can be written. Each probe says what it found: `failed` makes the service not "
+    "ready; `degraded` says what is wrong without sending requests elsewhere, such as a full "
+    "queue, or a worker that is started anew.",
     responses={
         200: json_response(
             "It is ready.",
@@ -49,31 +52,32 @@ async def live() -> Response:
             EXAMPLE_READINESS,
             {"Cache-Control": header("It is about now.", "no-store")},
         ),
-        **problems("not-ready"),
+        **problems("not-ready", guarded=False),
     },
 )
 async def ready(request: Request) -> Response:
     """Tell whether the service is ready."""
     service = service_of(request)
-    state = readiness(service)
-    if not service.ready:
+    report = await service.readiness.report()
+    state = readiness(service, report)
+    if not report.ready:
         headers = {"Retry-After": "1"}
-        raise ProblemError(
-            Problem("not-ready", "The service is warming up.", where=state, headers=headers)
-        )
+        detail = f"The service is not ready: {report.wrong}."
+        raise ProblemError(Problem("not-ready", detail, where=state, headers=headers))
     return JsonResponse(state, headers=_NO_STORE)
 
 
-def readiness(service: Service) -> dict[str, object]:
+def readiness(service: Service, report: Report) -> dict[str, object]:
     """Return the JSON of the service's state."""
-    builds = service.builds.facts()
+    facts = service.builds.facts()
     return {
-        "ready": service.ready,
-        "workers": builds.workers,
-        "workers_warm": builds.warm_workers,
+        "ready": report.ready,
+        "probes": {probe.name: probe.document() for probe in report.probes},
+        "workers": facts.workers,
+        "workers_warm": facts.warm_workers,
         "builds": {
-            "queued": builds.queued,
-            "running": builds.running,
-            "completed": builds.completed,
+            "queued": facts.queued,
+            "running": facts.running,
+            "completed": facts.completed,
         },
     }

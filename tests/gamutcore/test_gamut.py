@@ -4,8 +4,6 @@ import hashlib
 import io
 import json
 import struct
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,40 +12,19 @@ from hypothesis import strategies as st
 from PIL import Image
 
 import gamutcore.gamut
-from gamutcore.characterisation import characterisation
 from gamutcore.errors import (
     CentreError,
     CharacterisationError,
     FlatPointsError,
     GamutError,
     HistoryFileError,
-    MeshError,
     OptionError,
     TooFewPointsError,
     UnrecognisedFormatError,
 )
-from gamutcore.export import FORMATS, encoded_mesh
 from gamutcore.gamut import STAGES, Gamut, Options, build_gamut, gamut_id, read_description
 from gamutcore.history import history_bytes
 from gamutcore.metric import mismatch
-
-COLORD = Path("/usr/share/color/icc/colord")
-ARGYLL = Path("/usr/share/color/argyll/ref")
-
-# Bruce Lindbloom's table of RGB working spaces: Lab D50, 2°, Bradford (reference/figures.md).
-WORKING_SPACES = {
-    COLORD / "sRGB.icc": 832_870,
-    COLORD / "AdobeRGB1998.icc": 1_208_631,
-    COLORD / "AppleRGB.icc": 798_403,
-    COLORD / "BetaRGB.icc": 1_717_450,
-    COLORD / "ColorMatchRGB.icc": 836_975,
-    COLORD / "NTSC-RGB.icc": 1_300_252,
-    COLORD / "ProPhotoRGB.icc": 2_879_568,
-    COLORD / "WideGamutRGB.icc": 2_164_221,
-    ARGYLL / "sRGB.icm": 832_870,
-    ARGYLL / "ClayRGB1998.icm": 1_208_631,
-    ARGYLL / "ProPhoto.icm": 2_879_568,
-}
 
 DIGEST = hashlib.sha256(b"data").hexdigest()
 
@@ -323,225 +300,6 @@ class TestBuild:
                 assert_every_invariant(level, outcome.history.centre, level.triangles)
         else:
             assert outcome.remedy
-
-
-@pytest.mark.parametrize("path", WORKING_SPACES, ids=lambda path: path.name)
-def test_the_volume_of_an_rgb_working_space(path):
-    if not path.is_file():
-        pytest.skip(f"{path.name} is not there: Debian's packages colord-data and argyll have it")
-    # The default of 0.2 bridges the concave places of wide spaces (ProPhoto: +0.7 %); 0.05 follows.
-    gamut = build_gamut(path.read_bytes(), Options(gamma=0.05))
-    assert gamut.description["volume"] == pytest.approx(WORKING_SPACES[path], rel=0.0015)
-
-
-def test_a_press_profile_and_its_measurements_have_one_gamut(
-    shared_data, fogra39, record_property, capsys
-):
-    # The profile is made of FOGRA39L, for an ink limit of 300 % (data/README.md).
-    profile = (shared_data / "press" / "ISOcoated_v2_300_bas.icc").read_bytes()
-    options = Options(intent="absolute", ink_limit=300)
-    measured, characterised = build_gamut(fogra39, options), build_gamut(profile, options)
-    found = mismatch(measured.history.full(), characterised.history.full())
-    record_property("mismatch", found)
-    with capsys.disabled():
-        sys.stdout.write(f"ISOcoated_v2_300 against FOGRA39L, absolute: {100 * found:.3f} %\n")
-    assert found <= 0.01
-
-
-def cube_surface(step):
-    """Return all colours of the six faces of the cube of 8-bit RGB, in steps, as rows of pixels."""
-    levels = np.arange(0, 256, step, dtype=np.uint8)
-    face = np.stack(np.meshgrid(levels, levels, indexing="ij"), axis=-1).reshape(-1, 2)
-    faces = [np.insert(face, axis, end, axis=1) for axis in range(3) for end in (0, 255)]
-    return np.concatenate(faces)
-
-
-@pytest.mark.parametrize("name", ["DisplayP3-v4", "AdobeCompat-v2"])
-@pytest.mark.parametrize("file_format", ["PNG", "TIFF"])
-def test_a_picture_of_all_colours_has_the_gamut_of_its_profile(shared_data, name, file_format):
-    profile = (shared_data / "spaces" / f"{name}.icc").read_bytes()
-    pixels = cube_surface(3)
-    file = io.BytesIO()
-    Image.frombytes("RGB", (86, 516), pixels.tobytes()).save(file, file_format, icc_profile=profile)
-    found = build_gamut(file.getvalue(), Options())
-    characterised = build_gamut(profile, Options())
-    assert mismatch(characterised.history.full(), found.history.full()) <= 0.001
-    provenance = found.description["provenance"]
-    assert provenance["size"] == [86, 516]
-    assert provenance["profile"]["description"]
-
-
-def test_vertices_of_a_picture_have_the_values_of_its_pixels():
-    corners = np.array(np.meshgrid([0, 255], [0, 255], [0, 255]), np.uint8).reshape(3, -1).T
-    file = io.BytesIO()
-    Image.fromarray(corners[np.newaxis]).save(file, "PNG")
-    mesh = build_gamut(file.getvalue(), Options()).history
-    device = mesh.device_values(mesh.triangles)
-    assert device.channels == ("R", "G", "B")
-    lightest = mesh.level(mesh.triangles).vertices[:, 0].argmax()
-    np.testing.assert_allclose(device.values[lightest], 1, atol=1e-3)
-    blue = np.linalg.norm(device.values - (0, 0, 1), axis=1).argmin()
-    np.testing.assert_allclose(device.values[blue], (0, 0, 1), atol=1e-3)
-    # sRGB's blue, Lindbloom's calculator
-    np.testing.assert_allclose(mesh.full().vertices[blue], (29.57, 68.30, -112.03), atol=0.06)
-
-
-def test_surface_samples_are_refused_where_nothing_is_sampled():
-    file = io.BytesIO()
-    Image.fromarray(np.eye(4, 3, dtype=np.uint8)[np.newaxis] * 255).save(file, "PNG")
-    colours = b"L,a,b\n" + b"".join(b"%d,%d,%d\n" % (i, i % 7, i % 5) for i in range(20))
-    for data in (file.getvalue(), colours):
-        with pytest.raises(OptionError) as caught:
-            build_gamut(data, Options(surface_samples=2000))
-        assert caught.value.where == {"field": "surface_samples"}
-        assert "are all used" in caught.value.remedy
-
-
-def test_the_least_used_colours_of_a_picture_can_be_left_out():
-    dull = np.array([(r, g, b) for r in (60, 180) for g in (60, 180) for b in (60, 180)], np.uint8)
-    speck = np.array([[255, 0, 0], [0, 0, 255]], np.uint8)
-    pixels = np.concatenate([np.repeat(dull, 100, axis=0), speck])  # 2 pixels of 802
-    file = io.BytesIO()
-    Image.frombytes("RGB", (401, 2), pixels.tobytes()).save(file, "PNG")
-    every, popular = (
-        build_gamut(file.getvalue(), Options(popularity=share)) for share in (None, 0.01)
-    )
-    plain = io.BytesIO()
-    Image.frombytes("RGB", (400, 2), pixels[:800].tobytes()).save(plain, "PNG")
-    without = build_gamut(plain.getvalue(), Options())
-    assert popular.description["volume"] == without.description["volume"]
-    assert every.description["volume"] > 1.5 * without.description["volume"]
-    assert every.id != popular.id
-    with pytest.raises(OptionError):
-        build_gamut(bare(OCTAHEDRON), Options(popularity=0.01))
-
-
-@pytest.mark.parametrize(
-    ("file", "tag"),
-    [("press/ISOcoated_v2_300_bas.icc", "targ"), ("oracle/SWOP2013C3_CRPC5.icc", "CxF")],
-)
-def test_the_measurements_within_a_profile_have_its_gamut(shared_data, file, tag):
-    profile = (shared_data / file).read_bytes()
-    gamuts = [
-        build_gamut(profile, Options(intent="absolute", surface_samples=20_000, **options))
-        for options in ({}, {"source": "measurements"})
-    ]
-    assert mismatch(*[gamut.history.full() for gamut in gamuts]) <= 0.01
-    provenance = gamuts[1].description["provenance"]
-    assert provenance["embedded"]["tag"] == tag
-    assert provenance["model"]["leave_out_error"]["percentile_95"] < 0.5
-
-
-def test_an_ink_limit_takes_a_part_of_the_gamut_away(fogra39):
-    volumes = [
-        build_gamut(fogra39, Options(surface_samples=20_000, **options)).description["volume"]
-        for options in ({"ink_limit": 150}, {"ink_limit": 240}, {"ink_limit": 320}, {})
-    ]
-    assert volumes == sorted(volumes)
-    assert volumes[0] < 0.9 * volumes[3]
-    # K = 0 alone loses 20 % of the volume (reference/characterisation.md, what users expect).
-    without_black = build_gamut(fogra39, Options(surface_samples=20_000, black_limit=0))
-    assert 0.75 < without_black.description["volume"] / volumes[3] < 0.85
-
-
-def test_provenance_of_a_profile_says_all_that_went_in(shared_data):
-    data = (shared_data / "oracle" / "Ref-ECG-CMYKOGV_FOGRA55_TAC300.icc").read_bytes()
-    gamut = build_gamut(
-        data, Options(ink_limit=300, black_limit=95, surface_samples=20_000, intent="absolute")
-    )
-    provenance = gamut.description["provenance"]
-    assert provenance["device_class"] == "output"
-    assert provenance["channels"][3:5] == ["Black", "Orange"]
-    assert provenance["ink_limits"] == {"total": 300, "black": 95}
-    assert provenance["model"] == {"name": "ICC profile", "tag": "A2B1", "kind": "lut16"}
-    assert provenance["intent"] == "absolute"
-    assert provenance["white"] == pytest.approx([0.8528, 0.8762, 0.7929], abs=1e-4)
-    assert provenance["illuminant"] == "D50"
-    assert provenance["adaptation"]
-    assert provenance["warnings"] == []
-    assert len(provenance["input"]["sha256"]) == 64
-    assert characterisation(data).inks
-
-
-class TestMesh:
-    """A mesh is the boundary itself."""
-
-    @pytest.mark.parametrize("name", FORMATS)
-    @pytest.mark.parametrize("triangles", [4, 10, 500, 5000])
-    def test_an_exported_level_is_the_full_boundary(self, fogra39_gamut, name, triangles):
-        level = fogra39_gamut.history.level(triangles)
-        centre = fogra39_gamut.description["centre"]
-        provenance = {"centre": " ".join(map(repr, centre)), "space": "CIELAB"}
-        gamut = build_gamut(encoded_mesh(level, name, provenance), Options())
-        full = gamut.history.full()
-        assert gamut.description["counts"]["triangles"] == triangles
-        # sums in another order
-        assert gamut.description["volume"] == pytest.approx(level.volume, rel=1e-12)
-        # the same triangles, whatever their order
-        assert triangle_set(full) == triangle_set(level)
-        if name != "stl":  # has no place for a centre
-            assert gamut.description["centre"] == centre
-        assert full.validity(gamut.description["centre"]).is_gamut
-
-    def test_the_description_has_only_options_that_apply(self, fogra39_gamut):
-        data = encoded_mesh(fogra39_gamut.history.level(100), "ply")
-        gamut = build_gamut(data, Options(cost="quadric"))
-        assert gamut.description["options"] == {
-            "space": "CIELAB",
-            "centre": "auto",
-            "cost": "quadric",
-        }
-        # they ask the same question again
-        assert gamut.options == Options(cost="quadric")
-        assert Gamut.from_bytes(gamut.to_bytes()).description == gamut.description
-        provenance = gamut.description["provenance"]
-        assert provenance["format"] == "ply"
-        assert provenance["mesh"]["triangles_read"] == 100
-
-    @pytest.mark.parametrize(
-        "options",
-        [
-            {"boundary": "usv"},
-            {"boundary": "segment-maxima"},
-            {"gamma": 0.3},
-            {"surface_samples": 5000},
-            {"intent": "absolute"},
-            {"ink_limit": 300},
-            {"black_limit": 90},
-            {"observer": 10},
-            {"illuminant": "D65"},
-            {"condition": "M1"},
-            {"source": "measurements"},
-            {"source": "boundary"},
-        ],
-    )
-    def test_options_of_colours_are_refused(self, fogra39_gamut, options):
-        data = encoded_mesh(fogra39_gamut.history.level(100), "glb")
-        with pytest.raises(OptionError) as caught:
-            build_gamut(data, Options(**options))
-        assert caught.value.where["field"] in options
-        assert caught.value.remedy
-
-    def test_the_centre_may_be_chosen(self, fogra39_gamut):
-        data = encoded_mesh(fogra39_gamut.history.level(100), "stl")
-        centre = fogra39_gamut.description["centre"]
-        gamut = build_gamut(data, Options(centre=tuple(centre)))
-        assert gamut.description["centre"] == centre
-        with pytest.raises(CentreError):
-            build_gamut(data, Options(centre=(500, 0, 0)))
-
-    def test_an_open_mesh_is_refused(self, fogra39_gamut):
-        level = fogra39_gamut.history.level(100)
-        data = encoded_mesh(type(level)(level.vertices, level.faces[1:]), "ply")
-        with pytest.raises(MeshError, match="3 edges have one face only"):
-            build_gamut(data, Options())
-
-
-def triangle_set(mesh):
-    """Each triangle by its corners' positions, from the least of them on."""
-    corners = mesh.vertices[mesh.faces].tolist()
-    turned = (face[face.index(min(face)) :] + face[: face.index(min(face))] for face in corners)
-    return sorted(turned)
 
 
 class TestColourSpace:

@@ -14,7 +14,7 @@ from gamutcore.numbers import finite_number
 @given(value=st.floats(allow_nan=False, allow_infinity=False))
 def test_finite_floats_are_what_they_were(value):
     assert finite_number(value) == value
-    assert math.copysign(1, finite_number(value + 0.0)) == (-1 if value < 0 else 1)
+    assert math.copysign(1, finite_number(value)) == (-1 if value < 0 else 1)
 
 
 @pytest.mark.parametrize(

@@ -1,17 +1,20 @@
 import contextlib
 import hashlib
+import http.server
 import json
 import os
 import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
 import httpx
 import numpy as np
 import pytest
+from opentelemetry.proto.collector.trace.v1.trace_service_pb2 import ExportTraceServiceRequest
 
 from gamutcore.gamut import Options, build_gamut
 from service.storage.gamuts import GamutStore
@@ -49,7 +52,9 @@ class Server:
                 stderr=subprocess.STDOUT,
             )
         self.url = self.logged(READY)
-        self.client = httpx.Client(base_url=self.url, timeout=120)
+        # Without a content coding, so that digests are those of what a test sees.
+        fields = {"Accept-Encoding": "identity"}
+        self.client = httpx.Client(base_url=self.url, timeout=120, headers=fields)
 
     def log(self):
         return self.log_path.read_text()
@@ -235,6 +240,51 @@ def filled_store(tmp_path, built, publish_built):
         publish_built(opened, gamut)
     yield opened
     opened.close()
+
+
+class _Collector(http.server.BaseHTTPRequestHandler):
+    """Takes spans as OpenTelemetry's collector does."""
+
+    def do_POST(self):
+        request = ExportTraceServiceRequest.FromString(
+            self.rfile.read(int(self.headers["content-length"]))
+        )
+        self.server.spans += [
+            span
+            for resource in request.resource_spans
+            for scope in resource.scope_spans
+            for span in scope.spans
+        ]
+        self.server.paths.add(self.path)
+        self.send_response(200)
+        self.end_headers()
+
+    def log_message(self, *_):
+        pass
+
+
+@pytest.fixture(scope="session")
+def collector():
+    """A collector of traces; `spans` holds what has arrived, `paths` where it was sent."""
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), _Collector) as opened:
+        opened.spans, opened.paths = [], set()
+        opened.url = f"http://127.0.0.1:{opened.server_port}"
+        thread = threading.Thread(target=opened.serve_forever)
+        thread.start()
+        yield opened
+        opened.shutdown()
+        thread.join()
+
+
+@pytest.fixture(scope="session")
+def observed_server(start_server, collector):
+    """A server that logs every request as JSON and traces it."""
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv("OTEL_EXPORTER_OTLP_ENDPOINT", collector.url)
+        environment.setenv("OTEL_BSP_SCHEDULE_DELAY", "100")
+        started = start_server(log_format="json", access_log="true")
+    started.wait_ready()
+    return started
 
 
 SCRIPTED_WORKER = """

@@ -5,6 +5,7 @@ import sys
 import pytest
 
 from gamutcore.version import __version__
+from service.api_keys import ApiKeys
 from service.command import main
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
@@ -26,6 +27,29 @@ def test_a_wrong_setting_is_named_and_nothing_is_served(capsys, monkeypatch):
     monkeypatch.setenv("GAMUT_BUILD_WORKERS", "none")
     assert main(["serve"]) == 2
     assert "GAMUT_BUILD_WORKERS" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.0.2.1", "gamuts.example.org"])  # noqa: S104
+def test_nothing_is_served_to_everybody_unless_that_is_said(capsys, host):
+    assert main(["serve", "--host", host]) == 2
+    sentence = capsys.readouterr().err
+    assert host in sentence
+    assert "GAMUT_API_KEYS" in sentence
+    assert "GAMUT_ALLOW_ANONYMOUS=all" in sentence
+
+
+def test_a_key_is_printed_with_what_the_service_has_to_know(capsys):
+    assert main(["key", "press-room", "--scopes", "read"]) == 0
+    key, entry = (line.split()[-1] for line in capsys.readouterr().out.splitlines())
+    known = ApiKeys(entry).found(key.encode())
+    assert (known.name, known.scopes) == ("press-room", {"read"})
+    assert key not in entry
+
+
+@pytest.mark.parametrize("arguments", [["Name"], ["a_b"], [""], ["name", "--scopes", "all"]])
+def test_a_key_needs_a_plain_name_and_known_scopes(capsys, arguments):
+    assert main(["key", *arguments]) == 2
+    assert "NAME:SCOPES:SHA256" in capsys.readouterr().err
 
 
 def test_a_store_in_use_is_named_and_nothing_is_served(capsys, tmp_path):
@@ -82,3 +106,27 @@ def test_exhausted_file_descriptors_are_a_problem_to_retry(start_server, sphere,
     resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, limits)
     assert server.client.post("/v1/gamuts", json=body).status_code == 201
     server.kill()
+
+
+class TestWorker:
+    def test_it_needs_a_broker(self, capsys, monkeypatch):
+        monkeypatch.setenv("GAMUT_STORE", "s3://bucket")
+        assert main(["worker"]) == 2
+        assert "GAMUT_BROKER" in capsys.readouterr().err
+
+    def test_it_needs_a_store_that_is_shared(self, capsys, monkeypatch, tmp_path):
+        monkeypatch.setenv("GAMUT_STORE", str(tmp_path))
+        monkeypatch.setenv("GAMUT_BROKER", "redis://127.0.0.1:1/0")
+        assert main(["worker"]) == 2
+        assert "must be a bucket" in capsys.readouterr().err
+
+    def test_a_store_of_another_kind_is_told(self, capsys, monkeypatch):
+        monkeypatch.setenv("GAMUT_STORE", "ftp://host/folder")
+        monkeypatch.setenv("GAMUT_BROKER", "redis://127.0.0.1:1/0")
+        assert main(["worker"]) == 1
+        assert "s3://bucket/prefix" in capsys.readouterr().err
+
+    def test_its_check_says_that_none_is_running(self, capsys, monkeypatch, tmp_path):
+        monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+        assert main(["worker", "--check"]) == 1
+        assert "no worker is running" in capsys.readouterr().out

@@ -11,7 +11,9 @@ import pytest
 from gamutcore.gamut import Options, build_gamut
 from gamutcore.options import Options as CoreOptions
 from service import documentation, models
+from service.application import create_app
 from service.problems import KINDS, MEDIA_TYPE
+from service.settings import Settings
 
 ROOT = Path(__file__).parents[2]
 
@@ -125,17 +127,21 @@ class TestExamples:
 
 class TestProblems:
     def test_of_a_code_are_under_its_status(self):
-        responses = documentation.problems("triangle-count", "gamut-not-found")
+        responses = documentation.problems("triangle-count", "gamut-not-found", guarded=False)
         assert set(responses) == {
             KINDS["triangle-count"].status,
             KINDS["gamut-not-found"].status,
             KINDS["internal-error"].status,
         }
 
+    def test_of_keys_and_limits_are_said_of_what_is_guarded(self):
+        assert {401, 403, 429} <= set(documentation.problems())
+        assert set(documentation.problems(guarded=False)) == {500}
+
     @pytest.mark.parametrize("code", KINDS)
     def test_of_every_code_have_an_example_of_the_document(self, code):
         kind = KINDS[code]
-        response = documentation.problems(code)[kind.status]
+        response = documentation.problems(code, guarded=False)[kind.status]
         (content,) = response["content"].items()
         assert content[0] == MEDIA_TYPE
         document = content[1]["examples"][code]["value"]
@@ -150,3 +156,15 @@ class TestProblems:
 def test_headers_say_their_type():
     assert documentation.header("How many.", 5)["schema"] == {"type": "integer"}
     assert documentation.header("Which.", "a")["schema"] == {"type": "string"}
+
+
+def test_links_lead_to_operations_and_their_parameters():
+    operations = {
+        operation["operationId"]: {
+            parameter["name"] for parameter in operation.get("parameters", [])
+        }
+        for operations in create_app(Settings()).openapi()["paths"].values()
+        for operation in operations.values()
+    }
+    for link in documentation.gamut_links("$response.body#/id").values():
+        assert set(link["parameters"]) <= operations[link["operationId"]]

@@ -65,10 +65,15 @@ def ask():
 )
 def test_plain_requests_are_answered_here(ask, suffix, query, headers, question):
     asked, reached, sent = ask(f"/v1/gamuts/{NAME}/mesh{suffix}", query, headers)
-    assert asked == (NAME, *question)
+    assert asked == (NAME, *question, "")
     assert not reached
     assert [message["type"] for message in sent] == ["http.response.start", "http.response.body"]
     assert sent[1]["body"] == b"body"
+
+
+def test_the_coding_is_the_one_that_the_client_likes_best(ask):
+    headers = [(b"accept-encoding", b"br, gzip"), (b"accept-encoding", b"zstd;q=0.5")]
+    assert ask(f"/v1/gamuts/{NAME}/mesh", headers=headers)[0][-1] == "gzip"
 
 
 def test_what_the_client_has_is_not_sent_again(ask):

@@ -1,7 +1,6 @@
 """What the routes of an app share: made of its settings, forgotten and closed together."""
 
 import asyncio
-import dataclasses
 import threading
 from types import SimpleNamespace
 
@@ -38,19 +37,6 @@ def test_the_signal_to_stop_reaches_the_builds_from_any_thread(service, monkeypa
 def test_it_is_made_of_its_settings(service, tmp_path):
     assert service.store.blobs.directory == tmp_path / "data"
     assert not (tmp_path / "data").exists()  # nothing is opened before it runs
-
-
-@pytest.mark.parametrize(
-    ("warm", "workers", "ready"),
-    [(False, 0, False), (True, 0, False), (False, 1, False), (True, 1, True)],
-)
-def test_it_is_ready_when_it_and_its_workers_are_warm(service, monkeypatch, warm, workers, ready):
-    service.warm = warm
-    facts = service.builds.facts()
-    monkeypatch.setattr(
-        service.builds, "facts", lambda: dataclasses.replace(facts, warm_workers=workers)
-    )
-    assert service.ready is ready
 
 
 def test_a_deleted_gamut_is_forgotten_by_all_who_keep_it(service, monkeypatch):

@@ -1,4 +1,5 @@
 import asyncio
+import gzip
 import json
 
 import httpx
@@ -12,7 +13,7 @@ from service.submission import submission
 
 
 @pytest.fixture
-def post():
+def post(tmp_path):
     """Send a body to a small app, and return what was made of it."""
 
     def send(**arguments):
@@ -22,7 +23,7 @@ def post():
         @app.post("/")
         async def read(request: Request) -> None:
             limits = Settings(max_surface_samples=200_000, max_inline_bytes=2**25)
-            found.append(await submission(request, limits))
+            found.append(await submission(request, limits, tmp_path))
 
         async def request():
             transport = httpx.ASGITransport(app)
@@ -69,14 +70,14 @@ def test_json_that_would_fill_the_memory_is_not_decoded(post, assert_problem, bo
     assert_problem(answer, 422, "too-many-samples")
 
 
-def test_large_json_is_asked_for_as_a_file(assert_problem):
+def test_large_json_is_asked_for_as_a_file(assert_problem, tmp_path):
     """Decoding it would hold up every other request."""
     app = FastAPI()
     add_exception_handlers(app)
 
     @app.post("/")
     async def read(request: Request) -> None:
-        await submission(request, Settings(max_inline_bytes=2000))
+        await submission(request, Settings(max_inline_bytes=2000), tmp_path)
 
     async def request():
         transport = httpx.ASGITransport(app)
@@ -86,6 +87,34 @@ def test_large_json_is_asked_for_as_a_file(assert_problem):
     document = assert_problem(asyncio.run(request()), 413, "body-too-large")
     assert document["where"] == {"limit": 2000}
     assert "file" in document["remedy"]
+
+
+def test_large_files_leave_nothing_on_the_disk(post, tmp_path):
+    content = bytes(3_000_000)
+    assert post(files={"file": content}).data == content
+    post(files={"file": content, "other": content})
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("coding", ["gzip", "x-gzip", "zstd", "br", "gzip, gzip", "identity, gzip"])
+def test_compressed_bodies_are_not_unpacked(post, assert_problem, coding):
+    content = gzip.compress(bytes(1_000_000))
+    headers = {"Content-Type": "application/json", "Content-Encoding": coding}
+    answer = post(content=content, headers=headers)
+    document = assert_problem(answer, 415, "unsupported-media-type")
+    assert document["where"] == {"header": "Content-Encoding"}
+    assert answer.headers["accept-encoding"] == "identity"
+
+
+@pytest.mark.parametrize("kind", ["data", "files"])
+def test_a_form_has_no_more_parts_than_allowed(post, assert_problem, kind):
+    answer = post(**{"files": {"file": b"x"}, kind: {f"part{n}": b"x" for n in range(1000)}})
+    assert_problem(answer, 413, "body-too-large")
+
+
+def test_a_large_field_is_too_large(post, assert_problem):
+    answer = post(files={"file": b"x"}, data={"options": " " * 70_000})
+    assert_problem(answer, 413, "body-too-large")
 
 
 def test_options_sent_as_a_file_are_bounded_like_others(post, assert_problem):

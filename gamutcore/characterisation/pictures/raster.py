@@ -24,11 +24,11 @@ from gamutcore.errors import (
     UnsupportedProfileError,
     Where,
 )
+from gamutcore.limits import current_limits
 
 __all__ = [
     "CHANNELS",
     "MAX_DECODED_BYTES",
-    "MAX_PIXELS",
     "MAX_PROFILE_BYTES",
     "Picture",
     "Raster",
@@ -36,10 +36,6 @@ __all__ = [
     "malformed",
     "picture_of_raster",
 ]
-
-MAX_PIXELS = 120_000_000
-"""Pixels of a picture at most: the largest cameras in use have 102 to 151 million, phones up to 50
-(200 by interpolation)."""
 
 MAX_DECODED_BYTES = 2**29
 """Bytes of a picture's pixels at most, unpacked. A picture of 24 megapixels in CMYK or RGBA has
@@ -194,17 +190,18 @@ def checked_size(
         It has no pixels, or they cannot be in the file: it ends early, or is made to exhaust
         memory.
     PictureSizeError
-        It has more than `MAX_PIXELS` pixels, or `MAX_DECODED_BYTES` bytes, or is packed as no
-        large photograph is.
+        It has more pixels than `current_limits` allow, or `MAX_DECODED_BYTES` bytes, or is packed
+        as no large photograph is.
     """
     if width <= 0 or height <= 0:
         raise malformed(f"The picture has {width} × {height} pixels.", {"field": "size"})
     size = width * height * pixel_bytes
-    if width * height > MAX_PIXELS or size > MAX_DECODED_BYTES:
+    most = current_limits().pixels
+    if width * height > most or size > MAX_DECODED_BYTES:
         raise PictureSizeError(
             f"The picture has {width} × {height} pixels, {size / 1e6:.0f} MB unpacked.",
             where={"field": "size"},
-            remedy=f"At most {MAX_PIXELS / 1e6:.0f} million pixels and "
+            remedy=f"At most {most / 1e6:g} million pixels and "
             f"{MAX_DECODED_BYTES / 1e6:.0f} MB are unpacked; send a smaller copy.",
         )
     if size > packed * most_unpacked + 65536:

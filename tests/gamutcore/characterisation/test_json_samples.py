@@ -67,6 +67,8 @@ def test_white_and_conditions():
         ('{"samples": [[1, 2, 3]], "white": [0, 1, 1]}', {"field": "white"}),
         ('{"samples": [[1, 2, 3]], "conditions": 3}', {"field": "conditions"}),
         ('{"samples": [[1, 2, 3]], "smaples": [[1]]}', {"field": "smaples"}),
+        ('{"samples": [[1, 2, 3]], "samples": [[4, 5, 6]]}', {"field": "samples"}),
+        ('{"samples": [{"L": 1, "a": 2, "b": 3, "a": 4}]}', {"field": "a"}),
         ('{"samples": [{"L": 1, "a": 2, "b": 3}, {"L": 1, "a": 2}]}', {"row": 2, "column": 3}),
     ],
 )

@@ -1,11 +1,13 @@
 """GLB and glTF: valid to Khronos' validator, and carrying what the design says a mesh carries."""
 
+import io
 import json
 from dataclasses import replace
 
 import numpy as np
 import pygltflib
 import pytest
+import trimesh
 
 from gamutcore.colours.spaces import SPACES, ColourSpace
 from gamutcore.device_values import DeviceValues
@@ -75,6 +77,37 @@ class TestGeometry:
         np.testing.assert_allclose(rotated((1.0, 0, 0)), (0, 1, 0), atol=1e-12)  # L* → +Y
         np.testing.assert_allclose(rotated((0, 1.0, 0)), (1, 0, 0), atol=1e-12)  # a* → +X
         np.testing.assert_allclose(rotated((0, 0, 1.0)), (0, 0, -1), atol=1e-12)  # away from one
+
+
+class TestAnotherReader:
+    """trimesh reads what is written here as it is meant."""
+
+    def read(self, written, kind):
+        scene = trimesh.load_scene(io.BytesIO(written), file_type=kind, process=False)
+        (mesh,) = scene.geometry.values()
+        return scene, mesh
+
+    def test_reads_the_same_mesh(self, written, kind, level):
+        _, mesh = self.read(written, kind)
+        np.testing.assert_array_equal(mesh.vertices, level.vertices.astype(np.float32))
+        np.testing.assert_array_equal(mesh.faces, level.faces)
+        assert mesh.is_watertight
+        assert mesh.volume > 0
+
+    def test_places_it_upright(self, written, kind, level):
+        scene, _ = self.read(written, kind)
+        (node,) = scene.graph.nodes_geometry
+        matrix, _ = scene.graph[node]
+        turned = level.vertices @ matrix[:3, :3].T
+        np.testing.assert_allclose(turned[:, 1], level.vertices[:, 0], atol=1e-4)
+        np.testing.assert_allclose(turned[:, 0], level.vertices[:, 1], atol=1e-4)
+
+    def test_reads_the_device_values(self, fogra39_gamut, kind):
+        level = fogra39_gamut.level(1000)
+        _, mesh = self.read(encoded_mesh(level, kind), kind)
+        for channel, ink in enumerate("CMYK"):
+            values = mesh.vertex_attributes[f"_DEVICE_{ink}"]
+            np.testing.assert_array_equal(values.ravel(), level.device.values[:, channel])
 
 
 class TestAppearance:

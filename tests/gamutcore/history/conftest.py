@@ -2,10 +2,27 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pytest
 
-from gamutcore.history import History
+from gamutcore.history import History, history_bytes
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+@pytest.fixture(scope="session")
+def note() -> dict[str, str]:
+    """Return metadata of a caller's own, outside of ASCII."""
+    return {"note": "größer\nals 🎨"}
+
+
+@pytest.fixture(scope="session")
+def file(small_history: History, note: dict[str, str]) -> bytes:
+    """Return the bytes of a small history."""
+    return history_bytes(small_history, note)
 
 
 @pytest.fixture(scope="session")
@@ -40,3 +57,26 @@ def shifting_history(small_history: History) -> History:
         small_history.centre,
         step,
     )
+
+
+@pytest.fixture(scope="session")
+def first_levels() -> Callable[[History, int], History]:
+    """Return a function from a history to its beginning, up to a number of vertices."""
+
+    def beginning(history: History, vertices: int) -> History:
+        splits, steps = history.splits, vertices - 4
+        columns = {
+            name: array[:steps]
+            for name, array in splits._asdict().items()
+            if not name.startswith(("base", "moved", "shifted"))
+        }
+        for end, names in (
+            ("moved_end", ["moved"]),
+            ("shifted_end", ["shifted", "shifted_coarse", "shifted_fine"]),
+        ):
+            columns[end] = getattr(splits, end)[:steps]
+            length = int(columns[end][-1]) if steps else 0
+            columns |= {name: getattr(splits, name)[:length] for name in names}
+        return History(splits._replace(**columns), history.centre, history.step)
+
+    return beginning

@@ -38,7 +38,7 @@ def performer(store, book, scripted_worker, reports):
                 book,
                 heartbeat=0.1,
                 command=command,
-                on_build=lambda *report: reports.append(report),
+                on_build=lambda outcome, seconds, _job: reports.append((outcome, seconds)),
             )
         )
         return made[-1]

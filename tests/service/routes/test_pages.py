@@ -1,26 +1,104 @@
+"""The pages over a real connection: every link leads somewhere, and JSON says the same."""
+
+import base64
+import hashlib
+import html
+import json
 import re
 
 import pytest
 
+from gamutcore.version import __version__
 from service.problems import KINDS
 
-
-def test_every_link_on_the_landing_page_leads_somewhere(server):
-    page = server.client.get("/")
-    assert page.headers["content-type"].startswith("text/html")
-    links = re.findall(r'href="([^"]+)"', page.text)
-    assert {"/docs", "/openapi.json", "/v1/gamuts", "/problems"} <= set(links)
-    for link in links:
-        assert server.client.get(link).status_code == 200
+HTML = {"accept": "text/html,application/xhtml+xml,application/xml;q=0.9,*/*;q=0.8"}
+JSON = {"accept": "application/json"}
+PAGES = ("/", "/problems", "/problems/not-found")
 
 
-@pytest.mark.parametrize("code", KINDS)
-def test_every_problem_has_its_page(server, code):
-    page = server.client.get(f"/problems/{code}")
-    assert page.status_code == 200
-    assert code in page.text
-    assert str(KINDS[code].status) in page.text
-    assert f'href="/problems/{code}"' in server.client.get("/problems").text
+class TestLanding:
+    def test_every_link_leads_somewhere(self, server):
+        page = server.client.get("/", headers=HTML)
+        assert page.headers["content-type"].startswith("text/html")
+        links = set(re.findall(r'href="([^"]+)"', page.text))
+        expected = {"/docs", "/openapi.json", "/v1/gamuts", "/problems", "/metrics", "/readyz"}
+        assert expected <= links
+        for link in links:
+            assert server.client.get(link).status_code == 200
+
+    def test_it_tells_the_state_of_the_moment(self, server):
+        page = server.client.get("/", headers=HTML)
+        assert page.headers["cache-control"] == "no-store"
+        assert '<span class="ok">ready</span>' in page.text
+        assert "1 of 1 warm" in page.text
+        for probe in ("kernels", "workers", "queue", "store", "disk"):
+            assert f'<th scope="row">{probe}</th><td><span class="ok">ok</span></td>' in page.text
+
+    def test_it_is_json_for_who_asks_for_it(self, server):
+        answer = server.client.get("/", headers=JSON)
+        assert answer.headers["content-type"] == "application/json"
+        assert answer.headers["vary"] == "Accept"
+        document = answer.json()
+        assert document["version"] == __version__
+        assert document["state"]["ready"] is True
+        assert set(document["state"]) == set(server.client.get("/readyz").json())
+        for address in document["links"].values():
+            assert server.client.get(address).status_code == 200
+
+    def test_its_example_names_this_service(self, server):
+        assert f"{server.url}/v1/gamuts" in server.client.get("/", headers=HTML).text
+
+
+@pytest.mark.parametrize("path", PAGES)
+def test_pages_can_neither_run_nor_load_anything(server, path):
+    page = server.client.get(path, headers=HTML)
+    (style,) = re.findall(r"<style>(.*?)</style>", page.text, re.DOTALL)
+    digest = base64.b64encode(hashlib.sha256(style.encode()).digest()).decode()
+    assert f"'sha256-{digest}'" in page.headers["content-security-policy"]
+    assert "default-src 'none'" in page.headers["content-security-policy"]
+    assert page.headers["vary"] == "Accept"
+    assert re.findall(r'(?:src|href)="(?!/)[^"]*"', page.text) == []
+
+
+def test_the_documentation_runs_only_what_it_is_made_of(server):
+    page = server.client.get("/docs")
+    policy = page.headers["content-security-policy"]
+    for script in re.findall(r"<script>(.*?)</script>", page.text, re.DOTALL):
+        digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+        assert f"'sha256-{digest}'" in policy
+    assert "script-src https://cdn.jsdelivr.net 'sha256-" in policy
+    for address in re.findall(r'(?:src|href)="(https?:[^"]+)"', page.text):
+        assert address.startswith("https://cdn.jsdelivr.net/")
+
+
+class TestProblems:
+    @pytest.mark.parametrize("code", KINDS)
+    def test_each_has_its_page_with_what_to_do_and_an_example(self, server, code):
+        kind = KINDS[code]
+        page = server.client.get(f"/problems/{code}", headers=HTML)
+        assert page.status_code == 200
+        text = html.unescape(page.text)
+        for part in (code, str(kind.status), kind.title, kind.remedy, kind.detail):
+            assert part in text
+        (example,) = re.findall(r"<pre[^>]*><code>(.*?)</code>", page.text, re.DOTALL)
+        document = json.loads(html.unescape(example))
+        assert document["type"] == f"/problems/{code}"
+        # the same for programs
+        answer = server.client.get(f"/problems/{code}", headers=JSON).json()
+        assert answer["example"] == document
+        assert (answer["status"], answer["remedy"]) == (kind.status, kind.remedy)
+
+    def test_the_index_has_all(self, server):
+        page = server.client.get("/problems", headers=HTML).text
+        document = server.client.get("/problems", headers=JSON).json()
+        assert {kind["code"] for kind in document["problems"]} == set(KINDS)
+        for code, kind in KINDS.items():
+            assert f'href="/problems/{code}"' in page
+            assert html.escape(kind.title) in page
+
+    def test_the_type_of_a_problem_is_the_address_of_its_page(self, server):
+        problem = server.client.get("/v1/gamuts/nonsense").json()
+        assert server.client.get(problem["type"], headers=JSON).json()["code"] == problem["code"]
 
 
 def test_other_pages_are_not_found(server, assert_problem):

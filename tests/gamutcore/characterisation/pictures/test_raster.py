@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from gamutcore.characterisation.pictures.raster import (
-    MAX_PIXELS,
     Raster,
     checked_size,
     picture_of_raster,
 )
 from gamutcore.errors import MalformedFileError, MalformedProfileError, PictureSizeError
+from gamutcore.limits import MAX_PIXELS
 
 
 @pytest.mark.parametrize("size", [(0, 5), (5, 0), (-1, 5)])

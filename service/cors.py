@@ -1,0 +1,149 @@
+"""Pages of other origins may use the API where the operator lists them (Fetch standard, CORS).
+
+Answers to listed origins differ from those to others, so they all say ``Vary: Origin``, whether the
+request has an origin or not: a cache in between must not hand one to the other. Keys are header
+fields that scripts set themselves, so no credentials of the browser are ever allowed.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+__all__ = ["ALLOWED_FIELDS", "EXPOSED_FIELDS", "Cors", "origins"]
+
+EXPOSED_FIELDS = (
+    "Accept-Ranges",
+    "Content-Disposition",
+    "Content-Encoding",
+    "Content-Location",
+    "Content-Range",
+    "ETag",
+    "Gamut-Failures",
+    "Gamut-Max-Error",
+    "Gamut-Max-Mismatch",
+    "Gamut-Triangles",
+    "Gamut-Vertices",
+    "Link",
+    "Location",
+    "Preference-Applied",
+    "RateLimit",
+    "RateLimit-Policy",
+    "Retry-After",
+    "Server-Timing",
+    "WWW-Authenticate",
+    "X-Request-Id",
+)
+"""Header fields of answers that a script may read besides those that it always may."""
+
+ALLOWED_FIELDS = (
+    "Accept",
+    "Authorization",
+    "Content-Type",
+    "If-None-Match",
+    "If-Range",
+    "Last-Event-ID",
+    "Prefer",
+    "Range",
+    "traceparent",
+    "tracestate",
+    "X-Api-Key",
+    "X-Request-Id",
+)
+"""Header fields of requests that a script may set."""
+
+_METHODS = "GET, HEAD, POST, DELETE"
+
+_PREFLIGHT_SECONDS = "7200"
+"""How long a browser may remember a preflight; Chromium takes no longer time."""
+
+_ORIGIN = re.compile(r"(?:\*|null|[a-z][a-z0-9+.-]*://[a-z0-9.\-\[\]:]+)\Z")
+
+
+def origins(text: str) -> tuple[str, ...]:
+    """Return the origins in a setting's text, separated by commas or spaces.
+
+    Raises
+    ------
+    ValueError
+        One is no origin: scheme, host and, if need be, port, in lower case, without a path.
+    """
+    found = tuple(text.replace(",", " ").split())
+    for origin in found:
+        if not _ORIGIN.match(origin):
+            message = f"{origin} is not an origin such as https://example.org, or *"
+            raise ValueError(message)
+    return found
+
+
+class Cors:
+    """ASGI layer that answers preflights and lets listed origins read answers.
+
+    Parameters
+    ----------
+    app : ASGI app
+    allowed : sequence of str
+        Origins; ``*`` for all.
+    """
+
+    def __init__(self, app: ASGIApp, allowed: Sequence[str]) -> None:
+        self.app = app
+        self._all = "*" in allowed
+        self._allowed = {origin.encode("latin-1") for origin in allowed}
+        self._vary = [] if self._all else [(b"vary", b"Origin")]
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a preflight; else pass the request on."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        fields = dict(scope["headers"])
+        origin = fields.get(b"origin")
+        added = [*self._vary, *self._permission(origin)]
+        if (
+            scope["method"] == "OPTIONS"
+            and origin is not None
+            and b"access-control-request-method" in fields
+        ):
+            await _send_preflight(send, added)
+            return
+
+        async def send_with_permission(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                message["headers"] = [*message["headers"], *added]
+            await send(message)
+
+        await self.app(scope, receive, send_with_permission if added else send)
+
+    def _permission(self, origin: bytes | None) -> list[tuple[bytes, bytes]]:
+        if self._all:
+            # The same for all requests, so that caches may keep one answer.
+            granted = b"*"
+        elif origin is not None and origin in self._allowed:
+            granted = origin
+        else:
+            return []
+        return [
+            (b"access-control-allow-origin", granted),
+            (b"access-control-expose-headers", ", ".join(EXPOSED_FIELDS).encode()),
+            (b"timing-allow-origin", granted),
+        ]
+
+
+async def _send_preflight(send: Send, permission: list[tuple[bytes, bytes]]) -> None:
+    """Answer a preflight; without a permission in it the browser refuses to go on."""
+    headers = [item for item in permission if item[0] != b"access-control-expose-headers"]
+    if any(name == b"access-control-allow-origin" for name, _ in headers):
+        headers += [
+            (b"access-control-allow-methods", _METHODS.encode()),
+            (b"access-control-allow-headers", ", ".join(ALLOWED_FIELDS).encode()),
+            (b"access-control-max-age", _PREFLIGHT_SECONDS.encode()),
+        ]
+    headers.append((b"cache-control", b"no-store"))
+    await send({"type": "http.response.start", "status": 204, "headers": headers})
+    await send({"type": "http.response.body", "body": b""})

@@ -1,0 +1,245 @@
+"""Several levels, or several gamuts, in one request."""
+
+import asyncio
+import hashlib
+import re
+from collections.abc import AsyncIterator, Callable
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Query, Request
+from fastapi.responses import Response, StreamingResponse
+
+from gamutcore.export import FORMATS
+from service.batch import CONTAINERS, Asked, Container, Item, ZipContainer
+from service.conditional import IMMUTABLE, matches
+from service.documentation import BATCH_RESPONSE, EXAMPLE_ID, problems
+from service.meshes import Wanted
+from service.negotiation import preferred_media_type
+from service.parameters import DECIMAL_PATTERN, check_query
+from service.problems import Problem, ProblemError
+from service.state import Service, service_of
+from service.storage.gamuts import GamutNotStoredError
+
+__all__ = ["router"]
+
+router = APIRouter(prefix="/v1/meshes", tags=["meshes"], dependencies=[Depends(check_query)])
+
+_BUFFERED = 8 * 1024 * 1024
+"""Bytes up to which an answer is complete before its first byte is sent, and so has a length and an
+entity tag."""
+
+_COUNT = re.compile(r"[0-9]{1,9}\Z")
+_LIMIT = re.compile(DECIMAL_PATTERN + r"\Z")
+_ID = r"[0-9a-f]{64}"
+
+
+def _numbers(what: str, example: str) -> Any:  # noqa: ANN401 - FastAPI's own
+    return Query(description=what, max_length=1000, examples=[example])
+
+
+@router.get(
+    "",
+    operation_id="downloadMeshes",
+    summary="Download several meshes",
+    description="Every level that is asked for, of every gamut that is named, in one file: a zip "
+    "archive, or multipart/mixed where `Accept` likes that better. What cannot be had is "
+    "reported in its place: in `index.json` of the archive, as a part of its own in the message; "
+    "where nothing can be had, the answer is the first problem. Answers of up to 8 MB have an "
+    "entity tag; larger ones are streamed.",
+    response_class=Response,
+    responses={
+        200: BATCH_RESPONSE,
+        304: {"description": "The client has this content already (If-None-Match)."},
+        **problems("gamut-not-found", "triangle-count", "invalid-parameter", "not-acceptable"),
+    },
+)
+async def download_meshes(
+    request: Request,
+    gamuts: Annotated[
+        str,
+        Query(
+            description="Ids of gamuts, between commas.",
+            pattern=f"^{_ID}(,{_ID})*$",
+            max_length=65 * 400,
+            examples=[EXAMPLE_ID],
+        ),
+    ],
+    triangles: Annotated[
+        str | None, _numbers("Triangle counts, between commas.", "100,1000")
+    ] = None,
+    max_error: Annotated[
+        str | None, _numbers("Largest distances that are accepted, between commas.", "0.5,1")
+    ] = None,
+    max_mismatch: Annotated[
+        str | None, _numbers("Largest mismatches that are accepted, between commas.", "0.001")
+    ] = None,
+    format_name: Annotated[
+        str,
+        Query(
+            alias="format",
+            description="Format of the meshes.",
+            json_schema_extra={"enum": list(FORMATS)},
+            examples=["glb"],
+        ),
+    ] = "glb",
+) -> Response:
+    """Download several meshes."""
+    service = service_of(request)
+    if format_name not in FORMATS:
+        _refuse(
+            f"There is no format {format_name[:40]!r}.",
+            "format",
+            f"Use one of {', '.join(FORMATS)}.",
+        )
+    levels = [
+        *_list("triangles", triangles, _COUNT, "whole numbers such as 100,1000"),
+        *_list("max_error", max_error, _LIMIT, "decimal numbers such as 0.5,1e-1"),
+        *_list("max_mismatch", max_mismatch, _LIMIT, "decimal numbers such as 0.01,1e-3"),
+    ]
+    if not levels:
+        _refuse("No level is asked for.", "triangles", "Give triangles, max_error or max_mismatch.")
+    ids = list(dict.fromkeys(gamuts.split(",")))
+    most = service.settings.max_batch_meshes
+    if len(ids) * len(levels) > most:
+        detail = f"{len(ids)} gamuts in {len(levels)} levels are asked for."
+        _refuse(detail, "gamuts", f"Ask for at most {most} meshes at once.")
+    asked = [Asked(one, name, value, format_name) for one in ids for name, value in levels]
+    accept = ",".join(request.headers.getlist("accept"))
+    media_type = preferred_media_type(accept, list(CONTAINERS))
+    if media_type is None:
+        detail = f"Several meshes are not available as {accept[:200]}."
+        where = {"header": "Accept", "available": list(CONTAINERS)}
+        remedy = "Accept application/zip or multipart/mixed."
+        raise ProblemError(Problem("not-acceptable", detail, where, remedy))
+    return await _Batch(service, asked, CONTAINERS[media_type](asked)).response(
+        request.headers.getlist("if-none-match")
+    )
+
+
+class _Batch:
+    """An answer that is being made.
+
+    Parameters
+    ----------
+    service : Service
+    asked : list of Asked
+    container : Container
+    """
+
+    def __init__(self, service: Service, asked: list[Asked], container: Container) -> None:
+        self._service = service
+        self._asked = asked
+        self._container = container
+
+    async def response(self, known: list[str]) -> Response:
+        """Return the answer, complete if it is small."""
+        failed, triangles = await self._foreseen()
+        if len(failed) == len(self._asked):
+            raise ProblemError(failed[self._asked[0]])
+        most = self._service.settings.max_batch_triangles
+        if triangles > most:
+            _refuse(
+                f"The meshes have {triangles} triangles together.",
+                "triangles",
+                f"Ask for at most {most} at once.",
+            )
+        headers = {
+            "Cache-Control": "no-store" if failed else IMMUTABLE,
+            "Vary": "Accept",
+            "Gamut-Failures": str(len(failed)),
+        }
+        media_type = self._container.media_type
+        if media_type == ZipContainer.media_type:
+            headers["Content-Disposition"] = 'attachment; filename="meshes.zip"'
+        parts: list[bytes] = []
+        pieces = self._pieces(failed)
+        size = 0
+        async for piece in pieces:
+            parts.append(piece)
+            size += len(piece)
+            if size > _BUFFERED:
+                return StreamingResponse(_chained(parts, pieces), 200, headers, media_type)
+        content, digest = await asyncio.to_thread(_joined, parts)
+        headers["ETag"] = f'"{digest}"'
+        if known and not failed and matches(",".join(known), headers["ETag"]):
+            return Response(status_code=304, headers=headers)
+        return Response(content, 200, headers, media_type)
+
+    async def _foreseen(self) -> tuple[dict[Asked, Problem], int]:
+        """Return what cannot be had, and how many triangles the rest may have together.
+
+        Told from the records, before anything is encoded: what is streamed cannot take back that
+        it began well.
+        """
+        failed: dict[Asked, Problem] = {}
+        triangles = 0
+        for gamut_id in dict.fromkeys(one.gamut_id for one in self._asked):
+            wanted = [one for one in self._asked if one.gamut_id == gamut_id]
+            try:
+                record = await self._service.library.record(gamut_id)
+            except GamutNotStoredError:
+                problem = _not_found(gamut_id)
+                failed |= dict.fromkeys(wanted, problem)
+                continue
+            largest = record.description["counts"]["triangles"]
+            for one in wanted:
+                count = int(one.value) if one.name == "triangles" else largest
+                if one.name == "triangles" and not 4 <= count <= largest:
+                    failed[one] = Problem(
+                        "triangle-count",
+                        f"{count} triangles were asked for; the gamut has from 4 to {largest}.",
+                        {"field": "triangles"},
+                        f"Ask for a count from 4 to {largest}.",
+                    )
+                else:
+                    triangles += count
+        return failed, triangles
+
+    async def _pieces(self, failed: dict[Asked, Problem]) -> AsyncIterator[bytes]:
+        for one in self._asked:
+            item = Item(one, None, failed[one]) if one in failed else await self._item(one)
+            for piece in await asyncio.to_thread(list, self._container.parts(item)):
+                yield piece
+        for piece in self._container.end():
+            yield piece
+
+    async def _item(self, one: Asked) -> Item:
+        number: Callable[[str], Any] = int if one.name == "triangles" else float
+        wanted = Wanted(**{one.name: number(one.value)})
+        mesh = await self._service.meshes.mesh(one.gamut_id, wanted, one.format_name)
+        return Item(one, mesh)
+
+
+async def _chained(parts: list[bytes], rest: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
+    for piece in parts:
+        yield piece
+    parts.clear()
+    async for piece in rest:
+        yield piece
+
+
+def _joined(parts: list[bytes]) -> tuple[bytes, str]:
+    content = b"".join(parts)
+    return content, hashlib.sha256(content).hexdigest()
+
+
+def _list(
+    name: str, text: str | None, pattern: re.Pattern[str], example: str
+) -> list[tuple[str, str]]:
+    """Return a parameter's name with each of its values, once."""
+    if text is None:
+        return []
+    values = text.split(",")
+    for value in values:
+        if not pattern.match(value):
+            _refuse(f"{value[:40]!r} is not a number here.", name, f"Give {example}.")
+    return [(name, value) for value in dict.fromkeys(values)]
+
+
+def _not_found(gamut_id: str) -> Problem:
+    return Problem("gamut-not-found", f"There is no gamut {gamut_id}.", {"field": "gamuts"})
+
+
+def _refuse(detail: str, field: str, remedy: str) -> None:
+    where = {"in": "query", "field": field}
+    raise ProblemError(Problem("invalid-parameter", detail, where, remedy))

@@ -1,0 +1,139 @@
+"""Alerts and dashboard ask for figures that there are, by labels that they have."""
+
+import asyncio
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+import yaml
+from prometheus_client.parser import text_string_to_metric_families
+
+from service.application import create_app
+from service.exposition import exposition
+from service.problems import KINDS
+from service.settings import Settings
+
+FOLDER = Path(__file__).parents[2] / "deploy" / "observability"
+ALERTS = FOLDER / "alerts.yaml"
+DASHBOARD = json.loads((FOLDER / "dashboard.json").read_text())
+
+OF_PROMETHEUS = {"up": {"job", "instance"}}
+"""What Prometheus itself tells of those it asks."""
+
+OF_TARGETS = {"job", "instance"}
+"""Labels that it adds to what it is told."""
+
+
+@pytest.fixture(scope="module")
+def labels(tmp_path_factory):
+    """The labels of every figure that a service tells, by the name of its samples."""
+    service = create_app(
+        Settings(store=str(tmp_path_factory.mktemp("store")), store_bytes=10**9)
+    ).state.service
+    service.store.open()
+    service.metrics.requests.answered("GET", "/", 200, 0.1)
+    service.metrics.builds.ended("succeeded", {"boundary": 0.5, "total": 1.0})
+    asyncio.run(service.readiness.report())
+    body, _ = exposition(service, "")
+    service.store.close()
+    found = dict(OF_PROMETHEUS)
+    for family in text_string_to_metric_families(body.decode()):
+        for sample in family.samples:
+            found.setdefault(sample.name, set()).update({*sample.labels, *OF_TARGETS})
+    return found
+
+
+def rules():
+    groups = yaml.safe_load(ALERTS.read_text())["groups"]
+    return [rule for group in groups for rule in group["rules"]]
+
+
+def panels():
+    return [panel for panel in DASHBOARD["panels"] if panel["type"] != "row"]
+
+
+def targets():
+    return [target["expr"] for panel in panels() for target in panel["targets"]]
+
+
+EXPRESSIONS = [*(rule["expr"] for rule in rules()), *targets()]
+
+
+@pytest.mark.parametrize("expression", EXPRESSIONS)
+def test_every_figure_that_is_asked_for_is_told_with_these_labels(labels, expression):
+    bare = re.sub(r'"(?:[^"\\]|\\.)*"', '""', expression)
+    selected = re.findall(r"\b(gamut_\w+|process_\w+|up)\b(?:\{([^}]*)\})?", bare)
+    assert selected
+    names = set()
+    for name, matchers in selected:
+        assert name in labels, name
+        names |= labels[name]
+        assert set(re.findall(r"(\w+)\s*(?:=~|!~|!=|=)", matchers)) <= labels[name]
+    for grouped in re.findall(r"\bby \(([^)]*)\)", bare):
+        assert set(re.split(r",\s*", grouped)) <= names
+
+
+def test_every_figure_of_the_service_s_own_is_on_the_dashboard(labels):
+    shown = set(re.findall(r"\bgamut_\w+", " ".join(targets())))
+    told = {
+        re.sub(r"_(?:bucket|sum|count)\Z", "", name) for name in labels if name.startswith("gamut_")
+    }
+    bases = {re.sub(r"_(?:bucket|sum|count)\Z", "", name) for name in shown}
+    assert told - bases == {"gamut_build_info", "gamut_worker_processes"}
+
+
+def test_alerts_say_what_happened_and_what_to_do():
+    names = [rule["alert"] for rule in rules()]
+    assert len(set(names)) == len(names)
+    for rule in rules():
+        assert rule["labels"]["severity"] in {"critical", "warning"}
+        assert rule["annotations"]["summary"]
+        assert rule["annotations"]["description"]
+
+
+def test_outcomes_that_alerts_name_are_problems():
+    (named,) = re.findall(r'outcome=~"([^"]+)"', ALERTS.read_text())
+    assert set(named.split("|")) <= set(KINDS)
+
+
+def test_the_dashboard_is_one_that_grafana_draws():
+    assert DASHBOARD["uid"] == "gamut"
+    variables = {variable["name"] for variable in DASHBOARD["templating"]["list"]}
+    text = json.dumps(DASHBOARD)
+    assert set(re.findall(r"\$\{?([a-z]\w*)", text)) <= variables
+    ids = [panel["id"] for panel in DASHBOARD["panels"]]
+    assert len(set(ids)) == len(ids)
+    taken = set()
+    for panel in DASHBOARD["panels"]:
+        place = panel["gridPos"]
+        assert place["x"] + place["w"] <= 24
+        cells = {
+            (place["x"] + column, place["y"] + row)
+            for column in range(place["w"])
+            for row in range(place["h"])
+        }
+        assert not cells & taken
+        taken |= cells
+    for panel in panels():
+        assert panel["title"]
+        assert panel["datasource"]["uid"] == "${datasource}"
+        references = [target["refId"] for target in panel["targets"]]
+        assert len(set(references)) == len(references)
+
+
+def test_prometheus_own_tool_accepts_all_expressions(tmp_path):
+    if shutil.which("promtool") is None:
+        pytest.skip("promtool is not there: Debian's package prometheus has it")
+    recorded = [
+        # Grafana fills its variables in before it asks
+        {"record": f"panel:{number}", "expr": re.sub(r"\$__rate_interval", "5m", expression)}
+        for number, expression in enumerate(targets())
+    ]
+    path = tmp_path / "panels.yaml"
+    path.write_text(yaml.safe_dump({"groups": [{"name": "panels", "rules": recorded}]}))
+    subprocess.run(
+        ["promtool", "check", "rules", str(ALERTS), str(path)], check=True, capture_output=True
+    )

@@ -1,0 +1,248 @@
+"""Kill the parts of a deployment again and again, and see that no promise is broken.
+
+API replicas, workers, a broker (Redis or RabbitMQ) and an S3 server, all on this machine:
+
+- ``--posts`` identical requests at once, spread over the replicas: one build, the same bytes;
+- ``--kills`` times a worker is killed in mid-build, and every tenth time a replica as well that has
+  accepted a build: every accepted build ends, its bytes match their tag, no mark is left behind;
+- ``--builds`` builds in a row as fast as the workers go.
+
+Exits with 1 at the first broken promise. With ``--write`` the figures go to
+``benchmarks/cluster.json``, from which ``make scaling`` tells them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import concurrent.futures
+import hashlib
+import json
+import os
+import random
+import sys
+import tempfile
+import time
+from pathlib import Path
+from statistics import mean
+from typing import Any
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "service"))
+
+from cluster import Cluster, until  # noqa: E402
+from emulators import s3_server  # noqa: E402
+
+FIGURES = ROOT / "benchmarks" / "cluster.json"
+PRESS = ROOT / "examples" / "FOGRA39L.ti3"
+
+SETTINGS = {"build_lease": 5, "resend_seconds": 3, "build_queue": 1000, "drain_seconds": 5}
+
+
+class BrokenPromiseError(Exception):
+    """What must never happen."""
+
+
+def held(condition: object, promise: str) -> None:
+    """Raise where a promise is broken."""
+    if not condition:
+        raise BrokenPromiseError(promise)
+
+
+class Run:
+    """One run over a deployment."""
+
+    def __init__(self, cluster: Cluster, replicas: int, workers: int, seed: int) -> None:
+        self.cluster = cluster
+        self.chance = random.Random(seed)  # noqa: S311 - reproducible
+        self.count = 0
+        self.replicas = [cluster.api() for _ in range(replicas)]
+        self.workers = [cluster.worker() for _ in range(workers)]
+        until(lambda: all("is warm" in worker.log() for worker in self.workers))
+
+    def arguments(self, samples: int = 30_000) -> dict[str, Any]:
+        """What to post for a gamut that nobody has asked for yet."""
+        self.count += 1
+        options = {"gamma": 0.2 + 1e-6 * self.count, "surface_samples": samples}
+        return {
+            "files": {"file": (PRESS.name, PRESS.read_bytes())},
+            "data": {"options": json.dumps(options)},
+        }
+
+    def post(self, replica: Any, arguments: dict[str, Any], prefer: str) -> Any:
+        answer = replica.client.post("/v1/gamuts", **arguments, headers={"Prefer": prefer})
+        held(answer.status_code in {200, 201, 202}, f"POST: {answer.status_code} {answer.text}")
+        return answer
+
+    def job(self, job_id: str) -> dict[str, Any]:
+        answer = self.chance.choice(self.replicas).client.get(f"/v1/jobs/{job_id}")
+        held(answer.status_code == 200, f"an accepted job is unknown: {answer.text}")
+        return dict(answer.json())
+
+    def finished(self, job_id: str) -> dict[str, Any]:
+        job = until(lambda: (j := self.job(job_id))["finished"] and j, 300, 0.05)
+        held(job["state"] == "succeeded", f"an accepted build failed: {job}")
+        return dict(job)
+
+    def builder(self, job_id: str) -> Any:
+        """The worker that has begun a job last."""
+        until(lambda: self.job(job_id)["state"] == "running", 120)
+        return max(self.workers, key=lambda each: each.log().rfind(f"build of {job_id} started"))
+
+    def verified(self, gamut_id: str) -> bytes:
+        """The history, the same at every replica and as its tag says."""
+        contents = set()
+        for replica in self.replicas:
+            answer = replica.client.get(f"/v1/gamuts/{gamut_id}/history")
+            held(answer.status_code == 200, f"a finished gamut is missing: {answer.text}")
+            digest = hashlib.sha256(answer.content).hexdigest()
+            held(digest in answer.headers["etag"], "a body does not match its tag")
+            contents.add(answer.content)
+        held(len(contents) == 1, "replicas answer with different bytes")
+        return contents.pop()
+
+    def identical(self, posts: int) -> int:
+        """How often identical requests at once were built."""
+        arguments = self.arguments()
+        with concurrent.futures.ThreadPoolExecutor(min(posts, 64)) as pool:
+            answers = list(
+                pool.map(
+                    lambda n: self.post(
+                        self.replicas[n % len(self.replicas)], arguments, "wait=120"
+                    ),
+                    range(posts),
+                )
+            )
+        (gamut_id,) = {answer.json()["id"] for answer in answers}
+        self.verified(gamut_id)
+        built = sum(each.log().count(f"build of {gamut_id} started") for each in self.workers)
+        held(built == 1, f"{posts} identical requests were built {built} times")
+        return built
+
+    def killed(self) -> float:
+        """Kill the worker that builds a gamut; return the seconds until somebody goes on."""
+        replica = self.chance.randrange(len(self.replicas))
+        job_id = self.post(self.replicas[replica], self.arguments(100_000), "respond-async").json()[
+            "id"
+        ]
+        victim = self.builder(job_id)
+        time.sleep(self.chance.uniform(0, 0.5))
+        before = self.job(job_id)
+        victim.kill()
+        clock = time.monotonic()
+        self.workers[self.workers.index(victim)] = self.cluster.worker()
+        if self.count % 10 == 0:
+            self.replicas[replica].kill()
+            self.replicas[replica] = self.cluster.api()
+        if before["finished"]:
+            waited = 0.0
+        else:
+            until(lambda: (j := self.job(job_id))["finished"] or j["attempts"] > 1, 300, 0.05)
+            waited = time.monotonic() - clock
+        self.finished(job_id)
+        self.verified(job_id)
+        return waited
+
+    def rate(self, builds: int) -> float:
+        """Builds per second of all workers together."""
+        clock = time.monotonic()
+        ids = [
+            self.post(
+                self.replicas[n % len(self.replicas)], self.arguments(), "respond-async"
+            ).json()["id"]
+            for n in range(builds)
+        ]
+        for job_id in ids:
+            self.finished(job_id)
+        return builds / (time.monotonic() - clock)
+
+
+def main() -> int:
+    """Run, and return the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--broker", choices=["redis", "rabbitmq"], default="redis")
+    parser.add_argument("--replicas", type=int, default=3)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--posts", type=int, default=200)
+    parser.add_argument("--kills", type=int, default=100)
+    parser.add_argument("--builds", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--write", action="store_true", help="write benchmarks/cluster.json")
+    given = parser.parse_args()
+    if reason := Cluster.missing(given.broker):
+        print(reason)
+        return 1
+    with tempfile.TemporaryDirectory(prefix="gamut-cluster-") as folder:
+        folders = [Path(folder) / name for name in ("s3", "cluster")]
+        for each in folders:
+            each.mkdir()
+        with s3_server(folders[0]) as environment:
+            cluster = Cluster(folders[1], environment, given.broker, **SETTINGS)
+            try:
+                figures = _figures(Run(cluster, given.replicas, given.workers, given.seed), given)
+            except BrokenPromiseError as error:
+                print(f"BROKEN: {error}", flush=True)
+                return 1
+            finally:
+                cluster.close()
+    for row in figures:
+        print(f"{row['what']}: {row['figure']} ({row['counted']})", flush=True)
+    if given.write:
+        written = {
+            "date": time.strftime("%Y-%m-%d"),
+            "broker": {"redis": "Redis", "rabbitmq": "RabbitMQ"}[given.broker],
+            "api": given.replicas,
+            "workers": given.workers,
+            "cores": os.cpu_count(),
+            "figures": figures,
+        }
+        FIGURES.write_text(json.dumps(written, indent=1) + "\n")
+    return 0
+
+
+def _figures(run: Run, given: argparse.Namespace) -> list[dict[str, str]]:
+    figures = []
+    if given.posts:
+        built = run.identical(given.posts)
+        figures.append(
+            {
+                "what": f"identical requests at once, at {given.replicas} replicas",
+                "figure": f"{built} build",
+                "counted": f"{given.posts} requests",
+            }
+        )
+        print(figures[-1], flush=True)
+    if given.builds:
+        rate = run.rate(given.builds)
+        figures.append(
+            {
+                "what": "builds of 30,000 surface samples, all workers together",
+                "figure": f"{rate:.2f} per second",
+                "counted": f"{given.builds} builds",
+            }
+        )
+        print(figures[-1], flush=True)
+    waits = []
+    for number in range(given.kills):
+        waits.append(run.killed())
+        print(f"kill {number + 1} of {given.kills}: {waits[-1]:.1f} s", flush=True)
+    if waits:
+        figures.append(
+            {
+                "what": "builds lost or damaged by killing their workers",
+                "figure": "0",
+                "counted": f"{given.kills} kills",
+            }
+        )
+        figures.append(
+            {
+                "what": f"a killed build goes on elsewhere after "
+                f"(lease {SETTINGS['build_lease']} s)",
+                "figure": f"{mean(waits):.1f} s, at most {max(waits):.1f} s",
+                "counted": f"{given.kills} kills",
+            }
+        )
+    return figures
+
+
+if __name__ == "__main__":
+    sys.exit(main())

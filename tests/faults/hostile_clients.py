@@ -1,0 +1,365 @@
+"""Plays hostile clients against a real server, beside good ones: `--full` for the figures.
+
+Endless bodies in chunks, compressed bodies and pictures that unpack to gigabytes, forms of 100,000
+fields, endless heads, heads and bodies that come a byte at a time, crowds that say nothing, clients
+that take no answer. Every one of them has to end in the status that it deserves, the server's
+memory may grow by 64 MB at most, and good clients must not notice. Writes one line of JSON, and
+ends with status 1 where that is not so.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import contextlib
+import gzip
+import http.client
+import json
+import math
+import sys
+import threading
+import time
+import zlib
+from collections import Counter
+from collections.abc import AsyncIterator, Callable, Coroutine
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))
+
+from serving import Serving, serving  # noqa: E402 - a program beside this one
+
+MOST_GROWTH = 64 << 20
+CONNECTIONS = 200
+"""The server's own limit in these runs, so that a crowd is a crowd."""
+
+SECONDS = 1.0
+"""The server's time for a head, and for a body."""
+
+BORDER = "hostile"
+FORM = f"Content-Type: multipart/form-data; boundary={BORDER}\r\n"
+FILE = f'--{BORDER}\r\nContent-Disposition: form-data; name="file"; filename="f"\r\n\r\n'.encode()
+JSON = "Content-Type: application/json\r\n"
+
+
+@dataclass
+class Attack:
+    """One kind of hostile client.
+
+    Attributes
+    ----------
+    name : str
+    statuses : set of int
+        What it deserves; 0 for a connection that is closed without a word.
+    client : callable
+        (port) → status.
+    clients : int
+        How many of them at the same time.
+    """
+
+    name: str
+    statuses: set[int]
+    client: Callable[[int], Coroutine[Any, Any, int]]
+    clients: int = 1
+
+
+@dataclass
+class Good:
+    """A client that asks for a mesh and for a sign of life, over and over."""
+
+    server: Serving
+    path: str
+    stopped: threading.Event = field(default_factory=threading.Event)
+    latencies: list[float] = field(default_factory=list)
+    failures: list[str] = field(default_factory=list)
+    during: str = ""
+
+    def run(self) -> None:
+        connection = http.client.HTTPConnection("127.0.0.1", self.server.port, timeout=20)
+        while not self.stopped.wait(0.005):
+            for path in (self.path, "/livez"):
+                start = time.perf_counter()
+                try:
+                    try:
+                        status = self.status(connection, path)
+                    except (http.client.HTTPException, ConnectionError):
+                        # What every client does whose idle connection was closed meanwhile.
+                        connection.close()
+                        status = self.status(connection, path)
+                    if status != 200:
+                        self.failures.append(f"{path}: {status}")
+                except (http.client.HTTPException, OSError) as error:
+                    connection.close()
+                    self.failures.append(f"{path}: {error!r}")
+                elapsed = time.perf_counter() - start
+                self.latencies.append(elapsed)
+                if elapsed > 0.5:
+                    sys.stderr.write(f"{path} took {elapsed:.2f} s, {self.during}\n")
+
+    def status(self, connection: http.client.HTTPConnection, path: str) -> int:
+        connection.request("GET", path)
+        answer = connection.getresponse()
+        answer.read()
+        return answer.status
+
+
+async def sent(
+    port: int,
+    head: str,
+    chunks: AsyncIterator[bytes],
+    *,
+    reads: bool = True,
+    stubborn: bool = False,
+) -> int:
+    """Send a request as long as it is taken, or, if `stubborn`, whatever is answered.
+
+    The status of the answer, 0 for none.
+    """
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    status = 0
+
+    async def answer() -> None:
+        nonlocal status
+        line = await reader.readline()
+        if line:
+            status = int(line.split()[1])
+
+    listening = asyncio.create_task(answer()) if reads else None
+    with contextlib.suppress(OSError):
+        writer.write(head.encode())
+        async for chunk in chunks:
+            answered = (listening is not None and listening.done()) or reader.at_eof()
+            if answered and not stubborn:
+                break
+            writer.write(chunk)
+            await writer.drain()
+    if listening is not None:
+        with contextlib.suppress(OSError, asyncio.TimeoutError):
+            await asyncio.wait_for(listening, 30)
+    writer.close()
+    with contextlib.suppress(OSError):
+        await writer.wait_closed()
+    return status
+
+
+def post(fields: str) -> str:
+    return f"POST /v1/gamuts HTTP/1.1\r\nHost: localhost\r\n{fields}\r\n"
+
+
+async def once(content: bytes) -> AsyncIterator[bytes]:
+    for start in range(0, len(content), 1 << 18):
+        yield content[start : start + (1 << 18)]
+
+
+async def endless(first: bytes, size: int) -> AsyncIterator[bytes]:
+    """A chunked body of so many bytes."""
+    if first:
+        yield b"%x\r\n%b\r\n" % (len(first), first)
+    block = b"%x\r\n" % (1 << 20) + bytes(1 << 20) + b"\r\n"
+    for _ in range(size >> 20):
+        yield block
+
+
+async def drops(data: bytes, seconds: float) -> AsyncIterator[bytes]:
+    """A byte at a time."""
+    for number in data:
+        yield bytes([number])
+        await asyncio.sleep(seconds)
+
+
+async def silence(seconds: float) -> AsyncIterator[bytes]:
+    await asyncio.sleep(seconds)
+    yield b""
+
+
+async def forever(block: bytes, size: int) -> AsyncIterator[bytes]:
+    for _ in range(size // len(block)):
+        yield block
+
+
+def png_bomb() -> bytes:
+    """A picture of 100,000 × 100,000 pixels in 30 kB of data."""
+
+    def chunk(name: bytes, data: bytes) -> bytes:
+        return len(data).to_bytes(4) + name + data + zlib.crc32(name + data).to_bytes(4)
+
+    size = (100_000).to_bytes(4) * 2 + bytes([8, 2, 0, 0, 0])
+    pixels = zlib.compress(bytes(30_000_000), 9)
+    return (
+        b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", size) + chunk(b"IDAT", pixels) + chunk(b"IEND", b"")
+    )
+
+
+def form(parts: int) -> bytes:
+    part = f'--{BORDER}\r\nContent-Disposition: form-data; name="f{{}}"\r\n\r\nx\r\n'
+    return "".join(part.format(n) for n in range(parts)).encode() + f"--{BORDER}--\r\n".encode()
+
+
+def attacks(mesh: str, *, full: bool) -> list[Attack]:
+    """Return all of them, of their full size or a tenth of it and less."""
+    size = 10 << 30 if full else 400 << 20
+    bomb = gzip.compress(bytes(1 << 30 if full else 1 << 26))
+    picture = FILE + png_bomb() + f"\r\n--{BORDER}--\r\n".encode()
+    fields = form(100_000)
+    crowd = 2000 if full else 400
+    few = CONNECTIONS // 2
+
+    def chunked(
+        kind: str, first: bytes, *, stubborn: bool = False
+    ) -> Callable[[int], Coroutine[Any, Any, int]]:
+        head = post(kind + "Transfer-Encoding: chunked\r\n")
+        return lambda port: sent(port, head, endless(first, size), stubborn=stubborn)
+
+    def whole(kind: str, content: bytes) -> Callable[[int], Coroutine[Any, Any, int]]:
+        head = post(f"{kind}Content-Length: {len(content)}\r\n")
+        return lambda port: sent(port, head, once(content))
+
+    get = f"GET {mesh} HTTP/1.1\r\nHost: localhost\r\n"
+    whole_mesh = get.replace("triangles=1000", "max_error=0")
+    return [
+        Attack("endless file", {413}, chunked(FORM, FILE)),
+        Attack("endless file, whatever is answered", {413}, chunked(FORM, FILE, stubborn=True)),
+        Attack("endless JSON", {413}, chunked(JSON, b'{"samples": [')),
+        Attack("endless preamble", {400, 413}, chunked(FORM, b"")),
+        Attack("compressed body", {415}, whole(JSON + "Content-Encoding: gzip\r\n", bomb)),
+        Attack("picture that unpacks to 30 GB", {422}, whole(FORM, picture)),
+        Attack("form of 100,000 fields", {413}, whole(FORM, fields), 4),
+        Attack(
+            "declared body of 10 GB",
+            {413},
+            lambda port: sent(port, post(FORM + f"Content-Length: {10 << 30}\r\n"), once(FILE)),
+        ),
+        Attack(
+            "endless head",
+            {431},
+            lambda port: sent(port, get + "A: ", forever(b"a" * 65536, size >> 4)),
+            4,
+        ),
+        Attack(
+            "head by the byte",
+            {0, 408},
+            lambda port: sent(port, "", drops(get.encode() * 50, 0.1)),
+            CONNECTIONS * 2,
+        ),
+        Attack(
+            "body by the byte",
+            {408, 503},
+            lambda port: sent(
+                port, post(JSON + "Content-Length: 100000\r\n"), drops(bytes(1000), 0.1)
+            ),
+            few,
+        ),
+        Attack("crowd that says nothing", {0}, lambda port: sent(port, "", silence(2)), crowd),
+        Attack(
+            "no answer is taken",
+            {0},
+            lambda port: sent(port, (whole_mesh + "\r\n") * 30, silence(3), reads=False),
+            few,
+        ),
+        Attack(
+            "thousands of requests ahead",
+            {0},
+            lambda port: sent(port, (get + "\r\n") * 2000, silence(2), reads=False),
+            few,
+        ),
+    ]
+
+
+async def suffered(server: Serving, good: Good, *, full: bool) -> list[dict[str, Any]]:
+    """Return what became of each kind, one after the other."""
+    rows = []
+    for attack in attacks(good.path, full=full):
+        good.during = attack.name
+        start, before = time.perf_counter(), server.resident()
+        statuses = await asyncio.gather(
+            *(attack.client(server.port) for _ in range(attack.clients)), return_exceptions=True
+        )
+        # A connection that is refused outright, or reset, is one that is closed without a word.
+        found = Counter(0 if isinstance(one, OSError) else one for one in statuses)
+        rows.append(
+            {
+                "attack": attack.name,
+                "clients": attack.clients,
+                "statuses": {str(status): count for status, count in found.items()},
+                "as_deserved": set(found) <= attack.statuses,
+                "seconds": round(time.perf_counter() - start, 1),
+                "growth_mb": round((server.resident() - before) / 1e6, 1),
+            }
+        )
+    return rows
+
+
+def sphere(count: int) -> list[list[float]]:
+    """Return colours on a sphere, evenly spread."""
+    turn = math.pi * (3 - math.sqrt(5))
+    points = []
+    for number in range(count):
+        z = 1 - 2 * (number + 0.5) / count
+        radius = math.sqrt(1 - z * z)
+        points.append(
+            [
+                50 + 40 * z,
+                40 * radius * math.cos(turn * number),
+                40 * radius * math.sin(turn * number),
+            ]
+        )
+    return points
+
+
+def main() -> int:
+    """Run everything, and return the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--full", action="store_true", help="10 GB and thousands of clients")
+    full = parser.parse_args().full
+    limits = {
+        "max_connections": CONNECTIONS,
+        "head_timeout": SECONDS,
+        "body_timeout": SECONDS,
+        "write_timeout": SECONDS,
+    }
+    with serving(**limits) as server:
+        gamut = server.built(sphere(2000))
+        mesh = f"/v1/gamuts/{gamut['id']}/mesh?triangles=1000"
+        good = Good(server, mesh)
+        thread = threading.Thread(target=good.run)
+        thread.start()
+        time.sleep(1.0)
+        quiet = server.resident()
+        peak = [quiet]
+
+        def watch() -> None:
+            while not good.stopped.wait(0.02):
+                peak[0] = max(peak[0], server.resident())
+
+        watching = threading.Thread(target=watch)
+        watching.start()
+        try:
+            rows = asyncio.run(suffered(server, good, full=full))
+        finally:
+            good.stopped.set()
+            thread.join()
+            watching.join()
+        log = server.log.read_text()
+        defects = log.count("Traceback")
+        sys.stderr.write(log[log.find("Traceback") :][:5000] if defects else "")
+    latencies = sorted(good.latencies)
+    growth = peak[0] - quiet
+    figures = {
+        "attacks": rows,
+        "growth_mb": round(growth / 1e6, 1),
+        "good_requests": len(latencies),
+        "good_failures": good.failures[:10],
+        "good_p50_ms": round(1e3 * latencies[len(latencies) // 2], 1),
+        "good_p99_ms": round(1e3 * latencies[int(0.99 * len(latencies))], 1),
+        "good_worst_ms": round(1e3 * latencies[-1], 1),
+        "tracebacks": defects,
+    }
+    sys.stdout.write(json.dumps(figures) + "\n")
+    right = all(row["as_deserved"] for row in rows) and not good.failures and not defects
+    return 0 if right and growth <= MOST_GROWTH else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

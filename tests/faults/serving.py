@@ -1,0 +1,95 @@
+"""A real server for the programs of this folder: a process of its own, in a new directory."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.request
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+ROOT = Path(__file__).parents[2]
+START_SECONDS = 120.0
+COMMAND = "import sys; from service.command import main; sys.exit(main())"
+
+
+class Serving(NamedTuple):
+    """A server that is ready.
+
+    Attributes
+    ----------
+    port : int
+        On 127.0.0.1.
+    pid : int
+        Of the process that answers.
+    log : Path
+        What it wrote.
+    """
+
+    port: int
+    pid: int
+    log: Path
+
+    @property
+    def url(self) -> str:
+        return f"http://127.0.0.1:{self.port}"
+
+    def resident(self) -> int:
+        """Return the memory that the process holds, in bytes."""
+        pages = int(Path(f"/proc/{self.pid}/statm").read_text().split()[1])
+        return pages * os.sysconf("SC_PAGE_SIZE")
+
+    def built(self, samples: list[list[float]]) -> dict[str, object]:
+        """Return the description of a gamut of bare colours."""
+        body = json.dumps({"samples": samples}).encode()
+        headers = {"Content-Type": "application/json", "Prefer": "wait=60"}
+        request = urllib.request.Request(f"{self.url}/v1/gamuts", body, headers)
+        with urllib.request.urlopen(request, timeout=100) as answer:
+            return json.load(answer)
+
+
+@contextlib.contextmanager
+def serving(**settings: object) -> Iterator[Serving]:
+    """Start a server with settings, wait until it is ready, and stop it at the end."""
+    with tempfile.TemporaryDirectory() as folder:
+        environment = {
+            **{name: value for name, value in os.environ.items() if not name.startswith("GAMUT_")},
+            **{f"GAMUT_{name.upper()}": str(value) for name, value in settings.items()},
+            "PYTHONPATH": str(ROOT),
+        }
+        log = Path(folder) / "log"
+        with log.open("wb") as output:
+            process = subprocess.Popen(
+                [sys.executable, "-c", COMMAND, "serve", "--port", "0"],
+                cwd=folder,  # where its store is, by default
+                env=environment,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+            )
+        try:
+            yield Serving(ready_port(process, log), process.pid, log)
+        finally:
+            process.terminate()
+            process.wait(60)
+
+
+def ready_port(process: subprocess.Popen[bytes], log: Path) -> int:
+    """Return the port that the log names, when the server says that it is ready."""
+    deadline = time.monotonic() + START_SECONDS
+    while time.monotonic() < deadline and process.poll() is None:
+        found = re.search(r"Uvicorn running on http://127\.0\.0\.1:(\d+)", log.read_text())
+        if found:
+            with contextlib.suppress(OSError):
+                urllib.request.urlopen(f"http://127.0.0.1:{found[1]}/readyz", timeout=5).close()
+                return int(found[1])
+        time.sleep(0.05)
+    raise RuntimeError(log.read_text())

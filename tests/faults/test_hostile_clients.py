@@ -1,0 +1,20 @@
+"""The hostile clients in small; the program by itself plays them in full size."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+PROGRAM = Path(__file__).parent / "hostile_clients.py"
+
+
+def test_hostile_clients_harm_nobody():
+    ended = subprocess.run([sys.executable, PROGRAM], check=False, capture_output=True, text=True)
+    assert ended.stdout, ended.stderr[-5000:]
+    figures = json.loads(ended.stdout)
+    assert all(row["as_deserved"] for row in figures["attacks"]), figures["attacks"]
+    assert figures["growth_mb"] * 1e6 <= 64 << 20
+    assert figures["good_failures"] == []
+    assert figures["good_requests"] > 100
+    assert figures["tracebacks"] == 0
+    assert ended.returncode == 0

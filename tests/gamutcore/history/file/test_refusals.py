@@ -1,0 +1,234 @@
+"""What a history file may not claim: each wrong statement is refused with its place and reason."""
+
+import json
+import struct
+import tracemalloc
+
+import numpy as np
+import pytest
+import safetensors.numpy
+
+from gamutcore.errors import HistoryFileError
+from gamutcore.history import history_bytes, history_from_bytes, history_metadata
+
+TETRAHEDRON = (
+    b'{"__metadata__": {"format": "gamut-history", "version": "2", "vertices": "4"}, "centre": {'
+)
+
+
+def metadata_of(data):
+    """The metadata of a file by the layout that its module describes."""
+    (size,) = struct.unpack("<Q", data[:8])
+    return json.loads(data[8 : 8 + size])["__metadata__"]
+
+
+def tampered(data, metadata=None, **arrays):
+    """Return a file with arrays or metadata replaced, written by the safetensors library."""
+    replaced = safetensors.numpy.load(data) | {
+        name.replace("__", "."): array for name, array in arrays.items()
+    }
+    return safetensors.numpy.save(replaced, metadata_of(data) | (metadata or {}))
+
+
+def with_array(data, name, change):
+    arrays = safetensors.numpy.load(data)
+    array = arrays[name].copy()
+    change(array)
+    return safetensors.numpy.save(arrays | {name: array}, metadata_of(data))
+
+
+class TestRefusals:
+    @pytest.mark.parametrize(
+        ("metadata", "field"),
+        [
+            ({"format": "gamut"}, "format"),
+            ({"version": "1"}, "version"),
+            ({"version": "3"}, "version"),
+            ({"version": ""}, "version"),
+            ({"vertices": "3"}, "vertices"),
+            ({"vertices": "-5"}, "vertices"),
+            ({"vertices": "many"}, "vertices"),
+            ({"vertices": "٩٩"}, "vertices"),
+            ({"vertices": "1e2"}, "vertices"),
+            ({"vertices": str(2**25 + 1)}, "vertices"),
+            ({"vertices": "9" * 400}, "vertices"),
+        ],
+    )
+    def test_of_metadata(self, file, metadata, field):
+        with pytest.raises(HistoryFileError) as caught:
+            history_from_bytes(tampered(file, metadata))
+        assert caught.value.where == {"field": field}
+
+    @pytest.mark.parametrize("vertices", [250, 1000, 2**20, 2**25])
+    def test_of_a_claimed_count_that_the_arrays_do_not_have(self, file, small_history, vertices):
+        assert vertices > small_history.vertices
+        with pytest.raises(HistoryFileError, match="splits"):
+            history_from_bytes(tampered(file, {"vertices": str(vertices)}))
+
+    def test_of_a_count_below_that_of_the_stream(self, file, small_history):
+        with pytest.raises(HistoryFileError, match="bits over"):
+            history_from_bytes(tampered(file, {"vertices": str(small_history.vertices - 1)}))
+
+    def test_a_claimed_count_allocates_nothing(self, file):
+        """A file of a few hundred bytes whose streams would have to hold millions of splits."""
+        claimed = {"vertices": str(2**25)}
+        streams = {f"splits__{number:02d}": np.zeros(4, np.uint8) for number in range(23)}
+        data = tampered(file, claimed, **streams)
+        tracemalloc.start()
+        with pytest.raises(HistoryFileError, match="too few"):
+            history_from_bytes(data)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert peak < 2**20
+
+    @pytest.mark.parametrize(
+        "name", ["centre", "step", "base.faces", "base.positions", "splits.00", "splits.04"]
+    )
+    def test_of_a_missing_array(self, file, name):
+        arrays = safetensors.numpy.load(file)
+        del arrays[name]
+        data = safetensors.numpy.save(arrays, metadata_of(file))
+        with pytest.raises(HistoryFileError, match="missing") as caught:
+            history_from_bytes(data)
+        assert caught.value.where == {"field": name}
+
+    @pytest.mark.parametrize(
+        ("name", "array"),
+        [
+            ("centre", np.zeros(2)),
+            ("centre", np.zeros(3, np.float32)),
+            ("base__faces", np.zeros((4, 3), np.float32)),
+            ("base__faces", np.zeros((3, 3), np.int32)),
+            ("base__positions", np.zeros((4, 2), np.int32)),
+            ("base__positions", np.zeros((4, 3), np.float32)),
+            ("step", np.zeros(3)),
+            ("splits__00", np.zeros((4, 1), np.uint8)),
+            ("splits__00", np.zeros(40, np.int32)),
+        ],
+    )
+    def test_of_an_array_of_another_type_or_shape(self, file, name, array):
+        with pytest.raises(HistoryFileError) as caught:
+            history_from_bytes(tampered(file, **{name: array}))
+        assert caught.value.where == {"field": name.replace("__", ".")}
+
+    @pytest.mark.parametrize("value", [-1, 4, 2**31 - 1, -(2**31)])
+    def test_of_a_slot_that_the_coarsest_level_does_not_have(self, file, value):
+        def change(array):
+            array[2, 1] = value
+
+        with pytest.raises(HistoryFileError) as caught:
+            history_from_bytes(with_array(file, "base.faces", change))
+        assert caught.value.where == {"field": "base.faces"}
+
+    @pytest.mark.parametrize("face", [(0, 0, 1), (1, 1, 1), (0, 2, 1), (0, 1, 2)])
+    def test_of_a_coarsest_level_that_is_not_closed(self, file, face):
+        def change(array):
+            array[:] = [(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)]
+            array[0] = face
+            array[1] = face
+
+        with pytest.raises(HistoryFileError, match="not closed"):
+            history_from_bytes(with_array(file, "base.faces", change))
+
+    @pytest.mark.parametrize("value", [2**24 + 1, -(2**24) - 1, -(2**31)])
+    def test_of_a_coordinate_that_float32_may_not_hold(self, file, value):
+        def change(array):
+            array[1, 1] = value
+
+        with pytest.raises(HistoryFileError) as caught:
+            history_from_bytes(with_array(file, "base.positions", change))
+        assert caught.value.where == {"field": "base.positions"}
+
+    def test_of_a_coarsest_level_beside_the_centre(self, file):
+        with pytest.raises(HistoryFileError, match="see the centre"):
+            history_from_bytes(with_array(file, "base.positions", lambda array: array.fill(7)))
+        with pytest.raises(HistoryFileError, match="see the centre"):
+            history_from_bytes(with_array(file, "centre", lambda array: array.fill(1e6)))
+
+    @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+    def test_of_a_centre_that_is_not_finite(self, file, value):
+        def change(array):
+            array[1] = value
+
+        with pytest.raises(HistoryFileError, match="finite"):
+            history_from_bytes(with_array(file, "centre", change))
+
+    @pytest.mark.parametrize(
+        "value", [0.0, -0.5, 3.0, 0.1, np.nan, np.inf, 2.0**-150, 2.0**104, 5e-324]
+    )
+    def test_of_a_step(self, file, value):
+        with pytest.raises(HistoryFileError) as caught:
+            history_from_bytes(with_array(file, "step", lambda array: array.fill(value)))
+        assert caught.value.where == {"field": "step"}
+
+    def test_of_a_stream_that_is_too_short_or_too_long(self, file):
+        stream = safetensors.numpy.load(file)["splits.03"]
+        with pytest.raises(HistoryFileError, match="ends within") as caught:
+            history_from_bytes(tampered(file, splits__03=stream[:-1]))
+        assert caught.value.where["field"] == "splits.03"
+        assert 32 <= caught.value.where["slot"] < 64
+        with pytest.raises(HistoryFileError, match="bits over") as caught:
+            history_from_bytes(tampered(file, splits__03=np.append(stream, np.uint8(0))))
+        assert caught.value.where == {"field": "splits.03"}
+
+    def test_of_a_last_byte_that_does_not_end_with_zeros(self, small_history, first_levels):
+        """Cut histories at different counts, so that not all of them end with a whole byte."""
+        refused = 0
+        for vertices in range(10, 16):
+            data = bytearray(history_bytes(first_levels(small_history, vertices)))
+            data[-1] ^= 1
+            try:
+                history_from_bytes(bytes(data))
+            except HistoryFileError as error:
+                refused += "bits over" in error.message
+        assert refused > 1
+
+    @pytest.mark.parametrize("depth", [10, 1000, 100_000, 1_000_000])
+    def test_of_deeply_nested_json(self, depth):
+        text = b'{"__metadata__":' + b"[" * depth + b"]" * depth + b"}"
+        with pytest.raises(HistoryFileError):
+            history_from_bytes(struct.pack("<Q", len(text)) + text)
+
+    @pytest.mark.parametrize("size", [0, 1, 2**24 + 1, 2**62, 2**64 - 1])
+    def test_of_a_header_length(self, file, size):
+        with pytest.raises(HistoryFileError) as caught:
+            history_from_bytes(struct.pack("<Q", size) + file[8:])
+        assert caught.value.where == {"byte": 0}
+
+    @pytest.mark.parametrize(
+        "text",
+        [
+            b"{}",
+            b"[]",
+            b"null",
+            b'{"__metadata__": null}',
+            b'{"__metadata__": {}}',
+            b'{"__metadata__": {"format": "gamut-history"}}',
+            b'{"__metadata__": []}',
+            b"\xff\xfe",
+            b'{"__metadata__": {"format": "gamut-history", "version": "2", "other": 5}}',
+            b'{"__metadata__": {"format": "gamut-history", "version": "2", "vertices": "4"}}',
+            TETRAHEDRON + b'"dtype": "F64", "shape": [3], "data_offsets": [0, 999999999999]}}',
+            TETRAHEDRON
+            + b'"dtype": "F64", "shape": [4611686018427387904], "data_offsets": [0, 0]}}',
+        ],
+    )
+    def test_of_a_header(self, text):
+        data = struct.pack("<Q", len(text)) + text
+        with pytest.raises(HistoryFileError):
+            history_from_bytes(data)
+
+    def test_of_bytes_behind_the_arrays(self, file):
+        with pytest.raises(HistoryFileError):
+            history_from_bytes(file + b"\0")
+
+    @pytest.mark.parametrize("content", [b"", b"PK\3\4", b"glTF" + bytes(100), b"\x93NUMPY\1\0"])
+    def test_of_the_metadata_of_another_file(self, tmp_path, content):
+        path = tmp_path / "file"
+        path.write_bytes(content)
+        with pytest.raises(HistoryFileError):
+            history_metadata(path)
+
+    def test_a_file_that_is_not_there_is_an_os_error(self, tmp_path):
+        with pytest.raises(FileNotFoundError):
+            history_metadata(tmp_path / "nothing")

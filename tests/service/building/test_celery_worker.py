@@ -1,0 +1,264 @@
+"""A deployment as it is meant to be: two API replicas, two workers, Redis and a bucket, and kills.
+
+The tests share the processes, so each leaves two of either running.
+"""
+
+import concurrent.futures
+import re
+import signal
+import subprocess
+import sys
+import time
+from itertools import count
+
+import httpx
+import pytest
+from cluster import COMMAND, Cluster, until
+from prometheus_client.parser import text_string_to_metric_families
+
+SEEDS = count(1000)
+
+
+class Deployment:
+    """The processes, and what the tests do with them."""
+
+    def __init__(self, cluster, slow_build, sphere):
+        self.cluster = cluster
+        self.slow_build = slow_build
+        self.sphere = sphere
+        self.replicas = [cluster.api(), cluster.api()]
+        self.workers = [cluster.worker(), cluster.worker()]
+        until(lambda: sum("is warm" in worker.log() for worker in self.workers) == 2)
+
+    def quick(self):
+        """What to post for a build of half a second that nobody has asked for yet."""
+        return {"json": {"samples": self.sphere(seed=next(SEEDS))}}
+
+    def slow(self):
+        """What to post for a build of some seconds that nobody has asked for yet."""
+        return self.slow_build(60_000 + next(SEEDS))
+
+    def post(self, replica, arguments, wait=0):
+        prefer = f"wait={wait}" if wait else "respond-async"
+        return replica.client.post("/v1/gamuts", **arguments, headers={"Prefer": prefer})
+
+    def accepted(self, replica, arguments):
+        """The id of a job that was just accepted."""
+        answer = self.post(replica, arguments)
+        assert answer.status_code == 202, answer.text
+        return answer.json()["id"]
+
+    def job(self, job_id, replica=None):
+        answer = (replica or self.replicas[1]).client.get(f"/v1/jobs/{job_id}")
+        assert answer.status_code == 200, answer.text
+        return answer.json()
+
+    def begun(self, job_id):
+        """The worker that is building a job."""
+
+        def builders():
+            return [
+                worker
+                for worker in self.workers
+                if worker.running and f"build of {job_id} started" in worker.log()
+            ]
+
+        (builder,) = until(builders)
+        assert self.job(job_id)["state"] == "running"
+        return builder
+
+    def finished(self, job_id, seconds=60):
+        return until(lambda: (job := self.job(job_id))["finished"] and job, seconds, 0.1)
+
+    def replaced(self, worker):
+        """Start a worker in the place of one that has ended."""
+        place = self.workers.index(worker)
+        self.workers[place] = self.cluster.worker()
+        return self.workers[place]
+
+
+@pytest.fixture(scope="module")
+def deployment(tmp_path_factory, s3, slow_build, sphere, collector):
+    if reason := Cluster.missing():
+        pytest.skip(reason)
+    cluster = Cluster(
+        tmp_path_factory.mktemp("cluster"),
+        s3,
+        build_lease=3,
+        resend_seconds=1,
+        build_queue=3,
+        drain_seconds=0,
+        build_timeout=40,
+    )
+    cluster.environment |= {
+        "OTEL_EXPORTER_OTLP_ENDPOINT": collector.url,
+        "OTEL_BSP_SCHEDULE_DELAY": "100",
+    }
+    try:
+        yield Deployment(cluster, slow_build, sphere)
+    finally:
+        cluster.close()
+
+
+def starts(deployment, job_id):
+    return sum(worker.log().count(f"build of {job_id} started") for worker in deployment.workers)
+
+
+def test_identical_requests_at_both_replicas_are_one_build_and_the_same_bytes(deployment):
+    arguments = deployment.quick()
+    with concurrent.futures.ThreadPoolExecutor(8) as pool:
+        answers = list(
+            pool.map(
+                lambda number: deployment.post(deployment.replicas[number % 2], arguments, 60),
+                range(8),
+            )
+        )
+    assert {answer.status_code for answer in answers} <= {200, 201}, [a.text for a in answers]
+    (gamut_id,) = {answer.json()["id"] for answer in answers}
+    assert starts(deployment, gamut_id) == 1
+    for path in ("history", "mesh?triangles=100"):
+        one, other = (
+            replica.client.get(f"/v1/gamuts/{gamut_id}/{path}") for replica in deployment.replicas
+        )
+        assert one.status_code == 200
+        assert (one.content, one.headers["etag"]) == (other.content, other.headers["etag"])
+
+
+def test_builds_are_seen_from_outside_at_whichever_worker_did_them(deployment, collector):
+    def succeeded():
+        total = 0
+        for worker in deployment.workers:
+            answer = httpx.get(worker.figures)
+            for family in text_string_to_metric_families(answer.text):
+                for sample in family.samples:
+                    if sample.name == "gamut_builds_total":
+                        assert sample.labels == {"outcome": "succeeded"}
+                        total += sample.value
+        return total
+
+    before = succeeded()
+    trace_id = "3c" * 16
+    answer = deployment.replicas[0].client.post(
+        "/v1/gamuts",
+        **deployment.quick(),
+        headers={"prefer": "wait=60", "traceparent": f"00-{trace_id}-{'4d' * 8}-01"},
+    )
+    assert answer.status_code == 201
+    until(lambda: succeeded() == before + 1)
+
+    # one trace, from the replica across the queue to the stages in the worker's process
+    def spans():
+        found = {span.name: span for span in collector.spans if span.trace_id.hex() == trace_id}
+        return found if {"POST /v1/gamuts", "build"} <= set(found) else None
+
+    found = until(spans)
+    assert found["build"].parent_span_id == found["POST /v1/gamuts"].span_id
+    assert found["build decimation"].parent_span_id == found["build"].span_id
+    figures = httpx.get(deployment.workers[0].figures).text
+    memory = float(
+        re.search(r"^gamut_worker_resident_memory_bytes (\S+)", figures, re.MULTILINE).group(1)
+    )
+    # of the process that builds, two generations below the one that is told of
+    assert memory > 150e6
+
+
+def test_both_workers_are_well(deployment):
+    assert until(deployment.cluster.healthy, 20)
+    command = [sys.executable, "-c", COMMAND, "worker", "--check"]
+    answer = subprocess.run(command, env=deployment.cluster.environment, check=False)
+    assert answer.returncode == 0
+
+
+def test_a_build_that_one_replica_accepted_is_followed_and_cancelled_at_the_other(deployment):
+    job_id = deployment.accepted(deployment.replicas[0], deployment.slow())
+    builder = deployment.begun(job_id)
+    assert deployment.replicas[1].client.delete(f"/v1/jobs/{job_id}").status_code < 300
+    assert deployment.job(job_id, deployment.replicas[0])["state"] == "cancelled"
+    until(lambda: f"build of {job_id} cancelled" in builder.log(), 10)
+    assert deployment.replicas[0].client.get(f"/v1/gamuts/{job_id}").status_code == 404
+
+
+def test_the_queue_has_one_length_for_all_replicas(deployment, assert_problem):
+    for worker in deployment.workers:
+        worker.signal(signal.SIGSTOP)
+    try:
+        accepted = [
+            deployment.accepted(deployment.replicas[number % 2], deployment.quick())
+            for number in range(3)
+        ]
+        # What a suspended worker's connection has fetched already is waiting for nobody else.
+        refused = []
+        while len(refused) < 2 and len(accepted) < 8:
+            replica = deployment.replicas[len(accepted + refused) % 2]
+            answer = deployment.post(replica, deployment.quick())
+            (accepted if answer.status_code == 202 else refused).append(answer)
+        for answer in refused:
+            assert_problem(answer, 429, "queue-full")
+            assert int(answer.headers["retry-after"]) > 0
+        assert len(refused) == 2
+    finally:
+        for worker in deployment.workers:
+            worker.signal(signal.SIGCONT)
+    ids = [each if isinstance(each, str) else each.json()["id"] for each in accepted]
+    assert {deployment.finished(job_id)["state"] for job_id in ids} == {"succeeded"}
+
+
+def test_a_flushed_broker_loses_no_job(deployment):
+    for worker in deployment.workers:
+        worker.signal(signal.SIGSTOP)
+    try:
+        # Each suspended worker has one in its connection already; of three, one at least is lost.
+        ids = [deployment.accepted(deployment.replicas[0], deployment.quick()) for _ in range(3)]
+        deployment.cluster.flush()
+    finally:
+        for worker in deployment.workers:
+            worker.signal(signal.SIGCONT)
+    assert {deployment.finished(job_id)["state"] for job_id in ids} == {"succeeded"}
+    assert any("was lost, sending another" in worker.log() for worker in deployment.workers)
+
+
+def test_a_worker_that_is_killed_in_mid_build_costs_an_attempt_and_nothing_else(deployment):
+    job_id = deployment.accepted(deployment.replicas[0], deployment.slow())
+    victim = deployment.begun(job_id)
+    victim.kill()
+    job = deployment.finished(job_id)
+    assert (job["state"], job["attempts"]) == ("succeeded", 2)
+    deployment.replaced(victim)
+
+
+def test_a_worker_that_is_told_to_stop_gives_its_build_back(deployment):
+    job_id = deployment.accepted(deployment.replicas[0], deployment.slow())
+    leaver = deployment.begun(job_id)
+    started = time.monotonic()
+    assert leaver.stop() == 0, leaver.log()
+    assert time.monotonic() - started < 15
+    assert "is given back" in leaver.log()
+    job = deployment.finished(job_id)
+    assert (job["state"], job["attempts"]) == ("succeeded", 1)
+    deployment.replaced(leaver)
+
+
+def test_without_a_broker_gamuts_are_served_and_builds_refused(deployment, assert_problem):
+    gamut_id = deployment.accepted(deployment.replicas[0], deployment.quick())
+    assert deployment.finished(gamut_id)["state"] == "succeeded"
+    deployment.cluster.broker.kill()
+    replica = deployment.replicas[0]
+    started = time.monotonic()
+    refused = deployment.post(replica, deployment.quick())
+    assert time.monotonic() - started < 10
+    assert_problem(refused, 503, "broker-unavailable")
+    assert int(refused.headers["retry-after"]) > 0
+    assert replica.client.get(f"/v1/gamuts/{gamut_id}/mesh?triangles=10").status_code == 200
+    deployment.cluster.start_broker()
+    answer = until(lambda: (a := deployment.post(replica, deployment.quick())).is_success and a, 30)
+    assert deployment.finished(answer.json()["id"])["state"] == "succeeded"
+
+
+def test_a_replica_that_accepted_a_build_may_be_lost(deployment):
+    """The last test: the replica stays dead."""
+    victim = deployment.replicas[0]
+    job_id = deployment.accepted(victim, deployment.slow())
+    victim.kill()
+    assert deployment.finished(job_id)["state"] == "succeeded"
+    mesh = deployment.replicas[1].client.get(f"/v1/gamuts/{job_id}/mesh?triangles=10")
+    assert mesh.status_code == 200

@@ -1,0 +1,205 @@
+"""A deployment on this machine: a broker, API replicas and workers, each a process of its own.
+
+Used by the tests and by ``tests/faults/cluster.py``. Every process begins a session, so that it can
+be killed with all that it has started, as a machine that is lost.
+"""
+
+import contextlib
+import itertools
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import httpx
+
+START_SECONDS = 120
+"""Generous: on a first run the kernels are compiled."""
+
+COMMAND = "import sys; from service.command import main; sys.exit(main())"
+RABBITMQ = Path("/usr/lib/rabbitmq/bin/rabbitmq-server")
+SPHERES = itertools.count()
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def until(condition, seconds=START_SECONDS, pause=0.02):
+    """Wait until a condition holds, and return its value."""
+    deadline = time.monotonic() + seconds
+    while not (value := condition()):
+        assert time.monotonic() < deadline, f"not within {seconds} s: {condition}"
+        time.sleep(pause)
+    return value
+
+
+class Process:
+    """A process with its log, and all that it starts."""
+
+    def __init__(self, command, environment, log):
+        self.log_path = log
+        self.client = None
+        with log.open("ab") as output:
+            self.popen = subprocess.Popen(
+                command,
+                env=environment,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+
+    @property
+    def running(self):
+        return self.popen.poll() is None
+
+    def log(self):
+        return self.log_path.read_text(errors="replace")
+
+    def logged(self, pattern):
+        """The first group of a pattern in the log, waited for."""
+
+        def found():
+            match = re.search(pattern, self.log())
+            assert match or self.running, self.log()
+            return match
+
+        return until(found)[1]
+
+    def signal(self, number):
+        """Send a signal to all of it."""
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.popen.pid, number)
+
+    def kill(self):
+        """End all of it at once, as a power cut does."""
+        if self.client is not None:
+            self.client.close()
+        self.signal(signal.SIGKILL)
+        self.popen.wait(60)
+
+    def stop(self):
+        """End it as an operator does, and return its exit status."""
+        self.popen.terminate()
+        return self.popen.wait(60)
+
+
+class Cluster:
+    """Processes that share a broker and a bucket.
+
+    ``settings`` are those of all API replicas and workers; ``s3`` the environment that finds the
+    bucket. Everything that still runs is killed by `close`.
+    """
+
+    def __init__(self, folder, s3, broker="redis", **settings):
+        self.folder = folder
+        self.port = free_port()
+        self.kind = broker
+        url = {
+            "redis": f"redis://127.0.0.1:{self.port}/0",
+            "rabbitmq": f"amqp://guest:guest@127.0.0.1:{self.port}//",
+        }[broker]
+        values = {"store": f"s3://bucket/{folder.name}", "broker": url, **settings}
+        self.environment = {
+            **{name: value for name, value in os.environ.items() if not name.startswith("GAMUT_")},
+            **s3,
+            **{f"GAMUT_{name.upper()}": str(value) for name, value in values.items()},
+            "TMPDIR": str(folder),
+        }
+        self.processes = []
+        self.broker = None
+        self.start_broker()
+
+    @staticmethod
+    def missing(broker="redis"):
+        """Why there can be no such cluster here; empty if there can."""
+        if broker == "redis" and shutil.which("redis-server") is None:
+            return "redis-server is not installed"
+        if broker == "rabbitmq" and not RABBITMQ.exists():
+            return "rabbitmq-server is not installed"
+        return ""
+
+    def start_broker(self):
+        """Start the broker, empty."""
+        environment = dict(os.environ)
+        if self.kind == "redis":
+            command = ["redis-server", "--port", str(self.port), "--bind", "127.0.0.1"]
+            command += ["--save", "", "--appendonly", "no", "--dir", str(self.folder)]
+        else:
+            command = [str(RABBITMQ)]
+            environment |= self._rabbitmq_environment()
+        self.broker = self._started(command, environment, "broker")
+        until(self.broker_answers)
+        return self.broker
+
+    def broker_answers(self):
+        assert self.broker.running, self.broker.log()
+        if self.kind == "rabbitmq" and "Starting broker... completed" not in self.broker.log():
+            return False
+        try:
+            socket.create_connection(("127.0.0.1", self.port), 1).close()
+        except OSError:
+            return False
+        return True
+
+    def flush(self):
+        """Have the broker lose all that it has."""
+        assert self.kind == "redis"
+        command = ["redis-cli", "-p", str(self.port), "flushall"]
+        subprocess.run(command, check=True, capture_output=True)
+
+    def api(self):
+        """Start an API replica, and return it when it answers."""
+        replica = self._gamut("api", "serve", "--port", "0")
+        replica.url = replica.logged(r"Uvicorn running on (http://127\.0\.0\.1:\d+)")
+        replica.client = httpx.Client(base_url=replica.url, timeout=120)
+        return replica
+
+    def worker(self):
+        """Start a worker; `figures` is where it serves them."""
+        port = free_port()
+        self.environment["GAMUT_WORKER_METRICS_PORT"] = str(port)
+        process = self._gamut("worker", "worker")
+        process.figures = f"http://127.0.0.1:{port}/metrics"
+        return process
+
+    def healthy(self):
+        """Whether the check of the workers' health finds nothing wrong."""
+        command = [sys.executable, "-m", "service.building.health"]
+        return subprocess.run(command, env=self.environment, check=False).returncode == 0
+
+    def close(self):
+        for process in self.processes:
+            process.kill()
+
+    def _gamut(self, name, *arguments):
+        command = [sys.executable, "-c", COMMAND, *arguments]
+        return self._started(command, self.environment, f"{name}{len(self.processes)}")
+
+    def _started(self, command, environment, name):
+        process = Process(command, environment, self.folder / f"{name}.log")
+        self.processes.append(process)
+        return process
+
+    def _rabbitmq_environment(self):
+        folder = self.folder / "rabbitmq"
+        folder.mkdir(exist_ok=True)
+        (folder / "rabbitmq.conf").write_text(f"listeners.tcp.1 = 127.0.0.1:{self.port}\n")
+        return {
+            "HOME": str(folder),
+            "RABBITMQ_NODENAME": f"gamut{self.port}@localhost",
+            "RABBITMQ_MNESIA_BASE": str(folder / "mnesia"),
+            "RABBITMQ_LOG_BASE": str(folder / "log"),
+            "RABBITMQ_CONFIG_FILE": str(folder / "rabbitmq.conf"),
+            "RABBITMQ_ENABLED_PLUGINS_FILE": str(folder / "plugins"),
+            "RABBITMQ_DIST_PORT": str(free_port()),
+            "ERL_EPMD_ADDRESS": "127.0.0.1",
+            "ERL_EPMD_PORT": str(free_port()),
+        }

@@ -1,0 +1,121 @@
+import hashlib
+import io
+import json
+import zipfile
+
+import pytest
+
+BATCH = "/v1/meshes"
+
+
+@pytest.fixture(scope="module")
+def other(server, sphere):
+    return server.client.post("/v1/gamuts", json={"samples": sphere(seed=41)}).json()
+
+
+def archive_of(answer):
+    assert answer.status_code == 200, answer.text
+    assert answer.headers["content-type"] == "application/zip"
+    archive = zipfile.ZipFile(io.BytesIO(answer.content))
+    assert archive.testzip() is None
+    return archive
+
+
+def test_several_levels_of_several_gamuts_are_what_they_are_alone(server, gamut, other):
+    query = f"gamuts={gamut['id']},{other['id']}&triangles=10,100&max_error=1&format=ply"
+    answer = server.client.get(f"{BATCH}?{query}")
+    archive = archive_of(answer)
+    index = json.loads(archive.read("index.json"))["meshes"]
+    assert len(index) == 6
+    for entry in index:
+        name = "max_error" if "max_error" in entry else "triangles"
+        address = f"/v1/gamuts/{entry['gamut']}/mesh.ply?{name}={entry[name]}"
+        alone = server.client.get(address)
+        assert archive.read(entry["file"]) == alone.content
+        assert f'"{entry["sha256"]}"' == alone.headers["etag"]
+    assert answer.headers["gamut-failures"] == "0"
+
+
+def test_an_answer_never_changes_and_has_its_digest(server, gamut):
+    address = f"{BATCH}?gamuts={gamut['id']}&triangles=10,100"
+    first, second = server.client.get(address), server.client.get(address)
+    assert first.content == second.content
+    etag = first.headers["etag"]
+    assert etag == f'"{hashlib.sha256(first.content).hexdigest()}"'
+    assert first.headers["cache-control"] == "public, max-age=31536000, immutable"
+    assert first.headers["vary"] == "Accept"
+    same = server.client.get(address, headers={"If-None-Match": etag})
+    assert (same.status_code, same.content, same.headers["etag"]) == (304, b"", etag)
+    head = server.client.head(address)
+    assert head.headers["etag"] == etag
+
+
+def test_a_multipart_message_is_an_answer_as_well(server, gamut):
+    answer = server.client.get(
+        f"{BATCH}?gamuts={gamut['id']}&triangles=10,2", headers={"Accept": "multipart/mixed"}
+    )
+    assert answer.headers["content-type"].startswith("multipart/mixed; boundary=")
+    boundary = answer.headers["content-type"].partition("boundary=")[2].encode()
+    first, second = answer.content.split(b"--" + boundary)[1:-1]
+    alone = server.client.get(f"{gamut['links']['mesh']}?triangles=10")
+    assert first.partition(b"\r\n\r\n")[2] == alone.content + b"\r\n"
+    assert json.loads(second.partition(b"\r\n\r\n")[2])["code"] == "triangle-count"
+
+
+def test_what_cannot_be_had_is_reported_in_its_place(server, gamut):
+    missing = "0" * 64
+    answer = server.client.get(f"{BATCH}?gamuts={missing},{gamut['id']}&triangles=3,10")
+    index = json.loads(archive_of(answer).read("index.json"))["meshes"]
+    codes = [entry.get("problem", {}).get("code") for entry in index]
+    assert codes == ["gamut-not-found", "gamut-not-found", "triangle-count", None]
+    assert answer.headers["gamut-failures"] == "3"
+    assert answer.headers["cache-control"] == "no-store"
+
+
+def test_nothing_at_all_is_a_problem(server, gamut, assert_problem):
+    answer = server.client.get(f"{BATCH}?gamuts={'0' * 64}&triangles=10")
+    assert_problem(answer, 404, "gamut-not-found")
+    answer = server.client.get(f"{BATCH}?gamuts={gamut['id']}&triangles=2,{10**9 - 1}")
+    assert_problem(answer, 422, "triangle-count")
+
+
+@pytest.mark.parametrize(
+    ("query", "field"),
+    [
+        ("triangles=10", "gamuts"),
+        ("gamuts=abc&triangles=10", "gamuts"),
+        ("gamuts={id},&triangles=10", "gamuts"),
+        ("gamuts={id}", "triangles"),
+        ("gamuts={id}&triangles=", "triangles"),
+        ("gamuts={id}&triangles=10,", "triangles"),
+        ("gamuts={id}&triangles=1e3", "triangles"),
+        ("gamuts={id}&max_error=nan", "max_error"),
+        ("gamuts={id}&max_mismatch=-1", "max_mismatch"),
+        ("gamuts={id}&triangles=10&format=vrml", "format"),
+        ("gamuts={id}&triangles=10&other=1", "other"),
+        ("gamuts={id}&triangles=" + ",".join(map(str, range(4, 105))), "gamuts"),
+    ],
+)
+def test_what_is_no_question_is_refused(server, gamut, assert_problem, query, field):
+    answer = server.client.get(f"{BATCH}?{query.replace('{id}', gamut['id'])}")
+    document = assert_problem(answer, 422, "invalid-parameter")
+    assert document["where"]["field"] == field
+
+
+def test_nothing_else_is_sent(server, gamut, assert_problem):
+    answer = server.client.get(
+        f"{BATCH}?gamuts={gamut['id']}&triangles=10", headers={"Accept": "text/html"}
+    )
+    assert_problem(answer, 406, "not-acceptable")
+
+
+def test_large_answers_are_streamed(server, slow_build):
+    posted = server.client.post("/v1/gamuts", **slow_build(100_000))
+    gamut = posted.json()
+    counts = ",".join(str(gamut["counts"]["triangles"] - 2 * number) for number in range(5))
+    answer = server.client.get(f"{BATCH}?gamuts={gamut['id']}&triangles={counts}")
+    assert "etag" not in answer.headers
+    assert answer.headers["transfer-encoding"] == "chunked"
+    archive = archive_of(answer)
+    assert len(answer.content) > 8 << 20
+    assert len(archive.namelist()) == 6

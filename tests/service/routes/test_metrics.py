@@ -1,0 +1,110 @@
+"""The figures over a real connection, as Prometheus asks for them."""
+
+import os
+import signal
+
+from prometheus_client.openmetrics.parser import (
+    text_string_to_metric_families as openmetrics_families,
+)
+from prometheus_client.parser import text_string_to_metric_families as text_families
+
+from gamutcore.gamut import STAGES
+
+
+def samples(families):
+    return {
+        (sample.name, tuple(sorted(sample.labels.items()))): sample.value
+        for family in families
+        for sample in family.samples
+    }
+
+
+def figures(server):
+    return samples(text_families(server.client.get("/metrics").text))
+
+
+def test_requests_answered_ahead_of_the_routes_are_counted_like_others(server, gamut):
+    def counted(route, status):
+        labels = (("method", "GET"), ("route", f"/v1/gamuts/{route}"), ("status", str(status)))
+        return figures(server).get(("gamut_http_requests_total", labels), 0)
+
+    mesh, file = "{gamut_id}/mesh", "{gamut_id}/mesh.{suffix}"
+    before = counted(mesh, 200), counted(file, 200), counted(mesh, 304), counted(mesh, 422)
+    address = gamut["links"]["mesh"]
+    first = server.client.get(f"{address}?triangles=100")
+    for _ in range(4):
+        server.client.get(f"{address}?triangles=100")
+    server.client.get(f"{address}.ply?triangles=100")
+    server.client.get(f"{address}?triangles=100", headers={"if-none-match": first.headers["etag"]})
+    server.client.get(f"{address}?triangles=3")
+    after = counted(mesh, 200), counted(file, 200), counted(mesh, 304), counted(mesh, 422)
+    assert [end - begin for begin, end in zip(before, after, strict=True)] == [5, 1, 1, 1]
+
+
+def test_hits_of_the_cache_are_counted(server, gamut):
+    meshes = (("cache", "meshes"),)
+    address = f"{gamut['links']['mesh']}?triangles=102"
+    server.client.get(address)
+    before = figures(server)
+    for _ in range(10):
+        server.client.get(address)
+    after = figures(server)
+    hits = ("gamut_cache_hits_total", meshes)
+    misses = ("gamut_cache_misses_total", meshes)
+    assert after[hits] - before[hits] == 10
+    assert after[misses] == before[misses]
+
+
+def test_the_worker_process_is_told_beside_the_service(server):
+    found = figures(server)
+    assert found["gamut_worker_processes", ()] >= 1
+    assert found["gamut_worker_resident_memory_bytes", ()] > 50_000_000
+    assert found["process_resident_memory_bytes", ()] > 50_000_000
+    assert found["gamut_build_workers_warm", ()] == found["gamut_build_workers", ()] == 1
+
+
+def test_openmetrics_is_sent_to_who_asks_for_it(server):
+    accept = "application/openmetrics-text;version=1.0.0,text/plain;q=0.5"
+    answer = server.client.get("/metrics", headers={"accept": accept})
+    assert answer.headers["content-type"].startswith("application/openmetrics-text; version=1.0.0")
+    assert answer.headers["cache-control"] == "no-store"
+    assert answer.headers["vary"] == "Accept"
+    assert samples(openmetrics_families(answer.text))
+
+
+def test_what_the_worker_did_arrives(start_server, sphere, slow_build):
+    """Builds are done by another process; a second worker's are added to the first one's."""
+    server = start_server(build_workers=2, build_timeout=60)
+    server.wait_ready()
+    gamuts = [
+        server.client.post("/v1/gamuts", json={"samples": sphere(seed=seed)}) for seed in (51, 52)
+    ]
+    assert [gamut.status_code for gamut in gamuts] == [201, 201]
+    flat = {"samples": [[50, a, b] for a in range(4) for b in range(4)]}
+    refused = server.client.post("/v1/gamuts", json=flat)
+    assert refused.status_code == 422
+    found = figures(server)
+    assert found["gamut_builds_total", (("outcome", "succeeded"),)] == 2
+    assert found["gamut_builds_total", (("outcome", refused.json()["code"]),)] == 1
+    for stage in STAGES:
+        assert found["gamut_build_stage_seconds_count", (("stage", stage),)] >= 2
+        assert found["gamut_build_stage_seconds_sum", (("stage", stage),)] > 0
+    stages = sum(found["gamut_build_stage_seconds_sum", (("stage", stage),)] for stage in STAGES)
+    assert found["gamut_build_seconds_count", ()] == 3
+    assert found["gamut_build_seconds_sum", ()] >= stages
+    assert found["gamut_build_worker_starts_total", ()] == 2
+    assert found["gamut_worker_processes", ()] >= 2
+
+    # a worker that dies is seen, and so is the one that takes its place
+    accepted = server.client.post("/v1/gamuts", **slow_build(), headers={"prefer": "respond-async"})
+    job = server.client.get(accepted.headers["location"])
+    server.wait_for(lambda: figures(server)["gamut_builds_running", ()] == 1)
+    for worker in (server.worker(1), server.worker(2)):
+        os.kill(worker, signal.SIGKILL)
+    finished = server.finished_job(f"/v1/jobs/{job.json()['id']}")
+    assert finished["state"] == "succeeded"
+    after = figures(server)
+    assert after["gamut_builds_total", (("outcome", "crashed"),)] == 1
+    assert after["gamut_builds_total", (("outcome", "succeeded"),)] == 3
+    assert server.wait_for(lambda: figures(server)["gamut_build_worker_starts_total", ()] == 4)
+    server.stop()
