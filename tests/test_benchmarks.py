@@ -202,11 +202,12 @@ class TestPictures:
         assert middle[0] > middle[1] + 0.2
 
 
-class TestScaling:
-    @pytest.fixture(scope="class")
-    def figures(self):
-        return [json.loads(path.read_text()) for path in (SERVICE_RESULTS, GAMUTS, CLUSTER)]
+@pytest.fixture(scope="module")
+def figures():
+    return [json.loads(path.read_text()) for path in (SERVICE_RESULTS, GAMUTS, CLUSTER)]
 
+
+class TestScaling:
     def test_the_document_is_what_the_figures_give(self, figures):
         assert SCALING.read_text() == scaling_page(*figures, Load())
 

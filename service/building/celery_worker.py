@@ -43,6 +43,8 @@ from service.storage.location import StoreLocationError, gamut_store
 from service.traces import Traces, traces_of, traces_wanted
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from service.building.engine import BuildReport
     from service.settings import Settings
     from service.storage.gamuts import GamutStore
@@ -62,9 +64,10 @@ _RETRY_SECONDS = 2.0
 """Before a job goes back to the queue that could not even be claimed."""
 
 _START_SECONDS = 600.0
-"""What a slot's start may take: kernels may have to be compiled."""
+"""What a slot's start may take: the store may be out of reach."""
 
-_COLD, _WARM, _BUSY = 0, 1, 2
+_LOOK_SECONDS = 0.5
+"""Between two looks whether the build process of a slot is there."""
 
 
 class Slot:
@@ -102,6 +105,7 @@ class Slot:
             lease=settings.build_lease,
             on_build=on_build,
         )
+        self._busy = threading.Lock()
 
     def perform(self, job_id: str) -> Outcome:
         """Return what became of a job, after doing it if it is to be had.
@@ -111,7 +115,8 @@ class Slot:
         StoreUnavailableError, ProcessDiedError, OSError
             It could not be begun, and has to be delivered again.
         """
-        outcome = self.performer.perform(job_id, self.interruption)
+        with self._busy:
+            outcome = self.performer.perform(job_id, self.interruption)
         document = outcome.document
         if outcome.state == "released":
             self.send(job_id)
@@ -145,6 +150,31 @@ class Slot:
             self._broker.send(job_id)
             count += 1
         return count
+
+    def keep_warm(self, told: Callable[[bool], None]) -> None:
+        """Start the build process whenever there is none, for as long as this process lives.
+
+        Parameters
+        ----------
+        told : callable
+            Gets whether it is warm, again and again.
+        """
+        while True:
+            # Of a slot that is busy, the performer has begun the process that it needs.
+            if self.performer.process is None and self._busy.acquire(blocking=False):
+                try:
+                    told(False)
+                    self.performer.warm()
+                except (ProcessDiedError, OSError) as error:
+                    logger.error("a build worker did not start: %s", error)  # noqa: TRY400 - no defect
+                    time.sleep(_RETRY_SECONDS)
+                except Exception:
+                    logger.exception("a build worker did not start")
+                    time.sleep(_RETRY_SECONDS)
+                finally:
+                    self._busy.release()
+            told(self.performer.process is not None)
+            time.sleep(_LOOK_SECONDS)
 
     def sweep_forever(self) -> None:
         """Sweep again and again, not in step with other workers."""
@@ -232,16 +262,14 @@ def run_worker(settings: Settings) -> int:
 
     def start_slot(**_: object) -> None:
         number = billiard.current_process().index
-        slots[number] = _COLD  # whatever became of the one before
+        slots[number] = False  # whatever became of the one before
         traces = traces_of(settings.traces)
         tracing[:] = [] if traces is None else [traces]
         observer = BuildObserver(reports if settings.worker_metrics_port else None, traces)
         slot[:] = [Slot(settings, _opened_store(settings), Broker(app), observer)]
-        _warm(slot[0], slots, number)
+        _in_background(slot[0].keep_warm, lambda warm: slots.__setitem__(number, warm))
         if number == 0:
-            threading.Thread(
-                target=slot[0].sweep_forever, name="sweep of lost jobs", daemon=True
-            ).start()
+            _in_background(slot[0].sweep_forever)
 
     def stop_slot(**_: object) -> None:
         if slot:
@@ -251,8 +279,6 @@ def run_worker(settings: Settings) -> int:
 
     @app.task(name=TASK)
     def build(job_id: str) -> None:
-        number = billiard.current_process().index
-        slots[number] = _BUSY
         # Only now: what is set before a process's first task is overwritten by the pool.
         idle = signal.signal(signal.SIGTERM, lambda *_: slot[0].interruption.release())
         try:
@@ -263,7 +289,6 @@ def run_worker(settings: Settings) -> int:
             raise Reject(str(error), requeue=True) from error
         finally:
             signal.signal(signal.SIGTERM, idle)
-            slots[number] = _WARM if slot[0].performer.process else _COLD
 
     signals.setup_logging.connect(_leave_logging, weak=False)
     signals.worker_process_init.connect(start_slot, weak=False)
@@ -369,13 +394,8 @@ def _opened_store(settings: Settings) -> GamutStore:
             return store
 
 
-def _warm(slot: Slot, slots: mmap.mmap, number: int) -> None:
-    try:
-        slot.performer.warm()
-        slots[number] = _WARM
-    except (ProcessDiedError, OSError) as error:
-        # The next job tries again.
-        logger.error("a build worker did not start: %s", error)  # noqa: TRY400 - no defect
+def _in_background(function: Callable[..., None], *arguments: object) -> None:
+    threading.Thread(target=function, args=arguments, daemon=True).start()
 
 
 def _leave_logging(**_: object) -> None:
@@ -395,4 +415,4 @@ def _release_all(worker: Any) -> None:  # noqa: ANN401 - Celery's
 
 
 def _sign(slots: mmap.mmap, count: int) -> None:
-    sign(sum(state != _COLD for state in slots[:count]), count)
+    sign(sum(slots[:count]), count)

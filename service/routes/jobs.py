@@ -14,7 +14,7 @@ from service.parameters import WHOLE_NUMBER, check_query
 from service.problems import Problem, ProblemError
 from service.responses import JsonResponse
 from service.state import Service, service_of
-from service.storage.gamuts import GamutNotStoredError
+from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 
 __all__ = ["job_document", "router"]
 
@@ -98,7 +98,7 @@ async def list_jobs(
             EXAMPLE_JOB,
             {"Retry-After": header("Seconds after which to look again, until it is done.", 1)},
         ),
-        **problems("job-not-found", "invalid-parameter", "store-unavailable"),
+        **problems("job-not-found", "gamut-rebuilding", "invalid-parameter", "store-unavailable"),
     },
 )
 async def describe_job(request: Request, job_id: JobId) -> Response:
@@ -207,6 +207,8 @@ async def _known(service: Service, job_id: str) -> JobDocument:
     # Whether a build has succeeded is for the store to say: the gamut may be deleted by now.
     try:
         record = await service.library.record(job_id)
+    except GamutDamagedError:
+        raise
     except GamutNotStoredError:
         problem = Problem("job-not-found", f"There is no job {job_id}.", {"field": "job_id"})
         raise ProblemError(problem) from None

@@ -189,6 +189,19 @@ def test_a_pod_is_given_longer_than_its_drain(rendered, component):
     assert pod["terminationGracePeriodSeconds"] >= 300 + 15
 
 
+def test_the_figures_of_workers_have_a_port_or_none(rendered):
+    for port in (9464, 0):
+        values = merged(
+            CASES["redis"], {"networkPolicy": {"enabled": True}, "worker": {"metricsPort": port}}
+        )
+        objects = rendered(values)
+        pod = objects["Deployment", "worker"]["spec"]["template"]["spec"]
+        ports = [each["containerPort"] for each in pod["containers"][0].get("ports", [])]
+        assert ports == ([port] if port else [])
+        let_in = objects["NetworkPolicy", "worker"]["spec"]["ingress"]
+        assert bool(let_in) == bool(port)
+
+
 def test_the_variables_are_settings_of_the_service(rendered):
     objects = rendered(CASES["everything"])
     names = set(objects["ConfigMap", None]["data"])

@@ -1,16 +1,22 @@
 """Deaths in the middle of builds, as often as wanted: what the suite does a few times.
 
 Every function takes what it kills and how often, and raises AssertionError at the first promise
-that is broken. The servers are those of ``tests/service/conftest.py``.
+that is broken. The servers are those of ``tests/service/conftest.py``. As a program::
+
+    python tests/faults/job_faults.py --worker-kills 100 --service-kills 5 --clients 200
 """
 
+import argparse
 import concurrent.futures
 import contextlib
 import os
 import random
 import re
 import signal
+import sys
+import tempfile
 import time
+from pathlib import Path
 
 import httpx
 
@@ -48,7 +54,7 @@ def accepted_jobs_finish(start_server, slow_build, *, kills, stops, jobs=2, seed
     """
     chance = random.Random(seed)  # noqa: S311 - to be repeatable
     server = start_server(build_attempts=10, drain_seconds=1)
-    addresses = [accepted(server, slow_build(100_000 + 1000 * number)) for number in range(jobs)]
+    addresses = [accepted(server, slow_build(60_000 + 1000 * number)) for number in range(jobs)]
     ends = [how for pair in zip(["kill"] * kills, ["stop"] * stops, strict=False) for how in pair]
     ends += ["kill"] * (kills - stops) + ["stop"] * (stops - kills)
     for how in ends:
@@ -80,7 +86,7 @@ def killed_workers_cost_time_only(start_server, slow_build, *, kills, per_job=2,
     killed = 0
     number = 0
     while killed < kills:
-        address = accepted(server, slow_build(100_000 + number))
+        address = accepted(server, slow_build(60_000 + number))
         number += 1
         attempts = 0
         for _ in range(min(per_job, kills - killed)):
@@ -117,3 +123,52 @@ def identical_requests_are_one_build(server, arguments, *, clients):
             )
     assert len(meshes) == 1
     assert server.builds_started(gamut["id"]) == 1
+
+
+def main():
+    """Run all of them and print what was survived."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--worker-kills", type=int, default=100)
+    parser.add_argument("--service-kills", type=int, default=5)
+    parser.add_argument("--clients", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=0)
+    wanted = parser.parse_args()
+    sys.path.insert(0, str(Path(__file__).parents[1] / "service"))
+    from conftest import Server
+
+    example = Path(__file__).parents[2] / "examples" / "FOGRA39L.ti3"
+
+    def slow_build(surface_samples):
+        return {
+            "files": {"file": (example.name, example.read_bytes())},
+            "data": {"options": f'{{"surface_samples": {surface_samples}}}'},
+        }
+
+    with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
+
+        def start(data=None, **settings):
+            log = Path(tempfile.mkdtemp(dir=folder))
+            server = Server(data or log / "data", log / "log", **settings)
+            stack.callback(lambda: server.process.poll() is None and server.kill())
+            return server
+
+        kills = killed_workers_cost_time_only(
+            start, slow_build, kills=wanted.worker_kills, seed=wanted.seed
+        )
+        print(f"{kills} kills of a worker in mid-build: all jobs completed")
+        ends = accepted_jobs_finish(
+            start,
+            slow_build,
+            kills=wanted.service_kills,
+            stops=wanted.service_kills,
+            seed=wanted.seed,
+        )
+        print(f"{ends} kills and stops of the service: all accepted jobs completed")
+        server = start()
+        identical_requests_are_one_build(server, slow_build(90_000), clients=wanted.clients)
+        server.stop()
+        print(f"{wanted.clients} identical requests at the same time: one build, identical bytes")
+
+
+if __name__ == "__main__":
+    main()

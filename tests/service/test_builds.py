@@ -86,14 +86,14 @@ def test_200_identical_requests_are_one_build(deployment, scripted_worker):
     assert scripted_worker.begun() == 1
 
 
-def test_identical_requests_to_two_replicas_are_one_build(deployment, scripted_worker):
+def test_200_identical_requests_to_three_replicas_are_one_build(deployment, scripted_worker):
     async def scenario():
-        async with deployment.replica() as one, deployment.replica() as other:
-            await asyncio.gather(
-                *(builds.submit(JOB, OPTIONS, b"0.5") for builds in (one, other) for _ in range(20))
-            )
-            ended = await asyncio.gather(one.wait(JOB, 30.0), other.wait(JOB, 30.0))
-            assert [job.state for job in ended] == ["succeeded", "succeeded"]
+        async with contextlib.AsyncExitStack() as stack:
+            replicas = [await stack.enter_async_context(deployment.replica()) for _ in range(3)]
+            requests = [replicas[number % 3] for number in range(200)]
+            await asyncio.gather(*(each.submit(JOB, OPTIONS, b"0.5") for each in requests))
+            ended = await asyncio.gather(*(each.wait(JOB, 30.0) for each in requests))
+            assert {job.state for job in ended} == {"succeeded"}
 
     run(scenario())
     assert scripted_worker.begun() == 1
@@ -163,6 +163,19 @@ def test_a_cancelled_build_ends_for_all_who_wait(deployment, where):
             assert (await other.wait(JOB, 30.0)).state == "succeeded"
             assert (await other.cancel(JOB)).state == "succeeded"
             assert await other.cancel("b" * 64) is None
+
+    run(scenario())
+
+
+def test_what_waits_here_and_is_cancelled_elsewhere_is_known_here(deployment):
+    async def scenario():
+        async with deployment.replica() as one, deployment.replica(build_workers=2) as other:
+            await one.submit("b" * 64, OPTIONS, b"hang")
+            await begun(one, "b" * 64)
+            await one.submit(JOB, OPTIONS, b"build")
+            waiting = asyncio.create_task(one.wait(JOB, 30.0))
+            await other.cancel(JOB)
+            assert (await waiting).state == (await one.job(JOB)).state == "cancelled"
 
     run(scenario())
 

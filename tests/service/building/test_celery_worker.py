@@ -55,12 +55,16 @@ class Deployment:
 
     def begun(self, job_id):
         """The worker that is building a job."""
-        until(lambda: self.job(job_id)["state"] == "running")
-        (builder,) = [
-            worker
-            for worker in self.workers
-            if worker.running and f"build of {job_id} started" in worker.log()
-        ]
+
+        def builders():
+            return [
+                worker
+                for worker in self.workers
+                if worker.running and f"build of {job_id} started" in worker.log()
+            ]
+
+        (builder,) = until(builders)
+        assert self.job(job_id)["state"] == "running"
         return builder
 
     def finished(self, job_id, seconds=60):

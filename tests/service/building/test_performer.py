@@ -1,17 +1,22 @@
+import json
 import os
 import signal
+import sys
 import threading
 import time
+from pathlib import Path
 
 import pytest
 
+from gamutcore.gamut import Options
 from service.building.interruption import Interruption
 from service.building.performer import Performer, owner_name
-from service.building.process import ProcessDiedError
+from service.building.process import WORKER_COMMAND, ProcessDiedError
 from service.settings import Settings
 from service.storage.blobs import StoreUnavailableError
 
 JOB = "a" * 64
+EXAMPLE = Path(__file__).parents[3] / "examples" / "FOGRA39L.ti3"
 
 
 @pytest.fixture
@@ -297,6 +302,28 @@ def test_a_process_that_stays_large_is_replaced(performer, accept):
     assert one.perform("b" * 64).state == "succeeded"
     assert one.process is None
     assert not process.alive
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells what is in use")
+def test_a_real_build_beyond_its_memory_fails_once_and_a_small_one_is_built(
+    performer, book, store, sphere
+):
+    one = performer(command=WORKER_COMMAND, build_timeout=100)
+    limit = one.warm().idle_bytes + (80 << 20)
+    one = performer(command=WORKER_COMMAND, build_timeout=100, build_memory_bytes=limit)
+    inputs = {
+        "a" * 64: (EXAMPLE.read_bytes(), {"surface_samples": 1_000_000}),
+        "b" * 64: (json.dumps({"samples": sphere()}).encode(), {}),
+    }
+    outcomes = []
+    for name, (data, options) in inputs.items():
+        book.accept(name, Options.from_mapping(options).to_mapping())
+        store.keep_input(name, data)
+        outcomes.append(one.perform(name))
+    greedy, modest = (outcome.document for outcome in outcomes)
+    assert (greedy.problem["code"], greedy.attempts) == ("build-out-of-memory", 1)
+    assert modest.state == "succeeded"
+    assert outcomes[1].seconds["metric"] > 0
 
 
 def test_no_two_owners_have_one_name():
