@@ -11,7 +11,9 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import sys
+import textwrap
 import time
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -24,7 +26,7 @@ from benchmarks.markdown import table
 from gamutcore.gamut import Gamut, Options, build_gamut
 from service.settings import Settings
 
-__all__ = ["Load", "Measured", "hit_ratio", "page"]
+__all__ = ["Load", "Measured", "hit_ratio", "page", "write"]
 
 FOLDER = Path(__file__).parent
 DOCUMENT = FOLDER.parent / "docs" / "scaling.md"
@@ -163,7 +165,7 @@ def page(
 ) -> str:
     """Return the text of docs/scaling.md."""
     figures = Measured.read(results, gamuts)
-    return "\n".join(
+    text = "\n".join(
         (
             _introduction(results, load),
             _measured(gamuts, cluster, figures),
@@ -172,6 +174,7 @@ def page(
             _limits(figures, load),
         )
     )
+    return "\n\n".join(map(_filled, text.strip().split("\n\n"))) + "\n"
 
 
 def _introduction(results: dict[str, Any], load: Load) -> str:
@@ -279,7 +282,7 @@ def _a_million(figures: Measured, load: Load) -> str:
 | builds per second, on the average | {load.gamuts:,} ÷ {load.days:g} ÷ 86,400 | {rate:.2f} |
 
 Builds are independent and share nothing but the broker and the bucket, so cores may be exchanged for
-days. What a build asks of the broker is one message; at {rate:.2f} builds/s that is nothing.
+days. What a build asks of the broker is one message.
 """
 
 
@@ -287,7 +290,8 @@ def _origin(figures: Measured, load: Load) -> str:
     settings = Settings.model_construct()
     meshes_kept = settings.mesh_cache_bytes / figures.answer_bytes
     histories_kept = settings.history_cache_bytes / figures.open_bytes
-    meshes = hit_ratio(load.gamuts * load.levels, load.exponent, meshes_kept)
+    # As likely as each other, the levels of a gamut are together what it would be alone.
+    meshes = hit_ratio(load.gamuts, load.exponent, meshes_kept / load.levels)
     histories = hit_ratio(load.gamuts, load.exponent, histories_kept)
     best = figures.seconds_per_request(1.0, 1.0)
     worst = figures.seconds_per_request(0.0, 0.0)
@@ -334,7 +338,8 @@ With its default settings a replica keeps {settings.mesh_cache_bytes:,} ÷ {
 {
         100
         * histories:.1f} % of the histories (Che's approximation of a cache that drops what was not used for
-the longest time; every level of a gamut taken for as popular as the next), so that a request takes
+the longest time; every level of a gamut taken for as popular as the next, and the
+two caches for independent), so that a request takes
 {
         1e3
         * seconds:.2f} ms on the average. A CDN that takes the popular ones away makes what is left less
@@ -344,9 +349,8 @@ even, and the last column is nearer to the truth then.
 | --- | --- | --- | --- | --- | --- |
 {chr(10).join(f"| {' | '.join(row)} |" for row in rows)}
 
-Cores are requests/s × time ÷ {
-        load.utilisation:g}. One API process uses about one core; a replica for
-each.
+Cores are requests/s × time ÷ {load.utilisation:g}. An API process was measured on one
+core, so there is to be a replica for each.
 """
 
 
@@ -413,6 +417,27 @@ The broker is not in this list: a message for each build, and none for a mesh.
 """
 
 
+def _filled(block: str) -> str:
+    """Return a paragraph or a list in lines of 100 characters; tables and headings as they are."""
+    if block.lstrip().startswith(("|", "#")):
+        return block
+    items = re.split(r"\n(?=- |\d+\. )", block.strip("\n"))
+    filled = []
+    for item in items:
+        mark = re.match(r"(- |\d+\. )?", item)
+        indent = " " * (len(mark[0]) if mark else 0)
+        filled.append(
+            textwrap.fill(
+                " ".join(item.split()),
+                100,
+                subsequent_indent=indent,
+                break_long_words=False,
+                break_on_hyphens=False,
+            )
+        )
+    return "\n".join(filled)
+
+
 def _size(nbytes: float) -> str:
     for unit in ("bytes", "kB", "MB", "GB", "TB"):
         if nbytes < 1000 or unit == "TB":
@@ -453,6 +478,13 @@ def measured_gamuts(runs: int = 5) -> list[dict[str, Any]]:
     return rows
 
 
+def write(load: Load) -> None:
+    """Write the page from the files of figures."""
+    cluster = json.loads(CLUSTER.read_text()) if CLUSTER.is_file() else {}
+    results, gamuts = (json.loads(path.read_text()) for path in (RESULTS, GAMUTS))
+    DOCUMENT.write_text(page(results, gamuts, cluster, load))
+
+
 def main() -> int:
     """Write the page, after measuring what is to be measured."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -462,11 +494,7 @@ def main() -> int:
     given = vars(parser.parse_args())
     if given.pop("measure"):
         GAMUTS.write_text(json.dumps(measured_gamuts(), indent=1) + "\n")
-    cluster = json.loads(CLUSTER.read_text()) if CLUSTER.is_file() else {}
-    text = page(
-        json.loads(RESULTS.read_text()), json.loads(GAMUTS.read_text()), cluster, Load(**given)
-    )
-    DOCUMENT.write_text(text)
+    write(Load(**given))
     return 0
 
 

@@ -27,13 +27,13 @@ class BuildObserver:
 
     Parameters
     ----------
-    figures : BuildFigures or BuildReports
+    figures : BuildFigures or BuildReports, optional
         Where builds are counted, or who tells of them to where they are.
     traces : Traces, optional
         Where each gets its spans.
     """
 
-    def __init__(self, figures: BuildFigures | BuildReports, traces: Traces | None) -> None:
+    def __init__(self, figures: BuildFigures | BuildReports | None, traces: Traces | None) -> None:
         self._figures = figures
         self._traces = traces
 
@@ -49,7 +49,8 @@ class BuildObserver:
         document : JobDocument
             The job, with what it carries of the trace of the request that began it.
         """
-        self._figures.ended(outcome, seconds)
+        if self._figures is not None:
+            self._figures.ended(outcome, seconds)
         if self._traces is None:
             return
         stages = {stage: duration for stage, duration in seconds.items() if stage != TOTAL}

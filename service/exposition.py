@@ -47,9 +47,9 @@ def exposition(service: Service, accept: str) -> tuple[bytes, str]:
 
 
 def serve_build_figures(
-    figures: BuildFigures, host: str, port: int
+    figures: BuildFigures, host: str, port: int, process: str = "self"
 ) -> tuple[int, Callable[[], None]]:
-    """Serve the figures of a process that has builds done and is no service, in a thread.
+    """Serve the figures of builds that no service has had done, in a thread.
 
     Parameters
     ----------
@@ -59,6 +59,8 @@ def serve_build_figures(
         Address to listen on.
     port : int
         Port to listen on; 0 takes a free one.
+    process : str
+        Id of the process that is told of beside them, with those that it has started.
 
     Returns
     -------
@@ -74,7 +76,7 @@ def serve_build_figures(
     """
     from prometheus_client import start_http_server  # noqa: PLC0415
 
-    registry: Any = _registry(lambda: _build_families(figures))
+    registry: Any = _registry(lambda: _build_families(figures), process)
     server, thread = start_http_server(port, host, registry)
 
     def stop() -> None:
@@ -85,14 +87,14 @@ def serve_build_figures(
     return server.server_port, stop
 
 
-def _registry(families: Callable[[], Iterable[Metric]]) -> object:
+def _registry(families: Callable[[], Iterable[Metric]], process: str = "self") -> object:
     """Return what the library's encoders ask for figures, those of the process included."""
     from prometheus_client import CollectorRegistry, ProcessCollector  # noqa: PLC0415
     from prometheus_client.registry import Collector  # noqa: PLC0415
 
     class Figures(Collector):
         def collect(self) -> Iterator[Metric]:
-            yield from _common_families()
+            yield from _common_families(process)
             yield from families()
 
         def describe(self) -> Iterable[Metric]:
@@ -101,22 +103,22 @@ def _registry(families: Callable[[], Iterable[Metric]]) -> object:
 
     registry = CollectorRegistry()
     registry.register(Figures())
-    ProcessCollector(registry=registry)
+    ProcessCollector(pid=lambda: process, registry=registry)
     return registry
 
 
-def _common_families() -> Iterator[Metric]:
+def _common_families(process: str) -> Iterator[Metric]:
     labels = {
         "version": __version__,
         "algorithm": str(ALGORITHM_VERSION),
         "python": platform.python_version(),
     }
     yield _labelled("gauge", "gamut_build_info", "Which program this is.", [(labels, 1)])
-    usage = descendants_usage()
+    usage = descendants_usage(process)
     if usage is not None:
         yield _gauge(
             "gamut_worker_processes",
-            "Processes that this one has started, and those of them.",
+            "Processes that this one has started.",
             usage.processes,
         )
         yield _gauge(

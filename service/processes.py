@@ -14,6 +14,10 @@ __all__ = ["Usage", "descendants_usage"]
 _PAGE = os.sysconf("SC_PAGE_SIZE")
 _TICKS = os.sysconf("SC_CLK_TCK")
 
+_OF_ITSELF, _OF_ENDED, _RESIDENT = slice(10, 12), slice(12, 14), 20
+"""Places among the numbers of ``/proc/<pid>/stat`` (proc(5) has them as 14 to 17, and 24): CPU time
+of the process, that of its children that have ended, and pages in memory."""
+
 
 class Usage(NamedTuple):
     """What processes use.
@@ -33,33 +37,43 @@ class Usage(NamedTuple):
     cpu_seconds: float
 
 
-def descendants_usage() -> Usage | None:
-    """Return what the processes use that this one has started, and those that they have started.
+def descendants_usage(root: str = "self") -> Usage | None:
+    """Return what the processes use that one has started, and those that they have started.
+
+    Parameters
+    ----------
+    root : str
+        Id of the process, by default the caller. It is not counted itself, nor is the caller.
 
     Returns
     -------
     Usage or None
         None if that cannot be known.
     """
-    waiting = _children("self")
-    if waiting is None:
+    own, waiting = _fields(root), _children(root)
+    if own is None or waiting is None:
         return None
-    times = os.times()
-    count, resident, cpu = 0, 0, times.children_user + times.children_system
+    count, resident, ticks = 0, 0, sum(own[_OF_ENDED])
     while waiting:
         process = waiting.pop()
-        try:
-            stat = (Path("/proc") / process / "stat").read_text()
-        except OSError:
+        fields = _fields(process)
+        if fields is None or process == str(os.getpid()):
             continue  # ended since
-        # The name, in parentheses, may hold anything; proc(5) numbers the fields from 1.
-        fields = stat.rpartition(")")[2].split()
         count += 1
-        # its own, and that of its children that have ended
-        cpu += sum(int(field) for field in fields[11:15]) / _TICKS
-        resident += int(fields[21]) * _PAGE
+        ticks += sum(fields[_OF_ITSELF]) + sum(fields[_OF_ENDED])
+        resident += fields[_RESIDENT] * _PAGE
         waiting += _children(process) or []
-    return Usage(count, resident, cpu)
+    return Usage(count, resident, ticks / _TICKS)
+
+
+def _fields(process: str) -> list[int] | None:
+    """Return the numbers that the kernel tells of a process; None if it is gone."""
+    try:
+        stat = (Path("/proc") / process / "stat").read_text()
+    except OSError:
+        return None
+    # The name, in parentheses, may hold anything; a letter follows, and then only numbers.
+    return [int(field) for field in stat.rpartition(")")[2].split()[1:]]
 
 
 def _children(process: str) -> list[str] | None:

@@ -265,6 +265,8 @@ def _builds(*, draining: bool) -> Finding:
 
 def _queue(service: Service) -> Finding:
     facts = service.builds.facts()
+    if facts.fault is not None:
+        return Finding("degraded", facts.fault)
     detail = f"{facts.queued} of {facts.capacity} builds wait"
     return Finding("degraded" if facts.queued >= facts.capacity else "ok", detail)
 

@@ -145,6 +145,15 @@ class Settings(BaseSettings):
     access_log: Annotated[
         bool, Field(description="Log a line for every request (costs about a tenth of the speed).")
     ] = False
+    worker_metrics_port: Annotated[
+        int,
+        Field(
+            ge=0,
+            le=65535,
+            description="Port at which `gamut worker` serves its figures, on `GAMUT_HOST`, for "
+            "Prometheus; 0: none. `gamut serve` has them at `/metrics`.",
+        ),
+    ] = 0
     traces: Annotated[
         Literal["auto", "on", "off"],
         Field(

@@ -64,8 +64,9 @@ class Service:
         self.library = Library(self.store, self.settings.history_cache_bytes)
         self.meshes = Meshes(self.library, self.settings.mesh_cache_bytes)
         book = JobBook(self.store.blobs, self.settings.build_attempts)
-        observer = BuildObserver(self.metrics.builds, self.traces)
-        engine = engine_for(self.settings, self.store, book, observer)
+        engine = engine_for(
+            self.settings, self.store, book, BuildObserver(self.metrics.builds, self.traces)
+        )
         self.builds = Builds(self.settings, self.store, book, engine)
         self.events = EventStreams(self.settings.max_event_streams)
         self.readiness = service_readiness(self)

@@ -24,7 +24,14 @@ if TYPE_CHECKING:
     from opentelemetry.trace import Span
     from starlette.types import Scope
 
-__all__ = ["Traces", "TracesUnavailableError", "current_trace", "propagation_headers", "traces_of"]
+__all__ = [
+    "Traces",
+    "TracesUnavailableError",
+    "current_trace",
+    "propagation_headers",
+    "traces_of",
+    "traces_wanted",
+]
 
 _ENDPOINTS = ("OTEL_EXPORTER_OTLP_TRACES_ENDPOINT", "OTEL_EXPORTER_OTLP_ENDPOINT")
 
@@ -63,8 +70,8 @@ def propagation_headers() -> dict[str, str]:
     return carrier
 
 
-def traces_of(setting: str) -> Traces | None:
-    """Return the traces that the setting and the environment ask for; None for none.
+def traces_wanted(setting: str) -> bool:
+    """Return whether the setting and the environment ask for traces that can be had.
 
     Parameters
     ----------
@@ -78,16 +85,14 @@ def traces_of(setting: str) -> Traces | None:
         exporter that there is not.
     """
     if setting == "off":
-        return None
+        return False
     environment = {name: value for name, value in os.environ.items() if value}
     exporter = environment.get("OTEL_TRACES_EXPORTER", "otlp").lower()
     disabled = environment.get("OTEL_SDK_DISABLED", "").lower() == "true" or exporter == "none"
     named = any(name in environment for name in (*_ENDPOINTS, "OTEL_TRACES_EXPORTER"))
-    if setting == "auto" and (disabled or not named):
-        return None
+    if setting == "auto" and (disabled or not named or not _installed()):
+        return False
     if not _installed():
-        if setting == "auto":
-            return None
         message = (
             "GAMUT_TRACES is on, and OpenTelemetry is not installed: "
             "install the extra, gamut-boundary-service[otel], or set GAMUT_TRACES=off"
@@ -96,7 +101,15 @@ def traces_of(setting: str) -> Traces | None:
     if not disabled and exporter != "otlp":
         message = f"OTEL_TRACES_EXPORTER={exporter}: there are only otlp and none"
         raise TracesUnavailableError(message)
-    if disabled:
+    return not disabled
+
+
+def traces_of(setting: str) -> Traces | None:
+    """Return the traces that are wanted (see `traces_wanted`); None for none.
+
+    They have a thread, so they are made where no process is forked any more.
+    """
+    if not traces_wanted(setting):
         return None
     from opentelemetry.exporter.otlp.proto.http.trace_exporter import (  # noqa: PLC0415
         OTLPSpanExporter,

@@ -211,7 +211,7 @@ class TestScaling:
         assert SCALING.read_text() == scaling_page(*figures, Load())
 
     def test_other_figures_give_another_document(self, figures):
-        """No figure of a machine is in the program: with all doubled, every result moves."""
+        """No figure of a machine is in the program: with all of them doubled, results move."""
         results, gamuts, cluster = json.loads(json.dumps(figures))
         for row in results["meshes"]:
             row["requests_per_s"] *= 2

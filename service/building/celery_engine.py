@@ -134,13 +134,6 @@ class CeleryEngine:
         """Return None: every job is in the book only."""
         return None
 
-    @property
-    def fault(self) -> str | None:
-        """Why new builds are refused; None if they are not."""
-        if time.monotonic() < self._refused_until:
-            return "the broker does not answer"
-        return None
-
     def facts(self) -> EngineFacts:
         """Return what the deployment is doing, as of a few seconds ago.
 
@@ -153,6 +146,7 @@ class CeleryEngine:
             warm_workers=0,
             completed=0,
             capacity=self._settings.build_queue,
+            fault="the broker does not answer" if time.monotonic() < self._refused_until else None,
         )
 
     def retry_after(self, queued: int = 0) -> int:

@@ -27,17 +27,23 @@ from celery import bootsteps, signals
 from celery.exceptions import Reject
 from celery.worker.consumer import Consumer
 
+from service.build_observation import BuildObserver
+from service.build_reports import BuildReports
 from service.building.celery_app import TASK, Broker, BrokerUnavailableError, celery_app
 from service.building.health import SIGN_SECONDS, leave, sign
 from service.building.interruption import Interruption
 from service.building.outbox import Outbox
 from service.building.performer import Outcome, Performer
 from service.building.process import ProcessDiedError
+from service.exposition import serve_build_figures
 from service.jobs import JobBook
+from service.metrics import BuildFigures
 from service.storage.blobs import StoreUnavailableError
 from service.storage.location import StoreLocationError, gamut_store
+from service.traces import Traces, traces_of, traces_wanted
 
 if TYPE_CHECKING:
+    from service.building.engine import BuildReport
     from service.settings import Settings
     from service.storage.gamuts import GamutStore
 
@@ -72,9 +78,17 @@ class Slot:
         The store of the deployment, open.
     broker : Broker
         Sends again what was not finished.
+    on_build : callable, optional
+        Told of the end of every build.
     """
 
-    def __init__(self, settings: Settings, store: GamutStore, broker: Broker) -> None:
+    def __init__(
+        self,
+        settings: Settings,
+        store: GamutStore,
+        broker: Broker,
+        on_build: BuildReport | None = None,
+    ) -> None:
         book = JobBook(store.blobs, settings.build_attempts)
         self._settings = settings
         self._broker = broker
@@ -86,6 +100,7 @@ class Slot:
             book,
             heartbeat=_HEARTBEAT_SECONDS,
             lease=settings.build_lease,
+            on_build=on_build,
         )
 
     def perform(self, job_id: str) -> Outcome:
@@ -190,8 +205,19 @@ def run_worker(settings: Settings) -> int:
     ----------
     settings : Settings
         With a broker and a store that is shared.
+
+    Raises
+    ------
+    TracesUnavailableError
+        Traces are asked for, and cannot be had.
     """
     fault = _store_fault(settings)
+    if fault is not None:
+        sys.stderr.write(f"gamut: {fault}\n")
+        return 1
+    traces_wanted(settings.traces)  # or each slot would find out for itself
+    reports = BuildReports()
+    fault = _figures_fault(settings, reports) if settings.worker_metrics_port else None
     if fault is not None:
         sys.stderr.write(f"gamut: {fault}\n")
         return 1
@@ -202,10 +228,15 @@ def run_worker(settings: Settings) -> int:
     app.conf.worker_proc_alive_timeout = _START_SECONDS
     app.steps["consumer"].add(_Sign)
     slot: list[Slot] = []
+    tracing: list[Traces] = []
 
     def start_slot(**_: object) -> None:
         number = billiard.current_process().index
-        slot[:] = [Slot(settings, _opened_store(settings), Broker(app))]
+        slots[number] = _COLD  # whatever became of the one before
+        traces = traces_of(settings.traces)
+        tracing[:] = [] if traces is None else [traces]
+        observer = BuildObserver(reports if settings.worker_metrics_port else None, traces)
+        slot[:] = [Slot(settings, _opened_store(settings), Broker(app), observer)]
         _warm(slot[0], slots, number)
         if number == 0:
             threading.Thread(
@@ -215,6 +246,8 @@ def run_worker(settings: Settings) -> int:
     def stop_slot(**_: object) -> None:
         if slot:
             slot[0].performer.close()
+        for traces in tracing:
+            traces.close()
 
     @app.task(name=TASK)
     def build(job_id: str) -> None:
@@ -286,6 +319,40 @@ def _store_fault(settings: Settings) -> str | None:
     except EOFError:
         fault = "looking into the store ended the process"
     process.join()
+    return fault
+
+
+def _figures_fault(settings: Settings, reports: BuildReports) -> str | None:
+    """Serve the worker's figures; return why they cannot be served, None if they are.
+
+    In a process of its own, which ends with this one: serving takes threads (see `_store_fault`).
+    """
+    context = multiprocessing.get_context("fork")
+    receiving, sending = context.Pipe(duplex=False)
+    worker = os.getpid()
+
+    def serve() -> None:
+        # Ctrl-C reaches the whole process group.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        figures = BuildFigures()
+        reports.forward(figures)
+        try:
+            host, port = settings.host, settings.worker_metrics_port
+            serve_build_figures(figures, host, port, str(worker))
+        except OSError as error:
+            sending.send(f"GAMUT_WORKER_METRICS_PORT: {error.strerror}")
+            return
+        sending.send(None)
+        while os.getppid() == worker:
+            time.sleep(1.0)
+
+    process = context.Process(target=serve, name="figures", daemon=True)
+    process.start()
+    sending.close()
+    try:
+        fault: str | None = receiving.recv()
+    except EOFError:
+        fault = "the process that serves the figures ended"
     return fault
 
 

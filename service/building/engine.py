@@ -41,6 +41,8 @@ class EngineFacts:
         Builds that may wait.
     worker_starts : int
         Worker processes that became ready to build, since the start.
+    fault : str, optional
+        Why no build can be queued at present.
     """
 
     queued: int
@@ -50,6 +52,7 @@ class EngineFacts:
     completed: int
     capacity: int
     worker_starts: int = 0
+    fault: str | None = None
 
 
 class Engine(Protocol):

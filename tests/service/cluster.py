@@ -163,8 +163,12 @@ class Cluster:
         return replica
 
     def worker(self):
-        """Start a worker."""
-        return self._gamut("worker", "worker")
+        """Start a worker; `figures` is where it serves them."""
+        port = free_port()
+        self.environment["GAMUT_WORKER_METRICS_PORT"] = str(port)
+        process = self._gamut("worker", "worker")
+        process.figures = f"http://127.0.0.1:{port}/metrics"
+        return process
 
     def healthy(self):
         """Whether the check of the workers' health finds nothing wrong."""

@@ -79,18 +79,18 @@ def test_a_wrong_key_is_refused(ask, assert_problem):
 
 
 @pytest.mark.parametrize(
-    ("key", "method", "allowed"),
+    ("scope", "method", "allowed"),
     [
-        (READER, "GET", True),
-        (READER, "POST", False),
-        (READER, "DELETE", False),
-        (WRITER, "GET", False),
-        (WRITER, "POST", True),
-        (WRITER, "DELETE", True),
+        ("read", "GET", True),
+        ("read", "POST", False),
+        ("read", "DELETE", False),
+        ("write", "GET", False),
+        ("write", "POST", True),
+        ("write", "DELETE", True),
     ],
 )
-def test_scopes_are_kept_apart(ask, assert_problem, key, method, allowed):
-    response = ask(method, X_Api_Key=key)
+def test_scopes_are_kept_apart(ask, assert_problem, scope, method, allowed):
+    response = ask(method, X_Api_Key=READER if scope == "read" else WRITER)
     if allowed:
         assert response.status_code == 200
     else:

@@ -30,7 +30,7 @@ def test_every_line_of_the_page_works(server, tmp_path):
     )
     statuses = re.findall(r"HTTP/1\.1 (\d+)", answer.stdout)
     assert [status[0] for status in statuses] == ["2"] * script.count("curl -i")
-    assert statuses[-4:] == ["202", "204", "200", "200"]
+    assert statuses[-5:] == ["202", "200", "204", "200", "200"]
     assert (tmp_path / "FOGRA39L.glb").read_bytes()[:4] == b"glTF"
     assert (tmp_path / "FOGRA39L.ply").read_bytes()[:3] == b"ply"
     assert (tmp_path / "FOGRA39L-half-a-unit.glb").read_bytes()[:4] == b"glTF"
@@ -38,6 +38,8 @@ def test_every_line_of_the_page_works(server, tmp_path):
     assert (tmp_path / "FOGRA39L.stl").stat().st_size == 84 + 50 * 1000
     assert (tmp_path / "FOGRA39L.gamut").stat().st_size > 10**5
     assert '"code":"invalid-option"' in answer.stdout
+    assert answer.stdout.count("event: finished") == 1
+    assert answer.stdout.count('"code":"build-cancelled"') == 1
 
 
 def stated(document):

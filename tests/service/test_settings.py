@@ -31,6 +31,7 @@ def test_every_setting_comes_from_its_variable(monkeypatch, name):
         "log_format": "json",
         "access_log": True,
         "traces": "on",
+        "worker_metrics_port": 9464,
         "max_surface_samples": 500_000,
         "build_workers": 7,
         "build_attempts": 7,

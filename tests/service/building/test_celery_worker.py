@@ -4,14 +4,17 @@ The tests share the processes, so each leaves two of either running.
 """
 
 import concurrent.futures
+import re
 import signal
 import subprocess
 import sys
 import time
 from itertools import count
 
+import httpx
 import pytest
 from cluster import COMMAND, Cluster, until
+from prometheus_client.parser import text_string_to_metric_families
 
 SEEDS = count(1000)
 
@@ -71,7 +74,7 @@ class Deployment:
 
 
 @pytest.fixture(scope="module")
-def deployment(tmp_path_factory, s3, slow_build, sphere):
+def deployment(tmp_path_factory, s3, slow_build, sphere, collector):
     if reason := Cluster.missing():
         pytest.skip(reason)
     cluster = Cluster(
@@ -83,6 +86,10 @@ def deployment(tmp_path_factory, s3, slow_build, sphere):
         drain_seconds=0,
         build_timeout=40,
     )
+    cluster.environment |= {
+        "OTEL_EXPORTER_OTLP_ENDPOINT": collector.url,
+        "OTEL_BSP_SCHEDULE_DELAY": "100",
+    }
     try:
         yield Deployment(cluster, slow_build, sphere)
     finally:
@@ -111,6 +118,44 @@ def test_identical_requests_at_both_replicas_are_one_build_and_the_same_bytes(de
         )
         assert one.status_code == 200
         assert (one.content, one.headers["etag"]) == (other.content, other.headers["etag"])
+
+
+def test_builds_are_seen_from_outside_at_whichever_worker_did_them(deployment, collector):
+    def succeeded():
+        total = 0
+        for worker in deployment.workers:
+            answer = httpx.get(worker.figures)
+            for family in text_string_to_metric_families(answer.text):
+                for sample in family.samples:
+                    if sample.name == "gamut_builds_total":
+                        assert sample.labels == {"outcome": "succeeded"}
+                        total += sample.value
+        return total
+
+    before = succeeded()
+    trace_id = "3c" * 16
+    answer = deployment.replicas[0].client.post(
+        "/v1/gamuts",
+        **deployment.quick(),
+        headers={"prefer": "wait=60", "traceparent": f"00-{trace_id}-{'4d' * 8}-01"},
+    )
+    assert answer.status_code == 201
+    until(lambda: succeeded() == before + 1)
+
+    # one trace, from the replica across the queue to the stages in the worker's process
+    def spans():
+        found = {span.name: span for span in collector.spans if span.trace_id.hex() == trace_id}
+        return found if {"POST /v1/gamuts", "build"} <= set(found) else None
+
+    found = until(spans)
+    assert found["build"].parent_span_id == found["POST /v1/gamuts"].span_id
+    assert found["build decimation"].parent_span_id == found["build"].span_id
+    figures = httpx.get(deployment.workers[0].figures).text
+    memory = float(
+        re.search(r"^gamut_worker_resident_memory_bytes (\S+)", figures, re.MULTILINE).group(1)
+    )
+    # of the process that builds, two generations below the one that is told of
+    assert memory > 150e6
 
 
 def test_both_workers_are_well(deployment):
