@@ -21,7 +21,7 @@ from service.documentation import (
     SUBMISSION_BODY,
     gamut_links,
     header,
-    job_link,
+    job_links,
     json_response,
     problems,
 )
@@ -105,7 +105,7 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
                 "Retry-After": header("Seconds after which to look again.", 1),
                 "Preference-Applied": header("Preferences that were honoured.", "respond-async"),
             },
-            job_link("$response.body#/id"),
+            job_links("$response.body#/id"),
         ),
         **problems(
             "malformed-body",
