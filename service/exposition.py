@@ -101,10 +101,10 @@ def _registry(families: Callable[[], Iterable[Metric]], process: str = "self") -
             # Without it, the library would collect once more, only to know the names.
             return []
 
-    registry = CollectorRegistry()
-    registry.register(Figures())
-    ProcessCollector(pid=lambda: process, registry=registry)
-    return registry
+    told = CollectorRegistry()
+    told.register(Figures())
+    ProcessCollector(pid=lambda: process, registry=told)
+    return told
 
 
 def _common_families(process: str) -> Iterator[Metric]:
@@ -133,6 +133,7 @@ def _service_families(service: Service) -> Iterator[Metric]:
     yield from _request_families(service.metrics.requests)
     yield from _build_families(service.metrics.builds)
     yield from _engine_families(service.builds.facts())
+    yield _gauge("gamut_event_streams", "Clients that follow a job.", service.events.count)
     yield from _cache_families({"gamuts": service.library.cache, "meshes": service.meshes.cache})
     yield from _store_families(service.store)
     ready = service.readiness.last

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from service.metrics import RequestFigures
     from service.traces import Traces
 
-__all__ = ["UNMATCHED", "MatchedRoute", "Observed"]
+__all__ = ["KNOWN_PARAMETERS", "UNMATCHED", "MatchedRoute", "Observed"]
 
 logger = logging.getLogger("service.access")
 
@@ -32,9 +32,19 @@ UNMATCHED = "unmatched"
 _DISCONNECTED = 499
 """What is counted where a request ends without an answer: as nginx has it, the client has gone."""
 
+KNOWN_PARAMETERS = (
+    "triangles",
+    "max_error",
+    "max_mismatch",
+    "format",
+    "gamuts",
+    "limit",
+    "after",
+)
+"""Parameters of queries that are logged."""
+
 _KNOWN_QUERY = re.compile(
-    r"(?:(?:triangles|max_error|max_mismatch|format|limit|after|gamuts)=[0-9A-Za-z.,+-]{0,128}"
-    r"(?:&|\Z))*\Z"
+    rf"(?:(?:{'|'.join(KNOWN_PARAMETERS)})=[0-9A-Za-z.,+-]{{0,200}}(?:&|\Z))*\Z"
 )
 
 _PLAIN_PATH = re.compile(r"[A-Za-z0-9/._-]*\Z")

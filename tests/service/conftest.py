@@ -216,18 +216,28 @@ def built(sphere):
     ]
 
 
+@pytest.fixture(scope="session")
+def publish_built():
+    """Publish a gamut that was built here, and return its record."""
+
+    def published(store, gamut):
+        content = gamut.to_bytes()
+        path = store.scratch(".gamut")
+        path.write_bytes(content)
+        digest = hashlib.sha256(content).hexdigest()
+        record = Record(gamut.id, digest, len(content), "2026-01-01T00:00:00Z", gamut.description)
+        return store.publish(record, path)
+
+    return published
+
+
 @pytest.fixture
-def filled_store(tmp_path, built):
+def filled_store(tmp_path, built, publish_built):
     """A store with the gamuts of `built`."""
     opened = GamutStore(LocalBlobs(tmp_path / "data"))
     opened.open()
     for gamut in built:
-        content = gamut.to_bytes()
-        digest = hashlib.sha256(content).hexdigest()
-        record = Record(gamut.id, digest, len(content), "2026-01-01T00:00:00Z", gamut.description)
-        path = opened.scratch(".gamut")
-        path.write_bytes(content)
-        opened.publish(record, path)
+        publish_built(opened, gamut)
     yield opened
     opened.close()
 

@@ -10,7 +10,7 @@ import pytest
 from service.application import create_app
 from service.logs import JsonLines
 from service.metrics import RequestFigures
-from service.observation import UNMATCHED, MatchedRoute, Observed
+from service.observation import KNOWN_PARAMETERS, UNMATCHED, MatchedRoute, Observed
 from service.settings import Settings
 
 
@@ -135,6 +135,17 @@ class TestLog:
         request(answering(), figures, access_log=True, query=query)
         assert "hidden-value" not in json.dumps(lines())
         assert lines()[0]["query"] == "***"
+
+    def test_the_parameters_that_are_repeated_are_those_of_the_service(self):
+        document = create_app(Settings.model_construct()).openapi()
+        parameters = {
+            parameter["name"]
+            for operations in document["paths"].values()
+            for operation in operations.values()
+            for parameter in operation.get("parameters", [])
+            if parameter["in"] == "query"
+        }
+        assert set(KNOWN_PARAMETERS) == parameters
 
     def test_header_fields_are_not_repeated(self, figures, lines):
         headers = [(b"authorization", b"Bearer hidden-value"), (b"x-api-key", b"hidden-value")]

@@ -10,6 +10,7 @@ import pytest
 
 from service.storage import local as module
 from service.storage.blobs import StoreFullError
+from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs, StoreInUseError
 
 KEY = "jobs/ab/abcd.job"
@@ -202,6 +203,7 @@ from pathlib import Path
 subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", sys.argv[1]], check=True)
 from service.storage.blobs import StoreFullError
 from service.storage.gamuts import GamutNotStoredError, GamutStore
+from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
 from service.storage.records import Record
 import hashlib
@@ -265,19 +267,23 @@ def small_disk(tmp_path):
 
 
 def test_a_service_on_a_full_disk_serves_what_is_there_and_recovers(
-    start_server, small_disk, sphere, assert_problem
+    start_server, small_disk, built, publish_built, sphere, assert_problem
 ):
+    store = GamutStore(LocalBlobs(small_disk / "store"))
+    store.open()
+    publish_built(store, built[0])
+    store.close()
     server = start_server(small_disk / "store", store_reserve_bytes=1_000_000)
-    there = server.client.post("/v1/gamuts", json={"samples": sphere(seed=61)}).json()
+    address = f"/v1/gamuts/{built[0].id}"
     ballast = small_disk / "ballast"
     with contextlib.suppress(OSError), ballast.open("wb", buffering=0) as file:
         while True:
             file.write(bytes(100_000))
-    body = {"samples": sphere(seed=62)}
-    assert_problem(server.client.post("/v1/gamuts", json=body), 507, "storage-full")
-    assert server.client.get(there["links"]["mesh"]).status_code == 200
-    assert server.client.get(there["links"]["history"]).status_code == 200
+    request = {"json": {"samples": sphere(seed=62)}, "headers": {"Prefer": "respond-async"}}
+    assert_problem(server.client.post("/v1/gamuts", **request), 507, "storage-full")
+    for part in ("", "/mesh", "/history"):
+        assert server.client.get(f"{address}{part}").status_code == 200
     assert list((small_disk / "store" / "temporary").iterdir()) == []
     ballast.unlink()
-    assert server.client.post("/v1/gamuts", json=body).status_code == 201
-    server.stop()
+    assert server.client.post("/v1/gamuts", **request).status_code == 202
+    server.kill()

@@ -6,6 +6,7 @@ import pytest
 
 from service.settings import Settings
 from service.storage.cloud import CloudBlobs
+from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
 from service.storage.location import StoreLocationError, blobs_at, gamut_store, is_address
 
@@ -71,28 +72,31 @@ def test_a_directory_needs_no_optional_package():
     assert answer.stdout.strip() == "[]"
 
 
-def test_services_share_a_bucket_and_its_outages(
-    start_server, tmp_path, sphere, monkeypatch, assert_problem
+def test_a_service_shares_its_bucket_and_bears_its_outages(
+    start_server, tmp_path, built, publish_built, monkeypatch, assert_problem
 ):
-    """What one has built the other serves; while the bucket is away, what it has in memory."""
+    """What others have published it serves; while the bucket is away, what it has in memory."""
     with emulators.s3_server(tmp_path) as environment:
         for name, value in environment.items():
             monkeypatch.setenv(name, value)
-        first, second = (start_server("s3://bucket/shared") for _ in range(2))
-        bodies = [{"samples": sphere(seed=seed)} for seed in (51, 52)]
-        deleted, gamut = (first.client.post("/v1/gamuts", json=body).json() for body in bodies)
-        first.kill()
-        for link in ("self", "levels", "history", "mesh"):
-            assert second.client.get(gamut["links"][link]).status_code == 200
-        assert second.client.post("/v1/gamuts", json=bodies[1]).status_code == 200
-        assert len(second.client.get("/v1/gamuts").json()["gamuts"]) == 2
-        assert second.client.delete(deleted["links"]["self"]).status_code == 204
-        assert second.client.get(deleted["links"]["self"]).status_code == 404
-        mesh = second.client.get(gamut["links"]["mesh"]).content
-    answer = second.client.get(f"/v1/gamuts/{'0' * 64}")
+        server = start_server("s3://bucket/shared")
+        other = GamutStore(CloudBlobs("s3://bucket/shared"))
+        other.open()
+        for gamut in built:
+            publish_built(other, gamut)
+        address, deleted = (f"/v1/gamuts/{gamut.id}" for gamut in built)
+        for part in ("", "/levels", "/history", "/mesh"):
+            assert server.client.get(f"{address}{part}").status_code == 200
+        assert len(server.client.get("/v1/gamuts").json()["gamuts"]) == 2
+        assert server.client.delete(deleted).status_code == 204
+        assert server.client.get(deleted).status_code == 404
+        assert [record.id for record in other.page("", 10)] == [built[0].id]
+        other.close()
+        mesh = server.client.get(f"{address}/mesh").content
+    answer = server.client.get(f"/v1/gamuts/{'0' * 64}")
     assert_problem(answer, 503, "store-unavailable")
     assert int(answer.headers["retry-after"]) > 0
     assert environment["AWS_ENDPOINT"] not in answer.text
-    assert second.client.get(gamut["links"]["mesh"]).content == mesh
-    assert second.client.get("/livez").status_code == 200
-    second.kill()
+    assert server.client.get(f"{address}/mesh").content == mesh
+    assert server.client.get("/livez").status_code == 200
+    server.kill()
