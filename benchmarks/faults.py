@@ -298,8 +298,8 @@ TESTED = {
         "faults",
         "the first client disconnects in mid-build",
         "the build finishes, others get it",
-        "disconnect or goes_away or gone",
-        ["tests/service/routes", "tests/service/test_builds.py"],
+        "first_client_disconnects or first_to_ask_leaves",
+        ["tests/service/routes/test_jobs.py", "tests/service/test_single_flight.py"],
     ),
     "faults-formats": (
         "faults",

@@ -5,6 +5,7 @@ import sys
 import time
 from pathlib import Path
 
+import httpx
 import pytest
 
 # The tests' folders are no packages.
@@ -238,3 +239,12 @@ def test_a_build_outlives_its_workers(start_server, slow_build):
 
 def test_200_identical_requests_are_one_build_and_one_answer(server, slow_build):
     identical_requests_are_one_build(server, slow_build(90_000), clients=200)
+
+
+def test_a_build_goes_on_when_the_first_client_disconnects(server, slow_build):
+    arguments = slow_build(80_000)
+    with pytest.raises(httpx.ReadTimeout), httpx.Client(base_url=server.url) as first:
+        first.post("/v1/gamuts", **arguments, headers={"Prefer": "wait=60"}, timeout=0.5)
+    answer = server.client.post("/v1/gamuts", **arguments, headers={"Prefer": "wait=60"})
+    assert answer.status_code in {200, 201}
+    assert server.builds_started(answer.json()["id"]) == 1
