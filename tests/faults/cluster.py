@@ -56,6 +56,15 @@ def held(condition: object, promise: str) -> None:
         raise BrokenPromiseError(promise)
 
 
+def children(process: int) -> list[int]:
+    """The processes that a process has started; of a worker's, a slot has one as well."""
+    return [
+        int(child)
+        for task in Path(f"/proc/{process}/task").iterdir()
+        for child in (task / "children").read_text().split()
+    ]
+
+
 class Run:
     """One run over a deployment."""
 
@@ -159,9 +168,8 @@ class Run:
         replica = self.chance.choice(self.replicas)
         job_id = self.post(replica, self.arguments(100_000), "respond-async").json()["id"]
         until(lambda: f"build of {job_id} started" in hanging.log())
-        children = Path(f"/proc/{hanging.popen.pid}/task/{hanging.popen.pid}/children").read_text()
-        for child in map(int, children.split()):
-            os.kill(child, signal.SIGSTOP)
+        (slot,) = [child for child in children(hanging.popen.pid) if children(child)]
+        os.kill(slot, signal.SIGSTOP)
         clock = time.monotonic()
         until(lambda: (j := self.job(job_id))["finished"] or j["attempts"] > 1, 120, 0.05)
         seconds = time.monotonic() - clock
