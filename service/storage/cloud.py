@@ -5,7 +5,8 @@ Azure, generations at Google), so any number of processes on any number of machi
 bucket. Credentials and endpoints come from the environment, as obstore reads them
 (``AWS_...``, ``GOOGLE_...``, ``AZURE_...``). Every request has a deadline and a bounded number of
 repetitions. Writes are repeated here and not by obstore, because the repetition of a request that
-was carried out, though its answer was lost, meets its own result. See ``docs/operations.md``.
+was carried out, though its answer was lost, meets its own result. obstore's threads do not survive
+a fork: a process that forks opens its storage afterwards. See ``docs/operations.md``.
 """
 
 from __future__ import annotations

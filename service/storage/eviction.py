@@ -56,32 +56,43 @@ class Eviction:
     def __init__(self, store: GamutStore, blobs: LocalBlobs) -> None:
         self._store = store
         self._blobs = blobs
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
+        self._evicting = False
         self._candidates: deque[_Candidate] = deque()
         self._nothing_until = 0.0
 
     def make_room(self, nbytes: int) -> bool:
         """Free that many bytes, or as many as there are; whether any were freed."""
-        freed = 0
         with self._lock:
-            self._store.flush_uses()
-            looks = 0
-            while freed < nbytes:
-                if not self._candidates:
-                    looks += 1
-                    if looks > _LOOKS or not self._look():
-                        break
-                candidate = self._candidates.popleft()
-                with contextlib.suppress(BlobNotFoundError):
-                    used = self._blobs.stat(candidate.key).st_mtime
-                    if used > candidate.used:
-                        # Used since it was looked at: its turn comes again after the others'.
-                        self._candidates.append(_Candidate(candidate.key, used, candidate.evict))
-                        continue
-                    freed += candidate.evict(candidate.key)
+            if self._evicting:
+                # Setting a damaged candidate aside writes its reason, for which there is no room.
+                return False
+            self._evicting = True
+            try:
+                freed = self._freed(nbytes)
+            finally:
+                self._evicting = False
         if freed:
             logger.info("%d bytes evicted", freed)
         return freed > 0
+
+    def _freed(self, nbytes: int) -> int:
+        self._store.flush_uses()
+        freed = looks = 0
+        while freed < nbytes:
+            if not self._candidates:
+                looks += 1
+                if looks > _LOOKS or not self._look():
+                    break
+            candidate = self._candidates.popleft()
+            with contextlib.suppress(BlobNotFoundError):
+                used = self._blobs.stat(candidate.key).st_mtime
+                if used > candidate.used:
+                    # Used since it was looked at: its turn comes again after the others'.
+                    self._candidates.append(_Candidate(candidate.key, used, candidate.evict))
+                    continue
+                freed += candidate.evict(candidate.key)
+        return freed
 
     def _look(self) -> bool:
         """Look through the store for what may go; whether there is anything."""

@@ -76,6 +76,16 @@ def test_inputs_of_unfinished_jobs_never_go(limited, publish, identity):
     assert stored(limited) == set()
 
 
+@pytest.mark.parametrize("suffix", ["record", "gamut"])
+def test_what_is_damaged_is_no_obstacle(limited, publish, suffix):
+    """Not even if there is no room for the reason's file."""
+    damaged = publish(limited, 1, bytes(104_600)).id
+    (path,) = limited.blobs.directory.rglob(f"{damaged}*.{suffix}")
+    path.write_bytes(path.read_bytes()[:-1])
+    other = publish(limited, 2, bytes(100_000)).id
+    assert stored(limited) == {other}
+
+
 def test_what_cannot_fit_evicts_nothing(limited, publish):
     record = publish(limited, 1, bytes(50_000))
     with pytest.raises(StoreFullError):

@@ -7,8 +7,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, replace
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
-from service.storage.blobs import StoreUnavailableError, sealed
+from service.storage.blobs import BlobNotFoundError, StoreUnavailableError, sealed
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError, GamutStore
 from service.storage.local import LocalBlobs
 from service.storage.records import record_key
@@ -177,6 +179,39 @@ def test_damage_is_noticed_set_aside_and_mended_by_publishing(
     assert not store.delete(record.id)
     again = publish(store)
     assert store.content(record.id) == (again, CONTENT)
+
+
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.data())
+def test_no_damage_of_any_file_is_served(store, publish, data):
+    """Any bit of any file flipped, or any part of its end lost: noticed, counted, and mended."""
+    record = publish(store, content=b"history" * 30)
+    store.keep_input(record.id, b"input" * 30, {"gamma": 0.2})
+    paths = sorted(store.blobs.path(key) for key in store.blobs.keys("") if "quarantine" not in key)
+    assert len(paths) == 3
+    path = data.draw(st.sampled_from(paths))
+    content = bytearray(path.read_bytes())
+    position = data.draw(st.integers(0, len(content) - 1))
+    if data.draw(st.booleans()):
+        content[position] ^= 1 << data.draw(st.integers(0, 7))
+    else:
+        del content[position:]
+    path.write_bytes(content)
+    before = store.corruptions
+    if path.suffix == ".input":
+        with pytest.raises(BlobNotFoundError):
+            store.input_path(record.id)
+    else:
+        with pytest.raises(GamutDamagedError) as caught:
+            store.content(record.id)
+        assert caught.value.input_kept
+    assert store.corruptions == before + 1
+    assert not path.exists()
+    store.keep_input(record.id, b"input" * 30)
+    assert store.input_path(record.id).read_bytes() == b"input" * 30
+    mended = publish(store, content=b"history" * 30)
+    assert store.content(record.id) == (mended, b"history" * 30)
+    store.delete(record.id)
 
 
 def test_a_sound_gamut_is_not_set_aside_for_what_its_predecessor_was(store, publish):
