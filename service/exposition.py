@@ -101,10 +101,10 @@ def _registry(families: Callable[[], Iterable[Metric]], process: str = "self") -
             # Without it, the library would collect once more, only to know the names.
             return []
 
-    registry = CollectorRegistry()
-    registry.register(Figures())
-    ProcessCollector(pid=lambda: process, registry=registry)
-    return registry
+    told = CollectorRegistry()
+    told.register(Figures())
+    ProcessCollector(pid=lambda: process, registry=told)
+    return told
 
 
 def _common_families(process: str) -> Iterator[Metric]:
