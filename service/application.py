@@ -38,7 +38,8 @@ triangles as you ask for.
 
 Post the data to `/v1/gamuts`, then download any level from `/v1/gamuts/{id}/mesh`. A gamut's id is
 a digest of what it was made from, so its levels and history are immutable. Every error is a problem
-document (RFC 9457); its codes are explained under [/problems](/problems).
+document (RFC 9457); its codes are explained under [/problems](/problems). Every answer has the id
+of its request in `X-Request-Id`, and where its time went in `Server-Timing`.
 """
 
 _TAGS = [

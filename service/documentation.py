@@ -23,7 +23,7 @@ __all__ = [
     "SUBMISSION_BODY",
     "gamut_links",
     "header",
-    "job_link",
+    "job_links",
     "json_response",
     "problems",
 ]
@@ -193,12 +193,15 @@ def gamut_links(expression: str) -> dict[str, Any]:
         "operationId": "downloadMeshes",
         "parameters": {"gamuts": expression},
     }
-    return links | job_link(expression)
+    return links | job_links(expression)
 
 
-def job_link(expression: str) -> dict[str, Any]:
-    """Return the link of a response that names a gamut to its job; parameters as `gamut_links`."""
-    return {"describeJob": {"operationId": "describeJob", "parameters": {"job_id": expression}}}
+def job_links(expression: str) -> dict[str, Any]:
+    """Return the links of a response that names a gamut to its job; parameters as `gamut_links`."""
+    return {
+        operation: {"operationId": operation, "parameters": {"job_id": expression}}
+        for operation in ("describeJob", "followJob", "cancelJob")
+    }
 
 
 def header(description: str, example: str | int) -> dict[str, Any]:

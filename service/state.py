@@ -28,6 +28,10 @@ __all__ = ["Service", "service_of"]
 
 logger = logging.getLogger(__name__)
 
+_LARGE_BODIES = 2
+"""Complete bodies of more than a megabyte that are in memory at the same time, until their builds
+are accepted; the rest waits on the disk."""
+
 
 @dataclass
 class Service:
@@ -49,6 +53,9 @@ class Service:
     traces: Traces | None = field(init=False)
     events: EventStreams = field(init=False)
     warm: bool = False
+    large_bodies: asyncio.Semaphore = field(
+        default_factory=lambda: asyncio.Semaphore(_LARGE_BODIES)
+    )
     _loop: asyncio.AbstractEventLoop | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:

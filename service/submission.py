@@ -9,10 +9,11 @@ samples give the same gamut id.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 from dataclasses import dataclass
 from tempfile import SpooledTemporaryFile
-from typing import TYPE_CHECKING, Any, BinaryIO, NoReturn, cast
+from typing import TYPE_CHECKING, Any, BinaryIO, NoReturn, TypeAlias, cast
 
 from starlette.datastructures import UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
@@ -20,8 +21,10 @@ from starlette.formparsers import MultiPartException, MultiPartParser
 from gamutcore.characterisation.json_samples import MAX_JSON_SAMPLES
 from gamutcore.gamut import Options
 from service.problems import Problem, ProblemError
+from service.server_timing import timed
 
 if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Awaitable, Callable
     from pathlib import Path
 
     from fastapi import Request
@@ -53,6 +56,10 @@ class Submission:
     options: Options
 
 
+_Read: TypeAlias = "Callable[[UploadFile | str], Awaitable[bytes]]"
+"""Reads the part with the data into memory."""
+
+
 class _Parser(MultiPartParser):
     """Starlette's parser, with files that grow on the disk of the store and have no name there.
 
@@ -76,8 +83,11 @@ class _Parser(MultiPartParser):
             upload.file = cast("BinaryIO", file)
 
 
-async def submission(request: Request, settings: Settings, scratch: Path) -> Submission:
-    """Return the characterisation and options in a request.
+@contextlib.asynccontextmanager
+async def submission(
+    request: Request, settings: Settings, scratch: Path, large: asyncio.Semaphore
+) -> AsyncIterator[Submission]:
+    """Give the characterisation and options in a request, for as long as they are needed.
 
     Parameters
     ----------
@@ -85,6 +95,9 @@ async def submission(request: Request, settings: Settings, scratch: Path) -> Sub
     settings : Settings
     scratch : Path
         Directory where large files may be while they arrive.
+    large : Semaphore
+        Held from when a large file is read into memory until its data is needed no more: any number
+        of clients may send large files at the same time, but few have them in memory.
 
     Raises
     ------
@@ -93,6 +106,21 @@ async def submission(request: Request, settings: Settings, scratch: Path) -> Sub
     OptionError
         An option is unknown or has a value that is not accepted.
     """
+    async with contextlib.AsyncExitStack() as held:
+
+        async def read(file: UploadFile | str) -> bytes:
+            if isinstance(file, UploadFile) and (file.size or 0) > _Parser.spool_max_size:
+                await held.enter_async_context(large)
+            return await _content(file)
+
+        with timed("body"):
+            posted = await _submission(request, settings, scratch, read)
+        yield posted
+
+
+async def _submission(
+    request: Request, settings: Settings, scratch: Path, read: _Read
+) -> Submission:
     coding = request.headers.get("content-encoding", "").strip().lower()
     if coding not in {"", "identity"}:
         detail = f"The body is in the content coding {coding[:40]!r}."
@@ -107,7 +135,7 @@ async def submission(request: Request, settings: Settings, scratch: Path) -> Sub
         )
     media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     if media_type == "multipart/form-data":
-        data, mapping = await _multipart(request, settings.max_form_parts, scratch)
+        data, mapping = await _multipart(request, settings.max_form_parts, scratch, read)
     elif media_type == "application/json":
         body = await _inline_body(request, settings.max_inline_bytes)
         data, mapping = await asyncio.to_thread(_inline, body)
@@ -146,7 +174,7 @@ async def _inline_body(request: Request, limit: int) -> bytes:
 
 
 async def _multipart(
-    request: Request, most_parts: int, scratch: Path
+    request: Request, most_parts: int, scratch: Path, read: _Read
 ) -> tuple[bytes, dict[str, Any]]:
     parser = _Parser(
         request.headers,
@@ -182,11 +210,11 @@ async def _multipart(
         file = form.get("file")
         if file is None:
             _refuse("There is no part named file.", "file")
-        data = await _content(file)
-        options = await _content(form.get("options", "{}"))
-        if len(options) > _OPTIONS_BYTES:
+        options = form.get("options", "{}")
+        if isinstance(options, UploadFile) and (options.size or 0) > _OPTIONS_BYTES:
             _refuse(f"The options are larger than {_OPTIONS_BYTES} bytes.", "options")
-        return data, _options(_decoded(options, "options"))
+        mapping = _options(_decoded(await _content(options), "options"))
+        return await read(file), mapping
     finally:
         await form.close()
 

@@ -21,7 +21,7 @@ from service.documentation import (
     SUBMISSION_BODY,
     gamut_links,
     header,
-    job_link,
+    job_links,
     json_response,
     problems,
 )
@@ -105,7 +105,7 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
                 "Retry-After": header("Seconds after which to look again.", 1),
                 "Preference-Applied": header("Preferences that were honoured.", "respond-async"),
             },
-            job_link("$response.body#/id"),
+            job_links("$response.body#/id"),
         ),
         **problems(
             "malformed-body",
@@ -148,17 +148,18 @@ async def create_gamut(request: Request) -> Response:
     settings = service.settings
     prefer = preference(request.headers.getlist("prefer"))
     await _check_admission_of_large(request, service)
-    with timed("body"):
-        posted = await submission(request, settings, service.scratch_directory)
-    digest = await asyncio.to_thread(hashlib.sha256, posted.data)
-    gamut_id = identity(posted.options, digest.hexdigest())
-    with contextlib.suppress(GamutNotStoredError):
-        return _found(await service.library.record(gamut_id))
-    job = await service.builds.submit(
-        gamut_id, posted.options.to_mapping(), posted.data, propagation_headers()
-    )
-    if job is None:
-        return _found(await service.library.record(gamut_id))
+    large, scratch = service.large_bodies, service.scratch_directory
+    # Left, and so out of memory, before the wait for the build.
+    async with submission(request, settings, scratch, large) as posted:
+        digest = await asyncio.to_thread(hashlib.sha256, posted.data)
+        gamut_id = identity(posted.options, digest.hexdigest())
+        with contextlib.suppress(GamutNotStoredError):
+            return _found(await service.library.record(gamut_id))
+        job = await service.builds.submit(
+            gamut_id, posted.options.to_mapping(), posted.data, propagation_headers()
+        )
+        if job is None:
+            return _found(await service.library.record(gamut_id))
     del posted
 
     seconds = prefer.seconds(settings.client_wait, settings.max_client_wait)

@@ -1,5 +1,6 @@
 """Jobs: how far builds are, and cancelling them. A job has the id of the gamut that it builds."""
 
+import json
 from collections.abc import AsyncIterator
 from typing import Annotated, Any
 
@@ -40,7 +41,22 @@ _CANCELLED_JOB = {
     ).document(),
 }
 
-_EXAMPLE_EVENT = "id: 1.1.running.decimation.400\nevent: progress\ndata: {...}\n\n"
+_EXAMPLE_EVENT = {
+    "id": "1.1.running.decimation.400",
+    "event": "progress",
+    "data": json.dumps(EXAMPLE_JOB),
+}
+
+_EVENT_SCHEMA = {
+    "type": "object",
+    "description": "One event of the stream, by the names of its fields.",
+    "properties": {
+        "id": {"type": "string"},
+        "event": {"type": "string", "enum": ["progress", "finished"]},
+        "data": {"type": "string", "description": "The job, as JSON."},
+    },
+    "required": ["id", "event", "data"],
+}
 
 
 @router.get(
@@ -125,8 +141,8 @@ async def describe_job(request: Request, job_id: JobId) -> Response:
             "description": "The events.",
             "content": {
                 MEDIA_TYPE: {
-                    "schema": {"type": "string"},
-                    "examples": {"events": {"value": _EXAMPLE_EVENT}},
+                    "schema": _EVENT_SCHEMA,
+                    "examples": {"event": {"value": _EXAMPLE_EVENT}},
                 }
             },
             "headers": {"Cache-Control": header("It is about now.", "no-store")},

@@ -23,7 +23,8 @@ def post(tmp_path):
         @app.post("/")
         async def read(request: Request) -> None:
             limits = Settings(max_surface_samples=200_000, max_inline_bytes=2**25)
-            found.append(await submission(request, limits, tmp_path))
+            async with submission(request, limits, tmp_path, asyncio.Semaphore(2)) as posted:
+                found.append(posted)
 
         async def request():
             transport = httpx.ASGITransport(app)
@@ -77,7 +78,9 @@ def test_large_json_is_asked_for_as_a_file(assert_problem, tmp_path):
 
     @app.post("/")
     async def read(request: Request) -> None:
-        await submission(request, Settings(max_inline_bytes=2000), tmp_path)
+        limits = Settings(max_inline_bytes=2000)
+        async with submission(request, limits, tmp_path, asyncio.Semaphore(2)):
+            pass
 
     async def request():
         transport = httpx.ASGITransport(app)
@@ -94,6 +97,29 @@ def test_large_files_leave_nothing_on_the_disk(post, tmp_path):
     assert post(files={"file": content}).data == content
     post(files={"file": content, "other": content})
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("size", "most"), [(2_000_000, 2), (500_000, 6)])
+def test_few_large_files_are_in_memory_at_a_time(tmp_path, size, most):
+    app, large = FastAPI(), asyncio.Semaphore(2)
+    inside, seen = [0], []
+
+    @app.post("/")
+    async def read(request: Request) -> None:
+        async with submission(request, Settings(), tmp_path, large):
+            inside[0] += 1
+            seen.append(inside[0])
+            await asyncio.sleep(0.2)
+            inside[0] -= 1
+
+    async def requests():
+        transport = httpx.ASGITransport(app)
+        async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
+            await asyncio.gather(*(client.post("/", files={"file": bytes(size)}) for _ in range(6)))
+
+    asyncio.run(requests())
+    assert len(seen) == 6
+    assert max(seen) == most
 
 
 @pytest.mark.parametrize("coding", ["gzip", "x-gzip", "zstd", "br", "gzip, gzip", "identity, gzip"])
