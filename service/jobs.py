@@ -14,12 +14,15 @@ import json
 import logging
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field, fields, replace
 from datetime import UTC, datetime
+from itertools import islice
 from typing import TYPE_CHECKING, Any, Literal
 
 from service.problems import Problem
 from service.storage.blobs import BlobDamagedError, BlobNotFoundError, sealed, unsealed
+from service.storage.records import id_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -44,6 +47,10 @@ JobState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 ABANDONED_SECONDS = 60.0
 """How long a job may wait without a sign of life before a new request for it has it queued anew:
 whoever was to do that may have died in between, and a job that is queued twice is claimed once."""
+
+
+_READERS = 16
+"""Documents of a remote store that are read at the same time."""
 
 
 def now() -> str:
@@ -303,25 +310,13 @@ class JobBook:
 
         Whoever is building it learns of it with the next heartbeat, and can change nothing.
         """
-        while True:
-            found = self._found(job_id)
-            if found is None or found[0].final:
-                return None if found is None else found[0]
-            document, version = found
-            cancelled = self._ended(document, "cancelled", _cancelled_problem())
-            if self._replace(cancelled, version) is not None:
-                return cancelled
+        detail = "The build was cancelled before it was finished."
+        problem = Problem("build-cancelled", detail)
+        return self._ended_while(("queued", "running"), job_id, "cancelled", problem)
 
     def withdraw(self, job_id: str, problem: Problem) -> JobDocument | None:
         """Return the job, failed if nobody had begun it: what it needs could not be stored."""
-        while True:
-            found = self._found(job_id)
-            if found is None or found[0].state != "queued":
-                return None if found is None else found[0]
-            document, version = found
-            failed = self._ended(document, "failed", problem)
-            if self._replace(failed, version) is not None:
-                return failed
+        return self._ended_while(("queued",), job_id, "failed", problem)
 
     def requeue(self, job_id: str, token: int) -> JobDocument | None:
         """Return the job, queued again if this claim has it: its owner is known to be gone.
@@ -355,34 +350,35 @@ class JobBook:
 
     def unfinished(self) -> Iterator[JobDocument]:
         """Iterate over the jobs that are queued or running."""
-        for key in self._blobs.keys("jobs/"):
-            document = self.read(_job_id(key))
-            if document is not None and not document.final:
+        for document in self._documents(""):
+            if not document.final:
                 yield document
 
     def page(self, after: str, limit: int) -> list[JobDocument]:
         """Return up to `limit` jobs in the order of their ids, from the first after `after`."""
-        documents: list[JobDocument] = []
-        for key in self._blobs.keys("jobs/", _key(after) if after else ""):
-            if len(documents) == limit:
-                break
-            document = self.read(_job_id(key))
-            if document is not None:
-                documents.append(document)
-        return documents
+        return list(islice(self._documents(after), limit))
 
     def forget_finished(self, older_than: float) -> list[str]:
         """Remove the jobs that were over `older_than` seconds ago, and return their ids."""
         limit = _rfc3339(self._clock() - older_than)
         forgotten = []
         for key in self._blobs.keys("jobs/"):
-            job_id = _job_id(key)
+            job_id = id_of(key)
             with self._removing:
                 document = self.read(job_id)
                 if document is not None and document.final and (document.finished or "") < limit:
                     self._blobs.delete(key)
                     forgotten.append(job_id)
         return forgotten
+
+    def _documents(self, after: str) -> Iterator[JobDocument]:
+        """Iterate over the jobs after one, several being read at a time where that takes long."""
+        keys = iter(self._blobs.keys("jobs/", _key(after) if after else ""))
+        readers = _READERS if self._blobs.remote else 1
+        with ThreadPoolExecutor(readers, thread_name_prefix="jobs") as threads:
+            while batch := [id_of(key) for key in islice(keys, readers)]:
+                found = threads.map(self.read, batch) if readers > 1 else map(self.read, batch)
+                yield from (document for document in found if document is not None)
 
     def _found(self, job_id: str) -> tuple[JobDocument, str] | None:
         try:
@@ -471,6 +467,18 @@ class JobBook:
             lease_until=None,
         )
 
+    def _ended_while(
+        self, states: tuple[JobState, ...], job_id: str, state: JobState, problem: Problem
+    ) -> JobDocument | None:
+        """Return a job, ended if it was in one of these states; None if there is none."""
+        while True:
+            found = self._found(job_id)
+            if found is None or found[0].state not in states:
+                return None if found is None else found[0]
+            ended = self._ended(found[0], state, problem)
+            if self._replace(ended, found[1]) is not None:
+                return ended
+
     def _abandoned(self, document: JobDocument, silence: float) -> bool:
         """Whether nobody has been heard of who would do a job."""
         if document.state == "running":
@@ -481,10 +489,6 @@ class JobBook:
         return _rfc3339(self._clock())
 
 
-def _cancelled_problem() -> Problem:
-    return Problem("build-cancelled", "The build was cancelled before it was finished.")
-
-
 def _rfc3339(seconds: float) -> str:
     moment = datetime.fromtimestamp(seconds, UTC)
     return moment.isoformat(timespec="milliseconds").replace("+00:00", "Z")
@@ -492,7 +496,3 @@ def _rfc3339(seconds: float) -> str:
 
 def _key(job_id: str) -> str:
     return f"jobs/{job_id[:2]}/{job_id}.job"
-
-
-def _job_id(key: str) -> str:
-    return key.rpartition("/")[2].removesuffix(".job")

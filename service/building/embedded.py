@@ -163,7 +163,10 @@ class EmbeddedEngine:
     def document(self, job_id: str) -> JobDocument | None:
         """Return a job as far as it is known here, fresher than the book; None if it is not."""
         run = self._runs.get(job_id)
-        return self._waiting.get(job_id) if run is None else run.document
+        if run is not None:
+            return run.document
+        # Of what waits in a shared store the book knows more: another may have begun or ended it.
+        return self._waiting.get(job_id) if self._sole_owner else None
 
     def facts(self) -> EngineFacts:
         """Return what the engine is doing."""

@@ -167,6 +167,19 @@ def test_a_cancelled_build_ends_for_all_who_wait(deployment, where):
     run(scenario())
 
 
+def test_what_waits_here_and_is_cancelled_elsewhere_is_known_here(deployment):
+    async def scenario():
+        async with deployment.replica() as one, deployment.replica(build_workers=2) as other:
+            await one.submit("b" * 64, OPTIONS, b"hang")
+            await begun(one, "b" * 64)
+            await one.submit(JOB, OPTIONS, b"build")
+            waiting = asyncio.create_task(one.wait(JOB, 30.0))
+            await other.cancel(JOB)
+            assert (await waiting).state == (await one.job(JOB)).state == "cancelled"
+
+    run(scenario())
+
+
 def test_what_failed_is_begun_anew(deployment):
     async def scenario():
         async with deployment.replica() as builds:
