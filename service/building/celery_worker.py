@@ -405,8 +405,9 @@ def _leave_logging(**_: object) -> None:
 
 
 def _release_all(worker: Any) -> None:  # noqa: ANN401 - Celery's
-    """Tell every slot to give back what it is building."""
-    for process in worker.pool.info["processes"]:
+    """Tell every slot to give back what it is building, unless all have ended by now."""
+    pool = getattr(worker.pool, "_pool", None)
+    for process in [] if pool is None else worker.pool.info["processes"]:
         logger.info("process %d is told to give back its build", process)
         try:
             os.kill(process, signal.SIGTERM)

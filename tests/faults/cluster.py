@@ -4,7 +4,8 @@ API replicas, workers, a broker (Redis or RabbitMQ) and an S3 server, all on thi
 
 - ``--posts`` identical requests at once, spread over the replicas: one build, the same bytes;
 - ``--kills`` times a worker is killed in mid-build, and every tenth time a replica as well that has
-  accepted a build: every accepted build ends, its bytes match their tag, no mark is left behind;
+  accepted a build: every accepted build ends, its bytes match their tag;
+- a slot that hangs, so that only Celery's hard time limit can end it, costs an attempt;
 - ``--builds`` builds in a row as fast as the workers go.
 
 Exits with 1 at the first broken promise. With ``--write`` the figures go to
@@ -19,6 +20,7 @@ import hashlib
 import json
 import os
 import random
+import signal
 import sys
 import tempfile
 import time
@@ -35,6 +37,12 @@ from emulators import s3_server  # noqa: E402
 FIGURES = ROOT / "benchmarks" / "cluster.json"
 PRESS = ROOT / "examples" / "FOGRA39L.ti3"
 
+HASTY = (
+    "import sys; import service.building.celery_app as app; app._STARTING_SECONDS = 1.0;"
+    "from service.command import main; sys.exit(main())"
+)
+"""A worker whose hard time limit is a second above the deadline, and not a minute."""
+
 SETTINGS = {"build_lease": 5, "resend_seconds": 3, "build_queue": 1000, "drain_seconds": 5}
 
 
@@ -46,6 +54,15 @@ def held(condition: object, promise: str) -> None:
     """Raise where a promise is broken."""
     if not condition:
         raise BrokenPromiseError(promise)
+
+
+def children(process: int) -> list[int]:
+    """The processes that a process has started; of a worker's, a slot has one as well."""
+    return [
+        int(child)
+        for task in Path(f"/proc/{process}/task").iterdir()
+        for child in (task / "children").read_text().split()
+    ]
 
 
 class Run:
@@ -142,6 +159,27 @@ class Run:
         self.verified(job_id)
         return waited
 
+    def stuck(self) -> float:
+        """Have a slot hang in mid-build; return the seconds until somebody goes on."""
+        for worker in self.workers:
+            worker.stop()
+        hanging = self.cluster.worker(HASTY, build_timeout=8)
+        until(lambda: "is warm" in hanging.log())
+        replica = self.chance.choice(self.replicas)
+        job_id = self.post(replica, self.arguments(100_000), "respond-async").json()["id"]
+        until(lambda: f"build of {job_id} started" in hanging.log())
+        (slot,) = [child for child in children(hanging.popen.pid) if children(child)]
+        os.kill(slot, signal.SIGSTOP)
+        clock = time.monotonic()
+        until(lambda: (j := self.job(job_id))["finished"] or j["attempts"] > 1, 120, 0.05)
+        seconds = time.monotonic() - clock
+        held("Hard time limit" in hanging.log(), "the hard time limit ends a slot that hangs")
+        hanging.stop()
+        self.workers = [self.cluster.worker() for _ in self.workers]
+        self.finished(job_id)
+        self.verified(job_id)
+        return seconds
+
     def rate(self, builds: int) -> float:
         """Builds per second of all workers together."""
         clock = time.monotonic()
@@ -221,6 +259,8 @@ def _figures(run: Run, given: argparse.Namespace) -> list[dict[str, str]]:
             }
         )
         print(figures[-1], flush=True)
+    if given.kills:
+        print(f"a slot that hung was replaced after {run.stuck():.1f} s", flush=True)
     waits = []
     for number in range(given.kills):
         waits.append(run.killed())

@@ -162,11 +162,11 @@ class Cluster:
         replica.client = httpx.Client(base_url=replica.url, timeout=120)
         return replica
 
-    def worker(self):
-        """Start a worker; `figures` is where it serves them."""
+    def worker(self, code=COMMAND, **settings):
+        """Start a worker, with settings of its own; `figures` is where it serves its figures."""
         port = free_port()
-        self.environment["GAMUT_WORKER_METRICS_PORT"] = str(port)
-        process = self._gamut("worker", "worker")
+        settings["worker_metrics_port"] = port
+        process = self._gamut("worker", "worker", code=code, settings=settings)
         process.figures = f"http://127.0.0.1:{port}/metrics"
         return process
 
@@ -179,9 +179,12 @@ class Cluster:
         for process in self.processes:
             process.kill()
 
-    def _gamut(self, name, *arguments):
-        command = [sys.executable, "-c", COMMAND, *arguments]
-        return self._started(command, self.environment, f"{name}{len(self.processes)}")
+    def _gamut(self, name, *arguments, code=COMMAND, settings=()):
+        environment = self.environment | {
+            f"GAMUT_{setting.upper()}": str(value) for setting, value in dict(settings).items()
+        }
+        command = [sys.executable, "-c", code, *arguments]
+        return self._started(command, environment, f"{name}{len(self.processes)}")
 
     def _started(self, command, environment, name):
         process = Process(command, environment, self.folder / f"{name}.log")
