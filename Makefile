@@ -83,6 +83,14 @@ fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)
 bench: install ## measure what is claimed about speed and accuracy
 	$(python) -m benchmarks.bench
 
+.PHONY: soak
+soak: install ## load the service for minutes: rates, /livez, memory; writes docs/reliability.md
+	$(python) -m benchmarks.soak
+
+.PHONY: faults
+faults: install .venv/.installed-test $(node_packages) ## kill, fill, damage and attack the service for an hour; writes docs/reliability.md
+	$(python) -m benchmarks.faults
+
 .PHONY: scaling
 scaling: install ## work out docs/scaling.md anew from the figures that were measured
 	$(python) -m benchmarks.scaling
@@ -147,7 +155,7 @@ image-check: ## run the Dockerfile's own steps without a container engine (Linux
 constraints: ## pin the newest versions that pyproject.toml admits, from a clean venv, with Python 3.11
 	rm -rf build/constraints
 	python3.11 -m venv build/constraints
-	env -u PIP_CONSTRAINT -u PIP_BUILD_CONSTRAINT build/constraints/bin/python -m pip install -q -e '.[cloud,test,lint,peers,plots]' hatchling editables
+	env -u PIP_CONSTRAINT -u PIP_BUILD_CONSTRAINT build/constraints/bin/python -m pip install -q -e '.[celery,cloud,otel,test,lint,peers,plots]' hatchling editables
 	{ sed -n '/^#/p' constraints.txt; \
 	  build/constraints/bin/python -m pip freeze --exclude-editable --exclude pip --exclude setuptools; } > build/constraints.txt
 	mv build/constraints.txt constraints.txt
