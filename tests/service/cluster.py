@@ -32,6 +32,15 @@ def free_port():
         return probe.getsockname()[1]
 
 
+def listens(port):
+    """Whether somebody listens on a port of this machine."""
+    try:
+        socket.create_connection(("127.0.0.1", port), 1).close()
+    except OSError:
+        return False
+    return True
+
+
 def until(condition, seconds=START_SECONDS, pause=0.02):
     """Wait until a condition holds, and return its value."""
     deadline = time.monotonic() + seconds
@@ -135,6 +144,10 @@ class Cluster:
         else:
             command = [str(RABBITMQ)]
             environment |= self._rabbitmq_environment()
+            # Erlang would start its name server as a daemon, and leave it behind.
+            names = ["epmd", "-address", "127.0.0.1", "-port", environment["ERL_EPMD_PORT"]]
+            self._started(names, environment, "epmd")
+            until(lambda: listens(int(environment["ERL_EPMD_PORT"])))
         self.broker = self._started(command, environment, "broker")
         until(self.broker_answers)
         return self.broker
@@ -143,11 +156,7 @@ class Cluster:
         assert self.broker.running, self.broker.log()
         if self.kind == "rabbitmq" and "Starting broker... completed" not in self.broker.log():
             return False
-        try:
-            socket.create_connection(("127.0.0.1", self.port), 1).close()
-        except OSError:
-            return False
-        return True
+        return listens(self.port)
 
     def flush(self):
         """Have the broker lose all that it has."""
