@@ -17,16 +17,20 @@ from gamutcore.kernels import kernel, leaf_kernel
 __all__ = ["following", "opposite_corners", "preceding", "swung"]
 
 
+ZERO, TWO, THREE = np.uint64(0), np.uint64(2), np.uint64(3)
+"""Unsigned: the remainder of a number that may be negative takes three times the instructions."""
+
+
 @leaf_kernel
 def following(corner: int) -> int:
     """Next corner of the same face, counter-clockwise."""
-    return corner - 2 if corner % 3 == 2 else corner + 1
+    return corner - 2 if np.uint64(corner) % THREE == TWO else corner + 1
 
 
 @leaf_kernel
 def preceding(corner: int) -> int:
     """Previous corner of the same face."""
-    return corner + 2 if corner % 3 == 0 else corner - 1
+    return corner + 2 if np.uint64(corner) % THREE == ZERO else corner - 1
 
 
 @leaf_kernel

@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from gamutcore.arrays import Float32Array, FloatArray, IndexArray
-from gamutcore.corner_table import following, preceding, swung
+from gamutcore.arrays import Float32Array, FloatArray, IndexArray, LongArray
+from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.candidates import CANDIDATES, candidate
 from gamutcore.decimation.costs.interface import (
     depends_on_ring,
@@ -26,17 +26,19 @@ from gamutcore.decimation.costs.interface import (
     optimum,
     reach,
 )
-from gamutcore.decimation.edge_queue import dequeue, empty_queue, enqueue, fill_queue
-from gamutcore.decimation.record import Record
+from gamutcore.decimation.edge_queue import dequeue, enqueue, fill_queue
+from gamutcore.decimation.record import Record, has_room, in_use, with_room
 from gamutcore.decimation.relaxation import relax
 from gamutcore.decimation.star import Surface, link_condition_holds, ring_faces
-from gamutcore.decimation.sweeps import SWEPT_DOWN_TO, collapse_in_sweeps
+from gamutcore.decimation.sweeps import SWEPT_DOWN_TO, begun_sweeps, collapse_in_sweeps
 from gamutcore.decimation.workspace import (
     EXACT_ROUNDING,
+    LONGEST_RING,
     Workspace,
     collapse_edge,
     is_stale,
     place_is_valid,
+    workspace,
 )
 from gamutcore.kernels import kernel, leaf_kernel
 
@@ -44,6 +46,10 @@ __all__ = ["collapse_all"]
 
 HUB_DEGREE = 64
 """A vertex with more edges than this is a hub."""
+
+LARGE = 4.0
+"""An edge whose error is so many times that of the cheapest one waits for its turn to be evaluated
+again even where others do not: it will hardly become the next one."""
 
 
 @leaf_kernel
@@ -101,12 +107,15 @@ def _refresh(
     """Bring the queue up to date around a new vertex.
 
     Its own edges have new errors. So have, if the cost depends on the ring, the edges around its
-    neighbours; there errors are evaluated now, if `eager`, else when their edge comes to the front:
-    errors grow as faces do, so an old one is seldom too large. Parked edges around the neighbours,
-    whose rings have changed, come back in any case.
+    neighbours; there errors are evaluated now, if `eager` and they were not large, else when their
+    edge comes to the front: errors grow as faces do, so an old one is seldom too large. Parked
+    edges around the neighbours, whose rings have changed, come back in any case.
     """
-    opposite = surface.opposite
     work.changed[kept] = collapses
+    # of edges below which errors are evaluated again at once
+    large = -np.inf
+    if depends_on_ring(cost) and eager and work.queue.size[0] > 0:
+        large = LARGE * abs(work.queue.priority[work.queue.heap[0]])
     first = surface.corner_at[kept]
     spoke = first
     while True:
@@ -116,19 +125,22 @@ def _refresh(
         work.changed[neighbour] = collapses
         # the edges of a hub are many and expensive, and evaluated when they come to the front
         hub = surface.degree[neighbour] > HUB_DEGREE
-        if work.parked[0] > 0 or (depends_on_ring(cost) and eager and not hub):
+        if work.parked[0] > 0 or (depends_on_ring(cost) and large >= 0.0 and not hub):
             begin = surface.corner_at[neighbour]
             around = begin
             while True:
                 edge = surface.edge_of[preceding(around)]
                 if work.queue.place[edge] < 0 or (
-                    depends_on_ring(cost) and eager and not hub and work.evaluated[edge] < collapses
+                    depends_on_ring(cost)
+                    and not hub
+                    and work.queue.priority[edge] <= large
+                    and work.evaluated[edge] < collapses
                 ):
                     _requeue(cost, surface, work, edge, collapses)
-                around = swung(opposite, around)
+                around = surface.swing[around]
                 if around == begin:
                     break
-        spoke = swung(opposite, spoke)
+        spoke = surface.swing[spoke]
         if spoke == first:
             break
 
@@ -180,30 +192,72 @@ def collapse_all(
         V − 4 if four faces were reached.
     record : Record
     """
-    edges = surface.corner_facing.size
-    work = Workspace(
-        empty_queue(edges),
-        np.zeros(edges, np.uint8),
-        np.zeros(edges, np.int32),
-        np.zeros(len(delivered), np.int32),
-        np.zeros(1, np.int32),
-        np.empty(3, np.float64),
-        np.empty(3, np.float32),
-        np.empty(3, np.float64),
-    )
-    moved, shifted, shift = record.moved, record.shifted, record.shift
-    collapses, wanted, query = 0, len(delivered) - 4, 0
+    wanted = len(delivered) - 4
+    work = workspace(surface.corner_facing.size, len(delivered))
+    ring = np.empty((LONGEST_RING, 2), np.int32)
+    collapses = 0
     reach(cost, surface, len(delivered))
     if depends_on_ring(cost) and wanted > SWEPT_DOWN_TO:
-        for edge in range(edges):
-            corner = surface.corner_facing[edge]
-            work.queue.priority[edge] = optimum(cost, surface, corner, work.place)
-        collapses, moved = collapse_in_sweeps(
-            cost, surface, delivered, centre, step, record, work, moved, wanted - SWEPT_DOWN_TO
-        )
+        sweeps = begun_sweeps(cost, surface, work)
+        while not collapse_in_sweeps(
+            cost,
+            surface,
+            delivered,
+            centre,
+            step,
+            record,
+            work,
+            sweeps,
+            ring,
+            wanted - SWEPT_DOWN_TO,
+        ):
+            record = with_room(record, sweeps.counts[0], len(ring))
+        collapses = sweeps.counts[0]
     _queue_all(cost, surface, work, collapses)
+    counts = np.array([collapses, 0, 0])
+    while not _collapse_in_order(
+        cost, surface, delivered, centre, step, record, work, ring, counts, wanted
+    ):
+        if counts[2] > len(ring):
+            ring = np.empty((2 * counts[2], 2), np.int32)
+        record = with_room(record, counts[0], counts[2])
+    return counts[0], in_use(record, counts[0])
 
-    ring = np.empty((64, 2), np.int32)
+
+@leaf_kernel
+def _collapse_in_order(
+    cost: Any,  # noqa: ANN401
+    surface: Surface,
+    delivered: Float32Array,
+    centre: FloatArray,
+    step: float,
+    record: Record,
+    work: Workspace,
+    ring: IndexArray,
+    counts: LongArray,
+    wanted: int,
+) -> bool:
+    """Collapse the cheapest edge, again and again; False if the next one needs more room.
+
+    Parameters
+    ----------
+    cost, surface, delivered, centre, step, record
+        As for `collapse_all`.
+    work : Workspace
+        With all edges queued.
+    ring : (m, 2) int32
+        Scratch.
+    counts : (3,) int64
+        Collapses so far and queries, brought up to date; written: edges around the next one, where
+        there is no room for as many pairs in `ring` or changes in the record.
+    wanted : int
+        Collapses to make.
+
+    Returns
+    -------
+    bool
+    """
+    collapses, query = counts[0], counts[1]
     while collapses < wanted and work.queue.size[0] > 0:
         edge = work.queue.heap[0]
         if depends_on_ring(cost) and is_stale(surface, work, edge):
@@ -215,50 +269,23 @@ def collapse_all(
         if not link_condition_holds(surface, kept, dead, query):
             _park(work, edge)
             continue
+        around = surface.degree[kept] + surface.degree[dead]
+        if around > len(ring) or not has_room(record, collapses, around):
+            counts[0], counts[1], counts[2] = collapses, query, around
+            return False
         count = ring_faces(surface, kept, dead, ring)
-        if count > len(ring):
-            ring = np.empty((2 * count, 2), np.int32)
-            ring_faces(surface, kept, dead, ring)
         exact = wanted - collapses < EXACT_ROUNDING
         if not place_is_valid(cost, surface, work, edge, ring, count, centre, step, exact):
             _queue_next_candidate(cost, surface, work, edge, ring, count)
             continue
-        kept, moved = collapse_edge(cost, surface, delivered, record, work, edge, collapses, moved)
+        kept = collapse_edge(cost, surface, delivered, record, work, edge, collapses)
         collapses += 1
-        shifts = record.shifted_end[collapses - 2] if collapses > 1 else 0
         if moves_vertices(cost):
-            shifted, shift, shifts = relax(
-                cost,
-                surface,
-                delivered,
-                centre,
-                step,
-                record.position[collapses - 1, 2],
-                work,
-                kept,
-                collapses,
-                ring,
-                shifted,
-                shift,
-                shifts,
-            )
-        record.shifted_end[collapses - 1] = shifts
+            relax(cost, surface, delivered, centre, step, record, work, kept, collapses, ring)
         if reach(cost, surface, len(delivered) - collapses):
             _queue_all(cost, surface, work, collapses)
         else:
             eager = depends_on_ring(cost) and wanted - collapses < eager_collapses(cost)
             _refresh(cost, surface, work, kept, collapses, eager)
-    shifts = record.shifted_end[collapses - 1] if collapses > 0 else 0
-    whole = Record(
-        record.kept,
-        record.dead,
-        record.position,
-        record.sides,
-        record.corner,
-        record.moved_end,
-        moved[: record.moved_end[collapses - 1]] if collapses > 0 else moved[:0],
-        record.shifted_end,
-        shifted[:shifts],
-        shift[:shifts],
-    )
-    return collapses, whole
+    counts[0] = collapses
+    return True

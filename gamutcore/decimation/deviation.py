@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from gamutcore.arrays import FloatArray
-from gamutcore.corner_table import following, preceding, swung
+from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.samples import LARGEST_RING, LARGEST_SHARE, Deviation
 from gamutcore.decimation.star import Surface
 from gamutcore.decimation.symmetric import adjugate
@@ -70,13 +70,14 @@ def _write_pair(
     plane[index, 9] = scale * (ay * bz - az * by)
     plane[index, 10] = scale * (az * bx - ax * bz)
     plane[index, 11] = scale * (ax * by - ay * bx)
+    plane[index, 12] = scale * np.sqrt(nx * nx + ny * ny + nz * nz)
 
 
 @leaf_kernel
-def _write_face(deviation: Deviation, face: int) -> None:
+def _write_face(deviation: Deviation, face: int, pair: int) -> None:
     index = deviation.counts[1]
     deviation.counts[1] += 1
-    deviation.face[index] = face
+    deviation.face[index, 0], deviation.face[index, 1] = face, pair
 
 
 @leaf_kernel
@@ -86,7 +87,7 @@ def _pair_of(deviation: Deviation, sample: int, guess: int) -> int:
     x, y, z = point[sample, 0], point[sample, 1], point[sample, 2]
     count = deviation.counts[0]
     nearest, depth = guess, -np.inf
-    index = guess
+    index, turn = guess, 0
     for _ in range(count):
         one = plane[index, 0] * x + plane[index, 1] * y + plane[index, 2] * z
         two = plane[index, 3] * x + plane[index, 4] * y + plane[index, 5] * z
@@ -95,7 +96,14 @@ def _pair_of(deviation: Deviation, sample: int, guess: int) -> int:
             return index
         if least > depth:
             nearest, depth = index, least
-        index = index + 1 if index + 1 < count else 0
+        # around the place, to the side that it is outside of
+        if turn == 0:
+            turn = 1 if two < one else -1
+        index += turn
+        if index == count:
+            index = 0
+        elif index < 0:
+            index = count - 1
     return nearest
 
 
@@ -103,20 +111,23 @@ def _pair_of(deviation: Deviation, sample: int, guess: int) -> int:
 def _error_around_place(deviation: Deviation) -> float:
     """Sum over the samples of the faces in question as if the faces around the place were there."""
     plane, point, weight = deviation.pair_plane, deviation.point, deviation.weight
-    total, pair, distances, areas = 0.0, 0, 0.0, 0.0
+    total, distances, areas = 0.0, 0.0, 0.0
     for index in range(deviation.counts[1]):
-        sample = deviation.first[deviation.face[index]]
+        sample, home = deviation.first[deviation.face[index, 0]], deviation.face[index, 1]
         while sample >= 0:
-            pair = _pair_of(deviation, sample, pair)
-            nx, ny, nz = plane[pair, 6], plane[pair, 7], plane[pair, 8]
-            inverse = nx * point[sample, 0] + ny * point[sample, 1] + nz * point[sample, 2]
+            pair = _pair_of(deviation, sample, home)
+            deviation.pair[sample] = pair
+            inverse = (
+                plane[pair, 6] * point[sample, 0]
+                + plane[pair, 7] * point[sample, 1]
+                + plane[pair, 8] * point[sample, 2]
+            )
             share = LARGEST_SHARE
             if inverse > 0.0:
-                cube = inverse * inverse * inverse
-                # |1 − t³| = |s³ − 1| ÷ s³ with s = 1 ÷ t
-                share = min(abs(cube - 1.0) / cube, LARGEST_SHARE)
-                distances += weight[sample] * abs(inverse - 1.0) / inverse
-                areas += weight[sample] * np.sqrt(nx * nx + ny * ny + nz * nz) / inverse
+                t = 1.0 / inverse
+                share = min(abs(1.0 - t * t * t), LARGEST_SHARE)
+                distances += weight[sample] * abs(1.0 - t)
+                areas += weight[sample] * t * plane[pair, 12]
             total += weight[sample] * share
             sample = deviation.after[sample]
     deviation.residual[0], deviation.residual[1] = distances, areas
@@ -128,7 +139,7 @@ def deviation_around(deviation: Deviation) -> float:
     """Deviation of the faces that the last change was asked for, as they are now."""
     total = 0.0
     for index in range(deviation.counts[1]):
-        total += deviation.error[deviation.face[index]]
+        total += deviation.error[deviation.face[index, 0]]
     return total
 
 
@@ -142,20 +153,18 @@ def _load_edge(deviation: Deviation, surface: Surface, corner: int, place: Float
     if surface.degree[one] + surface.degree[two] - 2 > LARGEST_RING:
         return False
     deviation.counts[0] = deviation.counts[1] = 0
+    # from the face that vanishes on one side of the edge around one end to that on the other side,
+    # and from there around the other end: in this order the pairs go around the place
     for end in range(2):
-        centre, other = (one, two) if end == 0 else (two, one)
-        first = surface.corner_at[centre]
-        at = first
-        while True:
+        at = following(corner if end == 0 else surface.opposite[corner])
+        _write_face(deviation, at // 3, deviation.counts[0])
+        last = preceding(surface.opposite[corner] if end == 0 else corner)
+        at = surface.swing[at]
+        while at != last:
             start, stop = vertex[following(at)], vertex[preceding(at)]
-            if start != other and stop != other:
-                _write_pair(deviation, surface.position, start, stop, place)
-                _write_face(deviation, at // 3)
-            elif end == 0:
-                _write_face(deviation, at // 3)
-            at = swung(surface.opposite, at)
-            if at == first:
-                break
+            _write_face(deviation, at // 3, deviation.counts[0])
+            _write_pair(deviation, surface.position, start, stop, place)
+            at = surface.swing[at]
     return True
 
 
@@ -171,9 +180,9 @@ def _load_vertex(deviation: Deviation, surface: Surface, centre: int, place: Flo
     at = first
     while True:
         one, two = vertex[following(at)], vertex[preceding(at)]
+        _write_face(deviation, at // 3, deviation.counts[0])
         _write_pair(deviation, surface.position, one, two, place)
-        _write_face(deviation, at // 3)
-        at = swung(surface.opposite, at)
+        at = surface.swing[at]
         if at == first:
             break
     return True
@@ -269,20 +278,20 @@ def step_towards_reference(deviation: Deviation, place: FloatArray, better: Floa
     soft = SOFTNESS * deviation.residual[0] / deviation.residual[1]
     a00, a01, a02, a11, a12, a22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     b0, b1, b2 = 0.0, 0.0, 0.0
-    pair = 0
     for index in range(deviation.counts[1]):
-        sample = deviation.first[deviation.face[index]]
+        sample = deviation.first[deviation.face[index, 0]]
         while sample >= 0:
-            pair = _pair_of(deviation, sample, pair)
+            pair = deviation.pair[sample]
             x, y, z = point[sample, 0], point[sample, 1], point[sample, 2]
             nx, ny, nz = plane[pair, 6], plane[pair, 7], plane[pair, 8]
             inverse = nx * x + ny * y + nz * z
             if inverse > 0.0:
-                distance = 1.0 / np.sqrt(nx * nx + ny * ny + nz * nz)
+                t, slope = 1.0 / inverse, plane[pair, 12]
+                distance = 1.0 / slope
                 nx, ny, nz = nx * distance, ny * distance, nz * distance
                 e = (inverse - 1.0) * distance
-                part = (plane[pair, 9] * x + plane[pair, 10] * y + plane[pair, 11] * z) / inverse
-                weight = deviation.weight[sample] * part / (inverse * distance * max(abs(e), soft))
+                part = (plane[pair, 9] * x + plane[pair, 10] * y + plane[pair, 11] * z) * t
+                weight = deviation.weight[sample] * part * t * slope / max(abs(e), soft)
                 square = weight * part
                 a00 += square * nx * nx
                 a01 += square * nx * ny

@@ -22,10 +22,10 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import ByteArray, FloatArray, IndexArray
-from gamutcore.corner_table import following, preceding, swung
+from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.star import Surface
 from gamutcore.decimation.symmetric import adjugate
-from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 
 __all__ = [
     "Memoryless",
@@ -135,7 +135,7 @@ def _sum_up(planes: Memoryless, surface: Surface, centre: int) -> None:
         g0 += nx
         g1 += ny
         g2 += nz
-        at = swung(surface.opposite, at)
+        at = surface.swing[at]
         if at == first:
             break
     sums[centre, 0], sums[centre, 1], sums[centre, 2] = a00, a01, a02
@@ -144,7 +144,7 @@ def _sum_up(planes: Memoryless, surface: Surface, centre: int) -> None:
     planes.fresh[centre] = 1
 
 
-@leaf_kernel
+@inlined_kernel
 def _gather(planes: Memoryless, surface: Surface, corner: int) -> None:
     """Combine the sums of an edge's ends into the quadric and the constraint of the edge."""
     position, sums, edge = surface.position, planes.sums, planes.edge
@@ -195,7 +195,7 @@ def _gather(planes: Memoryless, surface: Surface, corner: int) -> None:
     )
 
 
-@leaf_kernel
+@inlined_kernel
 def _value(
     planes: Memoryless, surface: Surface, corner: int, x: float, y: float, z: float
 ) -> float:
@@ -217,7 +217,7 @@ def _value(
     return np.sqrt((max(quadratic - 2.0 * linear + edge[9], 0.0) + short) * area)
 
 
-@leaf_kernel
+@inlined_kernel
 def constrained_optimum(
     planes: Memoryless, surface: Surface, corner: int, place: FloatArray
 ) -> float:
@@ -327,6 +327,6 @@ def renew_planes(planes: Memoryless, surface: Surface, centre: int) -> None:
         one, two = vertex[following(at)], vertex[preceding(at)]
         _write_area_vector(planes.area_vector, at // 3, surface.position, centre, one, two)
         planes.fresh[one] = 0
-        at = swung(surface.opposite, at)
+        at = surface.swing[at]
         if at == first:
             break

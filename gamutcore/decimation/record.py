@@ -13,11 +13,20 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import Float32Array, IndexArray, LongArray
-from gamutcore.corner_table import following, preceding, swung
+from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.star import Surface
 from gamutcore.kernels import kernel, leaf_kernel
 
-__all__ = ["Record", "empty_record", "record_moved_corners", "record_shift", "write_collapse"]
+__all__ = [
+    "Record",
+    "empty_record",
+    "has_room",
+    "in_use",
+    "record_moved_corners",
+    "record_shift",
+    "with_room",
+    "write_collapse",
+]
 
 
 class Record(NamedTuple):
@@ -114,11 +123,9 @@ def write_collapse(
     record.corner[index, 0], record.corner[index, 1] = following(left), following(right)
 
 
-@kernel
-def record_moved_corners(
-    surface: Surface, right_corner: int, moved: IndexArray, filled: int
-) -> tuple[IndexArray, int]:
-    """Append the corners that pass from the dead vertex to the kept one; the array may grow.
+@leaf_kernel
+def record_moved_corners(surface: Surface, right_corner: int, record: Record, filled: int) -> int:
+    """Append the corners that pass from the dead vertex to the kept one; there must be room.
 
     Parameters
     ----------
@@ -126,64 +133,102 @@ def record_moved_corners(
         Before the collapse.
     right_corner : int
         Corner of the dead vertex in the face (dead, kept, right).
-    moved : (m,) int32
+    record : Record
     filled : int
-        How much of `moved` is in use.
+        How much of `record.moved` is in use.
 
     Returns
     -------
-    moved : (≥ m,) int32
-    filled : int
+    int
+        How much of it is then.
     """
     kept = surface.vertex[following(right_corner)]
-    corner = swung(surface.opposite, right_corner)
+    corner = surface.swing[right_corner]
     while surface.vertex[preceding(corner)] != kept:
-        if filled == moved.size:
-            longer = np.empty(2 * moved.size, np.int32)
-            longer[:filled] = moved
-            moved = longer
-        moved[filled] = corner
+        record.moved[filled] = corner
         filled += 1
-        corner = swung(surface.opposite, corner)
-    return moved, filled
+        corner = surface.swing[corner]
+    return filled
 
 
-@kernel
+@leaf_kernel
 def record_shift(
-    shifted: IndexArray,
-    shift: Float32Array,
+    record: Record,
     filled: int,
     vertex: int,
     before: Float32Array,
-    after: Float32Array,
-) -> tuple[IndexArray, Float32Array, int]:
-    """Append the move of a vertex that took no part in the collapse; the arrays may grow.
+    row: int,
+    delivered: Float32Array,
+) -> None:
+    """Write down the move of a vertex that took no part in the collapse; there must be room.
 
     Parameters
     ----------
-    shifted : (m,) int32
-    shift : (m, 2, 3) float32
+    record : Record
     filled : int
-        How much of both is in use.
+        How much of `record.shifted` is in use.
     vertex : int
-    before, after : (3,) float32
-        Where it was and where it is.
-
-    Returns
-    -------
-    shifted : (≥ m,) int32
-    shift : (≥ m, 2, 3) float32
-    filled : int
+    before : (n, 3) float32
+        Where it was, in one of the rows.
+    row : int
+    delivered : (V, 3) float32
+        Where it is.
     """
-    if filled == shifted.size:
-        longer = np.empty(2 * shifted.size, np.int32)
-        longer[:filled] = shifted
-        shifted = longer
-        longer_shift = np.empty((2 * shift.shape[0], 2, 3), np.float32)
-        longer_shift[:filled] = shift
-        shift = longer_shift
-    shifted[filled] = vertex
+    record.shifted[filled] = vertex
     for axis in range(3):
-        shift[filled, 0, axis] = before[axis]
-        shift[filled, 1, axis] = after[axis]
-    return shifted, shift, filled + 1
+        record.shift[filled, 0, axis] = before[row, axis]
+        record.shift[filled, 1, axis] = delivered[vertex, axis]
+
+
+@leaf_kernel
+def has_room(record: Record, collapses: int, changes: int) -> bool:
+    """Whether so many moved corners, and so many shifts, can be written after so many collapses."""
+    if collapses == 0:
+        return min(record.moved.size, record.shifted.size) >= changes
+    return (
+        record.moved_end[collapses - 1] + changes <= record.moved.size
+        and record.shifted_end[collapses - 1] + changes <= record.shifted.size
+    )
+
+
+@kernel
+def with_room(record: Record, collapses: int, changes: int) -> Record:
+    """Return a record for which `has_room` holds: with longer arrays where they are too short."""
+    moved, shifted, shift = record.moved, record.shifted, record.shift
+    in_use = record.moved_end[collapses - 1] if collapses > 0 else 0
+    if in_use + changes > moved.size:
+        moved = np.empty(2 * moved.size + changes, np.int32)
+        moved[:in_use] = record.moved[:in_use]
+    in_use = record.shifted_end[collapses - 1] if collapses > 0 else 0
+    if in_use + changes > shifted.size:
+        shifted = np.empty(2 * shifted.size + changes, np.int32)
+        shift = np.empty((shifted.size, 2, 3), np.float32)
+        shifted[:in_use] = record.shifted[:in_use]
+        shift[:in_use] = record.shift[:in_use]
+    return _with_parts(record, moved, shifted, shift)
+
+
+@kernel
+def in_use(record: Record, collapses: int) -> Record:
+    """Return a record of so many collapses without the room that is left."""
+    moved = record.moved_end[collapses - 1] if collapses > 0 else 0
+    shifts = record.shifted_end[collapses - 1] if collapses > 0 else 0
+    return _with_parts(record, record.moved[:moved], record.shifted[:shifts], record.shift[:shifts])
+
+
+@kernel
+def _with_parts(
+    record: Record, moved: IndexArray, shifted: IndexArray, shift: Float32Array
+) -> Record:
+    return Record(
+        record.kept,
+        record.dead,
+        record.position,
+        record.sides,
+        record.corner,
+        record.moved_end,
+        moved,
+        record.shifted_end,
+        shifted,
+        shift,
+    )

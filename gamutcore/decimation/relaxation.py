@@ -9,10 +9,10 @@ import numpy as np
 from gamutcore.arrays import Float32Array, FloatArray, IndexArray
 from gamutcore.decimation.candidates import rounded_as_delivered
 from gamutcore.decimation.costs.interface import improve, settle
-from gamutcore.decimation.record import record_shift
+from gamutcore.decimation.record import Record, record_shift
 from gamutcore.decimation.star import Surface, keeps_star_shape, vertex_ring
 from gamutcore.decimation.workspace import Workspace, mark_changed
-from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.kernels import leaf_kernel
 
 __all__ = ["relax"]
 
@@ -62,57 +62,50 @@ def _stays_fat(
     return dx * dx + dy * dy + dz * dz <= squared_radius
 
 
-@kernel
+@leaf_kernel
 def relax(
     cost: Any,  # noqa: ANN401
     surface: Surface,
     delivered: Float32Array,
     centre: FloatArray,
     step: float,
-    kept_position: Float32Array,
+    record: Record,
     work: Workspace,
     kept: int,
     collapses: int,
     ring: IndexArray,
-    shifted: IndexArray,
-    shift: Float32Array,
-    shifts: int,
-) -> tuple[IndexArray, Float32Array, int]:
+) -> None:
     """Move a new vertex and its neighbours to better places, and write down where from and to.
 
     Parameters
     ----------
     cost, surface, delivered, centre, step
         As for `collapse_all`.
-    kept_position : (3,) float32
-        The record's position of the new vertex; replaced if it moves.
+    record : Record
+        With room for as many shifts as there are neighbours. Of the last collapse the position of
+        the new vertex is replaced if it moves, and the end of its shifts.
     work : Workspace
     kept : int
         The new vertex.
     collapses : int
+        The last one included.
     ring : (m, 2) int32
         Scratch.
-    shifted, shift, shifts
-        As for `record_shift`.
-
-    Returns
-    -------
-    shifted : (≥ m,) int32
-    shift : (≥ m, 2, 3) float32
-    shifts : int
     """
-    place = work.place
+    place, around, before = work.place, work.around, work.before
     neighbours = vertex_ring(surface, kept, ring)
-    if neighbours > len(ring):
-        return shifted, shift, shifts
-    around = np.empty(neighbours + 1, np.int32)
+    if neighbours > len(ring) or neighbours >= len(around):
+        return
     around[0] = kept
-    around[1:] = ring[:neighbours, 0]
-    before = delivered[around]
+    for index in range(neighbours):
+        around[index + 1] = ring[index, 0]
+    for index in range(neighbours + 1):
+        for axis in range(3):
+            before[index, axis] = delivered[around[index], axis]
     for _ in range(RELAXATIONS):
         still = True
-        for number in around:
-            vertex = int(number)
+        for index in range(neighbours + 1):
+            vertex = around[index]
             if not improve(cost, surface, vertex, place):
                 continue
             if not rounded_as_delivered(place, centre, step, work.rounded):
@@ -131,12 +124,29 @@ def relax(
             still = False
         if still:
             break
-    kept_position[:] = delivered[kept]
-    for index in range(1, len(around)):
-        vertex = around[index]
-        if (delivered[vertex] != before[index]).any():
+    _record_moves(surface, delivered, record, work, neighbours, collapses)
+
+
+@leaf_kernel
+def _record_moves(
+    surface: Surface,
+    delivered: Float32Array,
+    record: Record,
+    work: Workspace,
+    neighbours: int,
+    collapses: int,
+) -> None:
+    """Write down where the new vertex and its neighbours are, as far as that is elsewhere."""
+    around, before = work.around, work.before
+    for axis in range(3):
+        record.position[collapses - 1, 2, axis] = delivered[around[0], axis]
+    shifts = record.shifted_end[collapses - 1]
+    for index in range(1, neighbours + 1):
+        vertex, moved = around[index], False
+        for axis in range(3):
+            moved = moved or delivered[vertex, axis] != before[index, axis]
+        if moved:
             mark_changed(surface, work, vertex, collapses)
-            shifted, shift, shifts = record_shift(
-                shifted, shift, shifts, vertex, before[index], delivered[vertex]
-            )
-    return shifted, shift, shifts
+            record_shift(record, shifts, vertex, before, index, delivered)
+            shifts += 1
+    record.shifted_end[collapses - 1] = shifts

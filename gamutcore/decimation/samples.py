@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.corner_table import following, preceding, swung
+from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.star import Surface
-from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.kernels import leaf_kernel
 
 __all__ = [
     "LARGEST_RING",
@@ -54,11 +54,15 @@ class Deviation(NamedTuple):
         The first sample in a face's list; −1: none.
     error : (F,) float64
         Sum of w |1 − t³| over the samples of a face.
-    pair_plane : (LARGEST_RING, 12) float64
-        Scratch, for each face (x, a, b) around a place x: x × a and b × x, between which the cone
-        of the face lies, N such that N·p = 1 on the face, and a × b ÷ det(x, a, b).
-    face : (LARGEST_RING,) int32
-        Scratch: the faces whose samples are in question.
+    pair_plane : (LARGEST_RING, 13) float64
+        Scratch, for each face (x, a, b) around a place x, counter-clockwise: x × a and b × x,
+        between which the cone of the face lies, N such that N·p = 1 on the face, a × b ÷ det(x, a,
+        b), and |N|.
+    face : (LARGEST_RING, 2) int32
+        Scratch: the faces whose samples are in question, and where to begin to look for these
+        among the faces around the place.
+    pair : (S,) int32
+        Scratch: the face around the place that a sample in question is in.
     counts : (3,) int32
         Scratch: entries of `pair_plane`, entries of `face`, samples in use.
     residual : (2,) float64
@@ -73,6 +77,7 @@ class Deviation(NamedTuple):
     error: FloatArray
     pair_plane: FloatArray
     face: IndexArray
+    pair: IndexArray
     counts: IndexArray
     residual: FloatArray
 
@@ -85,8 +90,9 @@ def no_deviation(samples: int, faces: int) -> Deviation:
         after=np.empty(samples, np.int32),
         first=np.full(faces, -1, np.int32),
         error=np.zeros(faces),
-        pair_plane=np.empty((LARGEST_RING, 12)),
-        face=np.empty(LARGEST_RING, np.int32),
+        pair_plane=np.empty((LARGEST_RING, 13)),
+        face=np.empty((LARGEST_RING, 2), np.int32),
+        pair=np.empty(samples, np.int32),
         counts=np.zeros(3, np.int32),
         residual=np.zeros(2),
     )
@@ -144,7 +150,7 @@ def _add_lattice(
                 _add_sample(deviation, face, x, y, z, share)
 
 
-@kernel
+@leaf_kernel
 def start_at_surface(deviation: Deviation, surface: Surface, divisions: int) -> None:
     """Take the surface as the reference, and points on its faces as the samples.
 
@@ -250,7 +256,7 @@ def redistribute_samples(deviation: Deviation, surface: Surface, centre: int) ->
     centre : int
         The vertex.
     """
-    position, vertex, opposite = surface.position, surface.vertex, surface.opposite
+    position, vertex = surface.position, surface.vertex
     # unhook all samples of the faces around the vertex into one list
     first = surface.corner_at[centre]
     pending, at = -1, first
@@ -263,7 +269,7 @@ def redistribute_samples(deviation: Deviation, surface: Surface, centre: int) ->
             then = deviation.after[sample]
             deviation.after[sample] = pending
             pending, sample = sample, then
-        at = swung(opposite, at)
+        at = surface.swing[at]
         if at == first:
             break
     # the ring may be larger than the scratch, so each sample walks around the vertex by itself
@@ -284,7 +290,7 @@ def redistribute_samples(deviation: Deviation, surface: Surface, centre: int) ->
                 chosen, depth = at, least
             if least >= 0.0:
                 break
-            at = swung(opposite, at)
+            at = surface.swing[at]
             if at == start:
                 break
         at = chosen
@@ -294,7 +300,7 @@ def redistribute_samples(deviation: Deviation, surface: Surface, centre: int) ->
     at = first
     while True:
         _sum_errors(deviation, surface, at)
-        at = swung(opposite, at)
+        at = surface.swing[at]
         if at == first:
             break
 
@@ -343,7 +349,6 @@ def _share(deviation: Deviation, sample: int, pair: int) -> float:
         + plane[pair, 7] * point[sample, 1]
         + plane[pair, 8] * point[sample, 2]
     )
-    cube = inverse * inverse * inverse
-    # |1 − t³| = |s³ − 1| ÷ s³ with s = 1 ÷ t
-    share = abs(cube - 1.0) / cube if cube > 0.0 else LARGEST_SHARE
+    t = 1.0 / inverse
+    share = abs(1.0 - t * t * t) if inverse > 0.0 else LARGEST_SHARE
     return deviation.weight[sample] * min(share, LARGEST_SHARE)

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from gamutcore.arrays import ByteArray, Float32Array, FloatArray, IndexArray
-from gamutcore.corner_table import following, preceding, swung
+from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.candidates import (
     CANDIDATES,
     candidate,
@@ -18,23 +20,29 @@ from gamutcore.decimation.candidates import (
     within_reach,
 )
 from gamutcore.decimation.costs.interface import merge, preserves_volume, settle
-from gamutcore.decimation.edge_queue import EdgeQueue, dequeue
+from gamutcore.decimation.edge_queue import EdgeQueue, dequeue, empty_queue
 from gamutcore.decimation.record import Record, record_moved_corners, write_collapse
 from gamutcore.decimation.star import Surface, keeps_star_shape, star_volume, volume_slope
 from gamutcore.kernels import kernel, leaf_kernel
 
 __all__ = [
     "EXACT_ROUNDING",
+    "LONGEST_RING",
     "Workspace",
     "collapse_edge",
     "is_stale",
     "mark_changed",
     "place_is_valid",
+    "rounded_place_is_valid",
+    "workspace",
 ]
 
 EXACT_ROUNDING = 2000
 """This many collapses before the end, costs that preserve the volume have positions rounded to the
 corner of the grid's cell that preserves it best: fewer vertices carry more of it each."""
+
+LONGEST_RING = 64
+"""Faces around a vertex that may be gone through to move it and its neighbours."""
 
 
 class Workspace(NamedTuple):
@@ -57,6 +65,10 @@ class Workspace(NamedTuple):
         The same as it is delivered.
     slope : (3,) float64
         Scratch: how the volume depends on the position at hand.
+    around : (n,) int32
+        Scratch: a vertex and its neighbours.
+    before : (n, 3) float32
+        Scratch: where they were.
     """
 
     queue: EdgeQueue
@@ -67,6 +79,25 @@ class Workspace(NamedTuple):
     place: FloatArray
     rounded: Float32Array
     slope: FloatArray
+    around: IndexArray
+    before: Float32Array
+
+
+@kernel
+def workspace(edges: int, vertices: int) -> Workspace:
+    """Return what is kept beside a surface, with no edge queued yet."""
+    return Workspace(
+        empty_queue(edges),
+        np.zeros(edges, np.uint8),
+        np.zeros(edges, np.int32),
+        np.zeros(vertices, np.int32),
+        np.zeros(1, np.int32),
+        np.empty(3, np.float64),
+        np.empty(3, np.float32),
+        np.empty(3, np.float64),
+        np.empty(LONGEST_RING + 1, np.int32),
+        np.empty((LONGEST_RING + 1, 3), np.float32),
+    )
 
 
 @leaf_kernel
@@ -79,6 +110,7 @@ def _glue(surface: Surface, corner: int) -> int:
     vertex, opposite = surface.vertex, surface.opposite
     one, two = opposite[following(corner)], opposite[preceding(corner)]
     opposite[one], opposite[two] = two, one
+    surface.swing[preceding(one)], surface.swing[preceding(two)] = following(two), following(one)
     for outer in (following(one), preceding(one)):
         surface.corner_at[vertex[outer]] = outer
     stays, goes = surface.edge_of[one], surface.edge_of[two]
@@ -109,7 +141,7 @@ def mark_changed(surface: Surface, work: Workspace, kept: int, collapses: int) -
     spoke = first
     while True:
         work.changed[surface.vertex[following(spoke)]] = collapses
-        spoke = swung(surface.opposite, spoke)
+        spoke = surface.swing[spoke]
         if spoke == first:
             break
 
@@ -127,9 +159,29 @@ def place_is_valid(
     exact: bool,
 ) -> bool:
     """Write the place of an edge's present candidate, as delivered; False if it is not valid."""
-    place, choice, corner = work.place, work.choice[edge], surface.corner_facing[edge]
-    if not candidate(cost, surface, corner, choice, ring, count, work.slope, place):
+    choice, corner = work.choice[edge], surface.corner_facing[edge]
+    if not candidate(cost, surface, corner, choice, ring, count, work.slope, work.place):
         return False
+    return rounded_place_is_valid(
+        cost, surface, work, corner, choice, ring, count, centre, step, exact
+    )
+
+
+@leaf_kernel
+def rounded_place_is_valid(
+    cost: Any,  # noqa: ANN401
+    surface: Surface,
+    work: Workspace,
+    corner: int,
+    choice: int,
+    ring: IndexArray,
+    count: int,
+    centre: FloatArray,
+    step: float,
+    exact: bool,
+) -> bool:
+    """Round the place at hand as delivered; False if it is not valid for an edge there."""
+    place = work.place
     kept, dead = surface.vertex[following(corner)], surface.vertex[preceding(corner)]
     # the last candidate may have to reach far: it is there so that no edge is lost
     if choice < CANDIDATES - 1 and not within_reach(
@@ -151,11 +203,11 @@ def place_is_valid(
 def _contract(
     surface: Surface,
     delivered: Float32Array,
+    record: Record,
     work: Workspace,
     edge: int,
     kept: int,
     dead: int,
-    moved: IndexArray,
     start: int,
     end: int,
 ) -> None:
@@ -164,7 +216,7 @@ def _contract(
         surface.position[kept, axis] = work.place[axis]
         delivered[kept, axis] = work.rounded[axis]
     for index in range(start, end):
-        surface.vertex[moved[index]] = kept
+        surface.vertex[record.moved[index]] = kept
     corner = surface.corner_facing[edge]
     twin = surface.opposite[corner]
     surface.degree[kept] += surface.degree[dead] - 4
@@ -178,7 +230,7 @@ def _contract(
         dequeue(work.queue, gone)
 
 
-@kernel
+@leaf_kernel
 def collapse_edge(
     cost: Any,  # noqa: ANN401
     surface: Surface,
@@ -187,18 +239,21 @@ def collapse_edge(
     work: Workspace,
     edge: int,
     collapses: int,
-    moved: IndexArray,
-) -> tuple[int, IndexArray]:
-    """Collapse an edge to `work.place` and write it down; the vertex that stays, and `moved`."""
+) -> int:
+    """Collapse an edge to `work.place` and write it down; returns the vertex that stays.
+
+    The record must have room for the degrees of the edge's ends.
+    """
     corner = surface.corner_facing[edge]
     kept, dead = surface.vertex[following(corner)], surface.vertex[preceding(corner)]
     if surface.degree[dead] > surface.degree[kept]:
         kept, dead = dead, kept
     write_collapse(record, collapses, surface, delivered, work.rounded, corner, kept, dead)
     start = record.moved_end[collapses - 1] if collapses > 0 else 0
-    moved, end = record_moved_corners(surface, record.corner[collapses, 1], moved, start)
+    end = record_moved_corners(surface, record.corner[collapses, 1], record, start)
     record.moved_end[collapses] = end
+    record.shifted_end[collapses] = record.shifted_end[collapses - 1] if collapses > 0 else 0
     merge(cost, surface, corner, kept, dead, work.place)
-    _contract(surface, delivered, work, edge, kept, dead, moved, start, end)
+    _contract(surface, delivered, record, work, edge, kept, dead, start, end)
     settle(cost, surface, kept)
-    return kept, moved
+    return kept

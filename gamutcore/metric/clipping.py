@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.kernels import leaf_kernel
+from gamutcore.kernels import inlined_kernel, leaf_kernel
 from gamutcore.metric.cones import Cones
 
 __all__ = ["Clipping", "begin", "clipping", "next_piece"]
@@ -127,7 +127,7 @@ def _split(part: FloatArray, value: FloatArray, row: int, count: int) -> tuple[i
     return kept, cut
 
 
-@leaf_kernel
+@inlined_kernel
 def next_piece(  # noqa: C901, PLR0912  # the time is in these branches
     work: Clipping, top: int, cones: Cones, reach: float, moves: int
 ) -> tuple[int, int, int]:

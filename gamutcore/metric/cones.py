@@ -13,7 +13,7 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.corner_table import opposite_corners
-from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.kernels import inlined_kernel, kernel
 
 if TYPE_CHECKING:
     from gamutcore.metric.farthest import Faces
@@ -163,7 +163,7 @@ def _located(
     return face, beyond, along
 
 
-@leaf_kernel
+@inlined_kernel
 def _walk(x: float, y: float, z: float, radius: float, face: int, cones: Cones, moves: int) -> int:
     """Face in whose cone a point is; each step crosses the plane that it is furthest behind."""
     planes = cones.planes
@@ -190,7 +190,7 @@ def _walk(x: float, y: float, z: float, radius: float, face: int, cones: Cones, 
     return chosen
 
 
-@leaf_kernel
+@inlined_kernel
 def _side(planes: FloatArray, face: int, place: int, position: FloatArray, vertex: int) -> float:
     """Product of a vertex with one of a cone's planes, positive on the side of the cone."""
     side: float = (
@@ -201,7 +201,7 @@ def _side(planes: FloatArray, face: int, place: int, position: FloatArray, verte
     return side
 
 
-@leaf_kernel
+@inlined_kernel
 def crossing(
     position: FloatArray, one: int, two: int, three: int, face: int, beyond: int, cones: Cones
 ) -> tuple[bool, float, float]:

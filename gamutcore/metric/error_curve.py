@@ -15,13 +15,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gamutcore.kernels import kernel
 from gamutcore.metric.farthest import faces_of
-from gamutcore.metric.radial_overlay import Distances, overlaid
+from gamutcore.metric.radial_overlay import Distances, overlaid, volume_within
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from gamutcore.arrays import FloatArray
+    from gamutcore.arrays import FloatArray, IndexArray
     from gamutcore.history import History
     from gamutcore.mesh import TriangleMesh
     from gamutcore.metric.farthest import Faces
@@ -147,22 +148,20 @@ def error_curve(history: History, counts: Iterable[int]) -> list[LevelError]:
         If there is no such level.
     """
     full = history.full()
-    volume = float(full.determinants(history.centre).sum() / 6.0)
     none = Distances(0.0, 0.0)
+    surfaces = {full.triangles: _arranged(full, history)}
+    volume = volume_within(surfaces[full.triangles][0])
     curve = {full.triangles: LevelError(full.triangles, volume, 0.0, 0.0, 0.0, none, none)}
-    surfaces = {full.triangles: _surface(full, history.centre)}
     mismatch_bound = distance_bound = 0.0
     asked = sorted({history.level(count).triangles for count in counts})
     for count in reversed(asked):
         if count == full.triangles:
             continue
-        surfaces[count] = _surface(history.level(count), history.centre)
+        surfaces[count] = _arranged(history.level(count), history)
         reference = _reference(count, asked, full.triangles)
-        finer, off = surfaces[reference], curve[reference]
-        order = np.arange(len(finer.position), dtype=np.int32)
-        near = np.zeros(len(order), np.int32)
-        near[4:] = history.splits.parent[: len(order) - 4]
-        found = overlaid(finer, surfaces[count], order, near)
+        (finer, near), off = surfaces[reference], curve[reference]
+        order = np.arange(len(near), dtype=np.int32)
+        found = overlaid(finer, surfaces[count][0], order, near)
         from_full = _beyond(found.from_reference, off.from_full)
         to_full = _beyond(found.to_reference, off.to_full)
         mismatch = found.difference / volume
@@ -214,8 +213,67 @@ def _even(count: float) -> int:
     return int(count) // 2 * 2
 
 
-def _surface(level: TriangleMesh, centre: FloatArray) -> Faces:
-    return faces_of(level.vertices.astype(np.float64) - centre, level.faces.ravel())
+def _arranged(level: TriangleMesh, history: History) -> tuple[Faces, IndexArray]:
+    """Return a level about the origin, what is near in space near in memory, and parents in it."""
+    positions = level.vertices.astype(np.float64) - history.centre
+    position, corner, near = _in_preorder(positions, level.faces, history.splits.parent)
+    return faces_of(position, corner), near
+
+
+@kernel
+def _in_preorder(
+    positions: FloatArray, faces: IndexArray, parent: IndexArray
+) -> tuple[FloatArray, IndexArray, IndexArray]:
+    """Put each slot before those that were split from it, and these before all others.
+
+    Parameters
+    ----------
+    positions : (V, 3) float64
+    faces : (F, 3) int32
+        Of a level: two of them are added with each slot from 4 on.
+    parent : (≥ V − 4,) int32
+        The slots that these were split from.
+
+    Returns
+    -------
+    position : (V, 3) float64
+    corner : (3 F,) int32
+    near : (V,) int32
+        The parent of each vertex, which comes before it; 0 of the first ones.
+    """
+    count = len(positions)
+    size = np.ones(count, np.int32)
+    for slot in range(count - 1, 3, -1):
+        size[parent[slot - 4]] += size[slot]
+    place, filled = np.empty(count, np.int32), np.empty(count, np.int32)
+    position, near = np.empty((count, 3)), np.zeros(count, np.int32)
+    corner = np.empty(3 * len(faces), np.int32)
+    free = 0
+    for slot in range(count):
+        if slot < 4:
+            place[slot] = free
+            free += size[slot]
+        else:
+            above = parent[slot - 4]
+            place[slot] = filled[above]
+            filled[above] += size[slot]
+            near[place[slot]] = place[above]
+        filled[slot] = place[slot] + 1
+        for axis in range(3):
+            position[place[slot], axis] = positions[slot, axis]
+    # the first four faces with the first four slots, two with each other one
+    slot_at = np.empty(count, np.int32)
+    for slot in range(count):
+        slot_at[place[slot]] = slot
+    written = 0
+    for index in range(count):
+        slot = slot_at[index]
+        first, last = (slot, slot + 1) if slot < 4 else (2 * slot - 4, 2 * slot - 2)
+        for face in range(first, last):
+            for side in range(3):
+                corner[written] = place[faces[face, side]]
+                written += 1
+    return position, corner, near
 
 
 def _reference(count: int, counts: list[int], full: int) -> int:

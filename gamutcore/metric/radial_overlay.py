@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from gamutcore.mesh import TriangleMesh
 
-__all__ = ["Distances", "RadialDifference", "overlaid", "radial_difference"]
+__all__ = ["Distances", "RadialDifference", "overlaid", "radial_difference", "volume_within"]
 
 
 @dataclass(frozen=True)
@@ -192,6 +192,11 @@ def _breadth_first(surface: Faces) -> tuple[IndexArray, IndexArray]:
                     order[filled] = beside
                     filled += 1
     return order, near
+
+
+def volume_within(surface: Faces) -> float:
+    """Volume within a surface that is star-shaped about the origin."""
+    return _size(surface)[0]
 
 
 @leaf_kernel

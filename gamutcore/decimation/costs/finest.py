@@ -41,7 +41,7 @@ from gamutcore.decimation.samples import (
     thin_samples,
 )
 from gamutcore.decimation.star import Surface
-from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.kernels import leaf_kernel
 
 __all__ = ["PRESERVES_VOLUME", "FinestState", "state"]
 
@@ -159,7 +159,7 @@ def _settle(cost: FinestState, surface: Surface, at: int) -> None:
     redistribute_samples(cost.deviation, surface, at)
 
 
-@kernel
+@leaf_kernel
 def _reach(cost: FinestState, surface: Surface, at: int) -> bool:
     if cost.deviation.counts[2] == 0:
         start_at_surface(cost.deviation, surface, cost.divisions[0])

@@ -34,6 +34,9 @@ __all__ = [
     "settle",
 ]
 
+PART_OF_THE_CALLER = {"forceinline": True, "_nrt": False}
+"""How overloads are compiled, which do nothing but call a cost's kernel."""
+
 UNKNOWN = "no implementation for {}; compiled code calls its overloads"
 
 
@@ -149,14 +152,16 @@ def implement(
         ("reach", reach or _no, _adapted),
         ("improve", improve or _no_place, _adapted_to_place),
     ):
-        overload(functions[name])(adapted(state, kernel))
+        overload(functions[name], jit_options=PART_OF_THE_CALLER)(adapted(state, kernel))
     for name, value in (
         ("depends_on_ring", depends_on_ring),
         ("preserves_volume", preserves_volume),
         ("moves_vertices", improve is not None),
     ):
-        overload(functions[name])(_flag_for(state, value=value))
-    overload(functions["eager_collapses"])(_number_for(state, eager_collapses))
+        overload(functions[name], jit_options=PART_OF_THE_CALLER)(_flag_for(state, value=value))
+    overload(functions["eager_collapses"], jit_options=PART_OF_THE_CALLER)(
+        _number_for(state, eager_collapses)
+    )
 
 
 @leaf_kernel

@@ -34,7 +34,7 @@ from gamutcore.decimation.samples import (
     thin_samples,
 )
 from gamutcore.decimation.star import Surface
-from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.kernels import leaf_kernel
 
 __all__ = ["PRESERVES_VOLUME", "VolumeState", "state"]
 
@@ -143,7 +143,7 @@ def _settle(cost: VolumeState, surface: Surface, at: int) -> None:
         redistribute_samples(cost.deviation, surface, at)
 
 
-@kernel
+@leaf_kernel
 def _reach(cost: VolumeState, surface: Surface, at: int) -> bool:
     begins = at <= TRACKED_VERTICES and cost.vertices[0] > TRACKED_VERTICES
     if begins:

@@ -5,7 +5,7 @@ import pytest
 
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.corner_table import opposite_corners
-from gamutcore.decimation.edge_queue import empty_queue, fill_queue
+from gamutcore.decimation.edge_queue import fill_queue
 from gamutcore.decimation.record import empty_record
 from gamutcore.decimation.star import (
     keeps_star_shape,
@@ -13,7 +13,7 @@ from gamutcore.decimation.star import (
     ring_faces,
     surface_of,
 )
-from gamutcore.decimation.workspace import Workspace, collapse_edge
+from gamutcore.decimation.workspace import collapse_edge, workspace
 
 
 @pytest.fixture(scope="session")
@@ -91,16 +91,7 @@ def faces_left():
 
 def _workspace(surface):
     edges = len(surface.corner_facing)
-    work = Workspace(
-        empty_queue(edges),
-        np.zeros(edges, np.uint8),
-        np.zeros(edges, np.int32),
-        np.zeros(len(surface.position), np.int32),
-        np.zeros(1, np.int32),
-        np.empty(3, np.float64),
-        np.empty(3, np.float32),
-        np.empty(3, np.float64),
-    )
+    work = workspace(edges, len(surface.position))
     work.queue.heap[:] = np.arange(edges)
     work.queue.priority[:] = np.arange(edges)
     fill_queue(work.queue, edges)
@@ -125,7 +116,7 @@ def random_collapses():
         random = np.random.default_rng(seed)
         delivered = surface.position.astype(np.float32)
         record, work = empty_record(len(delivered)), _workspace(surface)
-        moved, ring, done = record.moved, np.empty((200, 2), np.int32), 0
+        ring, done = np.empty((200, 2), np.int32), 0
         for query, edge in enumerate(random.permutation(len(surface.corner_facing)).tolist()):
             if done == wanted:
                 return
@@ -141,7 +132,7 @@ def random_collapses():
             ):
                 continue
             work.rounded[:] = work.place
-            kept, moved = collapse_edge(cost, surface, delivered, record, work, edge, done, moved)
+            kept = collapse_edge(cost, surface, delivered, record, work, edge, done)
             done += 1
             yield int(kept)
 

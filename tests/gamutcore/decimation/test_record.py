@@ -5,7 +5,14 @@ import pytest
 
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimated
-from gamutcore.decimation.record import record_moved_corners, record_shift
+from gamutcore.decimation.record import (
+    empty_record,
+    has_room,
+    in_use,
+    record_moved_corners,
+    record_shift,
+    with_room,
+)
 
 
 @pytest.fixture(scope="module", params=COSTS)
@@ -90,9 +97,9 @@ def counter_clockwise(faces, vertex, start, end):
     return corners
 
 
-def test_moved_corners_may_outgrow_their_room(surface_from, bumpy_mesh):
+def test_moved_corners_are_those_of_the_dead_vertex(surface_from, bumpy_mesh):
     positions, faces = bumpy_mesh(3)
-    surface = surface_from(positions, faces)
+    surface, record = surface_from(positions, faces), empty_record(len(positions))
     kept, dead = (int(vertex) for vertex in faces[0][[1, 0]])
     expected = {
         3 * number + face.index(dead)
@@ -100,21 +107,52 @@ def test_moved_corners_may_outgrow_their_room(surface_from, bumpy_mesh):
         if dead in face and kept not in face
     }
     # corner 0 is that of the dead vertex in the face (dead, kept, right)
-    moved, filled = record_moved_corners(surface, 0, np.array([77], np.int32), 1)
-    assert moved[0] == 77
-    assert set(moved[1:filled].tolist()) == expected
-    assert filled == 1 + len(expected) <= len(moved)
+    record.moved[:1] = 77
+    filled = record_moved_corners(surface, 0, record, 1)
+    assert record.moved[0] == 77
+    assert set(record.moved[1:filled].tolist()) == expected
+    assert filled == 1 + len(expected)
 
 
-def test_shifts_may_outgrow_their_room():
+@pytest.fixture
+def partly_filled():
+    """Return a record of three collapses of ten vertices: 7 moved corners, 5 shifts."""
+    record = empty_record(10)
+    record.moved_end[:3], record.shifted_end[:3] = (2, 4, 7), (0, 2, 5)
+    record.moved[:7] = np.arange(7)
     delivered = np.arange(30, dtype=np.float32).reshape(10, 3)
-    shifted, shift, filled = np.empty(1, np.int32), np.empty((1, 2, 3), np.float32), 0
-    for vertex in range(10):
-        place = np.full(3, -vertex, np.float32)
-        shifted, shift, filled = record_shift(
-            shifted, shift, filled, vertex, delivered[vertex], place
-        )
-    assert filled == 10 <= len(shifted) == len(shift)
-    assert shifted[:10].tolist() == list(range(10))
-    np.testing.assert_array_equal(shift[:10, 0], delivered)
-    np.testing.assert_array_equal(shift[:10, 1, 2], -np.arange(10))
+    for filled, vertex in enumerate((3, 1, 4, 0, 5)):
+        record_shift(record, filled, vertex, -delivered, 9 - filled, delivered)
+    return record
+
+
+def test_a_record_says_whether_there_is_room(partly_filled):
+    assert len(partly_filled.moved) == 40
+    assert len(partly_filled.shifted) == len(partly_filled.shift) == 16
+    assert [has_room(partly_filled, 3, changes) for changes in (1, 11, 12)] == [True, True, False]
+    assert [has_room(partly_filled, 0, changes) for changes in (16, 17)] == [True, False]
+    scarce = partly_filled._replace(moved=partly_filled.moved[:9])
+    assert [has_room(scarce, 3, changes) for changes in (2, 3)] == [True, False]
+
+
+@pytest.mark.parametrize("changes", [1, 12, 34, 1000])
+def test_room_is_made_where_there_is_none(partly_filled, changes):
+    longer = with_room(partly_filled, 3, changes)
+    assert has_room(longer, 3, changes)
+    assert (len(longer.moved) > 40) == (changes > 33)
+    assert (len(longer.shifted) > 16) == (changes > 11)
+    assert_same_in_use(in_use(longer, 3))
+
+
+def assert_same_in_use(record):
+    assert record.moved.tolist() == list(range(7))
+    assert record.shifted.tolist() == [3, 1, 4, 0, 5]
+    delivered = np.arange(30, dtype=np.float32).reshape(10, 3)
+    np.testing.assert_array_equal(record.shift[:, 0], -delivered[[9, 8, 7, 6, 5]])
+    np.testing.assert_array_equal(record.shift[:, 1], delivered[record.shifted])
+
+
+def test_what_is_in_use_is_cut_out(partly_filled):
+    assert_same_in_use(in_use(partly_filled, 3))
+    nothing = in_use(partly_filled, 0)
+    assert len(nothing.moved) == len(nothing.shifted) == len(nothing.shift) == 0

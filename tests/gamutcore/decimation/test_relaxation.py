@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from gamutcore.decimation.costs import finest, volume
+from gamutcore.decimation.record import empty_record, with_room
 from gamutcore.decimation.relaxation import relax
 from gamutcore.decimation.samples import start_at_surface
 
@@ -25,27 +26,15 @@ def after_collapses(bumpy_mesh, surface_from, random_collapses, workspace_for, f
         if module is finest:
             start_at_surface(state.deviation, surface, int(state.divisions[0]))
         work, ring = workspace_for(surface), np.empty((200, 2), np.int32)
-        shifted, shift, shifts = np.empty(16, np.int32), np.empty((16, 2, 3), np.float32), 0
+        record, start = with_room(empty_record(len(positions)), 0, 5000), 0
         for done, kept in enumerate(random_collapses(state, surface, seed, 60)):
             delivered = (surface.position + CENTRE).astype(np.float32)
-            before, kept_position = delivered.copy(), delivered[kept].copy()
+            before = delivered.copy()
+            record.position[done, 2] = delivered[kept]
             errors = state.deviation.error.sum()
-            start = shifts
-            shifted, shift, shifts = relax(
-                state,
-                surface,
-                delivered,
-                CENTRE,
-                STEP,
-                kept_position,
-                work,
-                kept,
-                done + 1,
-                ring,
-                shifted,
-                shift,
-                shifts,
-            )
+            record.shifted_end[done] = start
+            relax(state, surface, delivered, CENTRE, STEP, record, work, kept, done + 1, ring)
+            end = int(record.shifted_end[done])
             faces_now = faces_left(surface)[1]
             check(
                 surface,
@@ -53,14 +42,15 @@ def after_collapses(bumpy_mesh, surface_from, random_collapses, workspace_for, f
                 faces_now,
                 before,
                 delivered,
-                kept_position,
-                shifted[start:shifts],
-                shift[start:shifts],
+                record.position[done, 2],
+                record.shifted[start:end],
+                record.shift[start:end],
                 state.deviation.error.sum() - errors,
                 work,
                 done + 1,
             )
-        return shifts
+            start = end
+        return start
 
     return run
 
@@ -113,21 +103,12 @@ def test_a_ring_that_is_too_large_for_the_scratch_is_left_alone(
     start_at_surface(state.deviation, surface_from(positions, faces), int(state.divisions[0]))
     delivered = (surface.position + CENTRE).astype(np.float32)
     before = delivered.copy()
-    kept = int(surface.degree.argmax())
-    *_, shifts = relax(
-        state,
-        surface,
-        delivered,
-        CENTRE,
-        STEP,
-        delivered[kept],
-        workspace_for(surface),
-        kept,
-        1,
-        np.empty((int(surface.degree[kept]) - 1, 2), np.int32),
-        np.empty(4, np.int32),
-        np.empty((4, 2, 3), np.float32),
-        0,
-    )
-    assert shifts == 0
+    kept, record = int(surface.degree.argmax()), empty_record(len(positions))
+    record.shifted_end[0] = 0
+    record.position[0, 2] = delivered[kept]
+    ring = np.empty((int(surface.degree[kept]) - 1, 2), np.int32)
+    work = workspace_for(surface)
+    relax(state, surface, delivered, CENTRE, STEP, record, work, kept, 1, ring)
+    assert record.shifted_end[0] == 0
     np.testing.assert_array_equal(delivered, before)
+    np.testing.assert_array_equal(record.position[0, 2], before[kept])

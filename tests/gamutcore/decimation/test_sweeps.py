@@ -6,9 +6,9 @@ import pytest
 from gamutcore.corner_table import opposite_corners
 from gamutcore.decimation import decimated
 from gamutcore.decimation.costs import volume
-from gamutcore.decimation.record import empty_record
+from gamutcore.decimation.record import empty_record, with_room
 from gamutcore.decimation.star import surface_of
-from gamutcore.decimation.sweeps import SWEPT_DOWN_TO, collapse_in_sweeps
+from gamutcore.decimation.sweeps import SWEPT_DOWN_TO, begun_sweeps, collapse_in_sweeps
 from gamutcore.history import history_of
 from gamutcore.metric import mismatch
 
@@ -64,21 +64,20 @@ class TestLargeBoundary:
 def swept(icosphere, workspace_for):
     """Return a function that makes so many collapses in sweeps on a sphere of 2562 vertices."""
 
-    def make(wanted):
+    def make(wanted, room=None):
         mesh = icosphere(4, 40.0, CENTRE)
         positions = mesh.vertices.astype(np.float64) - CENTRE
         faces = np.ascontiguousarray(mesh.faces, np.int32)
         surface = surface_of(positions, faces, opposite_corners(faces, len(positions)))
         state, record = volume.state(positions, faces), empty_record(len(positions))
-        work = workspace_for(surface)
+        work, ring = workspace_for(surface), np.empty((64, 2), np.int32)
         for edge in range(len(work.queue.place)):
             work.queue.place[edge] = -1
         work.queue.size[0] = 0
-        # shorter edges first: what the limits are about is for the cost to say
-        one = positions[faces[:, [1, 2, 0]].ravel()[surface.corner_facing]]
-        two = positions[faces[:, [2, 0, 1]].ravel()[surface.corner_facing]]
-        work.queue.priority[:] = np.linalg.norm(one - two, axis=1) * 1e-3
-        collapses, moved = collapse_in_sweeps(
+        if room is not None:
+            record = record._replace(moved=record.moved[:room])
+        sweeps, calls = begun_sweeps(state, surface, work), 1
+        while not collapse_in_sweeps(
             state,
             surface,
             mesh.vertices.copy(),
@@ -86,10 +85,13 @@ def swept(icosphere, workspace_for):
             2.0**-11,
             record,
             work,
-            record.moved,
+            sweeps,
+            ring,
             wanted,
-        )
-        return collapses, surface, record._replace(moved=moved)
+        ):
+            record, calls = with_room(record, sweeps.counts[0], len(ring)), calls + 1
+        assert (calls > 1) == (room is not None)
+        return int(sweeps.counts[0]), surface, record
 
     return make
 
@@ -103,6 +105,15 @@ def test_as_many_collapses_are_made_as_are_wanted(swept, faces_left, wanted):
     assert len(np.unique(faces)) == 2562 - wanted
     assert np.linalg.det(surface.position[faces]).min() > 0
     assert record.moved_end[wanted - 1] <= len(record.moved)
+
+
+def test_room_is_asked_for_when_the_record_is_full(swept):
+    """Going on afterwards makes the same number of collapses; none is lost or written twice."""
+    collapses, surface, record = swept(500, room=200)
+    assert collapses == 500
+    assert len(set(record.dead[:500].tolist())) == 500
+    assert 200 < record.moved_end[499] <= len(record.moved)
+    assert (surface.corner_facing >= 0).sum() == 3 * (2562 - 500 - 2)
 
 
 def test_sweeps_stop_where_all_errors_change(swept, faces_left):

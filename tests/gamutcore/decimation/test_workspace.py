@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gamutcore.corner_table import opposite_corners
+from gamutcore.corner_table import opposite_corners, swung
 from gamutcore.decimation.costs import quadric, volume
 from gamutcore.decimation.edge_queue import dequeue
 from gamutcore.decimation.record import empty_record
@@ -45,6 +45,9 @@ def assert_consistent(surface, work, numbers, faces):
     assert len(left) == 3 * len(faces) // 2
     assert set(surface.edge_of[corners].tolist()) == set(left.tolist())
     np.testing.assert_array_equal(surface.edge_of[surface.corner_facing[left]], left)
+    np.testing.assert_array_equal(
+        surface.swing[corners], [swung(surface.opposite, corner) for corner in corners.tolist()]
+    )
     twins = surface.opposite[surface.corner_facing[left]]
     np.testing.assert_array_equal(surface.edge_of[twins], left)
     # edges that are gone have left the queue
@@ -63,7 +66,7 @@ class TestCollapse:
         positions, faces = bumpy_mesh(seed, 40)
         state, surface = cost.state(positions, faces), surface_from(positions, faces)
         delivered, record = positions.astype(np.float32), empty_record(len(positions))
-        work, moved, ring = workspace_for(surface), record.moved, np.empty((100, 2), np.int32)
+        work, ring = workspace_for(surface), np.empty((100, 2), np.int32)
         expected, places, done = faces.copy(), positions.copy(), 0
         for query, edge in enumerate(np.random.default_rng(seed).permutation(len(faces)).tolist()):
             corner = int(surface.corner_facing[edge])
@@ -78,7 +81,7 @@ class TestCollapse:
                 continue
             degrees = [len(neighbours(expected, end)) for end in (one, two)]
             work.place[:], work.rounded[:] = place, place
-            kept, moved = collapse_edge(state, surface, delivered, record, work, edge, done, moved)
+            kept = collapse_edge(state, surface, delivered, record, work, edge, done)
             assert kept in {one, two}
             dead = one + two - kept
             assert degrees[(one, two).index(dead)] <= degrees[(one, two).index(kept)]
@@ -107,9 +110,7 @@ class TestCollapse:
         place = surface.position[surface.vertex[chosen - chosen % 3]]
         work.place[:], work.rounded[:] = place, place
         record = empty_record(len(positions))
-        collapse_edge(
-            state, surface, positions.astype(np.float32), record, work, edge, 0, record.moved
-        )
+        collapse_edge(state, surface, positions.astype(np.float32), record, work, edge, 0)
         # the edge itself was at hand, the other two were parked
         assert work.parked[0] == (surface.corner_facing >= 0).sum()
 
