@@ -23,12 +23,10 @@ if TYPE_CHECKING:
 
 __all__ = ["Access", "AccessRules", "OpenToAllError", "is_loopback"]
 
-_OPEN = frozenset(
-    {"/", "/livez", "/readyz", "/docs", "/docs/oauth2-redirect", "/openapi.json", "/problems"}
-)
+_OPEN = frozenset({"/", "/livez", "/readyz", "/docs", "/openapi.json", "/problems"})
 """What needs no key and is not counted."""
 
-_OPEN_PREFIX = "/problems/"
+_OPEN_PREFIXES = ("/problems/", "/docs/")
 
 _ANONYMOUS = {
     "none": frozenset[str](),
@@ -120,7 +118,7 @@ class Access:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass the request on, or answer what is missing."""
         path = scope.get("path", "")
-        if scope["type"] != "http" or path in _OPEN or path.startswith(_OPEN_PREFIX):
+        if scope["type"] != "http" or path in _OPEN or path.startswith(_OPEN_PREFIXES):
             await self.app(scope, receive, send)
             return
         client, scopes, problem = self._client(scope)

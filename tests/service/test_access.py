@@ -99,7 +99,11 @@ def test_scopes_are_kept_apart(ask, assert_problem, scope, method, allowed):
 
 
 @pytest.mark.parametrize(
-    "path", ["/", "/livez", "/readyz", "/docs", "/openapi.json", "/problems", "/problems/not-found"]
+    "path",
+    [
+        *("/", "/livez", "/readyz", "/openapi.json", "/problems", "/problems/not-found"),
+        *("/docs", "/docs/1.0/style.css"),
+    ],
 )
 def test_probes_and_pages_need_no_key(ask, path):
     assert ask(path=path).status_code == 200
