@@ -90,7 +90,9 @@ class AccessRules:
     @property
     def limiting(self) -> bool:
         """Whether anything is limited at all."""
-        return WRITE not in self.anonymous or bool(self.keys or self.requests or self.builds)
+        # Buckets that nobody has come to yet are empty, and so would be false.
+        limits = self.requests is not None or self.builds is not None
+        return limits or bool(self.keys) or WRITE not in self.anonymous
 
 
 def is_loopback(host: str) -> bool:
