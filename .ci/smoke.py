@@ -84,6 +84,11 @@ def check_service(address: str, data: bytes, name: str) -> None:
         glb = answer.read()
         expect(answer.headers["Content-Type"] == "model/gltf-binary", "model/gltf-binary")
     expect(glb_triangles(glb) == TRIANGLES, f"{TRIANGLES} triangles from the service")
+    with urlopen(f"{address}/docs") as answer:
+        page = answer.read().decode()
+    for file in re.findall(r'(?:src|href)="(/[^"]+)"', page):
+        with urlopen(f"{address}{file}") as answer:
+            expect(len(answer.read()) > 100_000, f"{file}, which the documentation is made of")
     print(f"service: gamut {gamut['id'][:12]} built, {TRIANGLES} triangles in {len(glb)} bytes")
 
 

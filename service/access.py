@@ -23,12 +23,10 @@ if TYPE_CHECKING:
 
 __all__ = ["Access", "AccessRules", "OpenToAllError", "is_loopback"]
 
-_OPEN = frozenset(
-    {"/", "/livez", "/readyz", "/docs", "/docs/oauth2-redirect", "/openapi.json", "/problems"}
-)
+_OPEN = frozenset({"/", "/livez", "/readyz", "/docs", "/openapi.json", "/problems"})
 """What needs no key and is not counted."""
 
-_OPEN_PREFIX = "/problems/"
+_OPEN_PREFIXES = ("/problems/", "/docs/")
 
 _ANONYMOUS = {
     "none": frozenset[str](),
@@ -92,7 +90,9 @@ class AccessRules:
     @property
     def limiting(self) -> bool:
         """Whether anything is limited at all."""
-        return WRITE not in self.anonymous or bool(self.keys or self.requests or self.builds)
+        # Buckets that nobody has come to yet are empty, and so would be false.
+        limits = self.requests is not None or self.builds is not None
+        return limits or bool(self.keys) or WRITE not in self.anonymous
 
 
 def is_loopback(host: str) -> bool:
@@ -120,7 +120,7 @@ class Access:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass the request on, or answer what is missing."""
         path = scope.get("path", "")
-        if scope["type"] != "http" or path in _OPEN or path.startswith(_OPEN_PREFIX):
+        if scope["type"] != "http" or path in _OPEN or path.startswith(_OPEN_PREFIXES):
             await self.app(scope, receive, send)
             return
         client, scopes, problem = self._client(scope)

@@ -25,7 +25,7 @@ from service.handlers import add_exception_handlers
 from service.middleware import BodyLimit, HeadAsGet, PlainPaths
 from service.observation import Observed
 from service.request_id import RequestIds
-from service.routes import batch, gamuts, jobs, meshes, metrics, pages, state
+from service.routes import batch, gamuts, jobs, meshes, metrics, pages, state, swagger_ui
 from service.server_timing import ServerTiming
 from service.settings import Settings
 from service.state import Service
@@ -76,7 +76,7 @@ def create_app(settings: Settings) -> FastAPI:
         version=__version__,
         license_info={"name": "Apache-2.0", "identifier": "Apache-2.0"},
         openapi_tags=_TAGS,
-        docs_url=None,  # `service.routes.pages` has it, with a content security policy
+        docs_url=None,  # `service.routes.swagger_ui` has it, with a content security policy
         redoc_url=None,
         redirect_slashes=False,
         # Its own spans would repeat queries, and know nothing of the layers ahead of the routes.
@@ -87,7 +87,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.state.cors_origins = origins(settings.cors_origins)
     routers = (
         *(gamuts.router, meshes.router, batch.router, jobs.router),
-        *(state.router, metrics.router, pages.router),
+        *(state.router, metrics.router, pages.router, swagger_ui.router),
     )
     for router in routers:
         app.include_router(router)

@@ -19,6 +19,7 @@ from service.application import create_app
 from service.building import health
 from service.building.choice import EngineMissingError, run_worker
 from service.logs import configure_logging
+from service.observation import Refusals
 from service.protocol import ConnectionLimits, limited_protocol
 from service.server import Server
 from service.settings import ENVIRONMENT_PREFIX, Settings
@@ -183,6 +184,8 @@ def _serve(overrides: dict[str, Any]) -> int:
     ) as error:
         sys.stderr.write(f"gamut: {error}\n")
         return 1
+    figures = app.state.service.metrics.requests
+    refusals = Refusals(figures, access_log=settings.access_log)
     config = uvicorn.Config(
         app,
         host=settings.host,
@@ -190,7 +193,7 @@ def _serve(overrides: dict[str, Any]) -> int:
         log_config=None,
         log_level=settings.log_level,
         access_log=False,  # `service.observation` has a better one
-        http=limited_protocol(ConnectionLimits.of(settings)),
+        http=limited_protocol(ConnectionLimits.of(settings), refusals),
         ws="none",
         # Off, or any client on this machine could state the address that it is counted under.
         proxy_headers=bool(settings.trusted_proxies),

@@ -157,6 +157,12 @@ def _request_families(figures: RequestFigures) -> Iterator[Metric]:
             for (method, route, status), count in list(figures.counts.items())
         ],
     )
+    yield _labelled(
+        "counter",
+        "gamut_http_refusals",
+        "Answers of the server to what never became a request, or not a whole one.",
+        [({"problem": code}, count) for code, count in list(figures.refusals.items())],
+    )
     yield _distributions(
         "gamut_http_response_seconds",
         "From the arrival of a request to the beginning of its response.",

@@ -78,6 +78,8 @@ class RequestFigures:
         Requests answered, by method, route and status.
     seconds : dict of Distribution
         From the arrival of a request to the beginning of its response, by route.
+    refusals : dict
+        Answers that the server gave without the app, by the code of the problem; not in `counts`.
     in_progress : int
         Requests under way.
     sent_bytes : int
@@ -87,6 +89,7 @@ class RequestFigures:
     def __init__(self) -> None:
         self.counts: dict[tuple[str, str, int], int] = {}
         self.seconds: dict[str, Distribution] = {}
+        self.refusals: dict[str, int] = {}
         self.in_progress = 0
         self.sent_bytes = 0
 
@@ -98,6 +101,11 @@ class RequestFigures:
         if distribution is None:
             distribution = self.seconds[route] = Distribution(_RESPONSE_BOUNDS)
         distribution.add(seconds)
+
+    def refused(self, problem: str, nbytes: int) -> None:
+        """Count an answer that the server gave without the app."""
+        self.refusals[problem] = self.refusals.get(problem, 0) + 1
+        self.sent_bytes += nbytes
 
 
 class BuildFigures:

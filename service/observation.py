@@ -1,9 +1,10 @@
-"""The ASGI layer that sees every request: figures, a line of the access log, a span of a trace.
+"""Every request is seen: figures, a line of the access log, a span of a trace.
 
-It is the outermost but that of request ids, so that answers of the layers ahead of the routes, and
-those to defects, are seen like all others. What it does for every request is a few additions;
-lines and spans are made only where they are asked for. Queries are logged if they hold nothing but
-known parameters: others, that may be credentials at the wrong place, are not repeated.
+The ASGI layer is the outermost but that of request ids, so that answers of the layers ahead of the
+routes, and those to defects, are seen like all others; those below the app come to `Refusals`. What
+it does for every request is a few additions; lines and spans are made only where they are asked
+for. Queries are logged if they hold nothing but known parameters: others, that may be credentials
+at the wrong place, are not repeated.
 """
 
 from __future__ import annotations
@@ -20,9 +21,10 @@ if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
     from service.metrics import RequestFigures
+    from service.protocol import Refusal
     from service.traces import Traces
 
-__all__ = ["KNOWN_PARAMETERS", "UNMATCHED", "MatchedRoute", "Observed"]
+__all__ = ["KNOWN_PARAMETERS", "UNMATCHED", "MatchedRoute", "Observed", "Refusals"]
 
 logger = logging.getLogger("service.access")
 
@@ -127,6 +129,43 @@ class Observed:
             if self.access_log:
                 _log(scope, status, nbytes, seconds)
         return status
+
+
+class Refusals:
+    """Counts and logs the answers that the server gives below the app.
+
+    Parameters
+    ----------
+    figures : RequestFigures
+        Where they are counted.
+    access_log : bool
+        Whether each gets a line in the log.
+    """
+
+    def __init__(self, figures: RequestFigures, *, access_log: bool) -> None:
+        self.figures = figures
+        self.access_log = access_log
+
+    def __call__(self, refusal: Refusal) -> None:
+        """Take note of an answer; what was asked is not known, or not worth repeating."""
+        self.figures.refused(refusal.problem, refusal.nbytes)
+        if self.access_log:
+            milliseconds = round(1000 * refusal.seconds, 3)
+            logger.info(
+                "- - %d %s, %d bytes, %s ms",
+                refusal.status,
+                refusal.problem,
+                refusal.nbytes,
+                milliseconds,
+                extra={
+                    "status": refusal.status,
+                    "problem": refusal.problem,
+                    "bytes": refusal.nbytes,
+                    "milliseconds": milliseconds,
+                    "client": refusal.client,
+                    "request_id": refusal.request_id,
+                },
+            )
 
 
 def _route(scope: Scope) -> str:

@@ -3,31 +3,33 @@
 uvicorn parses requests and runs the app. This protocol adds what protects it from clients that are
 slow, endless or malformed, whether they mean it or not: time limits for the head and the body of a
 request and for taking the answer, a limit for the size of the head, a number of connections beyond
-which idle ones give way to new ones, and problem documents wherever the app is never reached. See
-``docs/decisions/hostile-clients.md``.
+which idle ones give way to new ones, and problem documents wherever the app is never reached; these
+are reported, since no layer of the app sees them. See ``docs/decisions/hostile-clients.md``.
 """
 
 from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from uvicorn.protocols.http.httptools_impl import (
     STATUS_LINE,
     HttpToolsProtocol,
     RequestResponseCycle,
 )
+from uvicorn.protocols.utils import get_remote_addr
 
 from service.problems import Problem, problem_response
 from service.request_id import HEADER
 
 if TYPE_CHECKING:
     import asyncio
+    from collections.abc import Callable
 
     from service.settings import Settings
 
-__all__ = ["ConnectionLimits", "LimitedProtocol", "limited_protocol"]
+__all__ = ["ConnectionLimits", "LimitedProtocol", "Refusal", "limited_protocol"]
 
 _SWEEP_SECONDS = 0.5
 """How often connections are looked at, so how late a time limit may be noticed."""
@@ -85,6 +87,33 @@ class ConnectionLimits:
         )
 
 
+class Refusal(NamedTuple):
+    """An answer that was given without the app.
+
+    Attributes
+    ----------
+    problem : str
+        Its code.
+    status : int
+        Of HTTP.
+    nbytes : int
+        Of the content.
+    seconds : float
+        Since the wait for what the client was sending began.
+    client : str or None
+        Address of the other side of the connection, which may be a proxy's.
+    request_id : str
+        That the answer names.
+    """
+
+    problem: str
+    status: int
+    nbytes: int
+    seconds: float
+    client: str | None
+    request_id: str
+
+
 class LimitedProtocol(HttpToolsProtocol):
     """A connection with limits.
 
@@ -93,6 +122,7 @@ class LimitedProtocol(HttpToolsProtocol):
     """
 
     limits: ConnectionLimits
+    report: Callable[[Refusal], None]
     sweeping = False
     """Whether the timer of all connections of this class is running."""
 
@@ -227,13 +257,24 @@ class LimitedProtocol(HttpToolsProtocol):
 
     def _send_problem(self, problem: Problem) -> None:
         answer = problem_response(problem)
-        answer.headers[HEADER] = os.urandom(16).hex()
+        request_id = answer.headers[HEADER] = os.urandom(16).hex()
         answer.headers["Connection"] = "close"
         head = [STATUS_LINE[answer.status_code]]
         for name, value in answer.raw_headers:
             head += [name, b": ", value, b"\r\n"]
         self.transport.write(b"".join([*head, b"\r\n", bytes(answer.body)]))
         self._refused = True
+        client = get_remote_addr(self.transport)
+        self.report(
+            Refusal(
+                problem.code,
+                answer.status_code,
+                len(answer.body),
+                self.loop.time() - self._since,
+                client[0] if client else None,
+                request_id,
+            )
+        )
         if self.transport.can_write_eof():
             # Closing while something unread is there would take the answer back (a reset).
             self.transport.write_eof()
@@ -310,7 +351,16 @@ class LimitedProtocol(HttpToolsProtocol):
         )
 
 
-def limited_protocol(limits: ConnectionLimits) -> type[LimitedProtocol]:
-    """Return the protocol class with these limits, as uvicorn wants it: made without arguments."""
-    attributes: dict[str, Any] = {"limits": limits}
+def limited_protocol(
+    limits: ConnectionLimits, report: Callable[[Refusal], None]
+) -> type[LimitedProtocol]:
+    """Return the protocol class, as uvicorn wants it: made without arguments.
+
+    Parameters
+    ----------
+    limits : ConnectionLimits
+    report : callable
+        Hears of every answer that the app knows nothing of.
+    """
+    attributes: dict[str, Any] = {"limits": limits, "report": staticmethod(report)}
     return type("LimitedProtocol", (LimitedProtocol,), attributes)

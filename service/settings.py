@@ -4,6 +4,7 @@ One field is one variable: ``max_body_bytes`` is ``GAMUT_MAX_BODY_BYTES``. The t
 ``docs/settings.md`` is `settings_table` of this model, and a test holds the two together.
 """
 
+import ipaddress
 import re
 from typing import Annotated, Literal
 
@@ -31,6 +32,14 @@ def _api_keys(text: str) -> str:
 
 def _origins(text: str) -> str:
     origins(text)
+    return text
+
+
+def _proxies(text: str) -> str:
+    if text and text != "*":
+        for proxy in text.split(","):
+            # uvicorn would take what is neither for a name that no connection has.
+            ipaddress.ip_network(proxy.strip())
     return text
 
 
@@ -125,6 +134,7 @@ class Settings(BaseSettings):
             "and `X-Forwarded-Proto` are believed; `*` for all. Without it, addresses are those of "
             "the connections.",
         ),
+        AfterValidator(_proxies),
     ] = ""
     cors_origins: Annotated[
         str,

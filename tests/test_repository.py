@@ -137,7 +137,9 @@ def test_no_file_names_a_package_host():
 
 
 class TestLayout:
-    @pytest.mark.parametrize("package", ["gamutcore", "service", "tests/gamutcore"])
+    @pytest.mark.parametrize(
+        "package", ["gamutcore", "service", "tests/gamutcore", "tests/service"]
+    )
     def test_modules_are_short(self, package):
         long = {
             str(path): lines

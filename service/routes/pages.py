@@ -1,21 +1,17 @@
-"""Pages for people: the landing page, the API's documentation, and one page per kind of problem.
+"""Pages for people: the landing page, and one page per kind of problem.
 
-All but the documentation are there as JSON as well, for who asks for it with ``Accept``.
+All are there as JSON as well, for who asks for it with ``Accept``.
 """
 
-import base64
-import hashlib
 import json
-import re
 from html import escape
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Path, Request
-from fastapi.openapi.docs import get_swagger_ui_html
-from fastapi.responses import HTMLResponse, Response
+from fastapi.responses import Response
 
 from gamutcore.version import ALGORITHM_VERSION, __version__
-from service.html import SECURITY_HEADERS, definitions, link, page, table
+from service.html import definitions, link, page, table
 from service.negotiation import preferred_media_type
 from service.problems import KINDS, Kind, Problem, ProblemError
 from service.readiness import Report
@@ -46,9 +42,6 @@ _LINKS = {
     "/livez": "Whether the process lives",
 }
 
-_ASSETS = "https://cdn.jsdelivr.net"
-"""Where FastAPI's page loads Swagger UI from, the one page that needs something from elsewhere."""
-
 
 @router.get("/")
 async def landing(request: Request) -> Response:
@@ -66,30 +59,6 @@ async def landing(request: Request) -> Response:
         home=False,
         headers=_NO_STORE,
     )
-
-
-@router.get("/docs")
-async def documentation(request: Request) -> Response:
-    """Show all operations, to be tried out."""
-    swagger = get_swagger_ui_html(
-        openapi_url=f"{request.scope.get('root_path', '').rstrip('/')}/openapi.json",
-        title="Gamut boundary service",
-        swagger_favicon_url="data:,",
-    )
-    text = bytes(swagger.body).decode()
-    scripts = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)
-    digests = " ".join(
-        f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
-        for script in scripts
-    )
-    policy = (
-        f"default-src 'none'; script-src {_ASSETS} {digests}; connect-src 'self'; "
-        # Swagger UI sets styles of elements, and has its pictures in them.
-        f"style-src {_ASSETS} 'unsafe-inline'; img-src 'self' data:; "
-        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-    )
-    headers = {**SECURITY_HEADERS, **_NO_CACHE, "Content-Security-Policy": policy}
-    return HTMLResponse(text.replace("<html>", '<html lang="en">'), headers=headers)
 
 
 @router.get("/problems")

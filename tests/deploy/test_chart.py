@@ -64,6 +64,13 @@ CASES = {
             "serviceAccount": {"annotations": {"role": "reader"}},
             "imagePullSecrets": [{"name": "registry"}],
             "service": {"type": "NodePort", "annotations": {"a": "b"}},
+            "monitoring": {
+                "annotations": True,
+                "serviceMonitor": {"enabled": True},
+                "podMonitor": {"enabled": True},
+                "labels": {"release": "prometheus"},
+                "apiKey": {"secret": "prometheus", "key": "gamut"},
+            },
             "api": {
                 "podLabels": {"a": "b"},
                 "podAnnotations": {"a": "b"},
@@ -120,12 +127,12 @@ def test_helm_finds_nothing_to_complain_about(helm, case):
 
 @pytest.mark.parametrize("case", CASES)
 def test_every_object_is_one_that_kubernetes_takes(rendered, case):
-    """KEDA's own two kinds are not among the schemas."""
+    """The own kinds of KEDA and of the Prometheus operator are not among the schemas."""
     schemas = package("kubernetes_validate")
     kinds = set()
     for (kind, _), each in rendered(CASES[case]).items():
         kinds.add(kind)
-        if not each["apiVersion"].startswith("keda.sh/"):
+        if not each["apiVersion"].startswith(("keda.sh/", "monitoring.coreos.com/")):
             for version in KUBERNETES:
                 schemas.validate(each, version, strict=True)
     assert {"Deployment", "Service", "ConfigMap", "ServiceAccount", "PodDisruptionBudget"} <= kinds
@@ -148,6 +155,16 @@ def test_what_kubernetes_does_not_take_would_be_noticed(rendered):
         ({"worker": {"autoscaling": {"kind": "magic"}}}, "kind"),
         ({"workers": {}}, "workers"),
         ({"settings": {"GAMUT_STORE": "s3://other"}}, "GAMUT_STORE"),
+        ({"settings": {"GAMUT_WORKER_METRICS_PORT": "1"}}, "GAMUT_WORKER_METRICS_PORT"),
+        (
+            merged(
+                CASES["redis"],
+                {"worker": {"metricsPort": 0}, "monitoring": {"podMonitor": {"enabled": True}}},
+            ),
+            "metricsPort",
+        ),
+        (merged(CASES["everything"], {"monitoring": {"apiKey": {"key": ""}}}), "apiKey.key"),
+        ({"monitoring": {"interval": "often"}}, "interval"),
         (merged(NEEDED, REDIS, {"ingress": {"enabled": True}}), "ingress.host"),
     ],
 )
@@ -200,6 +217,59 @@ def test_the_figures_of_workers_have_a_port_or_none(rendered):
         assert ports == ([port] if port else [])
         let_in = objects["NetworkPolicy", "worker"]["spec"]["ingress"]
         assert bool(let_in) == bool(port)
+
+
+class TestMonitoring:
+    def test_nothing_of_it_is_there_by_default(self, rendered):
+        objects = rendered(CASES["redis"])
+        assert not {kind for kind, _ in objects} & {"ServiceMonitor", "PodMonitor"}
+        for component in ("api", "worker"):
+            template = objects["Deployment", component]["spec"]["template"]
+            annotations = template["metadata"]["annotations"]
+            assert not [name for name in annotations if name.startswith("prometheus.io/")]
+
+    def test_annotations_name_the_port_that_the_figures_are_at(self, rendered):
+        objects = rendered(CASES["everything"])
+        for component in ("api", "worker"):
+            template = objects["Deployment", component]["spec"]["template"]
+            annotations = template["metadata"]["annotations"]
+            (container,) = template["spec"]["containers"]
+            (port,) = container["ports"]
+            assert annotations["prometheus.io/scrape"] == "true"
+            assert annotations["prometheus.io/port"] == str(port["containerPort"])
+            assert annotations["prometheus.io/path"] == "/metrics"
+
+    def test_a_worker_without_a_port_is_not_annotated(self, rendered):
+        values = {"monitoring": {"annotations": True}, "worker": {"metricsPort": 0}}
+        template = rendered(merged(CASES["redis"], values))["Deployment", "worker"]["spec"]
+        assert "prometheus.io/scrape" not in template["template"]["metadata"]["annotations"]
+
+    def test_monitors_select_what_they_are_for_by_ports_that_exist(self, rendered):
+        objects = rendered(CASES["everything"])
+        service, pod = (
+            objects["Service", "api"],
+            objects["Deployment", "worker"]["spec"]["template"],
+        )
+        (endpoint,) = objects["ServiceMonitor", "api"]["spec"]["endpoints"]
+        assert endpoint["port"] in {port["name"] for port in service["spec"]["ports"]}
+        credentials = {"name": "prometheus", "key": "gamut"}
+        assert endpoint["authorization"] == {"type": "Bearer", "credentials": credentials}
+        (pod_endpoint,) = objects["PodMonitor", "worker"]["spec"]["podMetricsEndpoints"]
+        assert pod_endpoint["port"] == pod["spec"]["containers"][0]["ports"][0]["name"]
+        for kind, labels in (
+            ("ServiceMonitor", service["metadata"]["labels"]),
+            ("PodMonitor", pod["metadata"]["labels"]),
+        ):
+            (monitor,) = [each for (name, _), each in objects.items() if name == kind]
+            assert monitor["spec"]["selector"]["matchLabels"].items() <= labels.items()
+            assert monitor["spec"]["namespaceSelector"] == {"matchNames": ["somewhere"]}
+            assert monitor["metadata"]["labels"]["release"] == "prometheus"
+
+    def test_without_a_key_none_is_sent(self, rendered):
+        values = {"monitoring": {"serviceMonitor": {"enabled": True}}}
+        objects = rendered(merged(CASES["redis"], values))
+        (endpoint,) = objects["ServiceMonitor", "api"]["spec"]["endpoints"]
+        assert "authorization" not in endpoint
 
 
 def test_the_variables_are_settings_of_the_service(rendered):

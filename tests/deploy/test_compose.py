@@ -66,6 +66,15 @@ def test_nothing_but_the_proxy_is_published_and_that_on_loopback(services):
     assert {port["host_ip"] for port in published["proxy"]} == {"127.0.0.1"}
 
 
+def test_prometheus_in_the_network_reaches_the_figures_of_either(services):
+    worker = services["worker"]
+    port = worker["environment"]["GAMUT_WORKER_METRICS_PORT"]
+    for name, exposed in (("api", services["api"]["environment"]["GAMUT_PORT"]), ("worker", port)):
+        assert services[name]["expose"] == [exposed]
+        assert services[name]["environment"]["GAMUT_HOST"] == "0.0.0.0"  # noqa: S104
+    assert int(port) > 0
+
+
 def test_what_lasts_is_checked_limited_and_without_rights(services):
     for name, each in services.items():
         assert "no-new-privileges:true" in each.get("security_opt", []) or name == "store-bucket"

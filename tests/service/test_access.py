@@ -1,4 +1,5 @@
 import asyncio
+import re
 
 import httpx
 import pytest
@@ -99,7 +100,11 @@ def test_scopes_are_kept_apart(ask, assert_problem, scope, method, allowed):
 
 
 @pytest.mark.parametrize(
-    "path", ["/", "/livez", "/readyz", "/docs", "/openapi.json", "/problems", "/problems/not-found"]
+    "path",
+    [
+        *("/", "/livez", "/readyz", "/openapi.json", "/problems", "/problems/not-found"),
+        *("/docs", "/docs/1.0/style.css"),
+    ],
 )
 def test_probes_and_pages_need_no_key(ask, path):
     assert ask(path=path).status_code == 200
@@ -144,6 +149,11 @@ class TestWhoIsLetInBySettings:
         assert not is_loopback(host)
 
 
+@pytest.mark.parametrize("limit", ["rate_limit", "build_rate_limit"])
+def test_a_rate_limit_alone_limits(limit):
+    assert AccessRules.of(Settings(**{limit: 1.0})).limiting
+
+
 class TestRateLimits:
     def test_beyond_the_burst_it_is_too_often(self, guarded, assert_problem):
         ask = guarded(rate_limit=0.01, rate_burst=2)
@@ -185,6 +195,66 @@ class TestRateLimits:
     def test_probes_are_not_counted(self, guarded):
         ask = guarded(rate_limit=0.01, rate_burst=1)
         assert {ask(path="/livez").status_code for _ in range(5)} == {200}
+
+
+PROXY, OTHER = "127.0.0.2", "127.0.0.3"
+"""Both are this machine."""
+
+
+@pytest.fixture(scope="module")
+def limited(start_server):
+    """A real server that trusts one of them; nothing comes back while the tests last."""
+    return start_server(trusted_proxies=PROXY, rate_limit=0.0001, rate_burst=2)
+
+
+class TestForwarded:
+    @pytest.fixture
+    def left(self, limited, assert_problem):
+        """A function that asks from an address, and says what the client has left, or None."""
+
+        def ask(source, *forwarded):
+            fields = [("X-Forwarded-For", value) for value in forwarded]
+            transport = httpx.HTTPTransport(local_address=source)
+            with httpx.Client(transport=transport, base_url=limited.url) as client:
+                answer = client.get(GAMUTS, headers=fields)
+            if answer.status_code != 200:
+                assert_problem(answer, 429, "rate-limited")
+                return None
+            (remaining,) = re.findall(r";r=(\d+)", answer.headers["ratelimit"])
+            return int(remaining)
+
+        return ask
+
+    def test_what_a_trusted_proxy_says_is_counted(self, left):
+        for client in ("192.0.2.1", "192.0.2.2", "2001:db8:1::1"):
+            assert [left(PROXY, client) for _ in range(3)] == [1, 0, None]
+        # the rest of a site's network is the same client
+        assert left(PROXY, "2001:db8:1::ffff") is None
+        assert left(PROXY, "2001:db8:2::1") == 1
+
+    def test_what_clients_say_to_the_proxy_is_not(self, left):
+        """Each proxy appends the address that it sees: only the last may be believed."""
+        assert left(PROXY, "198.51.100.1, 192.0.2.10") == 1
+        assert left(PROXY, "198.51.100.2", "192.0.2.10") == 0
+        assert left(PROXY, f"198.51.100.3, 192.0.2.10, {PROXY}") is None
+
+    def test_what_others_say_is_not(self, left):
+        answers = [left(OTHER, f"192.0.2.{number}") for number in range(100, 103)]
+        assert answers == [1, 0, None]
+        assert left(OTHER, PROXY) is None
+        # the proxy's clients have not been counted for it
+        assert left(PROXY, "192.0.2.100") == 1
+
+
+def test_by_default_nobody_is_believed(start_server, assert_problem):
+    server = start_server(rate_limit=0.0001, rate_burst=1)
+    answers = [
+        server.client.get(GAMUTS, headers={"X-Forwarded-For": f"192.0.2.{number}"})
+        for number in range(2)
+    ]
+    assert answers[0].status_code == 200
+    assert_problem(answers[1], 429, "rate-limited")
+    server.stop()
 
 
 def test_a_server_with_keys(start_server, assert_problem):

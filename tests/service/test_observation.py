@@ -3,6 +3,9 @@
 import asyncio
 import json
 import logging
+import re
+import socket
+from urllib.parse import urlsplit
 
 import httpx
 import pytest
@@ -10,7 +13,8 @@ import pytest
 from service.application import create_app
 from service.logs import JsonLines
 from service.metrics import RequestFigures
-from service.observation import KNOWN_PARAMETERS, UNMATCHED, MatchedRoute, Observed
+from service.observation import KNOWN_PARAMETERS, UNMATCHED, MatchedRoute, Observed, Refusals
+from service.protocol import Refusal
 from service.settings import Settings
 
 
@@ -162,6 +166,39 @@ class TestLog:
     def test_there_is_none_unless_asked_for(self, figures, lines):
         request(answering(), figures)
         assert lines() == []
+
+
+REFUSAL = Refusal("head-too-large", 431, 200, 0.25, "192.0.2.1", "0" * 32)
+
+
+class TestRefusals:
+    def test_they_are_counted_by_their_problem_and_not_as_requests(self, figures, lines):
+        seen = Refusals(figures, access_log=False)
+        for _ in range(2):
+            seen(REFUSAL)
+        assert figures.refusals == {"head-too-large": 2}
+        assert (figures.counts, figures.sent_bytes, lines()) == ({}, 400, [])
+
+    def test_each_has_a_line(self, figures, lines):
+        Refusals(figures, access_log=True)(REFUSAL)
+        (line,) = lines()
+        assert line["message"] == "- - 431 head-too-large, 200 bytes, 250.0 ms"
+        assert (line["status"], line["bytes"], line["problem"]) == (431, 200, "head-too-large")
+        assert (line["client"], line["request_id"]) == ("192.0.2.1", "0" * 32)
+
+    def test_a_real_server_tells_them(self, observed_server):
+        address = urlsplit(observed_server.url)
+        with socket.create_connection((address.hostname, address.port)) as connection:
+            connection.sendall(b"GET\r\n\r\n")
+            answered = b""
+            while part := connection.recv(65536):
+                answered += part
+        (request_id,) = re.findall(rb"(?i)x-request-id: ([0-9a-f]{32})", answered)
+        counted = 'gamut_http_refusals_total{problem="bad-request"} 1.0'
+        assert counted in observed_server.client.get("/metrics").text
+        records = [json.loads(line) for line in observed_server.log().splitlines()]
+        (line,) = [each for each in records if each.get("request_id") == request_id.decode()]
+        assert (line["logger"], line["status"]) == ("service.access", 400)
 
 
 class TestApp:

@@ -41,12 +41,18 @@ async def app(scope, receive, send):
 
 
 @pytest.fixture(scope="module")
-def address():
+def reports():
+    """What the server says that it has answered without the app."""
+    return []
+
+
+@pytest.fixture(scope="module")
+def address(reports):
     """A server in this process, whose limits are small."""
     config = uvicorn.Config(
         app,
         port=0,
-        http=limited_protocol(ConnectionLimits(**LIMITS)),
+        http=limited_protocol(ConnectionLimits(**LIMITS), reports.append),
         ws="none",
         lifespan="off",
         log_level="critical",
@@ -121,6 +127,12 @@ def whole(connection):
     """Whether a good request on this connection is answered."""
     connection.sendall(GET)
     return connection.recv(1000).startswith(b"HTTP/1.1 200")
+
+
+def busy_connections(connect):
+    busy = [connect(POST + b"Content-Length: 2\r\n\r\nx") for _ in range(LIMITS["connections"])]
+    time.sleep(0.2)
+    return busy
 
 
 @pytest.mark.parametrize(
@@ -217,8 +229,7 @@ def test_idle_connections_give_way_to_new_ones(connect):
 
 
 def test_busy_connections_do_not(connect):
-    busy = [connect(POST + b"Content-Length: 2\r\n\r\nx") for _ in range(LIMITS["connections"])]
-    time.sleep(0.2)
+    busy = busy_connections(connect)
     assert_problem(connect(GET), 503, "overloaded")
     for connection in busy:
         connection.sendall(b"x")
@@ -253,3 +264,40 @@ def test_a_wish_for_another_protocol_is_ignored(connect):
     fields = b"Connection: Upgrade, HTTP2-Settings\r\nUpgrade: h2c\r\nHTTP2-Settings: \r\n\r\n"
     connection = connect(GET[:-2] + fields)
     assert connection.recv(1000).startswith(b"HTTP/1.1 200")
+
+
+@pytest.mark.parametrize(
+    ("data", "status", "problem", "seconds"),
+    [
+        (b"GET\r\n\r\n", 400, "bad-request", 0.0),
+        (GET[:-2], 408, "request-timeout", LIMITS["head_seconds"]),
+        (POST + b"Content-Length: 100\r\n\r\n", 408, "request-timeout", LIMITS["body_seconds"]),
+        (GET[:-2] + b"a: " + b"x" * 3000, 431, "head-too-large", 0.0),
+    ],
+)
+def test_what_the_app_does_not_see_is_reported(connect, reports, data, status, problem, seconds):
+    connection = connect(data)
+    host = connection.getsockname()[0]
+    found, fields, body = answer(connection)
+    (report,) = [each for each in reports if each.request_id == fields["x-request-id"]]
+    assert report[:3] == (problem, found, len(body)) == (problem, status, len(body))
+    assert report.client == host
+    assert seconds <= report.seconds < seconds + 5
+
+
+def test_that_there_are_too_many_connections_is_reported(connect, reports):
+    busy_connections(connect)
+    _, fields, body = answer(connect(GET))
+    (report,) = [each for each in reports if each.request_id == fields["x-request-id"]]
+    assert report[:3] == ("overloaded", 503, len(body))
+
+
+def test_what_the_app_answers_is_not_reported(connect, reports):
+    assert whole(connect())
+    reports.clear()
+    connection = connect(GET * 3)
+    data = b""
+    while data.count(b"HTTP/1.1 200") < 3:
+        data += connection.recv(1000)
+    assert connect().recv(100) == b""
+    assert reports == []

@@ -53,11 +53,18 @@ def test_every_setting_comes_from_its_variable(monkeypatch, name):
         ("log_level", "loud"),
         ("api_keys", "name:read:secret"),
         ("cors_origins", "example.org"),
+        ("trusted_proxies", "proxy.example.org"),
+        ("trusted_proxies", "10.0.0.1,10.0.0.0/33"),
     ],
 )
 def test_values_out_of_range_are_refused(name, value):
     with pytest.raises(ValidationError, match=name):
         Settings(**{name: value})
+
+
+@pytest.mark.parametrize("proxies", ["", "*", "10.0.0.1, 10.1.0.0/16,::1", "2001:db8::/32"])
+def test_proxies_are_addresses_networks_or_all(proxies):
+    assert Settings(trusted_proxies=proxies).trusted_proxies == proxies
 
 
 @pytest.mark.parametrize("broker", ["localhost", "http://broker", "sqs://", "memory://"])

@@ -1,0 +1,98 @@
+"""The API's documentation to be tried out: Swagger UI, whose files are part of the service.
+
+Nothing of it comes from another origin, and its content security policy lets nothing in from there.
+The addresses of the files hold Swagger UI's version, so they may be cached for ever.
+"""
+
+import asyncio
+import base64
+import functools
+import hashlib
+import re
+from importlib.resources import files
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Request
+from fastapi.openapi.docs import get_swagger_ui_html
+from fastapi.responses import HTMLResponse, Response
+
+from service.compression import IDENTITY, compressed, preferred_coding
+from service.conditional import IMMUTABLE, entity_tag, matches
+from service.html import SECURITY_HEADERS
+from service.problems import Problem, ProblemError
+
+__all__ = ["MEDIA_TYPES", "VERSION", "router"]
+
+router = APIRouter(include_in_schema=False)
+
+VERSION = "5.35.0"
+"""Of the npm package that the files come from; beside them is where they are from."""
+
+MEDIA_TYPES = {
+    "swagger-ui.css": "text/css; charset=utf-8",
+    "swagger-ui-bundle.js": "text/javascript; charset=utf-8",
+    # The bundle's first line says that it lies beside it.
+    "swagger-ui-bundle.js.LICENSE.txt": "text/plain; charset=utf-8",
+}
+"""The files that are served, and what they are."""
+
+_FILES = files("service") / "static" / "swagger-ui"
+
+
+@router.get("/docs")
+async def documentation(request: Request) -> Response:
+    """Show all operations, to be tried out."""
+    root = request.scope.get("root_path", "").rstrip("/")
+    swagger = get_swagger_ui_html(
+        openapi_url=f"{root}/openapi.json",
+        title="Gamut boundary service",
+        swagger_js_url=f"{root}/docs/{VERSION}/swagger-ui-bundle.js",
+        swagger_css_url=f"{root}/docs/{VERSION}/swagger-ui.css",
+        swagger_favicon_url="data:,",
+        # By default somebody else's server would be asked whether the document is valid.
+        swagger_ui_parameters={"validatorUrl": None},
+    )
+    text = bytes(swagger.body).decode()
+    scripts = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)
+    digests = " ".join(
+        f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
+        for script in scripts
+    )
+    policy = (
+        f"default-src 'none'; script-src 'self' {digests}; connect-src 'self'; "
+        # Swagger UI sets styles of elements, and has its pictures in them.
+        "style-src 'self' 'unsafe-inline'; img-src 'self' data:; "
+        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    )
+    headers = {**SECURITY_HEADERS, "Cache-Control": "no-cache", "Content-Security-Policy": policy}
+    return HTMLResponse(text.replace("<html>", '<html lang="en">'), headers=headers)
+
+
+@router.get("/docs/{version}/{name}")
+async def documentation_file(
+    request: Request, version: Annotated[str, Path()], name: Annotated[str, Path()]
+) -> Response:
+    """Return a file that the page is made of."""
+    if version != VERSION or name not in MEDIA_TYPES:
+        detail = "There is no such file of the documentation."
+        raise ProblemError(Problem("not-found", detail, remedy="The documentation is at /docs."))
+    accepted = ",".join(request.headers.getlist("accept-encoding"))
+    coding = preferred_coding(accepted.encode("latin-1"))
+    content, etag = await asyncio.to_thread(_content, name, coding)
+    headers = {"ETag": etag, "Cache-Control": IMMUTABLE, "Vary": "Accept-Encoding"}
+    known = request.headers.getlist("if-none-match")
+    if known and matches(",".join(known), etag):
+        return Response(status_code=304, headers=headers)
+    headers["X-Content-Type-Options"] = "nosniff"
+    if coding != IDENTITY:
+        headers["Content-Encoding"] = coding
+    return Response(content, media_type=MEDIA_TYPES[name], headers=headers)
+
+
+@functools.cache
+def _content(name: str, coding: str) -> tuple[bytes, str]:
+    """Return a file in a coding, and the entity tag of that; kept, 3 MB in all."""
+    content = (_FILES / name).read_bytes()
+    if coding != IDENTITY:
+        content = compressed(content, coding)
+    return content, entity_tag(content)
