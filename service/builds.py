@@ -20,7 +20,6 @@ from service.building.engine import EngineFacts, shutting_down
 from service.problems import Problem
 from service.single_flight import SingleFlight
 from service.storage.blobs import StoreUnavailableError
-from service.storage.gamuts import GamutNotStoredError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterator, Mapping
@@ -250,7 +249,7 @@ class Builds:
         document = self._engine.document(gamut_id)
         if document is not None:
             return document
-        if await asyncio.to_thread(self._is_stored, gamut_id):
+        if await asyncio.to_thread(self._store.stored, gamut_id):
             return None
         if options is None:
             try:
@@ -298,13 +297,6 @@ class Builds:
             lock = self._inputs[gamut_id] = asyncio.Lock()
         return lock
 
-    def _is_stored(self, gamut_id: str) -> bool:
-        try:
-            self._store.record(gamut_id)
-        except GamutNotStoredError:
-            return False
-        return True
-
     @contextlib.contextmanager
     def _subscribed(self, job_id: str) -> Iterator[_Subscription]:
         subscription = _Subscription()
@@ -342,7 +334,7 @@ class Builds:
     async def _forget(self) -> None:
         while True:
             try:
-                count = await asyncio.to_thread(self._forget_finished)
+                count = await self._forget_finished()
             except (OSError, StoreUnavailableError):
                 logger.exception("finished jobs could not be forgotten")
             else:
@@ -350,13 +342,23 @@ class Builds:
                     logger.info("%d finished jobs forgotten", count)
             await asyncio.sleep(_FORGET_INTERVAL)
 
-    def _forget_finished(self) -> int:
-        forgotten = self._book.forget_finished(self._settings.job_retention_seconds)
+    async def _forget_finished(self) -> int:
+        """Forget the jobs that were over long ago, and return their number."""
+        forgotten = await asyncio.to_thread(
+            self._book.forget_finished, self._settings.job_retention_seconds
+        )
         for job_id in forgotten:
-            # That of a stored gamut stays: it is what a damaged one is built from.
-            if not self._is_stored(job_id):
-                self._store.drop_input(job_id)
+            async with self._input_lock(job_id):
+                await asyncio.to_thread(self._drop_unwanted_input, job_id)
         return len(forgotten)
+
+    def _drop_unwanted_input(self, job_id: str) -> None:
+        """Remove the input of a forgotten job, unless somebody asks for its gamut again by now.
+
+        That of a stored gamut stays: it is what a damaged one is built from.
+        """
+        if self._book.read(job_id) is None and not self._store.stored(job_id):
+            self._store.drop_input(job_id)
 
 
 def _progress(document: JobDocument) -> JobDocument:

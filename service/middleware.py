@@ -19,6 +19,9 @@ __all__ = ["BodyLimit", "HeadAsGet", "PlainPaths"]
 
 _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 
+_PARTIAL = frozenset({b"range", b"if-range"})
+"""Header fields that ask for a part."""
+
 
 class BodyLimit:
     """Refuses bodies of more than `limit` bytes, before they are read where their length is known.
@@ -81,7 +84,9 @@ class HeadAsGet:
                 await send(message)
                 await send({"type": "http.response.body", "body": b""})
 
-        as_get = {**scope, "method": "GET"}
+        # Ranges are defined for GET only (14.2): HEAD tells what the whole is like.
+        headers = [field for field in scope["headers"] if field[0] not in _PARTIAL]
+        as_get = {**scope, "method": "GET", "headers": headers}
         try:
             await self.app(as_get, receive, send_without_content)
         finally:

@@ -33,6 +33,20 @@ MEDIA_TYPE = "application/problem+json"
 
 _DEFECT = "This is a defect of the service; please report it with the gamut's id."
 
+_STORE_ERRNOS = frozenset(
+    {
+        errno.EIO,
+        errno.EROFS,
+        errno.ESTALE,
+        # A volume that is not mounted any more, or whose permissions have changed.
+        errno.ENOENT,
+        errno.ENOTDIR,
+        errno.EACCES,
+        errno.ENXIO,
+    }
+)
+"""Error numbers of a file system that cannot be used; routes open no other files than a store's."""
+
 _ROWS = (
     *CORE_KINDS,
     # What can become of a build.
@@ -343,7 +357,7 @@ class Problem:
         """Return the problem that an error number of the system is; None for a defect."""
         if number in {errno.ENOSPC, errno.EDQUOT}:
             return cls("storage-full", KINDS["storage-full"].detail)
-        if number in {errno.EIO, errno.EROFS, errno.ESTALE}:
+        if number in _STORE_ERRNOS:
             return cls.store_unavailable()
         if number in {errno.EMFILE, errno.ENFILE}:
             detail = "Too many files and connections are open."

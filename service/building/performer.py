@@ -27,7 +27,6 @@ from service.building.process import (
 from service.jobs import JobCancelledError, JobDocument, LeaseLostError, now
 from service.problems import Problem
 from service.storage.blobs import BlobNotFoundError, StoreUnavailableError
-from service.storage.gamuts import GamutNotStoredError
 from service.storage.records import Record
 
 if TYPE_CHECKING:
@@ -265,7 +264,7 @@ class Performer:
         try:
             # An identical request may have been finished between this one's look into the store
             # and its arrival here.
-            if self._is_stored(job_id):
+            if self._store.stored(job_id):
                 return _Built(None, False, {})
             try:
                 source = self._store.input_path(job_id)
@@ -325,7 +324,9 @@ class Performer:
             )
         try:
             if problem is not None:
-                # Before the job is over: after that, its input may be that of a new one.
+                # Before the job is over: after that, its input may be that of a new one. Whose
+                # claim was lost is told so here: the input is another's by now.
+                claim = self._book.heartbeat(claim, claim.document.stage, claim.document.fraction)
                 self._store.drop_input(job_id)
             document = self._book.finish(claim, state, problem)
         except (OSError, StoreUnavailableError) as error:
@@ -396,13 +397,6 @@ class Performer:
         if in_use > (idle + limit) / 2:
             logger.info("build worker %d keeps %d bytes and is replaced", process.pid, in_use)
             self.close()
-
-    def _is_stored(self, gamut_id: str) -> bool:
-        try:
-            self._store.record(gamut_id)
-        except GamutNotStoredError:
-            return False
-        return True
 
     def _known(self, job_id: str) -> JobDocument | None:
         with contextlib.suppress(OSError, StoreUnavailableError):

@@ -203,6 +203,13 @@ class GamutStore:
             self.flush_uses()
         return record
 
+    def stored(self, gamut_id: str) -> bool:
+        """Whether there is an undamaged gamut of this id; nobody has asked for it by that."""
+        try:
+            return bool(self._cached.get(gamut_id) or self._read_record(gamut_id))
+        except GamutNotStoredError:
+            return False
+
     def content(self, gamut_id: str) -> tuple[Record, bytes]:
         """Return a gamut's record and its history file, compared with the record's digest.
 

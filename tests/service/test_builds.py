@@ -336,3 +336,29 @@ def test_finished_jobs_are_paged_and_forgotten_with_inputs_nobody_needs(deployme
         assert kept == [True, False, True]
 
     run(scenario())
+
+
+def test_the_input_of_a_forgotten_job_stays_for_one_that_came_after_it(deployment, monkeypatch):
+    job = "b" * 64
+    deployment.book.accept(job, OPTIONS)
+    deployment.store.keep_input(job, b"hang", OPTIONS)
+    deployment.book.request_cancel(job)
+    forget = JobBook.forget_finished
+
+    def forget_and_ask_again(book, older_than):
+        forgotten = forget(book, older_than)
+        if forgotten:
+            book.accept(job, OPTIONS)
+        return forgotten
+
+    monkeypatch.setattr(JobBook, "forget_finished", forget_and_ask_again)
+
+    async def scenario():
+        async with deployment.replica(job_retention_seconds=0) as builds:
+            async with asyncio.timeout(30):
+                while (found := await builds.job(job)) is None or found.final:  # noqa: ASYNC110
+                    await asyncio.sleep(0.01)
+            await asyncio.sleep(0.2)
+        assert deployment.store.input_kept(job)
+
+    run(scenario())

@@ -160,6 +160,8 @@ def test_any_body(send, content, kind, prefer):
         (RuntimeError("a secret of the service"), 500, "internal-error"),
         (OSError(1, "a secret of the disk"), 500, "internal-error"),
         (OSError(5, "a secret of the disk"), 503, "store-unavailable"),
+        (FileNotFoundError(2, "a secret of the disk"), 503, "store-unavailable"),
+        (PermissionError(13, "a secret of the disk"), 503, "store-unavailable"),
         (StoreUnavailableError("a secret of the bucket"), 503, "store-unavailable"),
         (OSError(28, "No space left on device"), 507, "storage-full"),
         (OSError(24, "Too many open files"), 503, "overloaded"),

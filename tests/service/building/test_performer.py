@@ -188,6 +188,21 @@ def test_a_cancelled_build_is_ended_and_stays_cancelled(performer, accept, book,
     assert [word for word, _ in reports] == ["cancelled"]
 
 
+def test_a_build_that_fails_too_late_leaves_the_input_to_the_job_that_came_after_it(
+    performer, accept, book, store
+):
+    document = accept("refuse")
+
+    def cancel_and_ask_again(told):
+        if told.stage:
+            book.request_cancel(JOB)
+            assert book.accept(JOB, document.options)[1]
+
+    assert performer().perform(JOB, changed=cancel_and_ask_again).state == "elsewhere"
+    assert book.read(JOB).state == "queued"
+    assert store.input_kept(JOB)
+
+
 def test_a_build_that_was_cancelled_elsewhere_is_ended_by_the_next_heartbeat(
     performer, accept, book
 ):
@@ -219,7 +234,7 @@ def test_a_job_whose_input_is_gone_fails(performer, accept, store):
     assert outcome.document.problem["code"] == "build-input-lost"
 
 
-@pytest.mark.parametrize("method", ["record", "publish", "input_path"])
+@pytest.mark.parametrize("method", ["stored", "publish", "input_path"])
 @pytest.mark.parametrize(
     ("error", "code"),
     [

@@ -9,7 +9,7 @@ def test_it_lives_and_is_ready(server):
         assert answer.headers["cache-control"] == "no-store"
 
 
-def test_what_is_wrong_is_named_until_it_is_mended(start_server, assert_problem):
+def test_what_is_wrong_is_named_until_it_is_mended(start_server, assert_problem, sphere):
     server = start_server()
     answer = server.client.get("/readyz")
     document = assert_problem(answer, 503, "not-ready")
@@ -30,6 +30,9 @@ def test_what_is_wrong_is_named_until_it_is_mended(start_server, assert_problem)
     assert document["where"]["probes"]["store"]["status"] == "failed"
     assert str(server.data) not in answer.text
     assert server.client.get("/livez").status_code == 200
+    body = {"samples": sphere(seed=70)}
+    assert_problem(server.client.post("/v1/gamuts", json=body), 503, "store-unavailable")
     moved.rename(temporary)
     server.wait_ready()
+    assert server.client.post("/v1/gamuts", json=body).status_code == 201
     server.stop()

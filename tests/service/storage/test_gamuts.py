@@ -50,6 +50,16 @@ def test_what_was_never_published_is_not_there(store, identity):
     assert (store.hits, store.misses) == (0, 3)
 
 
+def test_looking_whether_a_gamut_is_stored_is_no_use_of_it(store, publish, identity):
+    record = publish(store)
+    assert store.stored(record.id)
+    assert not store.stored(identity(1))
+    (folder,) = {path.parent for path in files(store, record.id)}
+    (folder / f"{record.id}.record").write_bytes(b"damaged")
+    assert not store.stored(record.id)
+    assert (store.hits, store.misses, store.corruptions) == (0, 0, 1)
+
+
 def test_publishing_again_changes_nothing(store, publish, unfinished):
     first = publish(store)
     assert publish(store, content=b"other") == first

@@ -64,6 +64,15 @@ def test_parts_of_a_history_make_up_the_whole(server, gamut):
     assert b"".join(parts) == whole.content
 
 
+@pytest.mark.parametrize("part", ["bytes=0-9", "bytes=99999999-"])
+def test_head_is_of_the_whole_history_whatever_part_is_asked_for(server, gamut, part):
+    # RFC 9110, 14.2: only GET has ranges.
+    answer = server.client.head(gamut["links"]["history"], headers={"Range": part})
+    assert answer.status_code == 200
+    assert int(answer.headers["content-length"]) == gamut["history_bytes"]
+    assert "content-range" not in answer.headers
+
+
 def test_a_range_behind_the_end_is_a_problem(server, assert_problem, gamut):
     answer = server.client.get(gamut["links"]["history"], headers={"Range": "bytes=99999999-"})
     assert_problem(answer, 416, "range-not-satisfiable")
