@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gamutcore.boundary import given_boundary, vertex_device_values, wrapped
@@ -222,7 +223,8 @@ def build_gamut(
         Any format that `gamutcore.characterisation` recognises.
     options : Options
     progress : callable, optional
-        Called with a stage of `STAGES` and the part of it that is done, 0 when it begins.
+        Called with a stage of `STAGES` and the part of it that is done, 0 when it begins; during
+        the decimation from another thread.
     limits : Limits, optional
         How much data is accepted.
 
@@ -246,9 +248,14 @@ def build_gamut(
         else _wrapped(device, options, report)
     )
     report("decimation", 0.0)
-    history = history_of(decimated(boundary.mesh, boundary.centre, options.cost), values)
+    decimation = decimated(
+        boundary.mesh, boundary.centre, options.cost, progress=partial(report, "decimation")
+    )
+    history = history_of(decimation, values)
     report("metric", 0.0)
-    curve = error_curve(history, curve_counts(history.triangles))
+    curve = error_curve(
+        history, curve_counts(history.triangles), progress=partial(report, "metric")
+    )
     digest = hashlib.sha256(data).hexdigest()
     description: dict[str, Any] = {
         "id": gamut_id(options, digest),

@@ -169,6 +169,7 @@ def collapse_all(
     centre: FloatArray,
     step: float,
     record: Record,
+    done: LongArray,
 ) -> tuple[int, Record]:
     """Collapse edges, cheapest first, until four faces are left.
 
@@ -185,6 +186,8 @@ def collapse_all(
         Of the grid that positions are rounded to.
     record : Record
         Receives the collapses; what it has no room for goes into the one that is returned.
+    done : (1,) int64
+        Written: how many collapses have been made, after each of them.
 
     Returns
     -------
@@ -193,7 +196,7 @@ def collapse_all(
     record : Record
     """
     wanted = len(delivered) - 4
-    work = workspace(surface.corner_facing.size, len(delivered))
+    work = workspace(surface.corner_facing.size, len(delivered), done)
     ring = np.empty((LONGEST_RING, 2), np.int32)
     collapses = 0
     reach(cost, surface, len(delivered))

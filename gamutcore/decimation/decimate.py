@@ -11,11 +11,14 @@ from gamutcore.decimation.collapse import collapse_all
 from gamutcore.decimation.costs import cost_module
 from gamutcore.decimation.record import Record, empty_record
 from gamutcore.decimation.star import surface_of
+from gamutcore.decimation.watching import watched
 from gamutcore.errors import DecimationError, MeshError
 from gamutcore.grid import mesh_grid_step, rounded_to_grid
 from gamutcore.star_shape import faces_not_seeing_centre
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import ArrayLike
 
     from gamutcore.arrays import Float32Array, FloatArray, IndexArray
@@ -52,7 +55,13 @@ class Decimation(NamedTuple):
     step: float
 
 
-def decimated(mesh: TriangleMesh, centre: ArrayLike, cost: str = "volume") -> Decimation:
+def decimated(
+    mesh: TriangleMesh,
+    centre: ArrayLike,
+    cost: str = "volume",
+    *,
+    progress: Callable[[float], None] | None = None,
+) -> Decimation:
     """Decimate a boundary to four triangles and return the record of it.
 
     Parameters
@@ -63,6 +72,9 @@ def decimated(mesh: TriangleMesh, centre: ArrayLike, cost: str = "volume") -> De
     centre : (3,) array_like
     cost : str, optional
         What makes a collapse cheap; one of `gamutcore.decimation.costs.COSTS`.
+    progress : callable, optional
+        Called with the part of the collapses that has been made, ten times a second, from another
+        thread.
 
     Returns
     -------
@@ -94,7 +106,11 @@ def decimated(mesh: TriangleMesh, centre: ArrayLike, cost: str = "volume") -> De
     record = empty_record(len(positions))
     surface = surface_of(positions, faces, opposite)
     state = module.state(positions, faces)
-    collapses, record = collapse_all(state, surface, delivered, origin, step / unit, record)
+    done = np.zeros(1, np.int64)
+    with watched(done, steps, progress):
+        collapses, record = collapse_all(
+            state, surface, delivered, origin, step / unit, record, done
+        )
     if collapses < steps:
         raise DecimationError(
             f"no edge could be collapsed validly with {2 * (steps - collapses) + 4} triangles left",

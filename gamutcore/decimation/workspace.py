@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gamutcore.arrays import ByteArray, Float32Array, FloatArray, IndexArray
+from gamutcore.arrays import ByteArray, Float32Array, FloatArray, IndexArray, LongArray
 from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.candidates import (
     CANDIDATES,
@@ -69,6 +69,8 @@ class Workspace(NamedTuple):
         Scratch: a vertex and its neighbours.
     before : (n, 3) float32
         Scratch: where they were.
+    done : (1,) int64
+        Number of collapses so far, for whoever looks on from another thread.
     """
 
     queue: EdgeQueue
@@ -81,11 +83,12 @@ class Workspace(NamedTuple):
     slope: FloatArray
     around: IndexArray
     before: Float32Array
+    done: LongArray
 
 
 @kernel
-def workspace(edges: int, vertices: int) -> Workspace:
-    """Return what is kept beside a surface, with no edge queued yet."""
+def workspace(edges: int, vertices: int, done: LongArray) -> Workspace:
+    """Return what is kept beside a surface, with no edge queued yet; `done` is (1,) int64."""
     return Workspace(
         empty_queue(edges),
         np.zeros(edges, np.uint8),
@@ -97,6 +100,7 @@ def workspace(edges: int, vertices: int) -> Workspace:
         np.empty(3, np.float64),
         np.empty(LONGEST_RING + 1, np.int32),
         np.empty((LONGEST_RING + 1, 3), np.float32),
+        done,
     )
 
 
@@ -256,4 +260,5 @@ def collapse_edge(
     merge(cost, surface, corner, kept, dead, work.place)
     _contract(surface, delivered, record, work, edge, kept, dead, start, end)
     settle(cost, surface, kept)
+    work.done[0] = collapses + 1
     return kept

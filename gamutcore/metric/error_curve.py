@@ -20,7 +20,7 @@ from gamutcore.metric.farthest import faces_of
 from gamutcore.metric.radial_overlay import Distances, overlaid, volume_within
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from gamutcore.arrays import FloatArray, IndexArray
     from gamutcore.history import History
@@ -127,7 +127,12 @@ def curve_counts(full: int) -> list[int]:
     return sorted(counts)
 
 
-def error_curve(history: History, counts: Iterable[int]) -> list[LevelError]:
+def error_curve(
+    history: History,
+    counts: Iterable[int],
+    *,
+    progress: Callable[[float], None] | None = None,
+) -> list[LevelError]:
     """Errors of several levels against the full boundary.
 
     Parameters
@@ -136,6 +141,8 @@ def error_curve(history: History, counts: Iterable[int]) -> list[LevelError]:
     counts : iterable of int
         Triangle counts that the history has. The promise of a level holds for the finer ones among
         these as well, and the levels among them are each other's references.
+    progress : callable, optional
+        Called after each level with the part of the work that is done.
 
     Returns
     -------
@@ -154,6 +161,8 @@ def error_curve(history: History, counts: Iterable[int]) -> list[LevelError]:
     curve = {full.triangles: LevelError(full.triangles, volume, 0.0, 0.0, 0.0, none, none)}
     mismatch_bound = distance_bound = 0.0
     asked = sorted({history.level(count).triangles for count in counts})
+    work = sum(count for count in asked if count < full.triangles)
+    done = 0
     for count in reversed(asked):
         if count == full.triangles:
             continue
@@ -176,6 +185,9 @@ def error_curve(history: History, counts: Iterable[int]) -> list[LevelError]:
             from_full=from_full,
             to_full=to_full,
         )
+        done += count
+        if progress is not None:
+            progress(done / work)
     return [curve[count] for count in asked]
 
 

@@ -34,7 +34,8 @@ __all__ = [
     "settle",
 ]
 
-PART_OF_THE_CALLER = {"forceinline": True, "_nrt": False}
+# numba's annotations do not know all of its options
+PART_OF_THE_CALLER: Any = {"forceinline": True, "_nrt": False}
 """How overloads are compiled, which do nothing but call a cost's kernel."""
 
 UNKNOWN = "no implementation for {}; compiled code calls its overloads"

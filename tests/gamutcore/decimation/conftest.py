@@ -91,7 +91,7 @@ def faces_left():
 
 def _workspace(surface):
     edges = len(surface.corner_facing)
-    work = workspace(edges, len(surface.position))
+    work = workspace(edges, len(surface.position), np.zeros(1, np.int64))
     work.queue.heap[:] = np.arange(edges)
     work.queue.priority[:] = np.arange(edges)
     fill_queue(work.queue, edges)

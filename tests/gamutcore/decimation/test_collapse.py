@@ -24,7 +24,9 @@ def run(bumpy_mesh):
         delivered = positions.astype(np.float32)
         state = cost_module(cost).state(positions, faces)
         record = empty_record(len(positions))
-        collapses, record = collapse_all(state, surface, delivered, np.zeros(3), step, record)
+        done = np.zeros(1, np.int64)
+        collapses, record = collapse_all(state, surface, delivered, np.zeros(3), step, record, done)
+        assert done[0] == collapses
         return positions, faces, surface, delivered, collapses, record
 
     return make
