@@ -66,6 +66,9 @@ _RETRY_SECONDS = 2.0
 _START_SECONDS = 600.0
 """What a slot's start may take: the store may be out of reach."""
 
+_FIRST_LOOK_SECONDS = 120.0
+"""What the first look into the store may take: its retries included."""
+
 _LOOK_SECONDS = 0.5
 """Between two looks whether the build process of a slot is there."""
 
@@ -339,8 +342,12 @@ def _store_fault(settings: Settings) -> str | None:
     process = context.Process(target=look)
     process.start()
     sending.close()
+    fault: str | None = f"the store was not seen within {_FIRST_LOOK_SECONDS:g} s"
     try:
-        fault: str | None = receiving.recv()
+        if receiving.poll(_FIRST_LOOK_SECONDS):
+            fault = receiving.recv()
+        else:
+            process.kill()
     except EOFError:
         fault = "looking into the store ended the process"
     process.join()

@@ -4,6 +4,7 @@ import sys
 
 import pytest
 
+import service.building
 from service.building.choice import EngineMissingError, engine_for, run_worker
 from service.building.embedded import EmbeddedEngine
 from service.jobs import JobBook
@@ -31,6 +32,8 @@ def _nothing_installed(monkeypatch):
 
     for name in [name for name in sys.modules if name.startswith("service.building.celery_")]:
         monkeypatch.delitem(sys.modules, name)
+        # `from package import module` finds what was imported before in the package itself.
+        monkeypatch.delattr(service.building, name.rpartition(".")[2], raising=False)
     monkeypatch.setattr(builtins, "__import__", without)
 
 
