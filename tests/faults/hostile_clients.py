@@ -251,11 +251,18 @@ def attacks(mesh: str, *, full: bool) -> list[Attack]:
             ),
             few,
         ),
-        Attack("crowd that says nothing", {0}, lambda port: sent(port, "", silence(SECONDS + 0.7)), crowd),
+        Attack(
+            "crowd that says nothing",
+            {0},
+            lambda port: sent(port, "", silence(SECONDS + 0.7)),
+            crowd,
+        ),
         Attack(
             "no answer is taken",
             {0},
-            lambda port: sent(port, (whole_mesh + "\r\n") * 30, silence(SECONDS + 1.2), reads=False),
+            lambda port: sent(
+                port, (whole_mesh + "\r\n") * 30, silence(SECONDS + 1.2), reads=False
+            ),
             few,
         ),
         Attack(
