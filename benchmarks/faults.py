@@ -292,7 +292,7 @@ TESTED = {
         "inputs that exhaust memory or time, or crash every worker",
         "≤ 3 attempts, then failed with the reason; other jobs unaffected",
         "poisonous or given_up or deadline or fills_the_memory or beyond_the_memory",
-        ["tests/service/building", "tests/service/routes/test_gamuts.py"],
+        ["tests/service/building", "tests/service/routes/gamuts/test_failures.py"],
     ),
     "faults-disconnect": (
         "faults",

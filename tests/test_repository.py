@@ -127,19 +127,21 @@ class TestPins:
 
 
 def test_no_file_names_a_package_host():
-    this = Path(__file__)
+    # The bundle is as it was published, and says "resolved" of schemas; that it names no host is
+    # looked for apart.
+    bundle = ROOT / "service" / "static" / "swagger-ui" / "swagger-ui-bundle.js"
+    assert not any(".".join(host) in bundle.read_text() for host in HOSTS)
+    exceptions = {Path(__file__), bundle}
     named = [
         path
         for path in tracked()
-        if path != this and REGISTRY.search(path.read_text("utf-8", "replace"))
+        if path not in exceptions and REGISTRY.search(path.read_text("utf-8", "replace"))
     ]
     assert named == []
 
 
 class TestLayout:
-    @pytest.mark.parametrize(
-        "package", ["gamutcore", "service", "tests/gamutcore", "tests/service"]
-    )
+    @pytest.mark.parametrize("package", ["gamutcore", "service", "tests"])
     def test_modules_are_short(self, package):
         long = {
             str(path): lines

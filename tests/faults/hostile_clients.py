@@ -35,7 +35,7 @@ MOST_GROWTH = 64 << 20
 CONNECTIONS = 200
 """The server's own limit in these runs, so that a crowd is a crowd."""
 
-SECONDS = 1.0
+SECONDS = 0.6
 """The server's time for a head, and for a body."""
 
 BORDER = "hostile"
@@ -251,17 +251,24 @@ def attacks(mesh: str, *, full: bool) -> list[Attack]:
             ),
             few,
         ),
-        Attack("crowd that says nothing", {0}, lambda port: sent(port, "", silence(2)), crowd),
+        Attack(
+            "crowd that says nothing",
+            {0},
+            lambda port: sent(port, "", silence(SECONDS + 0.7)),
+            crowd,
+        ),
         Attack(
             "no answer is taken",
             {0},
-            lambda port: sent(port, (whole_mesh + "\r\n") * 30, silence(3), reads=False),
+            lambda port: sent(
+                port, (whole_mesh + "\r\n") * 30, silence(SECONDS + 1.2), reads=False
+            ),
             few,
         ),
         Attack(
             "thousands of requests ahead",
             {0},
-            lambda port: sent(port, (get + "\r\n") * 2000, silence(2), reads=False),
+            lambda port: sent(port, (get + "\r\n") * 2000, silence(1), reads=False),
             few,
         ),
     ]
@@ -325,7 +332,7 @@ def main() -> int:
         good = Good(server, mesh)
         thread = threading.Thread(target=good.run)
         thread.start()
-        time.sleep(1.0)
+        time.sleep(0.5)
         quiet = server.resident()
         peak = [quiet]
 

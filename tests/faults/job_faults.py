@@ -63,7 +63,8 @@ def accepted_jobs_finish(start_server, slow_build, *, kills, stops, jobs=2, seed
                 state(server, address) in {"running", "succeeded"} for address in addresses
             )
         )
-        time.sleep(chance.uniform(0.0, 1.5))
+        # within the builds, of which each takes about a second
+        time.sleep(chance.uniform(0.0, 0.8))
         getattr(server, how)()
         server = start_server(server.data, build_attempts=10, drain_seconds=1)
     for address in addresses:

@@ -8,7 +8,7 @@ PROGRAM = Path(__file__).parent / "api_properties.py"
 
 
 def test_the_service_answers_as_its_document_says():
-    arguments = ["--seconds", "12", "--seed", "1", "--phases", "examples,coverage,stateful"]
+    arguments = ["--seconds", "7", "--seed", "1", "--phases", "examples,coverage,stateful"]
     ended = subprocess.run(
         [sys.executable, PROGRAM, *arguments], check=False, capture_output=True, text=True
     )

@@ -316,11 +316,9 @@ def test_a_client_that_leaves_in_its_upload_does_no_harm(server):
     assert "Traceback" not in server.log()
 
 
-def test_meshes_and_liveness_are_answered_during_a_build(start_server, slow_build, sphere):
-    server = start_server()
-    server.wait_ready()
-    gamut = server.client.post("/v1/gamuts", json={"samples": sphere()}).json()
-    job = server.client.post("/v1/gamuts", **slow_build(), headers={"Prefer": "respond-async"})
+def test_meshes_and_liveness_are_answered_during_a_build(server, slow_build, gamut):
+    arguments = slow_build(70_000)
+    job = server.client.post("/v1/gamuts", **arguments, headers={"Prefer": "respond-async"})
     assert job.status_code == 202
     answered = 0
     while server.client.get(job.headers["location"]).json()["state"] in {"queued", "running"}:
@@ -329,4 +327,3 @@ def test_meshes_and_liveness_are_answered_during_a_build(start_server, slow_buil
         answered += 1
     assert answered > 10
     assert server.client.get(job.headers["location"]).json()["state"] == "succeeded"
-    server.stop()

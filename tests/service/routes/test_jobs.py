@@ -168,7 +168,7 @@ def test_streams_are_bounded_and_those_of_clients_that_leave_are_closed(
 def test_a_cancelled_build_ends_at_once_for_all_and_can_be_asked_for_again(
     server, slow_build, assert_problem
 ):
-    arguments = slow_build(140_000)
+    arguments = slow_build(100_000)
     address = posted(server, arguments)
     server.wait_for(lambda: server.client.get(address).json()["stage"] == "decimation")
     with concurrent.futures.ThreadPoolExecutor(2) as threads:
