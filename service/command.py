@@ -3,6 +3,7 @@
 import argparse
 import json
 import logging
+import os
 import resource
 import sys
 from collections.abc import Sequence
@@ -143,6 +144,11 @@ def _settings(overrides: dict[str, Any]) -> Settings | None:
             sys.stderr.write(f"gamut: {variable}: {fault['msg']}\n")
         return None
     configure_logging(settings.log_format, settings.log_level)
+    known = {f"{ENVIRONMENT_PREFIX}{name}".upper() for name in Settings.model_fields}
+    given_names = sorted(name for name in os.environ if name.startswith(ENVIRONMENT_PREFIX))
+    if unknown := [name for name in given_names if name.upper() not in known]:
+        # Of a misspelt limit or key nobody would hear until it is missed.
+        logger.warning("no settings of the service, and without effect: %s", ", ".join(unknown))
     return settings
 
 

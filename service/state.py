@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import logging
 from collections.abc import AsyncIterator, Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -31,6 +32,10 @@ logger = logging.getLogger(__name__)
 _LARGE_BODIES = 2
 """Complete bodies of more than a megabyte that are in memory at the same time, until their builds
 are accepted; the rest waits on the disk."""
+
+_REMOTE_CALLS = 32
+"""Calls of a bucket under way at a time. They wait, and compute nothing; asyncio's own number of
+threads is that of the cores and four."""
 
 
 @dataclass
@@ -80,6 +85,8 @@ class Service:
     async def running(self) -> AsyncIterator[None]:
         """Open the store and start the workers; drain and close on leaving."""
         loop = self._loop = asyncio.get_running_loop()
+        if self.store.blobs.remote:
+            loop.set_default_executor(ThreadPoolExecutor(_REMOTE_CALLS, "store"))
         self.store.on_evicted = lambda gamut_id: _soon(loop, self.forget, gamut_id)
         await asyncio.to_thread(self.store.open)
         await self.builds.start()

@@ -35,6 +35,7 @@ from service.building.interruption import Interruption
 from service.building.outbox import Outbox
 from service.building.performer import Outcome, Performer
 from service.building.process import ProcessDiedError
+from service.building.redis_delivery import count_deliveries_patiently
 from service.exposition import serve_build_figures
 from service.jobs import JobBook
 from service.metrics import BuildFigures
@@ -255,6 +256,7 @@ def run_worker(settings: Settings) -> int:
         sys.stderr.write(f"gamut: {fault}\n")
         return 1
     app = celery_app(settings)
+    count_deliveries_patiently()
     slots = mmap.mmap(-1, mmap.PAGESIZE)  # shared with the processes that are forked
     app.slots = (slots, settings.build_workers)
     app.conf.worker_consumer = _PlainConsumer

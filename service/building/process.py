@@ -195,8 +195,7 @@ class BuildProcess:
                 self._buffer = rest
                 return self._parsed(bytes(line))
             check()
-            writing = [self._requests] if self._unsent else []
-            readable, writable, _ = select.select([self._events], writing, [], _TICK)
+            readable, writable = self._ready()
             try:
                 if writable:
                     sent = os.write(self._requests.fileno(), self._unsent)
@@ -208,6 +207,16 @@ class BuildProcess:
                     self._buffer += data
             except BrokenPipeError as error:
                 raise self._death() from error
+
+    def _ready(self) -> tuple[bool, bool]:
+        """Return whether there is something to read, and whether what is unsent can be sent."""
+        # Not select(), which takes no descriptors from 1024 on: the service may have more open.
+        poll = select.poll()
+        poll.register(self._events, select.POLLIN)
+        if self._unsent:
+            poll.register(self._requests, select.POLLOUT)
+        found = {descriptor for descriptor, _ in poll.poll(1000 * _TICK)}
+        return self._events.fileno() in found, self._requests.fileno() in found
 
     def _parsed(self, line: bytes) -> dict[str, Any]:
         try:

@@ -1,6 +1,7 @@
 """The figures of this process, for Prometheus and whoever reads its formats."""
 
 import asyncio
+from concurrent.futures import ThreadPoolExecutor
 
 from fastapi import APIRouter, Request
 from fastapi.responses import Response
@@ -12,6 +13,10 @@ from service.state import service_of
 __all__ = ["router"]
 
 router = APIRouter(tags=["state"])
+
+_THREAD = ThreadPoolExecutor(1, thread_name_prefix="metrics")
+"""The shared threads may all be waiting for a store that does not answer, which is when somebody
+looks at the figures."""
 
 _EXAMPLE = """\
 # HELP gamut_builds_total Builds that ended: succeeded, cancelled, crashed (an attempt), or a \
@@ -52,6 +57,7 @@ def _content(example: str) -> dict[str, object]:
 async def read_metrics(request: Request) -> Response:
     """Read the figures of this process."""
     accept = ",".join(request.headers.getlist("accept"))
-    body, media_type = await asyncio.to_thread(exposition, service_of(request), accept)
+    loop = asyncio.get_running_loop()
+    body, media_type = await loop.run_in_executor(_THREAD, exposition, service_of(request), accept)
     headers = {"Cache-Control": "no-store", "Vary": "Accept", "Content-Type": media_type}
     return Response(body, headers=headers)

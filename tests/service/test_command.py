@@ -29,6 +29,15 @@ def test_a_wrong_setting_is_named_and_nothing_is_served(capsys, monkeypatch):
     assert "GAMUT_BUILD_WORKERS" in capsys.readouterr().err
 
 
+def test_what_looks_like_a_setting_and_is_none_is_named_without_its_value(capsys, monkeypatch):
+    monkeypatch.setenv("GAMUT_BUILD_WORKER", "a-value")
+    monkeypatch.setenv("GAMUT_BUILD_QUEUE", "7")
+    assert main(["serve", "--host", "192.0.2.1"]) == 2
+    told = capsys.readouterr().err
+    assert "without effect: GAMUT_BUILD_WORKER\n" in told
+    assert "a-value" not in told
+
+
 @pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.0.2.1", "gamuts.example.org"])  # noqa: S104
 def test_nothing_is_served_to_everybody_unless_that_is_said(capsys, host):
     assert main(["serve", "--host", host]) == 2

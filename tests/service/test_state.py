@@ -34,6 +34,18 @@ def test_the_signal_to_stop_reaches_the_builds_from_any_thread(service, monkeypa
     asyncio.run(asyncio.wait_for(scenario(), 60))
 
 
+def test_many_calls_of_a_bucket_wait_at_the_same_time(service, monkeypatch):
+    monkeypatch.setattr(service.builds, "start", nothing)
+    monkeypatch.setattr(service.store.blobs, "remote", True)
+    all_of_them = threading.Barrier(32, timeout=30)
+
+    async def scenario():
+        async with service.running():
+            await asyncio.gather(*[asyncio.to_thread(all_of_them.wait) for _ in range(32)])
+
+    asyncio.run(asyncio.wait_for(scenario(), 60))
+
+
 def test_it_is_made_of_its_settings(service, tmp_path):
     assert service.store.blobs.directory == tmp_path / "data"
     assert not (tmp_path / "data").exists()  # nothing is opened before it runs

@@ -1,4 +1,6 @@
+import contextlib
 import os
+import resource
 import signal
 import sys
 import time
@@ -50,6 +52,27 @@ def is_gone(pid):
     except ProcessLookupError:
         return True
     return False
+
+
+@pytest.fixture
+def many_open_files():
+    """Have descriptors of up to three digits, and some more, in use, as by as many connections."""
+    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if 0 <= limits[1] < 1200:
+        pytest.skip("the system does not let as many files be open")
+    resource.setrlimit(resource.RLIMIT_NOFILE, (limits[1], limits[1]))
+    with contextlib.ExitStack() as stack:
+        while (descriptor := os.open(os.devnull, os.O_RDONLY)) < 1100:
+            stack.callback(os.close, descriptor)
+        stack.callback(os.close, descriptor)
+        yield
+    resource.setrlimit(resource.RLIMIT_NOFILE, limits)
+
+
+@pytest.mark.usefixtures("many_open_files")
+def test_a_process_is_spoken_to_however_many_files_are_open(process, result):
+    assert process.fileno() > 1024
+    assert result("build")["event"] == "built"
 
 
 def test_builds_follow_one_another_in_one_process(process, result):

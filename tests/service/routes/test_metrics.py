@@ -1,14 +1,20 @@
 """The figures over a real connection, as Prometheus asks for them."""
 
+import asyncio
 import os
 import signal
+import threading
+from concurrent.futures import ThreadPoolExecutor
 
+import httpx
 from prometheus_client.openmetrics.parser import (
     text_string_to_metric_families as openmetrics_families,
 )
 from prometheus_client.parser import text_string_to_metric_families as text_families
 
 from gamutcore.gamut import STAGES
+from service.application import create_app
+from service.settings import Settings
 
 
 def samples(families):
@@ -108,3 +114,22 @@ def test_what_the_worker_did_arrives(start_server, sphere, slow_build):
     assert after["gamut_builds_total", (("outcome", "succeeded"),)] == 3
     assert server.wait_for(lambda: figures(server)["gamut_build_worker_starts_total", ()] == 4)
     server.stop()
+
+
+def test_figures_are_told_while_all_shared_threads_wait_for_the_store(tmp_path):
+    answers = threading.Event()
+
+    async def scenario():
+        loop = asyncio.get_running_loop()
+        loop.set_default_executor(ThreadPoolExecutor(1))
+        waiting = loop.run_in_executor(None, answers.wait)
+        transport = httpx.ASGITransport(create_app(Settings(store=str(tmp_path))))
+        try:
+            async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
+                answer = await asyncio.wait_for(client.get("/metrics"), 10)
+        finally:
+            answers.set()
+        await waiting
+        assert answer.status_code == 200
+
+    asyncio.run(scenario())
