@@ -37,8 +37,9 @@ class Clipping(NamedTuple):
         a, U and V of the face.
     part : (rows, corners, 2) float64
         Parts that wait on a stack, and below its top the one at work.
-    corners, face, moves : (rows,) int32
-        Corners of a part; the face whose cone is cut off next; how often it was passed on whole.
+    corners, face, came, moves : (rows,) int32
+        Corners of a part; the face whose cone is cut off next; the face that passed the part on to
+        that one, or −1; how often it was passed on whole.
     value : (corners,) float64
         Products of the corners with a plane.
     piece : (corners, 3) float64
@@ -51,6 +52,7 @@ class Clipping(NamedTuple):
     part: FloatArray
     corners: IndexArray
     face: IndexArray
+    came: IndexArray
     moves: IndexArray
     value: FloatArray
     piece: FloatArray
@@ -65,6 +67,7 @@ def clipping() -> Clipping:
         part=np.empty((rows, CORNERS, 2)),
         corners=np.empty(rows, np.int32),
         face=np.empty(rows, np.int32),
+        came=np.empty(rows, np.int32),
         moves=np.empty(rows, np.int32),
         value=np.empty(CORNERS),
         piece=np.empty((CORNERS, 3)),
@@ -72,7 +75,7 @@ def clipping() -> Clipping:
     )
 
 
-@leaf_kernel
+@inlined_kernel
 def begin(work: Clipping, position: FloatArray, one: int, two: int, three: int, face: int) -> int:
     """Put a face on the stack, to be cut from the cone of `face` on; returns the stack's height."""
     for axis in range(3):
@@ -82,7 +85,7 @@ def begin(work: Clipping, position: FloatArray, one: int, two: int, three: int, 
     work.part[0, 0, 0], work.part[0, 0, 1] = 0.0, 0.0
     work.part[0, 1, 0], work.part[0, 1, 1] = 1.0, 0.0
     work.part[0, 2, 0], work.part[0, 2, 1] = 0.0, 1.0
-    work.corners[0], work.face[0], work.moves[0] = 3, face, 0
+    work.corners[0], work.face[0], work.came[0], work.moves[0] = 3, face, -1, 0
     return 1
 
 
@@ -93,7 +96,7 @@ def _copy(part: FloatArray, source: int, first: int, last: int, target: int, sta
         part[target, start + index - first, 1] = part[source, index, 1]
 
 
-@leaf_kernel
+@inlined_kernel
 def _split(part: FloatArray, value: FloatArray, row: int, count: int) -> tuple[int, int]:
     """Split a part by the signs of its values: what is outside stays, the inside goes to row + 1.
 
@@ -163,14 +166,15 @@ def next_piece(  # noqa: C901, PLR0912  # the time is in these branches
             _copy(part, base, half, count, top, 1)
             _copy(part, base, 0, 1, top, 0)
             work.corners[base], work.corners[top] = half + 1, count - half + 1
-            work.face[top], work.moves[top] = face, moved
+            work.face[top], work.came[top], work.moves[top] = face, work.came[base], moved
             top += 1
             continue
         if moved != TRYING_ALL and (moved > moves or top >= PARTS):
             face, moved = 0, TRYING_ALL
         exhaustive = moved == TRYING_ALL
-        row = base
+        row, came = base, work.came[base]
         if exhaustive:
+            came = -1
             # the part stays on the stack until all cones have been tried
             if face == len(planes):
                 top = base
@@ -180,26 +184,25 @@ def next_piece(  # noqa: C901, PLR0912  # the time is in these branches
             _copy(part, base, 0, count, row, 0)
         tolerance = cones.rounding[face] * reach
         for place in range(3):
+            # the other side of the plane that cut the part off: all of it is inside
+            if cones.neighbour[face, place] == came:
+                continue
             x = planes[face, 3 * place]
             y = planes[face, 3 * place + 1]
             z = planes[face, 3 * place + 2]
             constant = x * frame[0, 0] + y * frame[0, 1] + z * frame[0, 2]
             along_u = x * frame[1, 0] + y * frame[1, 1] + z * frame[1, 2]
             along_v = x * frame[2, 0] + y * frame[2, 1] + z * frame[2, 2]
-            below, above = False, False
+            lowest, highest = np.inf, -np.inf
             for index in range(count):
                 side = constant + along_u * part[row, index, 0] + along_v * part[row, index, 1]
-                if side > tolerance:
-                    above = True
-                elif side < -tolerance:
-                    below = True
-                else:
-                    side = 0.0
-                value[index] = side
-            if below:
+                lowest = side if side < lowest else lowest
+                highest = side if side > highest else highest
+                value[index] = side if abs(side) > tolerance else 0.0
+            if lowest < -tolerance:
                 work.face[row] = cones.neighbour[face, place]
-                work.moves[row] = moved + 1
-                if not above:
+                work.came[row], work.moves[row] = face, moved + 1
+                if highest <= tolerance:
                     work.corners[row] = count
                     count = 0
                     row += 1

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 
 __all__ = [
     "SLACK",
@@ -37,8 +37,9 @@ told apart by has lost half of its digits by then."""
 HALVINGS = 16
 """How often a piece is halved at most; its bound is then taken as it is."""
 
-STACK = (HALVINGS + 2, 11)
-"""Shape of the work array of `raise_bound`: nine coordinates, a face and the halvings made."""
+STACK = (HALVINGS + 2, 17)
+"""Shape of the work array of `raise_bound`: nine coordinates, a face, the halvings made, and for each
+corner the nearest face, −1 before it is looked for, and its squared distance."""
 
 
 class Faces(NamedTuple):
@@ -53,16 +54,20 @@ class Faces(NamedTuple):
         Where a vertex's part of `fan` ends; it begins where the part before it ends.
     fan : (3 F,) int32
         The faces at each vertex.
+    off : (F,) float64
+        Where the surface stands for another one: how far from it any point of a face is at most,
+        and each of the other's points from some face that has this number or more.
     """
 
     position: FloatArray
     corner: IndexArray
     fan_end: IndexArray
     fan: IndexArray
+    off: FloatArray
 
 
 def faces_of(position: FloatArray, corner: IndexArray) -> Faces:
-    """Return a surface with the faces at each vertex.
+    """Return a surface with the faces at each vertex, standing for itself.
 
     Parameters
     ----------
@@ -74,7 +79,7 @@ def faces_of(position: FloatArray, corner: IndexArray) -> Faces:
     Faces
     """
     fan_end, fan = _fans(corner, len(position))
-    return Faces(position, corner, fan_end, fan)
+    return Faces(position, corner, fan_end, fan, np.zeros(len(corner) // 3))
 
 
 def halvings_for(surface: Faces) -> float:
@@ -103,7 +108,7 @@ def _fans(corner: IndexArray, vertices: int) -> tuple[IndexArray, IndexArray]:
     return end, fan
 
 
-@leaf_kernel
+@inlined_kernel
 def squared_distance(x: float, y: float, z: float, surface: Faces, face: int) -> float:
     """Squared distance from a point to a face.
 
@@ -195,7 +200,7 @@ def nearest_face(x: float, y: float, z: float, surface: Faces, face: int) -> tup
         face = best
 
 
-@leaf_kernel
+@inlined_kernel
 def _bound(piece: FloatArray, row: int, surface: Faces, face: int) -> float:
     """Squared distance to a face, the largest of a piece's corners."""
     return max(
@@ -207,7 +212,13 @@ def _bound(piece: FloatArray, row: int, surface: Faces, face: int) -> float:
 
 @leaf_kernel
 def raise_bound(
-    stack: FloatArray, surface: Faces, face: int, lower: float, upper: float, halvings: float
+    stack: FloatArray,
+    surface: Faces,
+    face: int,
+    off: float,
+    lower: float,
+    upper: float,
+    halvings: float,
 ) -> tuple[float, float, float]:
     """Raise the bound on what lies furthest from a surface so that it holds for one more triangle.
 
@@ -218,6 +229,8 @@ def raise_bound(
     surface : Faces
     face : int
         A face near the triangle.
+    off : float
+        Added to all distances, as is what the faces of the surface are off.
     lower, upper : float
         What is known of other pieces: a distance that is attained, and the bound.
     halvings : float
@@ -232,29 +245,34 @@ def raise_bound(
         How many are left.
     """
     stack[0, 9], stack[0, 10] = face, 0.0
+    stack[0, 11], stack[0, 12], stack[0, 13] = -1.0, -1.0, -1.0
     top = 1
     while top > 0:
         top -= 1
         face = int(stack[top, 9])
         accepted = max(upper, SLACK * lower)
-        if _bound(stack, top, surface, face) <= accepted * accepted:
+        if np.sqrt(_bound(stack, top, surface, face)) + surface.off[face] + off <= accepted:
             upper = accepted
             continue
-        one, distance = nearest_face(stack[top, 0], stack[top, 1], stack[top, 2], surface, face)
-        attained = distance
-        two, distance = nearest_face(stack[top, 3], stack[top, 4], stack[top, 5], surface, face)
-        attained = max(attained, distance)
-        three, distance = nearest_face(stack[top, 6], stack[top, 7], stack[top, 8], surface, face)
-        attained = max(attained, distance)
-        bound = np.sqrt(
-            min(
-                _bound(stack, top, surface, one),
-                _bound(stack, top, surface, two),
-                _bound(stack, top, surface, three),
-            )
+        # two corners of a half are corners of the whole, whose nearest faces are known
+        for row in range(3):
+            if stack[top, 11 + row] < 0.0:
+                x, y, z = stack[top, 3 * row], stack[top, 3 * row + 1], stack[top, 3 * row + 2]
+                stack[top, 11 + row], stack[top, 14 + row] = nearest_face(x, y, z, surface, face)
+        one, two, three = int(stack[top, 11]), int(stack[top, 12]), int(stack[top, 13])
+        attained = max(
+            np.sqrt(stack[top, 14]) + surface.off[one],
+            np.sqrt(stack[top, 15]) + surface.off[two],
+            np.sqrt(stack[top, 16]) + surface.off[three],
         )
+        bound = np.sqrt(_bound(stack, top, surface, one)) + surface.off[one]
+        if two != one:
+            bound = min(bound, np.sqrt(_bound(stack, top, surface, two)) + surface.off[two])
+        if three not in (one, two):
+            bound = min(bound, np.sqrt(_bound(stack, top, surface, three)) + surface.off[three])
+        attained, bound = attained + off, bound + off
         # where descent ended too early, the bound by another corner's face may be the better one
-        lower = max(lower, min(np.sqrt(attained), bound))
+        lower = max(lower, min(attained, bound))
         if bound <= max(upper, SLACK * lower) or halvings <= 0.0 or stack[top, 10] >= HALVINGS:
             upper = max(upper, bound)
             continue
@@ -268,7 +286,7 @@ def raise_bound(
             if x * x + y * y + z * z > greatest:
                 longest, greatest = edge, x * x + y * y + z * z
         first, second = 3 * longest, 3 * ((longest + 1) % 3)
-        for column in range(9):
+        for column in range(17):
             stack[top + 1, column] = stack[top, column]
         for axis in range(3):
             middle = 0.5 * (stack[top, first + axis] + stack[top, second + axis])
@@ -278,6 +296,7 @@ def raise_bound(
         stack[top + 1, 10] = stack[top, 10]
         stack[top, 9] = one if first == 0 else two if first == 3 else three
         stack[top + 1, 9] = one if second == 0 else two if second == 3 else three
+        stack[top, 11 + second // 3] = stack[top + 1, 11 + first // 3] = -1.0
         top += 2
         halvings -= 1.0
     return lower, upper, halvings

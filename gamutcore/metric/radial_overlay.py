@@ -27,6 +27,7 @@ from gamutcore.metric.farthest import (
     halvings_for,
     nearest_face,
     raise_bound,
+    squared_distance,
 )
 from gamutcore.star_shape import faces_not_seeing_centre
 
@@ -111,7 +112,7 @@ def radial_difference(
     swapped = len(two.corner) > len(one.corner)
     if swapped:
         one, two = two, one
-    found = overlaid(one, two, *_breadth_first(one))
+    found, _ = overlaid(one, two, *_breadth_first(one))
     if not swapped:
         return found
     return RadialDifference(
@@ -125,13 +126,13 @@ def radial_difference(
 
 def overlaid(
     reference: Faces, other: Faces, order: IndexArray, near: IndexArray, *, moves: int = MOVES
-) -> RadialDifference:
+) -> tuple[RadialDifference, FloatArray]:
     """Compare two surfaces that are star-shaped about the origin.
 
     Parameters
     ----------
     reference : Faces
-        The finer one.
+        The finer one. Distances are those from what it stands for.
     other : Faces
         The coarser one. The result does not depend on which is finer, but the time does.
     order, near : (V,) int32
@@ -141,22 +142,27 @@ def overlaid(
 
     Returns
     -------
-    RadialDifference
+    difference : RadialDifference
+        The largest distances are from and to what the reference stands for.
+    off : (F,) float64
+        Of the other surface's faces, with which it can stand for the same.
     """
     cones = cones_of(other)
     places = located(reference.position, order, near, cones, moves)
     bounds = np.array([0.0, 0.0, 0.0, 0.0, halvings_for(reference)])
+    off = np.zeros(len(other.off))
     volume, area, difference, first, second = _overlaid(
-        reference, other, cones, places, clipping(), np.empty(STACK), bounds, moves
+        reference, other, cones, places, clipping(), np.empty(STACK), bounds, off, moves
     )
     other_volume, other_area = _size(other)
-    return RadialDifference(
+    found = RadialDifference(
         volume=volume,
         other_volume=other_volume,
         difference=difference,
         from_reference=Distances(first / area, float(bounds[1])),
         to_reference=Distances(second / other_area, float(bounds[3])),
     )
+    return found, off
 
 
 def _star_shaped(mesh: TriangleMesh, centre: FloatArray) -> Faces:
@@ -211,6 +217,12 @@ def _size(surface: Faces) -> tuple[float, float]:
         volume += part
         area += whole
     return volume, area
+
+
+@leaf_kernel
+def _square(position: FloatArray, vertex: int) -> float:
+    x, y, z = position[vertex, 0], position[vertex, 1], position[vertex, 2]
+    return x * x + y * y + z * z
 
 
 @leaf_kernel
@@ -272,18 +284,18 @@ def _attained(reference: Faces, other: Faces, places: Places, bounds: FloatArray
 
     Returns the largest distance of a vertex from the centre.
     """
-    position, reach = reference.position, 0.0
+    position, reach, off = reference.position, 0.0, reference.off
     for vertex in range(len(position)):
         x, y, z = position[vertex, 0], position[vertex, 1], position[vertex, 2]
         reach = max(reach, x * x + y * y + z * z)
-        if places.along[vertex] > bounds[0]:
+        face = reference.fan[reference.fan_end[vertex] - 1]
+        if places.along[vertex] + off[face] > bounds[0]:
             _, squared = nearest_face(x, y, z, other, places.face[vertex])
-            bounds[0] = max(bounds[0], np.sqrt(squared))
-        if places.along[vertex] > bounds[2]:
+            bounds[0] = max(bounds[0], np.sqrt(squared) + off[face])
+        if places.along[vertex] + off[face] > bounds[2]:
             t = 1.0 / (1.0 + places.beyond[vertex])
-            face = reference.fan[reference.fan_end[vertex] - 1]
-            _, squared = nearest_face(t * x, t * y, t * z, reference, face)
-            bounds[2] = max(bounds[2], np.sqrt(squared))
+            face, squared = nearest_face(t * x, t * y, t * z, reference, face)
+            bounds[2] = max(bounds[2], np.sqrt(squared) + off[face])
     bounds[1], bounds[3] = SLACK * bounds[0], SLACK * bounds[2]
     return float(np.sqrt(reach))
 
@@ -297,30 +309,42 @@ def _raise_bounds(
     other: Faces,
     through: int,
     bounds: FloatArray,
+    off: FloatArray,
 ) -> None:
     """Raise the bounds so that they hold for a triangle of the reference, seen through a face.
 
     A corner's distance along its ray is at least its distance from the face, in either direction,
-    and the largest of the corners' distances holds for the whole triangle.
+    and the largest of the corners' distances holds for the whole triangle. So it does for `off`,
+    which is as for `_overlaid`.
     """
-    furthest = 0.0
+    furthest, own = 0.0, reference.off[face]
     for row in range(3):
         x, y, z = triangle[row, 0], triangle[row, 1], triangle[row, 2]
         shift = 1.0 - 1.0 / (1.0 + triangle[row, 3])
         furthest = max(furthest, shift * shift * (x * x + y * y + z * z))
-    if furthest > bounds[1] * bounds[1]:
+    furthest = np.sqrt(furthest) + own
+    if furthest > off[through]:
+        # of steep faces the distance along rays is far more than that from the face
+        squared = 0.0
+        for row in range(3):
+            x, y, z = triangle[row, 0], triangle[row, 1], triangle[row, 2]
+            squared = max(squared, squared_distance(x, y, z, other, through))
+            t = 1.0 / (1.0 + triangle[row, 3])
+            squared = max(squared, squared_distance(t * x, t * y, t * z, reference, face))
+        off[through] = max(off[through], own + np.sqrt(squared))
+    if furthest > bounds[1]:
         for row in range(3):
             for axis in range(3):
                 stack[0, 3 * row + axis] = triangle[row, axis]
         bounds[0], bounds[1], bounds[4] = raise_bound(
-            stack, other, through, bounds[0], bounds[1], bounds[4]
+            stack, other, through, own, bounds[0], bounds[1], bounds[4]
         )
-    if furthest > bounds[3] * bounds[3]:
+    if furthest > bounds[3]:
         for row in range(3):
             for axis in range(3):
                 stack[0, 3 * row + axis] = triangle[row, axis] / (1.0 + triangle[row, 3])
         bounds[2], bounds[3], bounds[4] = raise_bound(
-            stack, reference, face, bounds[2], bounds[3], bounds[4]
+            stack, reference, face, 0.0, bounds[2], bounds[3], bounds[4]
         )
 
 
@@ -350,6 +374,7 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
     work: Clipping,
     stack: FloatArray,
     bounds: FloatArray,
+    off: FloatArray,
     moves: int,
 ) -> tuple[float, float, float, float, float]:
     """Sum over all pieces.
@@ -361,6 +386,9 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
     bounds : (5,) float64
         Written: lower and upper bound of the distances from the reference, and to it. Last, how
         often pieces may be halved.
+    off : (F,) float64
+        For the faces of the other surface, zeros. Written: the `off` of `Faces` with which it can
+        stand for what the reference stands for.
 
     Returns
     -------
@@ -389,7 +417,8 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
         # of the integral over a piece, per volume below it and per plane that it is seen through
         weight, height = 3.0 * part, 3.0 * part / whole
         d1, d2, d3 = beyond[one], beyond[two], beyond[three]
-        pending = max(along[one], along[two], along[three])
+        own = reference.off[face]
+        pending = own + max(along[one], along[two], along[three])
         if through == last == places.face[two]:
             gap, mean, mean_back = _differences(d1, d2, d3)
             difference += part * gap
@@ -399,8 +428,13 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
                 _corner(triangle, 0, position, one, d1)
                 _corner(triangle, 1, position, two, d2)
                 _corner(triangle, 2, position, three, d3)
-                _raise_bounds(triangle, stack, reference, face, other, through, bounds)
+                _raise_bounds(triangle, stack, reference, face, other, through, bounds, off)
+            else:
+                off[through] = max(off[through], pending)
             continue
+        radius = np.sqrt(
+            max(_square(position, one), _square(position, two), _square(position, three))
+        )
         if through == places.face[two]:
             single, from_two, from_one = crossing(position, one, two, three, through, last, cones)
             if single:
@@ -422,16 +456,20 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
                     (share1 * back1 + share2 * back2) * slope[through]
                     + share3 * back3 * slope[last]
                 )
-                pending = max(pending, reach * abs(d4) / (1.0 + d4), reach * abs(d5) / (1.0 + d5))
+                away = own + radius * max(abs(d4) / (1.0 + d4), abs(d5) / (1.0 + d5))
+                pending = max(pending, away)
                 if pending > min(bounds[1], bounds[3]):
                     _corner(triangle, 0, position, one, d1)
                     _corner(triangle, 1, position, two, d2)
                     _between(triangle, 2, position, two, three, from_two, d4)
-                    _raise_bounds(triangle, stack, reference, face, other, through, bounds)
+                    _raise_bounds(triangle, stack, reference, face, other, through, bounds, off)
                     _between(triangle, 1, position, one, three, from_one, d5)
-                    _raise_bounds(triangle, stack, reference, face, other, through, bounds)
+                    _raise_bounds(triangle, stack, reference, face, other, through, bounds, off)
                     _corner(triangle, 0, position, three, d3)
-                    _raise_bounds(triangle, stack, reference, face, other, last, bounds)
+                    _raise_bounds(triangle, stack, reference, face, other, last, bounds, off)
+                else:
+                    off[through] = max(off[through], own + along[one], own + along[two], away)
+                    off[last] = max(off[last], own + along[three], away)
                 continue
         top = begin(work, position, one, two, three, through)
         piece, frame = work.piece, work.frame
@@ -441,7 +479,10 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
                 break
             pending = 0.0
             for index in range(count):
-                pending = max(pending, reach * abs(piece[index, 2]) / (1.0 + piece[index, 2]))
+                pending = max(pending, abs(piece[index, 2]) / (1.0 + piece[index, 2]))
+            pending = own + radius * pending
+            if pending <= min(bounds[1], bounds[3]):
+                off[through] = max(off[through], pending)
             for index in range(1, count - 1):
                 share = (piece[index, 0] - piece[0, 0]) * (piece[index + 1, 1] - piece[0, 1]) - (
                     piece[index, 1] - piece[0, 1]
@@ -461,5 +502,5 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
                                 frame[0, axis] + u * frame[1, axis] + v * frame[2, axis]
                             )
                         triangle[row, 3] = piece[number, 2]
-                    _raise_bounds(triangle, stack, reference, face, other, through, bounds)
+                    _raise_bounds(triangle, stack, reference, face, other, through, bounds, off)
     return volume, area, difference, first, second

@@ -92,10 +92,10 @@ class TestNearestFace:
 
 
 class TestRaiseBound:
-    def raised(self, surface, triangle, lower=0.0, upper=0.0, face=0, halvings=1e6):
+    def raised(self, surface, triangle, lower=0.0, upper=0.0, face=0, halvings=1e6, off=0.0):
         stack = np.empty(STACK)
         stack[0, :9] = np.ravel(triangle)
-        lower, upper, left = raise_bound(stack, surface, face, lower, upper, halvings)
+        lower, upper, left = raise_bound(stack, surface, face, off, lower, upper, halvings)
         assert 0 <= left <= halvings
         return lower, upper
 
@@ -138,6 +138,15 @@ class TestRaiseBound:
         lower, upper = self.raised(surface, triangle, 0.5, 0.6)
         assert lower > 0.9
         assert upper >= lower
+
+    def test_adds_what_both_surfaces_are_off(self, star_shaped):
+        mesh = star_shaped(3)
+        surface = surface_of(mesh)
+        triangle = np.array([(80.0, 30, 20), (81, 30, 20), (80, 31, 20)])
+        _, alone = self.raised(surface, triangle)
+        same = surface._replace(off=np.full(mesh.triangles, 2.0))
+        _, upper = self.raised(same, triangle, off=3.0)
+        assert alone / SLACK + 5 <= upper <= SLACK * (alone + 5)
 
     def test_ends_where_it_cannot_be_tight(self):
         """Two parallel walls, with a triangle from one to the other between them."""

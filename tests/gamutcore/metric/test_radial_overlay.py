@@ -99,8 +99,37 @@ class TestVolume:
         for one, two, moves in ((fine, coarse, 1000), (coarse, fine, 1000), (fine, coarse, 0)):
             order = np.arange(len(one.position), dtype=np.int32)
             near = np.zeros(len(order), np.int32)
-            found.append(overlaid(one, two, order, near, moves=moves).difference)
+            found.append(overlaid(one, two, order, near, moves=moves)[0].difference)
         np.testing.assert_allclose(found, found[0], rtol=1e-9)
+
+
+def test_a_level_stands_for_the_full_boundary(small_history, distances_to, sampled):
+    """Bounds by what stands for it hold, and are tighter than sums of the largest distances."""
+
+    def surface(mesh):
+        position = mesh.vertices.astype(np.float64) - small_history.centre
+        return faces_of(position, mesh.faces.astype(np.int32).ravel())
+
+    def compared(finer, coarser):
+        order = np.arange(len(finer.position), dtype=np.int32)
+        return overlaid(finer, coarser, order, np.zeros(len(order), np.int32))
+
+    full, middle = small_history.full(), small_history.level(80)
+    _, off = compared(surface(full), surface(middle))
+    random = np.random.default_rng(0)
+    for face, most in zip(middle.faces, off, strict=True):
+        points = random.dirichlet(np.ones(3), 10) @ middle.vertices[face].astype(np.float64)
+        assert distances_to(points, full).max() <= most + 1e-9
+    for count in (8, 20, 40):
+        mesh = small_history.level(count)
+        found, _ = compared(surface(middle)._replace(off=off), surface(mesh))
+        alone, _ = compared(surface(middle), surface(mesh))
+        assert found.difference == alone.difference
+        there = distances_to(np.vstack([full.vertices, sampled(full, 500)]), mesh).max()
+        back = distances_to(np.vstack([mesh.vertices, sampled(mesh, 500)]), full).max()
+        most = SLACK * off.max()
+        assert there <= found.from_reference.maximum <= alone.from_reference.maximum + most
+        assert back <= found.to_reference.maximum <= alone.to_reference.maximum + most
 
 
 class TestDistances:
