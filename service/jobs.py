@@ -10,18 +10,17 @@ All methods of `JobBook` block on the store: the event loop calls them in thread
 
 from __future__ import annotations
 
-import json
 import logging
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, field, fields, replace
-from datetime import UTC, datetime
+from dataclasses import dataclass, replace
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Literal
 
+from service.job_documents import UNHEARD, JobDocument, JobState, now, rfc3339
 from service.problems import Problem
-from service.storage.blobs import BlobDamagedError, BlobNotFoundError, sealed, unsealed
+from service.storage.blobs import BlobDamagedError, BlobNotFoundError
 from service.storage.records import id_of
 
 if TYPE_CHECKING:
@@ -42,8 +41,6 @@ __all__ = [
 
 logger = logging.getLogger(__name__)
 
-JobState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
-
 ABANDONED_SECONDS = 60.0
 """How long a job may wait without a sign of life before a new request for it has it queued anew:
 whoever was to do that may have died in between, and a job that is queued twice is claimed once."""
@@ -53,81 +50,12 @@ _READERS = 16
 """Documents of a remote store that are read at the same time."""
 
 
-def now() -> str:
-    """Return the time in RFC 3339, UTC, to the millisecond."""
-    return _rfc3339(time.time())
-
-
 class LeaseLostError(Exception):
     """A claim is not valid any more: somebody else has the job, or it is over."""
 
 
 class JobCancelledError(LeaseLostError):
     """A claim is not valid any more, because its job was cancelled."""
-
-
-@dataclass(frozen=True)
-class JobDocument:
-    """One build, from its acceptance to its end, as it is kept in the store.
-
-    Attributes
-    ----------
-    id : str
-        The id of the gamut that is built.
-    options : dict
-        The gamut's options, all of them.
-    state : str
-        What the names say. ``succeeded``, ``failed`` and ``cancelled`` are final.
-    stage, fraction : str, float
-        How far a running build is: a stage of `gamutcore` and the part of it that is done, 0..1.
-    attempts : int
-        How often the build was started, since it was last accepted.
-    created, updated, started, finished : str
-        Times in RFC 3339; the last two may be None.
-    problem : dict, optional
-        Why the job failed or was cancelled: what `Problem.from_mapping` takes.
-    owner : str, optional
-        Who is building.
-    token : int
-        Grows with every claim of this job.
-    lease_until : float, optional
-        When the owner's claim ends unless it is renewed, seconds of the Unix epoch.
-    trace : dict
-        Header fields that carry the trace of the request which began the job.
-    """
-
-    id: str
-    options: dict[str, Any]
-    state: JobState = "queued"
-    stage: str = ""
-    fraction: float = 0.0
-    attempts: int = 0
-    created: str = ""
-    updated: str = ""
-    started: str | None = None
-    finished: str | None = None
-    problem: dict[str, Any] | None = None
-    owner: str | None = None
-    token: int = 0
-    lease_until: float | None = None
-    trace: dict[str, str] = field(default_factory=dict)
-
-    @property
-    def final(self) -> bool:
-        """Whether nothing changes any more, unless the gamut is asked for anew."""
-        return self.state in {"succeeded", "failed", "cancelled"}
-
-    def to_bytes(self) -> bytes:
-        """Return the document's blob."""
-        return sealed(json.dumps(asdict(self), separators=(",", ":")).encode())
-
-    @classmethod
-    def from_bytes(cls, data: bytes) -> JobDocument:
-        """Return the document in a blob; `BlobDamagedError` if anything about it is wrong."""
-        values = json.loads(unsealed(data))
-        names = {each.name for each in fields(cls)}
-        # A later version may have more to say; this one says nothing about what it does not know.
-        return cls(**{name: value for name, value in values.items() if name in names})
 
 
 @dataclass(frozen=True)
@@ -160,14 +88,22 @@ class JobBook:
         How often a build is started before it is given up.
     clock : callable
         Seconds of the Unix epoch. The hosts of a deployment have to agree on it to within a lease.
+    lost_options : callable, optional
+        Told the id of a job whose document is damaged, it returns the options that the gamut has
+        to be built with all the same; None if there is nothing to build (from).
     """
 
     def __init__(
-        self, blobs: Blobs, attempts: int = 3, clock: Callable[[], float] = time.time
+        self,
+        blobs: Blobs,
+        attempts: int = 3,
+        clock: Callable[[], float] = time.time,
+        lost_options: Callable[[str], Mapping[str, Any] | None] | None = None,
     ) -> None:
         self._blobs = blobs
         self._attempts = attempts
         self._clock = clock
+        self._lost_options = lost_options
         # A blob cannot be removed by compare-and-swap; here at least nobody renews it meanwhile.
         self._removing = threading.RLock()
 
@@ -360,7 +296,7 @@ class JobBook:
 
     def forget_finished(self, older_than: float) -> list[str]:
         """Remove the jobs that were over `older_than` seconds ago, and return their ids."""
-        limit = _rfc3339(self._clock() - older_than)
+        limit = rfc3339(self._clock() - older_than)
         forgotten = []
         for key in self._blobs.keys("jobs/"):
             job_id = id_of(key)
@@ -381,17 +317,29 @@ class JobBook:
                 yield from (document for document in found if document is not None)
 
     def _found(self, job_id: str) -> tuple[JobDocument, str] | None:
-        try:
-            blob = self._blobs.read(_key(job_id))
-        except BlobNotFoundError:
-            return None
-        try:
-            return JobDocument.from_bytes(blob.data), blob.version
-        except (BlobDamagedError, TypeError) as error:
-            # What it was about cannot be told any more; whoever wants the gamut posts again.
-            logger.error("the document of job %s is damaged and removed: %s", job_id, error)  # noqa: TRY400 - no defect
-            self._blobs.delete(_key(job_id))
-            return None
+        while True:
+            try:
+                blob = self._blobs.read(_key(job_id))
+            except BlobNotFoundError:
+                return None
+            try:
+                return JobDocument.from_bytes(blob.data), blob.version
+            except (BlobDamagedError, TypeError) as error:
+                logger.error("the document of job %s is damaged: %s", job_id, error)  # noqa: TRY400 - no defect
+            options = None if self._lost_options is None else self._lost_options(job_id)
+            if options is None:
+                # What it was about cannot be told any more; whoever wants the gamut posts again.
+                self._blobs.delete(_key(job_id))
+                return None
+            # A token greater than any before fences off whoever had claimed the damaged one.
+            token = int(1000 * self._clock())
+            fresh = JobDocument(
+                job_id, dict(options), created=self._now(), updated=UNHEARD, token=token
+            )
+            version = self._replace(fresh, blob.version)
+            if version is not None:
+                logger.warning("job %s is queued anew, from the input that is kept", job_id)
+                return fresh, version
 
     def _replace(self, document: JobDocument, version: str) -> str | None:
         return self._blobs.replace(_key(document.id), document.to_bytes(), version)
@@ -483,15 +431,10 @@ class JobBook:
         """Whether nobody has been heard of who would do a job."""
         if document.state == "running":
             return (document.lease_until or 0.0) < self._clock()
-        return document.updated < _rfc3339(self._clock() - silence)
+        return document.updated < rfc3339(self._clock() - silence)
 
     def _now(self) -> str:
-        return _rfc3339(self._clock())
-
-
-def _rfc3339(seconds: float) -> str:
-    moment = datetime.fromtimestamp(seconds, UTC)
-    return moment.isoformat(timespec="milliseconds").replace("+00:00", "Z")
+        return rfc3339(self._clock())
 
 
 def _key(job_id: str) -> str:

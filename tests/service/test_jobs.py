@@ -13,12 +13,10 @@ from service.jobs import (
     ABANDONED_SECONDS,
     JobBook,
     JobCancelledError,
-    JobDocument,
     LeaseLostError,
-    now,
 )
 from service.problems import Problem
-from service.storage.blobs import Blob, BlobDamagedError, BlobNotFoundError
+from service.storage.blobs import Blob, BlobNotFoundError
 from service.storage.local import LocalBlobs
 from service.storage.location import blobs_at
 
@@ -403,12 +401,24 @@ def test_a_damaged_document_is_removed_and_the_job_begun_anew(book, blobs):
         assert book.accept(JOB, {})[1] is True
 
 
-def test_a_document_is_read_back_whole_and_what_a_later_version_adds_is_let_go():
-    document = JobDocument(JOB, {"gamma": 1}, "running", "metric", 0.5, 2, trace={"a": "b"})
-    data = document.to_bytes()
-    assert JobDocument.from_bytes(data) == document
-    with pytest.raises(BlobDamagedError):
-        JobDocument.from_bytes(data.replace(b"metric", b"maetric"))
+def test_a_damaged_document_of_a_build_with_an_input_is_queued_anew_and_its_claim_lost(
+    blobs, clock
+):
+    book = JobBook(blobs, clock=clock, lost_options={JOB: {"gamma": 2}}.get)
+    book.accept(JOB, {"gamma": 2})
+    (key,) = blobs.contents
+    claim = book.claim(JOB, "a", LEASE)
+    blobs.contents[key] = blobs.contents[key][:-3]
+    with pytest.raises(LeaseLostError):
+        book.heartbeat(claim, "metric", 0.5)
+    document = book.read(JOB)
+    assert (document.state, document.options) == ("queued", {"gamma": 2})
+    assert document.token > claim.document.token
+    assert [document.id for document in book.unfinished()] == [JOB]
+    assert book.accept(JOB, {"gamma": 2})[1] is True
+    assert book.claim(JOB, "b", LEASE).document.attempts == 1
+    with pytest.raises(LeaseLostError):
+        book.finish(claim, "succeeded")
 
 
 @pytest.fixture(params=["a directory", "a bucket"])
@@ -448,7 +458,3 @@ def test_of_many_who_ask_at_the_same_time_one_wins(shared_blobs):
         won = [outcome.result() for outcome in outcomes if outcome.exception() is None]
         assert {document.state for document in won} == {books[3].read(JOB).state}
         assert [document.id for document in books[0].page("", 9)] == [JOB]
-
-
-def test_times_are_utc():
-    assert now().endswith("Z")
