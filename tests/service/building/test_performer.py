@@ -121,7 +121,7 @@ def test_the_place_and_the_remedy_of_a_refusal_are_kept(performer, accept):
     ("text", "settings", "code"),
     [
         ("hang", {"build_timeout": 0.3}, "build-timeout"),
-        ("swell", {"build_memory_bytes": 100 << 20}, "build-out-of-memory"),
+        ("swell", {"build_memory_bytes": 256 << 20}, "build-out-of-memory"),
     ],
 )
 def test_what_exceeds_a_limit_is_ended_once_and_the_next_is_built(
@@ -324,7 +324,7 @@ def test_a_real_build_beyond_its_memory_fails_once_and_a_small_one_is_built(
     performer, book, store, sphere
 ):
     one = performer(command=WORKER_COMMAND, build_timeout=100)
-    limit = one.warm().idle_bytes + (80 << 20)
+    limit = max(one.warm().idle_bytes + (80 << 20), 256 << 20)
     one = performer(command=WORKER_COMMAND, build_timeout=100, build_memory_bytes=limit)
     inputs = {
         "a" * 64: (EXAMPLE.read_bytes(), {"surface_samples": 1_000_000}),
