@@ -343,6 +343,24 @@ def test_an_end_that_cannot_be_written_down_is_told_to_those_who_wait(deployment
     run(scenario())
 
 
+def test_what_failed_for_want_of_room_is_built_when_it_is_asked_for_again(deployment, monkeypatch):
+    def fails(*_arguments):
+        raise StoreFullError
+
+    async def scenario():
+        async with deployment.replica() as builds:
+            with monkeypatch.context() as patch:
+                patch.setattr(deployment.store, "publish", fails)
+                await builds.submit(JOB, OPTIONS, b"build")
+                ended = await builds.wait(JOB, 30.0)
+            assert (ended.state, ended.problem["code"]) == ("failed", "storage-full")
+            assert deployment.store.input_kept(JOB)
+            await builds.submit(JOB, OPTIONS, b"build")
+            assert (await builds.wait(JOB, 30.0)).state == "succeeded"
+
+    run(scenario())
+
+
 def test_finished_jobs_are_paged_and_forgotten_with_inputs_nobody_needs(deployment):
     async def scenario():
         for name, text in zip("abc", ("build", "cancelled", "build"), strict=True):

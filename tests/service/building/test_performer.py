@@ -106,7 +106,7 @@ def test_what_the_process_reports_is_a_problem_and_the_process_goes_on(
     accept(text)
     outcome = one.perform(JOB)
     assert (outcome.state, outcome.document.problem["code"]) == ("failed", code)
-    assert not store.input_kept(JOB)
+    assert store.input_kept(JOB) == (code == "storage-full")
     assert reports[0][0] == code
     assert one.process is process
 
@@ -245,7 +245,7 @@ def test_a_job_whose_input_is_gone_fails(performer, accept, store):
     ],
 )
 def test_an_unexpected_error_costs_one_build(
-    performer, accept, store, monkeypatch, method, error, code
+    performer, accept, store, monkeypatch, caplog, method, error, code
 ):
     def fails(*_arguments):
         raise error
@@ -256,6 +256,10 @@ def test_an_unexpected_error_costs_one_build(
         patch.setattr(store, method, fails)
         outcome = one.perform(JOB)
     assert (outcome.state, outcome.document.problem["code"]) == ("failed", code)
+    # Only a defect needs a traceback; what an operator mends costs nobody the data.
+    told = [record for record in caplog.records if record.levelname in {"WARNING", "ERROR"}]
+    assert [bool(record.exc_info) for record in told] == [code == "build-failed"]
+    assert store.input_kept(JOB) == (code != "build-failed")
     accept("build", "b")
     assert one.perform("b" * 64).state == "succeeded"
 
