@@ -12,7 +12,7 @@ from service.storage.blobs import sealed, unsealed
 
 __all__ = ["UNHEARD", "JobDocument", "JobState", "now", "rfc3339"]
 
-JobState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
+JobState = Literal["queued", "running", "succeeded", "failed", "cancelled", "forgotten"]
 
 UNHEARD = "1970-01-01T00:00:00.000Z"
 """When a job was updated that is queued and has been given to nobody yet."""
@@ -40,7 +40,8 @@ class JobDocument:
     options : dict
         The gamut's options, all of them.
     state : str
-        What the names say. ``succeeded``, ``failed`` and ``cancelled`` are final.
+        What the names say. ``succeeded``, ``failed`` and ``cancelled`` are final; one that is
+        ``forgotten`` is about to be removed, and counts as none.
     stage, fraction : str, float
         How far a running build is: a stage of `gamutcore` and the part of it that is done, 0..1.
     attempts : int

@@ -11,7 +11,6 @@ All methods of `JobBook` block on the store: the event loop calls them in thread
 from __future__ import annotations
 
 import logging
-import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -20,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from service.job_documents import UNHEARD, JobDocument, JobState, now, rfc3339
 from service.problems import Problem
-from service.storage.blobs import BlobDamagedError, BlobNotFoundError
+from service.storage.blobs import BlobDamagedError, BlobNotFoundError, StoreUnavailableError
 from service.storage.records import id_of
 
 if TYPE_CHECKING:
@@ -45,6 +44,14 @@ ABANDONED_SECONDS = 60.0
 """How long a job may wait without a sign of life before a new request for it has it queued anew:
 whoever was to do that may have died in between, and a job that is queued twice is claimed once."""
 
+
+_REMOVAL_SECONDS = 600.0
+"""After which the removal of a forgotten job is given up for dead: longer than a request to delete
+can be under way, with all its repetitions."""
+
+_REMOVAL_WAIT = 2.0
+"""Seconds that a new request waits for a removal, which takes milliseconds; then it is refused with
+``store-unavailable``, and may come again."""
 
 _READERS = 16
 """Documents of a remote store that are read at the same time."""
@@ -104,8 +111,6 @@ class JobBook:
         self._attempts = attempts
         self._clock = clock
         self._lost_options = lost_options
-        # A blob cannot be removed by compare-and-swap; here at least nobody renews it meanwhile.
-        self._removing = threading.RLock()
 
     def accept(
         self, job_id: str, options: Mapping[str, Any], trace: Mapping[str, str] | None = None
@@ -128,15 +133,17 @@ class JobBook:
             if found is None:
                 if self._blobs.create(_key(job_id), fresh.to_bytes()) is not None:
                     return fresh, True
+                instead = self._instead_of_forgotten(fresh)
+                if instead is not None:
+                    return instead, True
                 continue
             document, version = found
             if not document.final:
                 return document, self._abandoned(document, ABANDONED_SECONDS)
             # The token goes on, so that whoever was late with the old build stays fenced off.
             renewed = replace(fresh, token=document.token)
-            with self._removing:
-                if self._replace(renewed, version) is not None:
-                    return renewed, True
+            if self._replace(renewed, version) is not None:
+                return renewed, True
 
     def read(self, job_id: str) -> JobDocument | None:
         """Return a job; None if there is none."""
@@ -295,17 +302,46 @@ class JobBook:
         return list(islice(self._documents(after), limit))
 
     def forget_finished(self, older_than: float) -> list[str]:
-        """Remove the jobs that were over `older_than` seconds ago, and return their ids."""
+        """Remove the jobs that were over `older_than` seconds ago, and return their ids.
+
+        A blob cannot be removed by compare-and-swap. So it is first marked as forgotten, which can:
+        who renewed the job before is seen, and who wants to afterwards waits until it is removed.
+        """
         limit = rfc3339(self._clock() - older_than)
         forgotten = []
         for key in self._blobs.keys("jobs/"):
             job_id = id_of(key)
-            with self._removing:
-                document = self.read(job_id)
-                if document is not None and document.final and (document.finished or "") < limit:
-                    self._blobs.delete(key)
-                    forgotten.append(job_id)
+            found = self._kept(job_id)
+            if found is None:
+                continue
+            document, version = found
+            over = document.final and (document.finished or "") < limit
+            if not over and not self._removal_given_up(document):
+                continue
+            mark = replace(document, state="forgotten", updated=self._now())
+            if self._replace(mark, version) is not None:
+                self._blobs.delete(key)
+                forgotten.append(job_id)
         return forgotten
+
+    def _removal_given_up(self, document: JobDocument) -> bool:
+        """Whether a job was to be removed by somebody who cannot do it any more."""
+        limit = rfc3339(self._clock() - _REMOVAL_SECONDS)
+        return document.state == "forgotten" and document.updated < limit
+
+    def _instead_of_forgotten(self, fresh: JobDocument) -> JobDocument | None:
+        """Return a job that took the place of a forgotten one; None if that is removed (by now)."""
+        deadline = time.monotonic() + _REMOVAL_WAIT
+        while (found := self._kept(fresh.id)) is not None and found[0].state == "forgotten":
+            document, version = found
+            if self._removal_given_up(document):
+                renewed = replace(fresh, token=document.token)
+                return None if self._replace(renewed, version) is None else renewed
+            if time.monotonic() > deadline:
+                message = f"the job {fresh.id} is being removed"
+                raise StoreUnavailableError(message)
+            time.sleep(0.02)
+        return None
 
     def _documents(self, after: str) -> Iterator[JobDocument]:
         """Iterate over the jobs after one, several being read at a time where that takes long."""
@@ -317,6 +353,11 @@ class JobBook:
                 yield from (document for document in found if document is not None)
 
     def _found(self, job_id: str) -> tuple[JobDocument, str] | None:
+        found = self._kept(job_id)
+        return None if found is None or found[0].state == "forgotten" else found
+
+    def _kept(self, job_id: str) -> tuple[JobDocument, str] | None:
+        """Return the document and its version, forgotten or not; None if there is none."""
         while True:
             try:
                 blob = self._blobs.read(_key(job_id))
