@@ -145,6 +145,11 @@ class Access:
 
     def _client(self, scope: Scope) -> tuple[str, frozenset[str], Problem | None]:
         """Return who asks, what it may do, and what is wrong with its key."""
+        if sum(name == b"authorization" for name, _ in scope["headers"]) > 1:
+            # RFC 9110, 5.3: it is no list. Whoever is in between may have believed another one.
+            detail = "There is more than one header field Authorization."
+            problem = Problem("bad-request", detail, {"header": "Authorization"}, "Send one.")
+            return "", frozenset(), problem
         given = _shown_key(scope)
         if given is None:
             host = scope["client"][0] if scope.get("client") else ""

@@ -17,6 +17,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from service.building.engine import EngineFacts, shutting_down
+from service.job_documents import UNHEARD
 from service.problems import Problem
 from service.single_flight import SingleFlight
 from service.storage.blobs import StoreUnavailableError
@@ -164,11 +165,13 @@ class Builds:
     async def job(self, job_id: str) -> JobDocument | None:
         """Return a job; None if there is none."""
         document = self._engine.document(job_id)
-        return document or await asyncio.to_thread(self._book.read, job_id)
+        return document or await self._taken_up(await asyncio.to_thread(self._book.read, job_id))
 
     async def page(self, after: str, limit: int) -> list[JobDocument]:
         """Return up to `limit` jobs in the order of their ids, from the first after `after`."""
         documents = await asyncio.to_thread(self._book.page, after, limit)
+        for document in documents:
+            await self._taken_up(document)
         return [self._engine.document(document.id) or document for document in documents]
 
     async def wait(self, job_id: str, seconds: float) -> JobDocument | None:
@@ -289,6 +292,17 @@ class Builds:
                 with contextlib.suppress(OSError, StoreUnavailableError):
                     await asyncio.to_thread(self._book.withdraw, document.id, problem)
             raise
+
+    async def _taken_up(self, document: JobDocument | None) -> JobDocument | None:
+        """Return a job; one that was begun anew for its damaged document is given to the engine."""
+        if document is None or document.state != "queued" or document.updated != UNHEARD:
+            return document
+        # By one of all who see it; the queue's limit is for requests, and this one was accepted.
+        revived = await asyncio.to_thread(self._book.revived, document.id, 0.0)
+        if revived is None:
+            return document
+        await self._engine.enqueue(revived)
+        return revived
 
     def _input_lock(self, gamut_id: str) -> asyncio.Lock:
         """Return what keeps a new job's input from being dropped with that of the one before."""

@@ -8,10 +8,14 @@ from __future__ import annotations
 
 import hashlib
 import re
+from typing import TYPE_CHECKING
 
-from service.problems import Problem, ProblemError
+from service.problems import KINDS, Problem, ProblemError
 
-__all__ = ["IMMUTABLE", "byte_range", "entity_tag", "matches"]
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["IMMUTABLE", "byte_range", "check_if_match", "entity_tag", "matches"]
 
 IMMUTABLE = "public, max-age=31536000, immutable"
 """Cache-Control of content that never changes (RFC 8246); a year is the longest in use."""
@@ -30,6 +34,22 @@ def matches(if_none_match: str, etag: str) -> bool:
     if if_none_match.strip() == "*":
         return True
     return any(tag.strip().removeprefix("W/") == etag for tag in if_none_match.split(","))
+
+
+def check_if_match(fields: Sequence[str], *etags: str) -> None:
+    """Raise ``precondition-failed`` unless a tag is named, strongly compared (clause 13.1.1).
+
+    Parameters
+    ----------
+    fields : sequence of str
+        The values of ``If-Match``; without any, everything is named.
+    etags : str
+        The strong entity tags of what is there; none for content that has no tag.
+    """
+    named = [tag.strip() for field in fields for tag in field.split(",")]
+    if fields and named != ["*"] and not any(tag in etags for tag in named):
+        code = "precondition-failed"
+        raise ProblemError(Problem(code, KINDS[code].detail, {"header": "If-Match"}))
 
 
 def byte_range(

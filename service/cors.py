@@ -45,6 +45,7 @@ ALLOWED_FIELDS = (
     "Accept",
     "Authorization",
     "Content-Type",
+    "If-Match",
     "If-None-Match",
     "If-Range",
     "Last-Event-ID",

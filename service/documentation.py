@@ -274,7 +274,13 @@ def json_response(
     return response
 
 
-_EVERYWHERE = ("api-key-required", "scope-missing", "rate-limited", "head-too-large")
+_EVERYWHERE = (
+    "bad-request",
+    "api-key-required",
+    "scope-missing",
+    "rate-limited",
+    "head-too-large",
+)
 """Problems that every operation can answer with, but those that need no key."""
 
 

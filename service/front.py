@@ -71,6 +71,8 @@ class MeshFront:
             return None, None
         fields = {b"accept": b"", b"accept-encoding": b"", b"if-none-match": b""}
         for name, value in scope["headers"]:
+            if name == b"if-match":
+                return None, None
             if name in fields:
                 fields[name] = fields[name] + b"," + value if fields[name] else value
         gamut_id, suffix = path.groups()

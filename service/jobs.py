@@ -10,18 +10,16 @@ All methods of `JobBook` block on the store: the event loop calls them in thread
 
 from __future__ import annotations
 
-import json
 import logging
-import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, field, fields, replace
-from datetime import UTC, datetime
+from dataclasses import dataclass, replace
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Literal
 
+from service.job_documents import UNHEARD, JobDocument, JobState, now, rfc3339
 from service.problems import Problem
-from service.storage.blobs import BlobDamagedError, BlobNotFoundError, sealed, unsealed
+from service.storage.blobs import BlobDamagedError, BlobNotFoundError, StoreUnavailableError
 from service.storage.records import id_of
 
 if TYPE_CHECKING:
@@ -42,20 +40,21 @@ __all__ = [
 
 logger = logging.getLogger(__name__)
 
-JobState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
-
 ABANDONED_SECONDS = 60.0
 """How long a job may wait without a sign of life before a new request for it has it queued anew:
 whoever was to do that may have died in between, and a job that is queued twice is claimed once."""
 
 
+_REMOVAL_SECONDS = 600.0
+"""After which the removal of a forgotten job is given up for dead: longer than a request to delete
+can be under way, with all its repetitions."""
+
+_REMOVAL_WAIT = 2.0
+"""Seconds that a new request waits for a removal, which takes milliseconds; then it is refused with
+``store-unavailable``, and may come again."""
+
 _READERS = 16
 """Documents of a remote store that are read at the same time."""
-
-
-def now() -> str:
-    """Return the time in RFC 3339, UTC, to the millisecond."""
-    return _rfc3339(time.time())
 
 
 class LeaseLostError(Exception):
@@ -64,70 +63,6 @@ class LeaseLostError(Exception):
 
 class JobCancelledError(LeaseLostError):
     """A claim is not valid any more, because its job was cancelled."""
-
-
-@dataclass(frozen=True)
-class JobDocument:
-    """One build, from its acceptance to its end, as it is kept in the store.
-
-    Attributes
-    ----------
-    id : str
-        The id of the gamut that is built.
-    options : dict
-        The gamut's options, all of them.
-    state : str
-        What the names say. ``succeeded``, ``failed`` and ``cancelled`` are final.
-    stage, fraction : str, float
-        How far a running build is: a stage of `gamutcore` and the part of it that is done, 0..1.
-    attempts : int
-        How often the build was started, since it was last accepted.
-    created, updated, started, finished : str
-        Times in RFC 3339; the last two may be None.
-    problem : dict, optional
-        Why the job failed or was cancelled: what `Problem.from_mapping` takes.
-    owner : str, optional
-        Who is building.
-    token : int
-        Grows with every claim of this job.
-    lease_until : float, optional
-        When the owner's claim ends unless it is renewed, seconds of the Unix epoch.
-    trace : dict
-        Header fields that carry the trace of the request which began the job.
-    """
-
-    id: str
-    options: dict[str, Any]
-    state: JobState = "queued"
-    stage: str = ""
-    fraction: float = 0.0
-    attempts: int = 0
-    created: str = ""
-    updated: str = ""
-    started: str | None = None
-    finished: str | None = None
-    problem: dict[str, Any] | None = None
-    owner: str | None = None
-    token: int = 0
-    lease_until: float | None = None
-    trace: dict[str, str] = field(default_factory=dict)
-
-    @property
-    def final(self) -> bool:
-        """Whether nothing changes any more, unless the gamut is asked for anew."""
-        return self.state in {"succeeded", "failed", "cancelled"}
-
-    def to_bytes(self) -> bytes:
-        """Return the document's blob."""
-        return sealed(json.dumps(asdict(self), separators=(",", ":")).encode())
-
-    @classmethod
-    def from_bytes(cls, data: bytes) -> JobDocument:
-        """Return the document in a blob; `BlobDamagedError` if anything about it is wrong."""
-        values = json.loads(unsealed(data))
-        names = {each.name for each in fields(cls)}
-        # A later version may have more to say; this one says nothing about what it does not know.
-        return cls(**{name: value for name, value in values.items() if name in names})
 
 
 @dataclass(frozen=True)
@@ -160,16 +95,22 @@ class JobBook:
         How often a build is started before it is given up.
     clock : callable
         Seconds of the Unix epoch. The hosts of a deployment have to agree on it to within a lease.
+    lost_options : callable, optional
+        Told the id of a job whose document is damaged, it returns the options that the gamut has
+        to be built with all the same; None if there is nothing to build (from).
     """
 
     def __init__(
-        self, blobs: Blobs, attempts: int = 3, clock: Callable[[], float] = time.time
+        self,
+        blobs: Blobs,
+        attempts: int = 3,
+        clock: Callable[[], float] = time.time,
+        lost_options: Callable[[str], Mapping[str, Any] | None] | None = None,
     ) -> None:
         self._blobs = blobs
         self._attempts = attempts
         self._clock = clock
-        # A blob cannot be removed by compare-and-swap; here at least nobody renews it meanwhile.
-        self._removing = threading.RLock()
+        self._lost_options = lost_options
 
     def accept(
         self, job_id: str, options: Mapping[str, Any], trace: Mapping[str, str] | None = None
@@ -192,15 +133,17 @@ class JobBook:
             if found is None:
                 if self._blobs.create(_key(job_id), fresh.to_bytes()) is not None:
                     return fresh, True
+                instead = self._instead_of_forgotten(fresh)
+                if instead is not None:
+                    return instead, True
                 continue
             document, version = found
             if not document.final:
                 return document, self._abandoned(document, ABANDONED_SECONDS)
             # The token goes on, so that whoever was late with the old build stays fenced off.
             renewed = replace(fresh, token=document.token)
-            with self._removing:
-                if self._replace(renewed, version) is not None:
-                    return renewed, True
+            if self._replace(renewed, version) is not None:
+                return renewed, True
 
     def read(self, job_id: str) -> JobDocument | None:
         """Return a job; None if there is none."""
@@ -359,17 +302,46 @@ class JobBook:
         return list(islice(self._documents(after), limit))
 
     def forget_finished(self, older_than: float) -> list[str]:
-        """Remove the jobs that were over `older_than` seconds ago, and return their ids."""
-        limit = _rfc3339(self._clock() - older_than)
+        """Remove the jobs that were over `older_than` seconds ago, and return their ids.
+
+        A blob cannot be removed by compare-and-swap. So it is first marked as forgotten, which can:
+        who renewed the job before is seen, and who wants to afterwards waits until it is removed.
+        """
+        limit = rfc3339(self._clock() - older_than)
         forgotten = []
         for key in self._blobs.keys("jobs/"):
             job_id = id_of(key)
-            with self._removing:
-                document = self.read(job_id)
-                if document is not None and document.final and (document.finished or "") < limit:
-                    self._blobs.delete(key)
-                    forgotten.append(job_id)
+            found = self._kept(job_id)
+            if found is None:
+                continue
+            document, version = found
+            over = document.final and (document.finished or "") < limit
+            if not over and not self._removal_given_up(document):
+                continue
+            mark = replace(document, state="forgotten", updated=self._now())
+            if self._replace(mark, version) is not None:
+                self._blobs.delete(key)
+                forgotten.append(job_id)
         return forgotten
+
+    def _removal_given_up(self, document: JobDocument) -> bool:
+        """Whether a job was to be removed by somebody who cannot do it any more."""
+        limit = rfc3339(self._clock() - _REMOVAL_SECONDS)
+        return document.state == "forgotten" and document.updated < limit
+
+    def _instead_of_forgotten(self, fresh: JobDocument) -> JobDocument | None:
+        """Return a job that took the place of a forgotten one; None if that is removed (by now)."""
+        deadline = time.monotonic() + _REMOVAL_WAIT
+        while (found := self._kept(fresh.id)) is not None and found[0].state == "forgotten":
+            document, version = found
+            if self._removal_given_up(document):
+                renewed = replace(fresh, token=document.token)
+                return None if self._replace(renewed, version) is None else renewed
+            if time.monotonic() > deadline:
+                message = f"the job {fresh.id} is being removed"
+                raise StoreUnavailableError(message)
+            time.sleep(0.02)
+        return None
 
     def _documents(self, after: str) -> Iterator[JobDocument]:
         """Iterate over the jobs after one, several being read at a time where that takes long."""
@@ -381,17 +353,34 @@ class JobBook:
                 yield from (document for document in found if document is not None)
 
     def _found(self, job_id: str) -> tuple[JobDocument, str] | None:
-        try:
-            blob = self._blobs.read(_key(job_id))
-        except BlobNotFoundError:
-            return None
-        try:
-            return JobDocument.from_bytes(blob.data), blob.version
-        except (BlobDamagedError, TypeError) as error:
-            # What it was about cannot be told any more; whoever wants the gamut posts again.
-            logger.error("the document of job %s is damaged and removed: %s", job_id, error)  # noqa: TRY400 - no defect
-            self._blobs.delete(_key(job_id))
-            return None
+        found = self._kept(job_id)
+        return None if found is None or found[0].state == "forgotten" else found
+
+    def _kept(self, job_id: str) -> tuple[JobDocument, str] | None:
+        """Return the document and its version, forgotten or not; None if there is none."""
+        while True:
+            try:
+                blob = self._blobs.read(_key(job_id))
+            except BlobNotFoundError:
+                return None
+            try:
+                return JobDocument.from_bytes(blob.data), blob.version
+            except (BlobDamagedError, TypeError) as error:
+                logger.error("the document of job %s is damaged: %s", job_id, error)  # noqa: TRY400 - no defect
+            options = None if self._lost_options is None else self._lost_options(job_id)
+            if options is None:
+                # What it was about cannot be told any more; whoever wants the gamut posts again.
+                self._blobs.delete(_key(job_id))
+                return None
+            # A token greater than any before fences off whoever had claimed the damaged one.
+            token = int(1000 * self._clock())
+            fresh = JobDocument(
+                job_id, dict(options), created=self._now(), updated=UNHEARD, token=token
+            )
+            version = self._replace(fresh, blob.version)
+            if version is not None:
+                logger.warning("job %s is queued anew, from the input that is kept", job_id)
+                return fresh, version
 
     def _replace(self, document: JobDocument, version: str) -> str | None:
         return self._blobs.replace(_key(document.id), document.to_bytes(), version)
@@ -483,15 +472,10 @@ class JobBook:
         """Whether nobody has been heard of who would do a job."""
         if document.state == "running":
             return (document.lease_until or 0.0) < self._clock()
-        return document.updated < _rfc3339(self._clock() - silence)
+        return document.updated < rfc3339(self._clock() - silence)
 
     def _now(self) -> str:
-        return _rfc3339(self._clock())
-
-
-def _rfc3339(seconds: float) -> str:
-    moment = datetime.fromtimestamp(seconds, UTC)
-    return moment.isoformat(timespec="milliseconds").replace("+00:00", "Z")
+        return rfc3339(self._clock())
 
 
 def _key(job_id: str) -> str:

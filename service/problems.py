@@ -236,6 +236,14 @@ _ROWS = (
         {"header": "Content-Type"},
     ),
     Kind(
+        "precondition-failed",
+        412,
+        "The content is not the one that was named",
+        "Ask without If-Match, or name the ETag that the resource has now.",
+        "No entity tag in If-Match is the one of the content.",
+        {"header": "If-Match"},
+    ),
+    Kind(
         "range-not-satisfiable",
         416,
         "The range is outside the file",

@@ -22,6 +22,9 @@ ENVIRONMENT_PREFIX = "GAMUT_"
 
 _MEBIBYTE = 1024 * 1024
 
+_LEAST_BUILD_MEMORY = 256 * _MEBIBYTE
+"""Below this the warm process itself, with its libraries and kernels, is beyond the limit."""
+
 _BROKER = re.compile(r"(redis|amqp)s?://")
 
 
@@ -266,8 +269,9 @@ class Settings(BaseSettings):
         Field(
             ge=0,
             description="Memory of its own that a build's process may have in use, beyond which it "
-            "is ended and reported as failed. 0: no limit. A million surface samples take 0.7 GB, "
-            "a picture of 24 megapixels 0.8 GB.",
+            "is ended and reported as failed: at least 268435456 (256 MiB), less than which lets "
+            "nothing be built. 0: no limit. A million surface samples take 0.7 GB, a picture of "
+            "24 megapixels 0.8 GB.",
         ),
     ] = 2048 * _MEBIBYTE
     build_attempts: Annotated[
@@ -345,6 +349,14 @@ class Settings(BaseSettings):
     max_page_size: Annotated[
         int, Field(ge=1, le=1000, description="Most gamuts that one page of the list holds.")
     ] = 100
+
+    @field_validator("build_memory_bytes")
+    @classmethod
+    def _memory_that_a_build_can_do_with(cls, limit: int) -> int:
+        if 0 < limit < _LEAST_BUILD_MEMORY:
+            message = f"must be 0 (no limit) or at least {_LEAST_BUILD_MEMORY} (256 MiB)"
+            raise ValueError(message)
+        return limit
 
     @field_validator("broker")
     @classmethod

@@ -68,7 +68,11 @@ class Service:
         self.store = gamut_store(self.settings)
         self.library = Library(self.store, self.settings.history_cache_bytes)
         self.meshes = Meshes(self.library, self.settings.mesh_cache_bytes)
-        book = JobBook(self.store.blobs, self.settings.build_attempts)
+        book = JobBook(
+            self.store.blobs,
+            self.settings.build_attempts,
+            lost_options=self.store.options_of_damaged_job,
+        )
         engine = engine_for(
             self.settings, self.store, book, BuildObserver(self.metrics.builds, self.traces)
         )

@@ -96,7 +96,8 @@ class Slot:
         broker: Broker,
         on_build: BuildReport | None = None,
     ) -> None:
-        book = JobBook(store.blobs, settings.build_attempts)
+        lost_options = store.options_of_damaged_job
+        book = JobBook(store.blobs, settings.build_attempts, lost_options=lost_options)
         self._settings = settings
         self._broker = broker
         self.outbox = Outbox(store.blobs, book)

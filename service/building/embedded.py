@@ -13,6 +13,7 @@ import math
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from itertools import count
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from service.building.engine import EngineFacts, queue_full, shutting_down
@@ -40,6 +41,9 @@ T = TypeVar("T")
 
 _RESTART_DELAYS = (0.0, 1.0, 5.0, 30.0)
 """Seconds before a worker is started again that died before it was ready, by failures in a row."""
+
+_RECOVERY_DELAYS = (1.0, 2.0, 5.0, 15.0, 60.0)
+"""Seconds before unfinished jobs are looked up again in a store that could not be used."""
 
 _FIRST_GUESS = 5.0
 """Seconds that a build is thought to take before one was measured: a press profile on one core."""
@@ -190,11 +194,15 @@ class EmbeddedEngine:
 
     async def _recover(self) -> None:
         """Queue what is unfinished in the book, the oldest first."""
-        try:
-            documents = await asyncio.to_thread(self._unfinished)
-        except (OSError, StoreUnavailableError):
-            logger.exception("unfinished jobs could not be looked up")
-            return
+        for attempt in count():
+            try:
+                documents = await asyncio.to_thread(self._unfinished)
+                break
+            except (OSError, StoreUnavailableError) as error:
+                seconds = _RECOVERY_DELAYS[min(attempt, len(_RECOVERY_DELAYS) - 1)]
+                message = "unfinished jobs could not be looked up, again in %g s: %s"
+                logger.error(message, seconds, error)  # noqa: TRY400 - no defect
+                await asyncio.sleep(seconds)
         if documents:
             logger.info("%d unfinished jobs are taken up again", len(documents))
         for document in documents:

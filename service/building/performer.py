@@ -302,8 +302,12 @@ class Performer:
             raise
         except Exception as error:
             # It must cost this build only: neither the process nor those who wait for the job.
-            logger.exception("build of %s ended unexpectedly", job_id)
-            return _Built(_failure_problem(getattr(error, "errno", None)), False, {})
+            problem = _failure_problem(getattr(error, "errno", None))
+            if _is_of_the_service(problem):
+                logger.warning("build of %s: the store or the machine refused: %s", job_id, error)
+            else:
+                logger.exception("build of %s ended unexpectedly", job_id)
+            return _Built(problem, False, {})
         finally:
             for path in scratch:
                 # What stays is removed at the next start.
@@ -327,7 +331,9 @@ class Performer:
                 # Before the job is over: after that, its input may be that of a new one. Whose
                 # claim was lost is told so here: the input is another's by now.
                 claim = self._book.heartbeat(claim, claim.document.stage, claim.document.fraction)
-                self._store.drop_input(job_id)
+                # What is no fault of the data may go better the next time, with the same data.
+                if not _is_of_the_service(problem):
+                    self._store.drop_input(job_id)
             document = self._book.finish(claim, state, problem)
         except (OSError, StoreUnavailableError) as error:
             return self._unwritten(claim, problem, error)
@@ -427,6 +433,11 @@ def _failure_problem(number: int | None) -> Problem:
     """Return the problem of a build that failed with an error number of the system, or none."""
     problem = Problem.from_errno(number)
     return problem or Problem("build-failed", "The build ended with an unexpected error.")
+
+
+def _is_of_the_service(problem: Problem) -> bool:
+    """Whether a build failed for something that an operator mends: a full store, a bad disk."""
+    return problem.kind.status >= 500
 
 
 def _ignored(_document: JobDocument) -> None:

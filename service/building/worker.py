@@ -131,7 +131,7 @@ def build(request: dict[str, Any], events: Events) -> None:
         logger.warning("a build wanted more memory than it may have")
         result = {"event": "exhausted"}
     except OSError as error:
-        logger.exception("cannot read the input or write the history file")
+        logger.error("cannot read the input or write the history file: %s", error)  # noqa: TRY400 - no defect
         result = {"event": "failed", "errno": error.errno}
     except Exception:
         # A defect must cost this build only; the traceback goes to the log.

@@ -11,7 +11,7 @@ from fastapi.responses import Response, StreamingResponse
 
 from gamutcore.export import FORMATS
 from service.batch import CONTAINERS, Asked, Container, Item, ZipContainer
-from service.conditional import IMMUTABLE, matches
+from service.conditional import IMMUTABLE, check_if_match, matches
 from service.documentation import BATCH_RESPONSE, EXAMPLE_ID, problems
 from service.meshes import Wanted
 from service.negotiation import preferred_media_type
@@ -50,7 +50,13 @@ def _numbers(what: str, example: str) -> Any:  # noqa: ANN401 - FastAPI's own
     responses={
         200: BATCH_RESPONSE,
         304: {"description": "The client has this content already (If-None-Match)."},
-        **problems("gamut-not-found", "triangle-count", "invalid-parameter", "not-acceptable"),
+        **problems(
+            "gamut-not-found",
+            "triangle-count",
+            "precondition-failed",
+            "invalid-parameter",
+            "not-acceptable",
+        ),
     },
 )
 async def download_meshes(
@@ -112,7 +118,7 @@ async def download_meshes(
         remedy = "Accept application/zip or multipart/mixed."
         raise ProblemError(Problem("not-acceptable", detail, where, remedy))
     return await _Batch(service, asked, CONTAINERS[media_type](asked)).response(
-        request.headers.getlist("if-none-match")
+        request.headers.getlist("if-match"), request.headers.getlist("if-none-match")
     )
 
 
@@ -131,7 +137,7 @@ class _Batch:
         self._asked = asked
         self._container = container
 
-    async def response(self, known: list[str]) -> Response:
+    async def response(self, named: list[str], known: list[str]) -> Response:
         """Return the answer, complete if it is small."""
         failed, triangles = await self._foreseen()
         if len(failed) == len(self._asked):
@@ -158,9 +164,11 @@ class _Batch:
             parts.append(piece)
             size += len(piece)
             if size > _BUFFERED:
+                check_if_match(named)
                 return StreamingResponse(_chained(parts, pieces), 200, headers, media_type)
         content, digest = await asyncio.to_thread(_joined, parts)
         headers["ETag"] = f'"{digest}"'
+        check_if_match(named, headers["ETag"])
         if known and not failed and matches(",".join(known), headers["ETag"]):
             return Response(status_code=304, headers=headers)
         return Response(content, 200, headers, media_type)

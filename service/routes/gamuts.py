@@ -10,8 +10,8 @@ from fastapi import APIRouter, Depends, Path, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
 from gamutcore.gamut import gamut_id as identity
-from service.compression import compress_response
-from service.conditional import IMMUTABLE, byte_range, entity_tag, matches
+from service.compression import CODINGS, compress_response, compressed
+from service.conditional import IMMUTABLE, byte_range, check_if_match, entity_tag, matches
 from service.documentation import (
     EXAMPLE_GAMUT,
     EXAMPLE_ID,
@@ -247,7 +247,13 @@ async def list_gamuts(
             "The gamut.", GamutDescription, EXAMPLE_GAMUT, {"ETag": _ENTITY_HEADERS["ETag"]}
         ),
         **_NOT_MODIFIED,
-        **problems("gamut-not-found", "gamut-rebuilding", "invalid-parameter", "store-unavailable"),
+        **problems(
+            "gamut-not-found",
+            "gamut-rebuilding",
+            "precondition-failed",
+            "invalid-parameter",
+            "store-unavailable",
+        ),
     },
 )
 async def describe_gamut(request: Request, gamut_id: GamutId) -> Response:
@@ -262,16 +268,26 @@ async def describe_gamut(request: Request, gamut_id: GamutId) -> Response:
     operation_id="deleteGamut",
     summary="Delete a gamut",
     description="Removes the gamut with its history. Posting its data again builds it anew, under "
-    "the same id. Caches outside of the service may keep what they have.",
+    "the same id. With `If-Match`, only if it names the `ETag` of the description, in whichever "
+    "coding. Caches outside of the service may keep what they have.",
     status_code=204,
     responses={
         204: {"description": "The gamut is gone."},
-        **problems("gamut-not-found", "invalid-parameter", "store-unavailable"),
+        **problems(
+            "gamut-not-found",
+            "gamut-rebuilding",
+            "precondition-failed",
+            "invalid-parameter",
+            "store-unavailable",
+        ),
     },
 )
 async def delete_gamut(request: Request, gamut_id: GamutId) -> Response:
     """Delete a gamut."""
     service = service_of(request)
+    if_match = request.headers.getlist("if-match")
+    if if_match:
+        check_if_match(if_match, *_description_tags(await service.library.record(gamut_id)))
     deleted = await asyncio.to_thread(service.store.delete, gamut_id)
     service.forget(gamut_id)
     if not deleted:
@@ -288,7 +304,13 @@ async def delete_gamut(request: Request, gamut_id: GamutId) -> Response:
     responses={
         200: json_response("The error curve.", Levels, EXAMPLE_LEVELS, _ENTITY_HEADERS),
         **_NOT_MODIFIED,
-        **problems("gamut-not-found", "gamut-rebuilding", "invalid-parameter", "store-unavailable"),
+        **problems(
+            "gamut-not-found",
+            "gamut-rebuilding",
+            "precondition-failed",
+            "invalid-parameter",
+            "store-unavailable",
+        ),
     },
 )
 async def describe_levels(request: Request, gamut_id: GamutId) -> Response:
@@ -333,6 +355,7 @@ async def describe_levels(request: Request, gamut_id: GamutId) -> Response:
         **problems(
             "gamut-not-found",
             "gamut-rebuilding",
+            "precondition-failed",
             "range-not-satisfiable",
             "invalid-parameter",
             "store-unavailable",
@@ -347,8 +370,9 @@ async def download_history(request: Request, gamut_id: GamutId) -> Response:
         closing.enter_context(file)
         etag = f'"{record.sha256}"'
         headers = {"ETag": etag, "Cache-Control": IMMUTABLE, "Accept-Ranges": "bytes"}
-        known = request.headers.get("if-none-match")
-        if known is not None and matches(known, etag):
+        check_if_match(request.headers.getlist("if-match"), etag)
+        known = request.headers.getlist("if-none-match")
+        if known and matches(",".join(known), etag):
             return Response(status_code=304, headers=headers)
         part = byte_range(
             request.headers.get("range"), request.headers.get("if-range"), etag, record.nbytes
@@ -377,11 +401,18 @@ def _conditional(request: Request, document: dict[str, Any], cache_control: str)
     answer: Response = JsonResponse(document, headers={"Cache-Control": cache_control})
     answer = compress_response(answer, request.headers.getlist("accept-encoding"))
     etag = answer.headers["ETag"] = entity_tag(bytes(answer.body))
-    known = request.headers.get("if-none-match")
-    if known is not None and matches(known, etag):
+    check_if_match(request.headers.getlist("if-match"), etag)
+    known = request.headers.getlist("if-none-match")
+    if known and matches(",".join(known), etag):
         kept = {name: answer.headers[name] for name in ("ETag", "Cache-Control", "Vary")}
         return Response(status_code=304, headers=kept)
     return answer
+
+
+def _description_tags(record: Record) -> list[str]:
+    """Return the entity tags that a gamut's description has, by content coding."""
+    content = bytes(JsonResponse(_description(record)).body)
+    return [entity_tag(content), *(entity_tag(compressed(content, coding)) for coding in CODINGS)]
 
 
 def _found(record: Record) -> Response:

@@ -7,6 +7,7 @@ from fastapi.responses import Response
 
 from gamutcore.export import FORMATS
 from service.compression import preferred_coding
+from service.conditional import check_if_match
 from service.documentation import MESH_HEADERS, problems
 from service.meshes import DEFAULT_TRIANGLES, MEDIA_TYPES, SUFFIXES, Wanted
 from service.negotiation import preferred_media_type
@@ -22,6 +23,7 @@ router = APIRouter(prefix="/v1/gamuts", tags=["meshes"], dependencies=[Depends(c
 _PROBLEMS = (
     "gamut-not-found",
     "gamut-rebuilding",
+    "precondition-failed",
     "triangle-count",
     "invalid-parameter",
     "store-unavailable",
@@ -180,6 +182,7 @@ async def _mesh(request: Request, gamut_id: str, wanted: Wanted, format_name: st
     accepted = ",".join(request.headers.getlist("accept-encoding"))
     coding = preferred_coding(accepted.encode("latin-1"))
     mesh = await service_of(request).meshes.mesh(gamut_id, wanted, format_name, coding)
+    check_if_match(request.headers.getlist("if-match"), mesh.etag)
     known = request.headers.getlist("if-none-match")
     status, headers, body = mesh.response(",".join(known) or None)
     response = Response(body, status)

@@ -99,6 +99,7 @@ class GamutStore:
         self.keep_inputs = keep_inputs
         self.hits = self.misses = self.evictions = 0
         self.on_evicted: Callable[[str], None] | None = None
+        self._damaged_jobs = 0
         self._quarantine = Quarantine(blobs)
         self._inputs = Inputs(blobs, self._quarantine)
         self._lock = threading.Lock()
@@ -114,8 +115,8 @@ class GamutStore:
 
     @property
     def corruptions(self) -> int:
-        """Gamuts and inputs that were found damaged."""
-        return self._quarantine.count
+        """Gamuts, inputs and documents of jobs that were found damaged."""
+        return self._quarantine.count + self._damaged_jobs
 
     @property
     def nbytes(self) -> int | None:
@@ -323,6 +324,15 @@ class GamutStore:
     def input_options(self, gamut_id: str) -> dict[str, Any]:
         """Return the options that were kept with an input; `BlobNotFoundError` as for its path."""
         return self._inputs.options(gamut_id)
+
+    def options_of_damaged_job(self, gamut_id: str) -> dict[str, Any] | None:
+        """Count a damaged job, and return what its gamut is to be built with; None if it is not."""
+        with self._lock:
+            self._damaged_jobs += 1
+        try:
+            return None if self.stored(gamut_id) else self.input_options(gamut_id)
+        except BlobNotFoundError:
+            return None
 
     def input_kept(self, gamut_id: str) -> bool:
         """Whether the input of a gamut is kept."""

@@ -28,12 +28,12 @@ def guarded():
     def guard(**settings):
         layer = Access(app, AccessRules.of(Settings(**settings)))
 
-        def send(method="GET", path=GAMUTS, address="192.0.2.1", **headers):
+        def send(method="GET", path=GAMUTS, address="192.0.2.1", headers=(), **named):
             async def request():
                 transport = httpx.ASGITransport(layer, client=(address, 1))
                 async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
-                    fields = {name.replace("_", "-"): value for name, value in headers.items()}
-                    return await client.request(method, path, headers=fields)
+                    fields = [(name.replace("_", "-"), value) for name, value in named.items()]
+                    return await client.request(method, path, headers=[*headers, *fields])
 
             return asyncio.run(request())
 
@@ -77,6 +77,13 @@ def test_a_wrong_key_is_refused(ask, assert_problem):
     assert_problem(response, 401, "api-key-required")
     assert 'error="invalid_token"' in response.headers["www-authenticate"]
     assert READER[:-1] not in response.text
+
+
+@pytest.mark.parametrize("second", [f"Bearer {READER}", f"Bearer {WRITER}", "Basic eA==", ""])
+def test_two_keys_are_none(ask, assert_problem, second):
+    response = ask(headers=[("Authorization", f"Bearer {READER}"), ("authorization", second)])
+    document = assert_problem(response, 400, "bad-request")
+    assert document["where"] == {"header": "Authorization"}
 
 
 @pytest.mark.parametrize(

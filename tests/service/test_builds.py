@@ -23,7 +23,7 @@ class Deployment:
     def __init__(self, folder, command):
         self.command = command
         self.store = GamutStore(LocalBlobs(folder))
-        self.book = JobBook(self.store.blobs)
+        self.book = JobBook(self.store.blobs, lost_options=self.store.options_of_damaged_job)
 
     @contextlib.asynccontextmanager
     async def replica(self, *, sole_owner=False, **settings):
@@ -224,6 +224,35 @@ def test_a_damaged_gamut_is_built_again_from_its_input(deployment, tmp_path, scr
     assert scripted_worker.begun() == 2
 
 
+@pytest.mark.parametrize("when", ["before the start", "after it"])
+def test_a_job_whose_document_is_damaged_is_built_from_its_input(deployment, tmp_path, when):
+    def damage():
+        (path,) = (tmp_path / "store" / "jobs").rglob("*.job")
+        path.write_bytes(path.read_bytes()[:-3])
+
+    async def scenario():
+        deployment.book.accept(JOB, OPTIONS)
+        deployment.store.keep_input(JOB, b"build", OPTIONS)
+        if when == "before the start":
+            damage()
+            async with deployment.replica() as builds:
+                assert (await builds.wait(JOB, 30.0)).state == "succeeded"
+        else:
+            deployment.book.request_cancel(JOB)  # so that the start finds nothing to do
+            async with deployment.replica() as builds:
+                await asyncio.sleep(0.2)
+                damage()
+                assert (await builds.job(JOB)).state == "queued"
+                assert (await builds.wait(JOB, 30.0)).state == "succeeded"
+        assert deployment.store.corruptions == 1
+        assert deployment.store.stored(JOB)
+        damage()
+        async with deployment.replica() as builds:
+            assert await builds.job(JOB) is None
+
+    run(scenario())
+
+
 def test_a_full_queue_refuses_what_is_new_and_only_that(deployment):
     async def scenario():
         async with deployment.replica(build_queue=1) as builds:
@@ -310,6 +339,24 @@ def test_an_end_that_cannot_be_written_down_is_told_to_those_who_wait(deployment
             monkeypatch.setattr(deployment.store, "publish", fails)
             monkeypatch.setattr(deployment.book, "finish", fails)
             assert (await waiting).problem["code"] == "storage-full"
+
+    run(scenario())
+
+
+def test_what_failed_for_want_of_room_is_built_when_it_is_asked_for_again(deployment, monkeypatch):
+    def fails(*_arguments):
+        raise StoreFullError
+
+    async def scenario():
+        async with deployment.replica() as builds:
+            with monkeypatch.context() as patch:
+                patch.setattr(deployment.store, "publish", fails)
+                await builds.submit(JOB, OPTIONS, b"build")
+                ended = await builds.wait(JOB, 30.0)
+            assert (ended.state, ended.problem["code"]) == ("failed", "storage-full")
+            assert deployment.store.input_kept(JOB)
+            await builds.submit(JOB, OPTIONS, b"build")
+            assert (await builds.wait(JOB, 30.0)).state == "succeeded"
 
     run(scenario())
 

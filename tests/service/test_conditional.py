@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.conditional import byte_range, entity_tag, matches
+from service.conditional import byte_range, check_if_match, entity_tag, matches
 from service.problems import ProblemError
 
 ETAG = '"abc"'
@@ -28,6 +28,24 @@ def test_the_tag_is_the_content_digest():
 )
 def test_known_tags_are_recognised(if_none_match, expected):
     assert matches(if_none_match, ETAG) is expected
+
+
+@pytest.mark.parametrize("fields", [[], ['"abc"'], ["*"], ['"x", "abc"'], ['"x"', ' "abc" ']])
+def test_content_that_is_named_passes(fields):
+    check_if_match(fields, '"other"', ETAG)
+
+
+@pytest.mark.parametrize("fields", [['W/"abc"'], ['"ab"'], ["abc"], [""], ['"x"', '"y"']])
+def test_content_that_is_not_named_is_a_problem(fields):
+    with pytest.raises(ProblemError) as caught:
+        check_if_match(fields, ETAG)
+    assert caught.value.problem.code == "precondition-failed"
+
+
+def test_content_without_a_tag_is_named_by_the_star_only():
+    check_if_match(["*"])
+    with pytest.raises(ProblemError):
+        check_if_match([ETAG])
 
 
 @pytest.mark.parametrize(

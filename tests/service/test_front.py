@@ -114,6 +114,10 @@ def test_everything_else_is_left_to_the_routes(ask, path, query):
     assert (asked, reached, sent) == (None, True, [])
 
 
+def test_a_precondition_is_left_to_the_routes(ask):
+    assert ask(f"/v1/gamuts/{NAME}/mesh", headers=[(b"if-match", b"*")]) == (None, True, [])
+
+
 @pytest.mark.parametrize("method", ["POST", "DELETE", "HEAD"])
 def test_only_get_is_answered_here(ask, method):
     assert ask(f"/v1/gamuts/{NAME}/mesh", method=method)[1]

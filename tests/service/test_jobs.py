@@ -9,18 +9,15 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import Bundle, RuleBasedStateMachine, invariant, precondition, rule
 
+from service import jobs
 from service.jobs import (
     ABANDONED_SECONDS,
     JobBook,
     JobCancelledError,
-    JobDocument,
     LeaseLostError,
-    now,
 )
 from service.problems import Problem
-from service.storage.blobs import Blob, BlobDamagedError, BlobNotFoundError
-from service.storage.local import LocalBlobs
-from service.storage.location import blobs_at
+from service.storage.blobs import Blob, BlobNotFoundError, StoreUnavailableError
 
 JOB = "a" * 64
 LEASE = 10.0
@@ -390,6 +387,65 @@ def test_only_what_has_been_over_for_long_enough_is_forgotten(book, clock):
     assert [document.id for document in book.page("", 9)] == [young, active]
 
 
+@pytest.fixture
+def finished(book, clock):
+    book.accept(JOB, {})
+    book.finish(book.claim(JOB, "a", LEASE), "succeeded")
+    clock.seconds += 100
+
+
+@pytest.mark.usefixtures("finished")
+def test_a_job_that_is_renewed_before_it_is_forgotten_stays(book, blobs):
+    blobs.in_between.append(lambda: book.accept(JOB, {}))
+    assert book.forget_finished(50) == []
+    assert book.read(JOB).state == "queued"
+
+
+@pytest.mark.usefixtures("finished")
+def test_a_job_that_is_asked_for_while_it_is_forgotten_is_begun_after_that(
+    book, blobs, monkeypatch
+):
+    delete, threads = blobs.delete, concurrent.futures.ThreadPoolExecutor()
+    asked = []
+
+    def slow_delete(key):
+        asked.append(threads.submit(book.accept, JOB, {}))
+        with pytest.raises(concurrent.futures.TimeoutError):
+            asked[0].result(0.1)
+        assert book.read(JOB) is None
+        return delete(key)
+
+    monkeypatch.setattr(blobs, "delete", slow_delete)
+    with threads:
+        assert book.forget_finished(50) == [JOB]
+        assert asked[0].result(10)[1] is True
+    assert book.read(JOB).state == "queued"
+
+
+@pytest.mark.parametrize("then", ["forgotten", "asked for"])
+@pytest.mark.usefixtures("finished")
+def test_a_removal_whose_process_died_is_done_by_another(book, blobs, clock, monkeypatch, then):
+    def dies(_key):
+        raise StoreUnavailableError
+
+    monkeypatch.setattr(jobs, "_REMOVAL_WAIT", 0.0)
+    with monkeypatch.context() as patch:
+        patch.setattr(blobs, "delete", dies)
+        with pytest.raises(StoreUnavailableError):
+            book.forget_finished(50)
+    assert book.read(JOB) is book.request_cancel(JOB) is None
+    assert book.page("", 9) == book.forget_finished(50) == []
+    with pytest.raises(StoreUnavailableError):
+        book.accept(JOB, {})
+    clock.seconds += 601
+    if then == "forgotten":
+        assert book.forget_finished(50) == [JOB]
+        assert blobs.contents == {}
+    document, new = book.accept(JOB, {})
+    assert (document.state, new) == ("queued", True)
+    assert book.read(JOB) == document
+
+
 def test_a_damaged_document_is_removed_and_the_job_begun_anew(book, blobs):
     book.accept(JOB, {})
     (key,) = blobs.contents
@@ -403,52 +459,21 @@ def test_a_damaged_document_is_removed_and_the_job_begun_anew(book, blobs):
         assert book.accept(JOB, {})[1] is True
 
 
-def test_a_document_is_read_back_whole_and_what_a_later_version_adds_is_let_go():
-    document = JobDocument(JOB, {"gamma": 1}, "running", "metric", 0.5, 2, trace={"a": "b"})
-    data = document.to_bytes()
-    assert JobDocument.from_bytes(data) == document
-    with pytest.raises(BlobDamagedError):
-        JobDocument.from_bytes(data.replace(b"metric", b"maetric"))
-
-
-@pytest.fixture(params=["a directory", "a bucket"])
-def shared_blobs(request, tmp_path, monkeypatch):
-    """Storage in which several processes compare and swap."""
-    if request.param == "a directory":
-        opened = LocalBlobs(tmp_path / "store")
-    else:
-        pytest.importorskip("obstore")
-        for name, value in request.getfixturevalue("s3").items():
-            monkeypatch.setenv(name, value)
-        opened = blobs_at(f"s3://bucket/{tmp_path.name}")
-    opened.open()
-    yield opened
-    opened.close()
-
-
-def test_of_many_who_ask_at_the_same_time_one_wins(shared_blobs):
-    books = [JobBook(shared_blobs) for _ in range(8)]
-
-    with concurrent.futures.ThreadPoolExecutor(len(books)) as threads:
-        accepted = list(threads.map(lambda book: book.accept(JOB, {}), books))
-        assert sum(new for _, new in accepted) == 1
-        for attempt in (1, 2):
-            claims = list(threads.map(lambda book: book.claim(JOB, "x", LEASE), books))
-            (claim,) = [claim for claim in claims if claim is not None]
-            assert claim.document.token == claim.document.attempts == attempt
-            claim = books[0].heartbeat(claim, "metric", 0.5)
-            books[1].crashed(claim, PROBLEM)
-        claim = books[0].claim(JOB, "x", LEASE)
-        ends = [
-            lambda: books[0].finish(claim, "succeeded"),
-            lambda: books[1].request_cancel(JOB),
-            lambda: books[2].finish(claim, "failed", PROBLEM),
-        ]
-        outcomes = [threads.submit(end) for end in ends]
-        won = [outcome.result() for outcome in outcomes if outcome.exception() is None]
-        assert {document.state for document in won} == {books[3].read(JOB).state}
-        assert [document.id for document in books[0].page("", 9)] == [JOB]
-
-
-def test_times_are_utc():
-    assert now().endswith("Z")
+def test_a_damaged_document_of_a_build_with_an_input_is_queued_anew_and_its_claim_lost(
+    blobs, clock
+):
+    book = JobBook(blobs, clock=clock, lost_options={JOB: {"gamma": 2}}.get)
+    book.accept(JOB, {"gamma": 2})
+    (key,) = blobs.contents
+    claim = book.claim(JOB, "a", LEASE)
+    blobs.contents[key] = blobs.contents[key][:-3]
+    with pytest.raises(LeaseLostError):
+        book.heartbeat(claim, "metric", 0.5)
+    document = book.read(JOB)
+    assert (document.state, document.options) == ("queued", {"gamma": 2})
+    assert document.token > claim.document.token
+    assert [document.id for document in book.unfinished()] == [JOB]
+    assert book.accept(JOB, {"gamma": 2})[1] is True
+    assert book.claim(JOB, "b", LEASE).document.attempts == 1
+    with pytest.raises(LeaseLostError):
+        book.finish(claim, "succeeded")

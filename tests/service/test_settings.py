@@ -35,6 +35,7 @@ def test_every_setting_comes_from_its_variable(monkeypatch, name):
         "max_surface_samples": 500_000,
         "build_workers": 7,
         "build_attempts": 7,
+        "build_memory_bytes": 256 << 20,
         "max_page_size": 7,
     }.get(name, 2048)
     assert Settings.model_fields[name].default != other
@@ -44,12 +45,18 @@ def test_every_setting_comes_from_its_variable(monkeypatch, name):
     assert getattr(Settings(), name) == other
 
 
+def test_a_build_may_have_no_limit_of_memory():
+    assert Settings(build_memory_bytes=0).build_memory_bytes == 0
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
     [
         ("port", 65536),
         ("build_workers", 0),
         ("build_timeout", 0),
+        ("build_memory_bytes", 5),
+        ("build_memory_bytes", (256 << 20) - 1),
         ("log_level", "loud"),
         ("api_keys", "name:read:secret"),
         ("cors_origins", "example.org"),

@@ -4,9 +4,11 @@ import signal
 
 import pytest
 
+from service.building import embedded
 from service.building.embedded import EmbeddedEngine
 from service.problems import ProblemError
 from service.settings import Settings
+from service.storage.blobs import StoreUnavailableError
 
 
 @pytest.fixture
@@ -204,6 +206,29 @@ def test_the_next_owner_of_a_store_takes_up_what_the_last_one_left(run_scenario,
 
     run_scenario(scenario)
     assert book.read("a" * 64).attempts == 2
+
+
+@pytest.mark.parametrize("error", [OSError(5, "no disk"), StoreUnavailableError("no bucket")])
+def test_what_was_left_is_taken_up_when_the_store_can_be_used_again(
+    run_scenario, accept, book, monkeypatch, error
+):
+    look, looks = book.unfinished, []
+
+    def unfinished():
+        looks.append(1)
+        if len(looks) < 4:
+            raise error
+        return look()
+
+    async def scenario(engine, told):
+        await until(lambda: "succeeded" in states(told))
+        assert engine.document("a" * 64) is None
+
+    monkeypatch.setattr(embedded, "_RECOVERY_DELAYS", (0.0, 0.01))
+    monkeypatch.setattr(book, "unfinished", unfinished)
+    accept("build")
+    run_scenario(scenario)
+    assert len(looks) == 4
 
 
 def test_elsewhere_a_lease_is_waited_for(run_scenario, accept, book):

@@ -50,6 +50,14 @@ def test_an_answer_never_changes_and_has_its_digest(server, gamut):
     assert head.headers["etag"] == etag
 
 
+def test_only_the_answer_that_is_named_is_sent(server, gamut, assert_problem):
+    address = f"/v1/meshes?gamuts={gamut['id']}&triangles=20"
+    etag = server.client.get(address).headers["etag"]
+    assert server.client.get(address, headers={"If-Match": etag}).status_code == 200
+    answer = server.client.get(address, headers={"If-Match": f"W/{etag}"})
+    assert_problem(answer, 412, "precondition-failed")
+
+
 def test_a_multipart_message_is_an_answer_as_well(server, gamut):
     answer = server.client.get(
         f"{BATCH}?gamuts={gamut['id']}&triangles=10,2", headers={"Accept": "multipart/mixed"}

@@ -38,6 +38,19 @@ def test_what_the_client_has_is_not_sent_again(server, gamut, link):
     assert head.headers["content-length"] == str(len(first.content))
 
 
+@pytest.mark.parametrize("link", ["self", "levels", "history", "mesh"])
+def test_only_the_content_that_is_named_is_sent(server, gamut, assert_problem, link):
+    address = gamut["links"][link]
+    first = server.client.get(address)
+    for ask in (server.client.get, server.client.head):
+        for named in (first.headers["etag"], f'"x", {first.headers["etag"]}', "*"):
+            assert ask(address, headers={"If-Match": named}).status_code == 200
+    for named in ('"x"', f"W/{first.headers['etag']}"):
+        answer = server.client.get(address, headers={"If-Match": named})
+        assert_problem(answer, 412, "precondition-failed")
+        assert server.client.head(address, headers={"If-Match": named}).status_code == 412
+
+
 def test_levels_and_history_never_change(server, gamut):
     for link in ("levels", "history"):
         cache = server.client.get(gamut["links"][link]).headers["cache-control"]
@@ -110,7 +123,13 @@ def test_nothing_of_a_deleted_gamut_is_left(server, assert_problem, sphere):
     gamut = server.client.post("/v1/gamuts", json=body).json()
     for link in gamut["links"].values():
         assert server.client.get(link).status_code == 200
-    answer = server.client.delete(gamut["links"]["self"])
+    for named in ('"x"', server.client.get(gamut["links"]["history"]).headers["etag"]):
+        kept = server.client.delete(gamut["links"]["self"], headers={"If-Match": named})
+        assert_problem(kept, 412, "precondition-failed")
+    etag = server.client.get(gamut["links"]["self"], headers={"Accept-Encoding": "gzip"}).headers[
+        "etag"
+    ]
+    answer = server.client.delete(gamut["links"]["self"], headers={"If-Match": etag})
     assert (answer.status_code, answer.content) == (204, b"")
     for link in gamut["links"].values():
         assert_problem(server.client.get(link), 404, "gamut-not-found")
