@@ -76,6 +76,7 @@ def create_app(settings: Settings) -> FastAPI:
         version=__version__,
         license_info={"name": "Apache-2.0", "identifier": "Apache-2.0"},
         openapi_tags=_TAGS,
+        openapi_url=None,  # as is the page, with an entity tag
         docs_url=None,  # `service.routes.swagger_ui` has it, with a content security policy
         redoc_url=None,
         redirect_slashes=False,

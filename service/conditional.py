@@ -10,12 +10,16 @@ import hashlib
 import re
 from typing import TYPE_CHECKING
 
+from starlette.responses import Response
+
 from service.problems import KINDS, Problem, ProblemError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["IMMUTABLE", "byte_range", "check_if_match", "entity_tag", "matches"]
+    from starlette.datastructures import Headers
+
+__all__ = ["IMMUTABLE", "byte_range", "check_if_match", "conditional", "entity_tag", "matches"]
 
 IMMUTABLE = "public, max-age=31536000, immutable"
 """Cache-Control of content that never changes (RFC 8246); a year is the longest in use."""
@@ -50,6 +54,26 @@ def check_if_match(fields: Sequence[str], *etags: str) -> None:
     if fields and named != ["*"] and not any(tag in etags for tag in named):
         code = "precondition-failed"
         raise ProblemError(Problem(code, KINDS[code].detail, {"header": "If-Match"}))
+
+
+def conditional(answer: Response, asked: Headers) -> Response:
+    """Return a complete response with its entity tag, or 304 if the client has it already.
+
+    Parameters
+    ----------
+    answer : Response
+        The tag is added to it.
+    asked : Headers
+        The header fields of the request; ``If-Match`` may raise ``precondition-failed``.
+    """
+    etag = answer.headers["ETag"] = entity_tag(bytes(answer.body))
+    check_if_match(asked.getlist("if-match"), etag)
+    known = asked.getlist("if-none-match")
+    if known and matches(",".join(known), etag):
+        names = ("ETag", "Cache-Control", "Vary")
+        kept = {name: answer.headers[name] for name in names if name in answer.headers}
+        return Response(status_code=304, headers=kept)
+    return answer
 
 
 def byte_range(

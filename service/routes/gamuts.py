@@ -11,7 +11,14 @@ from fastapi.responses import Response, StreamingResponse
 
 from gamutcore.gamut import gamut_id as identity
 from service.compression import CODINGS, compress_response, compressed
-from service.conditional import IMMUTABLE, byte_range, check_if_match, entity_tag, matches
+from service.conditional import (
+    IMMUTABLE,
+    byte_range,
+    check_if_match,
+    conditional,
+    entity_tag,
+    matches,
+)
 from service.documentation import (
     EXAMPLE_GAMUT,
     EXAMPLE_ID,
@@ -400,13 +407,7 @@ async def _chunks(file: IO[bytes], start: int, end: int) -> AsyncIterator[bytes]
 def _conditional(request: Request, document: dict[str, Any], cache_control: str) -> Response:
     answer: Response = JsonResponse(document, headers={"Cache-Control": cache_control})
     answer = compress_response(answer, request.headers.getlist("accept-encoding"))
-    etag = answer.headers["ETag"] = entity_tag(bytes(answer.body))
-    check_if_match(request.headers.getlist("if-match"), etag)
-    known = request.headers.getlist("if-none-match")
-    if known and matches(",".join(known), etag):
-        kept = {name: answer.headers[name] for name in ("ETag", "Cache-Control", "Vary")}
-        return Response(status_code=304, headers=kept)
-    return answer
+    return conditional(answer, request.headers)
 
 
 def _description_tags(record: Record) -> list[str]:

@@ -11,6 +11,7 @@ from fastapi import APIRouter, Path, Request
 from fastapi.responses import Response
 
 from gamutcore.version import ALGORITHM_VERSION, __version__
+from service.conditional import conditional
 from service.html import definitions, link, page, table
 from service.negotiation import preferred_media_type
 from service.problems import KINDS, Kind, Problem, ProblemError
@@ -67,7 +68,8 @@ async def problem_list(request: Request) -> Response:
     kinds = sorted(KINDS.values(), key=lambda kind: (kind.status, kind.code))
     if _wants_json(request):
         document = {"problems": [_kind_document(kind) for kind in kinds]}
-        return JsonResponse(document, headers=_json_headers(_NO_CACHE))
+        answer = JsonResponse(document, headers=_json_headers(_NO_CACHE))
+        return conditional(answer, request.headers)
     rows = [
         (
             link(f"/problems/{kind.code}", kind.code),
@@ -76,7 +78,7 @@ async def problem_list(request: Request) -> Response:
         )
         for kind in kinds
     ]
-    return page(
+    shown = page(
         "Problems",
         "<p>Every error is a document of the type <code>application/problem+json</code> "
         "(RFC 9457), with one of these codes, which never change their meaning. Its "
@@ -85,6 +87,7 @@ async def problem_list(request: Request) -> Response:
         + table("Codes, by HTTP status", ("code", "status", "what is wrong"), rows),
         headers=_NO_CACHE,
     )
+    return conditional(shown, request.headers)
 
 
 @router.get("/problems/{code}")
@@ -95,9 +98,10 @@ async def problem_page(request: Request, code: Annotated[str, Path()]) -> Respon
         detail = f"There is no problem named {code[:80]}."
         raise ProblemError(Problem("not-found", detail, remedy="They are listed at /problems."))
     if _wants_json(request):
-        return JsonResponse(_kind_document(kind), headers=_json_headers(_NO_CACHE))
+        answer = JsonResponse(_kind_document(kind), headers=_json_headers(_NO_CACHE))
+        return conditional(answer, request.headers)
     example = json.dumps(_example(kind), indent=2, ensure_ascii=False)
-    return page(
+    shown = page(
         kind.title,
         definitions(
             (
@@ -110,6 +114,7 @@ async def problem_page(request: Request, code: Annotated[str, Path()]) -> Respon
         f"<p>{link('/problems', 'All problems')}</p>",
         headers=_NO_CACHE,
     )
+    return conditional(shown, request.headers)
 
 
 def _wants_json(request: Request) -> bool:

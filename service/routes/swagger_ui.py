@@ -16,10 +16,11 @@ from fastapi import APIRouter, Path, Request
 from fastapi.openapi.docs import get_swagger_ui_html
 from fastapi.responses import HTMLResponse, Response
 
-from service.compression import IDENTITY, compressed, preferred_coding
-from service.conditional import IMMUTABLE, entity_tag, matches
+from service.compression import IDENTITY, compress_response, compressed, preferred_coding
+from service.conditional import IMMUTABLE, conditional, entity_tag, matches
 from service.html import SECURITY_HEADERS
 from service.problems import Problem, ProblemError
+from service.responses import JsonResponse
 
 __all__ = ["MEDIA_TYPES", "VERSION", "router"]
 
@@ -65,7 +66,20 @@ async def documentation(request: Request) -> Response:
         "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     )
     headers = {**SECURITY_HEADERS, "Cache-Control": "no-cache", "Content-Security-Policy": policy}
-    return HTMLResponse(text.replace("<html>", '<html lang="en">'), headers=headers)
+    answer = HTMLResponse(text.replace("<html>", '<html lang="en">'), headers=headers)
+    return conditional(answer, request.headers)
+
+
+@router.get("/openapi.json")
+async def openapi(request: Request) -> Response:
+    """Return the OpenAPI document."""
+    document = request.app.openapi()
+    root = request.scope.get("root_path", "").rstrip("/")
+    if root:
+        document = {**document, "servers": [{"url": root}]}
+    answer: Response = JsonResponse(document, headers={"Cache-Control": "no-cache"})
+    answer = compress_response(answer, request.headers.getlist("accept-encoding"))
+    return conditional(answer, request.headers)
 
 
 @router.get("/docs/{version}/{name}")

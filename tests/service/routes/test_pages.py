@@ -60,6 +60,19 @@ def test_pages_can_neither_run_nor_load_anything(server, path):
     assert re.findall(r'(?:src|href)="(?!/)[^"]*"', page.text) == []
 
 
+@pytest.mark.parametrize("headers", [HTML, JSON])
+@pytest.mark.parametrize("path", ["/problems", "/problems/not-found", "/docs", "/openapi.json"])
+def test_what_stays_the_same_is_not_sent_again(server, path, headers):
+    first = server.client.get(path, headers=headers)
+    assert first.headers["cache-control"] == "no-cache"
+    known = {**headers, "If-None-Match": first.headers["etag"]}
+    same = server.client.get(path, headers=known)
+    assert (same.status_code, same.content) == (304, b"")
+    assert same.headers["etag"] == first.headers["etag"]
+    other = server.client.get(path, headers={**headers, "If-None-Match": '"x"'})
+    assert other.content == first.content
+
+
 class TestProblems:
     @pytest.mark.parametrize("code", KINDS)
     def test_each_has_its_page_with_what_to_do_and_an_example(self, server, code):

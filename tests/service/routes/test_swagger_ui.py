@@ -1,15 +1,19 @@
 """The documentation over a real connection, and that no page needs anything from elsewhere."""
 
+import asyncio
 import base64
 import gzip
 import hashlib
 import re
 from pathlib import Path
 
+import httpx
 import pytest
 
+from service.application import create_app
 from service.conditional import IMMUTABLE
 from service.routes.swagger_ui import MEDIA_TYPES, VERSION
+from service.settings import Settings
 
 ROOT = Path(__file__).parents[3]
 FOLDER = ROOT / "service" / "static" / "swagger-ui"
@@ -82,6 +86,26 @@ class TestPage:
 
     def test_nobody_is_asked_whether_the_document_is_valid(self, server):
         assert '"validatorUrl": null' in server.client.get("/docs").text
+
+
+def test_the_document_of_the_api_is_what_the_app_generates(server):
+    plain = server.client.get("/openapi.json", headers={"accept-encoding": "identity"})
+    assert plain.json() == create_app(Settings()).openapi()
+    small = server.client.get("/openapi.json", headers={"accept-encoding": "gzip"})
+    assert small.headers["content-encoding"] == "gzip"
+    assert small.headers["etag"] != plain.headers["etag"]
+    assert small.content == plain.content
+
+
+def test_behind_a_prefix_the_document_says_so():
+    app = create_app(Settings())
+
+    async def document():
+        transport = httpx.ASGITransport(app, root_path="/gamut")
+        async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
+            return (await client.get("/gamut/openapi.json")).json()
+
+    assert asyncio.run(document())["servers"] == [{"url": "/gamut"}]
 
 
 class TestFiles:
