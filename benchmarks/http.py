@@ -52,6 +52,7 @@ def server(*, pin: bool = True, **settings: str) -> Iterator[Server]:
             **{f"GAMUT_{name.upper()}": value for name, value in settings.items()},
             "GAMUT_STORE": str(Path(folder) / "data"),
             "PYTHONUNBUFFERED": "1",
+            "MALLOC_ARENA_MAX": "2",  # as in the container image
         }
         start = time.perf_counter()
         command = [sys.executable, "-c", "from service.command import main; main()"]

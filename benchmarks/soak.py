@@ -353,13 +353,20 @@ def main() -> int:
     parser.add_argument("--builds", type=int, default=100)
     parser.add_argument("--seconds", type=float, default=30)
     parser.add_argument("--runs", type=int, default=5)
+    steps: dict[str, Callable[[], list[Row]]] = {
+        "rates": lambda: rates(20_000, parsed.runs),
+        "livez": lambda: live_while_building(parsed.builds, parsed.seconds),
+        "mixed": lambda: soaked(parsed.requests),
+    }
+    parser.add_argument("--only", nargs="+", choices=[*steps], default=[*steps])
     parsed = parser.parse_args()
-    rows = rates(20_000, parsed.runs)
-    rows += live_while_building(parsed.builds, parsed.seconds)
-    rows += soaked(parsed.requests)
-    met = recorded(rows)
-    for row in rows:
-        sys.stdout.write(f"{'ok ' if row.met else 'NOT'} {row.what}: {row.measured}\n")
+    met = True
+    for name in parsed.only:
+        rows = steps[name]()
+        met &= recorded(rows)
+        for row in rows:
+            sys.stdout.write(f"{'ok ' if row.met else 'NOT'} {row.what}: {row.measured}\n")
+            sys.stdout.flush()
     return 0 if met else 1
 
 
