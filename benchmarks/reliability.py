@@ -94,4 +94,4 @@ def document(kept: dict[str, Any]) -> str:
         }
     )
     parts += ["## Machines", "\n".join(machines) + "\n"]
-    return "\n".join(parts)
+    return "\n\n".join(part.strip() for part in parts) + "\n"

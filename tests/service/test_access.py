@@ -79,7 +79,11 @@ def test_a_wrong_key_is_refused(ask, assert_problem):
     assert READER[:-1] not in response.text
 
 
-@pytest.mark.parametrize("second", [f"Bearer {READER}", f"Bearer {WRITER}", "Basic eA==", ""])
+@pytest.mark.parametrize(
+    "second",
+    [f"Bearer {READER}", f"Bearer {WRITER}", "Basic eA==", ""],
+    ids=["same", "other", "basic", "empty"],  # keys are new in each process that runs tests
+)
 def test_two_keys_are_none(ask, assert_problem, second):
     response = ask(headers=[("Authorization", f"Bearer {READER}"), ("authorization", second)])
     document = assert_problem(response, 400, "bad-request")
