@@ -9,12 +9,17 @@ nearest ones are found, by descending from face to adjacent face.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.errors import MeshError
 from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
+from gamutcore.star_shape import faces_not_seeing_centre
+
+if TYPE_CHECKING:
+    from gamutcore.mesh import TriangleMesh
 
 __all__ = [
     "SLACK",
@@ -25,6 +30,7 @@ __all__ = [
     "nearest_face",
     "raise_bound",
     "squared_distance",
+    "star_shaped_faces",
 ]
 
 SLACK = 1.03
@@ -38,8 +44,8 @@ HALVINGS = 16
 """How often a piece is halved at most; its bound is then taken as it is."""
 
 STACK = (HALVINGS + 2, 17)
-"""Shape of the work array of `raise_bound`: nine coordinates, a face, the halvings made, and for each
-corner the nearest face, −1 before it is looked for, and its squared distance."""
+"""Shape of the work array of `raise_bound`: nine coordinates, a face, the halvings made, and for
+each corner the nearest face, −1 before it is looked for, and its squared distance."""
 
 
 class Faces(NamedTuple):
@@ -80,6 +86,27 @@ def faces_of(position: FloatArray, corner: IndexArray) -> Faces:
     """
     fan_end, fan = _fans(corner, len(position))
     return Faces(position, corner, fan_end, fan, np.zeros(len(corner) // 3))
+
+
+def star_shaped_faces(mesh: TriangleMesh, centre: FloatArray) -> Faces:
+    """Return a mesh's surface, its positions relative to a centre that it is star-shaped about.
+
+    Raises
+    ------
+    MeshError
+        It is not.
+    """
+    position = np.ascontiguousarray(mesh.vertices.astype(np.float64) - centre)
+    corner = np.ascontiguousarray(mesh.faces, np.int32).ravel()
+    hidden = faces_not_seeing_centre(position, corner.reshape(-1, 3))
+    used = len(np.unique(corner))
+    if len(hidden) or not used == len(position) == len(mesh.faces) // 2 + 2:
+        raise MeshError(
+            f"a mesh of {used} used vertices and {mesh.triangles} faces is not star-shaped: of"
+            f" these {len(hidden)} do not see the centre from inside",
+            remedy="closed meshes of genus 0 without other vertices, and a centre in their kernels",
+        )
+    return faces_of(position, corner)
 
 
 def halvings_for(surface: Faces) -> float:

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.errors import MeshError
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.metric.clipping import Clipping, begin, clipping, next_piece
 from gamutcore.metric.cones import MOVES, Cones, Places, cones_of, crossing, located
@@ -23,13 +22,12 @@ from gamutcore.metric.farthest import (
     SLACK,
     STACK,
     Faces,
-    faces_of,
     halvings_for,
     nearest_face,
     raise_bound,
     squared_distance,
+    star_shaped_faces,
 )
-from gamutcore.star_shape import faces_not_seeing_centre
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -107,7 +105,7 @@ def radial_difference(
         If a mesh is not star-shaped about the centre.
     """
     origin = np.asarray(centre, np.float64)
-    one, two = _star_shaped(reference, origin), _star_shaped(other, origin)
+    one, two = star_shaped_faces(reference, origin), star_shaped_faces(other, origin)
     # the finer one is cut by the coarser one, which is cheaper than the other way round
     swapped = len(two.corner) > len(one.corner)
     if swapped:
@@ -163,20 +161,6 @@ def overlaid(
         to_reference=Distances(second / other_area, float(bounds[3])),
     )
     return found, off
-
-
-def _star_shaped(mesh: TriangleMesh, centre: FloatArray) -> Faces:
-    position = np.ascontiguousarray(mesh.vertices.astype(np.float64) - centre)
-    corner = np.ascontiguousarray(mesh.faces, np.int32).ravel()
-    hidden = faces_not_seeing_centre(position, corner.reshape(-1, 3))
-    used = len(np.unique(corner))
-    if len(hidden) or not used == len(position) == len(mesh.faces) // 2 + 2:
-        raise MeshError(
-            f"a mesh of {used} used vertices and {mesh.triangles} faces is not star-shaped: of"
-            f" these {len(hidden)} do not see the centre from inside",
-            remedy="closed meshes of genus 0 without other vertices, and a centre in their kernels",
-        )
-    return faces_of(position, corner)
 
 
 @kernel

@@ -230,7 +230,7 @@ def test_a_worker_process_logs_in_the_same_form(monkeypatch):
         assert json.loads(process.stdout.readline())["event"] == "failed"
         process.stdin.close()
         lines = [json.loads(line) for line in process.stderr]
-    assert "FileNotFoundError" in lines[0]["exception"]
+    assert "/nowhere/input" in lines[0]["message"]
     assert lines[0]["level"] == "error"
 
 

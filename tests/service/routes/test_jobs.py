@@ -145,7 +145,8 @@ def test_streams_are_bounded_and_those_of_clients_that_leave_are_closed(
     server = start_server(max_event_streams=1)
     address = posted(server, slow_build())
     with server.client.stream("GET", f"{address}/events") as answer:
-        next(answer.iter_raw())
+        chunks = answer.iter_raw()  # without a name it would be closed, and the connection with it
+        next(chunks)
         refused = server.client.get(f"{address}/events")
         assert_problem(refused, 429, "too-many-streams")
         assert int(refused.headers["retry-after"]) >= 1
