@@ -196,8 +196,8 @@ def next_piece(  # noqa: C901, PLR0912  # the time is in these branches
             lowest, highest = np.inf, -np.inf
             for index in range(count):
                 side = constant + along_u * part[row, index, 0] + along_v * part[row, index, 1]
-                lowest = side if side < lowest else lowest
-                highest = side if side > highest else highest
+                lowest = min(lowest, side)
+                highest = max(highest, side)
                 value[index] = side if abs(side) > tolerance else 0.0
             if lowest < -tolerance:
                 work.face[row] = cones.neighbour[face, place]

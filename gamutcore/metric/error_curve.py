@@ -48,8 +48,8 @@ DENSE_PART = 128
 """The dense part of the curve ends at this part of the full count."""
 
 FINER = 16
-"""How much finer than a level its reference should be: with 10 the curve takes a twentieth less, and
-the mismatch of levels by `quadric`, which lose volume, is given as 4 % less than it is."""
+"""How much finer than a level its reference should be: with 10 the curve takes a twentieth less
+time, and the mismatch of levels by `quadric`, which lose volume, is given as 4 % too small."""
 
 FINER_AT_LEAST = 8
 """How much finer the finest level of the curve must be to serve in place of the full boundary."""

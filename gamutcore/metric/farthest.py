@@ -38,8 +38,8 @@ HALVINGS = 16
 """How often a piece is halved at most; its bound is then taken as it is."""
 
 STACK = (HALVINGS + 2, 17)
-"""Shape of the work array of `raise_bound`: nine coordinates, a face, the halvings made, and for each
-corner the nearest face, −1 before it is looked for, and its squared distance."""
+"""Shape of the work array of `raise_bound`: nine coordinates, a face, the halvings made, and for
+each corner the nearest face, −1 before it is looked for, and its squared distance."""
 
 
 class Faces(NamedTuple):
