@@ -254,7 +254,8 @@ def soaked(requests: int) -> list[Row]:
         Row(
             "soak-memory",
             "soak",
-            f"memory of the API process over {requests:,} mixed requests, 16 connections",
+            f"memory of the API process over {requests:,} mixed requests, 16 connections, "
+            "with the image's MALLOC_ARENA_MAX=2",
             "slope ≤ 1 MiB per 10,000",
             f"{growth:+.2f} MiB per 10,000 over the second half; "
             f"{memory[0][1] / _MEBIBYTE:.0f} MiB after 1,000, "
