@@ -28,6 +28,7 @@ from benchmarks.summary import (
     mean_errors,
     ratios,
 )
+from gamutcore.version import ALGORITHM_VERSION
 
 __all__ = ["DOCUMENT", "README", "json_text", "page", "readme_table", "with_table", "write"]
 
@@ -136,15 +137,21 @@ def _introduction(measured: Measured) -> str:
     few = ""
     if len(rows) < 6:
         few = "\nThe shared data was not there: these are the devices that the repository itself has.\n"
+    older = ""
+    if about["algorithm"] != ALGORITHM_VERSION:
+        older = (
+            f"\n**These are figures of algorithm version {about['algorithm']}; the present one is "
+            f"{ALGORITHM_VERSION}, and not measured here yet.**\n"
+        )
     return f"""\
 # Decimation: accuracy, speed, and the published experiment
 
 Written by `make figures` (benchmarks/figures.py) on {about["date"]}: {about["cpu"]}, one core,
 {about["system"]}, Python {about["python"]}.
-{versions}.
+{versions}, algorithm version {about["algorithm"]}.
 The same figures, to six digits, are in
 [benchmarks/decimation.json](../benchmarks/decimation.json).
-
+{older}
 *Mismatch* is the volume of the symmetric difference of a simplified boundary and its full boundary,
 as a part of the latter's volume. All of them here are exact: by laying surfaces that are star-shaped
 about one centre over each other, and by boolean operations on the meshes (Manifold) for all others; at

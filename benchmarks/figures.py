@@ -30,6 +30,7 @@ from gamutcore.boundary.segment_maxima import segment_maxima
 from gamutcore.boundary.usv import usv
 from gamutcore.decimation import COSTS, decimated
 from gamutcore.history import history_of
+from gamutcore.version import ALGORITHM_VERSION
 from gamutcore.warm import compile_kernels
 
 __all__ = ["main"]
@@ -87,7 +88,7 @@ def measure(*, again: bool) -> dict[str, Any]:
         for device in devices()
     ]
     return {
-        "machine": {**machine(), **library_versions()},
+        "machine": {**machine(), **library_versions(), "algorithm": ALGORITHM_VERSION},
         "costs": list(COSTS),
         "devices": [each["device"] for each in found],
         "levels": [row for each in found for row in each["levels"]],
