@@ -7,6 +7,8 @@ out elsewhere.
 from __future__ import annotations
 
 import functools
+import json
+import time
 from collections import Counter
 from collections.abc import Iterator
 from statistics import median
@@ -16,8 +18,9 @@ from benchmarks import http
 from benchmarks.compute import FOGRA39L, ROOT, SRGB, median_seconds
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import SurfaceColours, surface_colours
+from gamutcore.gamut import Gamut, Options, build_gamut
 
-__all__ = ["found", "input_times"]
+__all__ = ["found", "gamut_sizes", "input_times"]
 
 SHARED = ROOT.parent / "shared" / "data"
 
@@ -50,6 +53,32 @@ def input_times(runs: int) -> list[dict[str, Any]]:
             ]
             row["http_s"] = median(seconds for _, seconds, _ in answers[1:])
             row["statuses"] = dict(Counter(str(status) for status, _, _ in answers))
+    return rows
+
+
+def gamut_sizes(runs: int = 5) -> list[dict[str, Any]]:
+    """Return sizes and opening times of a gamut of each kind of input that is at hand."""
+    rows = []
+    for name, data in found():
+        gamut = build_gamut(data, Options())
+        content = gamut.to_bytes()
+        seconds = []
+        for _ in range(runs):
+            start = time.perf_counter()
+            opened = Gamut.from_bytes(content)
+            opened.level(1000)
+            seconds.append(time.perf_counter() - start)
+        rows.append(
+            {
+                "input": name,
+                "triangles": gamut.history.triangles,
+                "input_bytes": len(data),
+                "history_bytes": len(content),
+                "record_bytes": len(json.dumps(gamut.description, separators=(",", ":"))),
+                "open_bytes": opened.nbytes,
+                "opening_s": median(seconds),
+            }
+        )
     return rows
 
 

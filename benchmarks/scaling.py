@@ -14,16 +14,14 @@ import json
 import re
 import sys
 import textwrap
-import time
 from dataclasses import dataclass, fields
 from pathlib import Path
-from statistics import mean, median
+from statistics import mean
 from typing import Any
 
 import numpy as np
 
 from benchmarks.markdown import table
-from gamutcore.gamut import Gamut, Options, build_gamut
 from service.settings import Settings
 
 __all__ = ["Load", "Measured", "hit_ratio", "page", "write"]
@@ -450,34 +448,6 @@ def _up(cores: float) -> str:
     return f"{int(np.ceil(cores)):,}"
 
 
-def measured_gamuts(runs: int = 5) -> list[dict[str, Any]]:
-    """Return sizes and opening times of a gamut of each kind of input that is at hand."""
-    from benchmarks.inputs import found  # it brings the service's server along
-
-    rows = []
-    for name, data in found():
-        gamut = build_gamut(data, Options())
-        content = gamut.to_bytes()
-        seconds = []
-        for _ in range(runs):
-            start = time.perf_counter()
-            opened = Gamut.from_bytes(content)
-            opened.level(1000)
-            seconds.append(time.perf_counter() - start)
-        rows.append(
-            {
-                "input": name,
-                "triangles": gamut.history.triangles,
-                "input_bytes": len(data),
-                "history_bytes": len(content),
-                "record_bytes": len(json.dumps(gamut.description, separators=(",", ":"))),
-                "open_bytes": opened.nbytes,
-                "opening_s": median(seconds),
-            }
-        )
-    return rows
-
-
 def write(load: Load) -> None:
     """Write the page from the files of figures."""
     cluster = json.loads(CLUSTER.read_text()) if CLUSTER.is_file() else {}
@@ -493,7 +463,9 @@ def main() -> int:
         parser.add_argument(f"--{field.name}", type=type(field.default), default=field.default)
     given = vars(parser.parse_args())
     if given.pop("measure"):
-        GAMUTS.write_text(json.dumps(measured_gamuts(), indent=1) + "\n")
+        from benchmarks.inputs import gamut_sizes  # it brings the service's server along
+
+        GAMUTS.write_text(json.dumps(gamut_sizes(), indent=1) + "\n")
     write(Load(**given))
     return 0
 
