@@ -376,5 +376,7 @@ class Builds:
 
 
 def _progress(document: JobDocument) -> JobDocument:
-    """Return what of a job is worth telling: not when its lease ends."""
-    return replace(document, updated="", lease_until=None)
+    """Return what of a job is worth telling: thousandths, and not when its lease ends."""
+    return replace(
+        document, updated="", lease_until=None, fraction=round(1000 * document.fraction) / 1000
+    )

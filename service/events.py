@@ -82,6 +82,7 @@ async def stream_of_events(
         name = event_id(document)
         if name == known and not document.final:
             continue
+        known = name
         kind = "finished" if document.final else "progress"
         data = json.dumps(told, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
         yield f"id: {name}\nevent: {kind}\ndata: {data}\n\n".encode()

@@ -98,6 +98,9 @@ class JobBook:
     lost_options : callable, optional
         Told the id of a job whose document is damaged, it returns the options that the gamut has
         to be built with all the same; None if there is nothing to build (from).
+    on_damaged : callable, optional
+        Told the id of a job whose document was damaged, by whoever replaced or removed it: once
+        for each damage, however many read it.
     """
 
     def __init__(
@@ -106,11 +109,13 @@ class JobBook:
         attempts: int = 3,
         clock: Callable[[], float] = time.time,
         lost_options: Callable[[str], Mapping[str, Any] | None] | None = None,
+        on_damaged: Callable[[str], None] | None = None,
     ) -> None:
         self._blobs = blobs
         self._attempts = attempts
         self._clock = clock
         self._lost_options = lost_options
+        self._on_damaged = on_damaged or (lambda _: None)
 
     def accept(
         self, job_id: str, options: Mapping[str, Any], trace: Mapping[str, str] | None = None
@@ -370,7 +375,8 @@ class JobBook:
             options = None if self._lost_options is None else self._lost_options(job_id)
             if options is None:
                 # What it was about cannot be told any more; whoever wants the gamut posts again.
-                self._blobs.delete(_key(job_id))
+                if self._blobs.delete(_key(job_id)):
+                    self._on_damaged(job_id)
                 return None
             # A token greater than any before fences off whoever had claimed the damaged one.
             token = int(1000 * self._clock())
@@ -379,6 +385,7 @@ class JobBook:
             )
             version = self._replace(fresh, blob.version)
             if version is not None:
+                self._on_damaged(job_id)
                 logger.warning("job %s is queued anew, from the input that is kept", job_id)
                 return fresh, version
 

@@ -72,6 +72,7 @@ class Service:
             self.store.blobs,
             self.settings.build_attempts,
             lost_options=self.store.options_of_damaged_job,
+            on_damaged=self.store.count_damaged_job,
         )
         engine = engine_for(
             self.settings, self.store, book, BuildObserver(self.metrics.builds, self.traces)

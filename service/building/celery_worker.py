@@ -96,8 +96,12 @@ class Slot:
         broker: Broker,
         on_build: BuildReport | None = None,
     ) -> None:
-        lost_options = store.options_of_damaged_job
-        book = JobBook(store.blobs, settings.build_attempts, lost_options=lost_options)
+        book = JobBook(
+            store.blobs,
+            settings.build_attempts,
+            lost_options=store.options_of_damaged_job,
+            on_damaged=store.count_damaged_job,
+        )
         self._settings = settings
         self._broker = broker
         self.outbox = Outbox(store.blobs, book)

@@ -98,8 +98,8 @@ class GamutStore:
         self.blobs = blobs
         self.keep_inputs = keep_inputs
         self.hits = self.misses = self.evictions = 0
-        self.on_evicted: Callable[[str], None] | None = None
         self._damaged_jobs = 0
+        self.on_evicted: Callable[[str], None] | None = None
         self._quarantine = Quarantine(blobs)
         self._inputs = Inputs(blobs, self._quarantine)
         self._lock = threading.Lock()
@@ -325,10 +325,13 @@ class GamutStore:
         """Return the options that were kept with an input; `BlobNotFoundError` as for its path."""
         return self._inputs.options(gamut_id)
 
-    def options_of_damaged_job(self, gamut_id: str) -> dict[str, Any] | None:
-        """Count a damaged job, and return what its gamut is to be built with; None if it is not."""
+    def count_damaged_job(self, gamut_id: str) -> None:  # noqa: ARG002 - what a JobBook tells
+        """Count a document of a job that was damaged and was replaced or removed."""
         with self._lock:
             self._damaged_jobs += 1
+
+    def options_of_damaged_job(self, gamut_id: str) -> dict[str, Any] | None:
+        """Return what the gamut of a damaged job is to be built with; None if it is not."""
         try:
             return None if self.stored(gamut_id) else self.input_options(gamut_id)
         except BlobNotFoundError:

@@ -9,6 +9,7 @@ that is broken. The servers are those of ``tests/service/conftest.py``. As a pro
 import argparse
 import concurrent.futures
 import contextlib
+import json
 import os
 import random
 import re
@@ -54,7 +55,7 @@ def accepted_jobs_finish(start_server, slow_build, *, kills, stops, jobs=2, seed
     """
     chance = random.Random(seed)  # noqa: S311 - to be repeatable
     server = start_server(build_attempts=10, drain_seconds=1)
-    addresses = [accepted(server, slow_build(60_000 + 1000 * number)) for number in range(jobs)]
+    addresses = [accepted(server, slow_build(40_000 + 1000 * number)) for number in range(jobs)]
     ends = [how for pair in zip(["kill"] * kills, ["stop"] * stops, strict=False) for how in pair]
     ends += ["kill"] * (kills - stops) + ["stop"] * (stops - kills)
     for how in ends:
@@ -87,7 +88,7 @@ def killed_workers_cost_time_only(start_server, slow_build, *, kills, per_job=2,
     killed = 0
     number = 0
     while killed < kills:
-        address = accepted(server, slow_build(60_000 + number))
+        address = accepted(server, slow_build(40_000 + number))
         number += 1
         attempts = 0
         for _ in range(min(per_job, kills - killed)):
@@ -140,9 +141,10 @@ def main():
     example = Path(__file__).parents[2] / "examples" / "FOGRA39L.ti3"
 
     def slow_build(surface_samples):
+        options = {"surface_samples": surface_samples, "cost": "finest"}
         return {
             "files": {"file": (example.name, example.read_bytes())},
-            "data": {"options": f'{{"surface_samples": {surface_samples}}}'},
+            "data": {"options": json.dumps(options)},
         }
 
     with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
@@ -166,7 +168,7 @@ def main():
         )
         print(f"{ends} kills and stops of the service: all accepted jobs completed")
         server = start()
-        identical_requests_are_one_build(server, slow_build(90_000), clients=wanted.clients)
+        identical_requests_are_one_build(server, slow_build(50_000), clients=wanted.clients)
         server.stop()
         print(f"{wanted.clients} identical requests at the same time: one build, identical bytes")
 

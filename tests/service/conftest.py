@@ -177,13 +177,14 @@ def gamut(server, sphere):
 
 @pytest.fixture(scope="session")
 def slow_build():
-    """What to post for a build that takes some seconds: a real press, sampled densely."""
+    """What to post for a build that takes some seconds: a real press, sampled densely, `finest`."""
     path = Path(__file__).parents[2] / "examples" / "FOGRA39L.ti3"
 
-    def arguments(surface_samples=150_000):
+    def arguments(surface_samples=60_000):
+        options = {"surface_samples": surface_samples, "cost": "finest"}
         return {
             "files": {"file": ("FOGRA39L.ti3", path.read_bytes())},
-            "data": {"options": f'{{"surface_samples": {surface_samples}}}'},
+            "data": {"options": json.dumps(options)},
         }
 
     return arguments

@@ -23,7 +23,11 @@ class Deployment:
     def __init__(self, folder, command):
         self.command = command
         self.store = GamutStore(LocalBlobs(folder))
-        self.book = JobBook(self.store.blobs, lost_options=self.store.options_of_damaged_job)
+        self.book = JobBook(
+            self.store.blobs,
+            lost_options=self.store.options_of_damaged_job,
+            on_damaged=self.store.count_damaged_job,
+        )
 
     @contextlib.asynccontextmanager
     async def replica(self, *, sole_owner=False, **settings):
@@ -376,6 +380,8 @@ def test_finished_jobs_are_paged_and_forgotten_with_inputs_nobody_needs(deployme
         async with deployment.replica(job_retention_seconds=0) as builds:
             async with asyncio.timeout(30):
                 while await builds.page("", 9):  # noqa: ASYNC110 - a task of its own
+                    await asyncio.sleep(0.01)
+                while deployment.store.input_kept("b" * 64):  # noqa: ASYNC110 - the same one
                     await asyncio.sleep(0.01)
             assert await builds.job(JOB) is None
             assert await builds.wait(JOB, 1.0) is None

@@ -1,4 +1,5 @@
 import asyncio
+import dataclasses
 import json
 
 from service.events import EventStreams, event_id, stream_of_events
@@ -34,6 +35,12 @@ def test_the_job_is_told_as_it_changes_and_the_end_by_another_name():
     assert (first["event"], last["event"]) == ("progress", "finished")
     assert json.loads(first["data"]) == {"state": "running"}
     assert first["id"] == event_id(RUNNING) != event_id(DONE) == last["id"]
+
+
+def test_no_two_events_of_a_stream_have_one_id():
+    further = dataclasses.replace(RUNNING, fraction=0.5002)
+    told = events(stream([RUNNING, RUNNING, further, None, further, DONE]))
+    assert [event["id"] for event in told] == [event_id(RUNNING), event_id(DONE)]
 
 
 def test_a_sign_of_life_is_no_event():

@@ -446,7 +446,9 @@ def test_a_removal_whose_process_died_is_done_by_another(book, blobs, clock, mon
     assert book.read(JOB) == document
 
 
-def test_a_damaged_document_is_removed_and_the_job_begun_anew(book, blobs):
+def test_a_damaged_document_is_removed_and_the_job_begun_anew(blobs, clock):
+    told = []
+    book = JobBook(blobs, clock=clock, on_damaged=told.append)
     book.accept(JOB, {})
     (key,) = blobs.contents
     for damaged in (
@@ -457,6 +459,24 @@ def test_a_damaged_document_is_removed_and_the_job_begun_anew(book, blobs):
         blobs.contents[key] = damaged
         assert book.read(JOB) is None
         assert book.accept(JOB, {})[1] is True
+    assert told == [JOB] * 3
+
+
+def test_a_damage_is_told_once_however_many_read_it(blobs, clock):
+    told, others = [], threading.Barrier(5)
+
+    def options(job_id):
+        others.wait(30)  # all of them have read the damaged one by then
+        return {JOB: {"gamma": 2}}[job_id]
+
+    book = JobBook(blobs, clock=clock, lost_options=options, on_damaged=told.append)
+    book.accept(JOB, {})
+    (key,) = blobs.contents
+    blobs.contents[key] = blobs.contents[key][:-3]
+    with concurrent.futures.ThreadPoolExecutor(5) as threads:
+        documents = set(map(repr, threads.map(book.read, [JOB] * 5)))
+    assert len(documents) == 1
+    assert told == [JOB]
 
 
 def test_a_damaged_document_of_a_build_with_an_input_is_queued_anew_and_its_claim_lost(

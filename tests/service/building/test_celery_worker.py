@@ -36,7 +36,7 @@ class Deployment:
 
     def slow(self):
         """What to post for a build of some seconds that nobody has asked for yet."""
-        return self.slow_build(60_000 + next(SEEDS))
+        return self.slow_build(40_000 + next(SEEDS))
 
     def post(self, replica, arguments, wait=0):
         prefer = f"wait={wait}" if wait else "respond-async"

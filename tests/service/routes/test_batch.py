@@ -118,7 +118,7 @@ def test_nothing_else_is_sent(server, gamut, assert_problem):
 
 
 def test_large_answers_are_streamed(server, slow_build):
-    posted = server.client.post("/v1/gamuts", **slow_build(100_000))
+    posted = server.client.post("/v1/gamuts", **slow_build(60_000))
     gamut = posted.json()
     counts = ",".join(str(gamut["counts"]["triangles"] - 2 * number) for number in range(5))
     answer = server.client.get(f"{BATCH}?gamuts={gamut['id']}&triangles={counts}")

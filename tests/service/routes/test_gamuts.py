@@ -317,7 +317,7 @@ def test_a_client_that_leaves_in_its_upload_does_no_harm(server):
 
 
 def test_meshes_and_liveness_are_answered_during_a_build(server, slow_build, gamut):
-    arguments = slow_build(70_000)
+    arguments = slow_build(40_000)
     job = server.client.post("/v1/gamuts", **arguments, headers={"Prefer": "respond-async"})
     assert job.status_code == 202
     answered = 0

@@ -114,7 +114,7 @@ def posted(server, arguments):
 
 
 def test_a_build_is_followed_to_its_end_by_several(server, slow_build):
-    address = posted(server, slow_build(120_000))
+    address = posted(server, slow_build(50_000))
     with concurrent.futures.ThreadPoolExecutor(5) as threads:
         streams = list(threads.map(lambda _: events(server, address), range(5)))
     for stream in streams:
@@ -169,7 +169,7 @@ def test_streams_are_bounded_and_those_of_clients_that_leave_are_closed(
 def test_a_cancelled_build_ends_at_once_for_all_and_can_be_asked_for_again(
     server, slow_build, assert_problem
 ):
-    arguments = slow_build(100_000)
+    arguments = slow_build(61_000)
     address = posted(server, arguments)
     server.wait_for(lambda: server.client.get(address).json()["stage"] == "decimation")
     with concurrent.futures.ThreadPoolExecutor(2) as threads:
@@ -203,7 +203,7 @@ def test_a_full_queue_refuses_before_the_body_and_lets_in_what_needs_no_place(
     server = start_server(build_queue=1)
     built = {"samples": sphere(seed=70)}
     assert server.client.post("/v1/gamuts", json=built).status_code == 201
-    running, waiting = slow_build(150_000), slow_build(149_000)
+    running, waiting = slow_build(80_000), slow_build(79_000)
     addresses = [posted(server, running)]
     server.wait_for(lambda: server.client.get(addresses[0]).json()["state"] == "running")
     addresses.append(posted(server, waiting))
@@ -239,11 +239,11 @@ def test_a_build_outlives_its_workers(start_server, slow_build):
 
 
 def test_200_identical_requests_are_one_build_and_one_answer(server, slow_build):
-    identical_requests_are_one_build(server, slow_build(90_000), clients=200)
+    identical_requests_are_one_build(server, slow_build(50_000), clients=200)
 
 
 def test_a_build_goes_on_when_the_first_client_disconnects(server, slow_build):
-    arguments = slow_build(80_000)
+    arguments = slow_build(45_000)
     with pytest.raises(httpx.ReadTimeout), httpx.Client(base_url=server.url) as first:
         first.post("/v1/gamuts", **arguments, headers={"Prefer": "wait=60"}, timeout=0.5)
     answer = server.client.post("/v1/gamuts", **arguments, headers={"Prefer": "wait=60"})
