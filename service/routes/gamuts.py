@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import AsyncIterator
 from typing import IO, Annotated, Any
 
-from fastapi import APIRouter, Depends, Path, Query, Request
+from fastapi import APIRouter, Depends, Path, Request
 from fastapi.responses import Response, StreamingResponse
 
 from gamutcore.gamut import gamut_id as identity
@@ -34,7 +34,8 @@ from service.documentation import (
 )
 from service.models import GamutDescription, GamutList, JobDescription, Levels
 from service.negotiation import preference
-from service.parameters import LARGEST_WHOLE, WHOLE_NUMBER, check_query
+from service.paging import After, Limit, page_of
+from service.parameters import check_query
 from service.problems import BUILD_PROBLEMS, Problem, ProblemError
 from service.responses import JsonResponse
 from service.routes.jobs import job_document
@@ -210,36 +211,16 @@ async def _check_admission_of_large(request: Request, service: Service) -> None:
 )
 async def list_gamuts(
     request: Request,
-    limit: Annotated[
-        int,
-        Query(
-            ge=1,
-            description="Gamuts on a page at most; the service has a limit as well.",
-            json_schema_extra={"maximum": LARGEST_WHOLE},
-        ),
-        WHOLE_NUMBER,
-    ] = 50,
-    after: Annotated[
-        str,
-        Query(
-            pattern="^([0-9a-f]{64})?$",
-            description="Id of the last gamut of the page before.",
-            examples=[EXAMPLE_ID],
-        ),
-    ] = "",
+    limit: Limit = 50,
+    after: After = "",
 ) -> Response:
     """List the gamuts."""
     service = service_of(request)
     limit = min(limit, service.settings.max_page_size)
-    # One more than is shown tells whether there is a next page.
     records = await asyncio.to_thread(service.store.page, after, limit + 1)
-    shown = records[:limit]
-    following = f"/v1/gamuts?limit={limit}&after={shown[-1].id}" if len(records) > limit else None
-    headers = {"Cache-Control": "no-cache"}
-    if following:
-        headers["Link"] = f'<{following}>; rel="next"'
+    shown, following, link = page_of(records, limit, "/v1/gamuts")
     document = {"gamuts": [_summary(record) for record in shown], "next": following}
-    answer = JsonResponse(document, headers=headers)
+    answer = JsonResponse(document, headers={"Cache-Control": "no-cache"} | link)
     return compress_response(answer, request.headers.getlist("accept-encoding"))
 
 

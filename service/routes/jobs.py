@@ -4,14 +4,15 @@ import json
 from collections.abc import AsyncIterator
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Header, Path, Query, Request
+from fastapi import APIRouter, Depends, Header, Path, Request
 from fastapi.responses import Response, StreamingResponse
 
 from service.documentation import EXAMPLE_ID, EXAMPLE_JOB, header, json_response, problems
 from service.events import HEARTBEAT_SECONDS, MEDIA_TYPE, event_id, stream_of_events
 from service.jobs import JobDocument
 from service.models import JobDescription, JobList
-from service.parameters import WHOLE_NUMBER, check_query
+from service.paging import After, Limit, page_of
+from service.parameters import check_query
 from service.problems import Problem, ProblemError
 from service.responses import JsonResponse
 from service.state import Service, service_of
@@ -72,32 +73,16 @@ _EVENT_SCHEMA = {
 )
 async def list_jobs(
     request: Request,
-    limit: Annotated[
-        int,
-        Query(ge=1, description="Jobs on a page at most; the service has a limit as well."),
-        WHOLE_NUMBER,
-    ] = 50,
-    after: Annotated[
-        str,
-        Query(
-            pattern="^([0-9a-f]{64})?$",
-            description="Id of the last job of the page before.",
-            examples=[EXAMPLE_ID],
-        ),
-    ] = "",
+    limit: Limit = 50,
+    after: After = "",
 ) -> Response:
     """List the jobs."""
     service = service_of(request)
     limit = min(limit, service.settings.max_page_size)
-    # One more than is shown tells whether there is a next page.
     documents = await service.builds.page(after, limit + 1)
-    shown = documents[:limit]
-    following = f"/v1/jobs?limit={limit}&after={shown[-1].id}" if len(documents) > limit else None
-    headers = dict(_NO_STORE)
-    if following:
-        headers["Link"] = f'<{following}>; rel="next"'
+    shown, following, link = page_of(documents, limit, "/v1/jobs")
     jobs = [job_document(document) for document in shown]
-    return JsonResponse({"jobs": jobs, "next": following}, headers=headers)
+    return JsonResponse({"jobs": jobs, "next": following}, headers=_NO_STORE | link)
 
 
 @router.get(

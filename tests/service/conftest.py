@@ -1,6 +1,7 @@
 import contextlib
 import hashlib
 import http.server
+import itertools
 import json
 import os
 import re
@@ -23,6 +24,7 @@ from service.storage.records import Record
 
 # The tests' folders are no packages.
 sys.path.insert(0, str(Path(__file__).parent))
+import browser as chromium
 import emulators
 import google_storage
 
@@ -120,6 +122,17 @@ def start_server(tmp_path_factory):
             return server
 
         yield start
+
+
+@pytest.fixture
+def browser(tmp_path):
+    """Open an address in a real browser, and return the page."""
+    if reason := chromium.missing():
+        if os.environ.get("CI") == "true":
+            pytest.fail(reason)
+        pytest.skip(reason)
+    profiles = (tmp_path / f"profile{number}" for number in itertools.count())
+    return lambda address: chromium.open_page(address, next(profiles))
 
 
 @pytest.fixture(scope="session")

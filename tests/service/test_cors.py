@@ -1,4 +1,8 @@
 import asyncio
+import contextlib
+import http.server
+import json
+import threading
 
 import httpx
 import pytest
@@ -94,3 +98,72 @@ def test_origins_are_separated_by_commas_or_spaces():
 def test_what_is_no_origin_is_refused(text):
     with pytest.raises(ValueError, match="is not an origin"):
         origins(text)
+
+
+SCRIPT = """
+const service = %s, samples = %s;
+const told = document.getElementById("told");
+async function used() {
+  const request = {method: "POST", body: JSON.stringify({samples}),
+                   headers: {"Content-Type": "application/json", "X-Request-Id": "a-page"}};
+  const posted = await fetch(service + "/v1/gamuts", request);
+  const gamut = await posted.json();
+  const mesh = await fetch(service + gamut.links.self + "/mesh.ply?triangles=20");
+  const removed = await fetch(service + gamut.links.self, {method: "DELETE"});
+  return {
+    posted: posted.status, location: posted.headers.get("Location"), id: gamut.id,
+    request: posted.headers.get("X-Request-Id"), triangles: mesh.headers.get("Gamut-Triangles"),
+    etag: mesh.headers.get("ETag"), mesh: (await mesh.text()).slice(0, 3), removed: removed.status,
+  };
+}
+used().then(found => { told.textContent = JSON.stringify(found); },
+            error => { told.textContent = JSON.stringify({error: error.name}); });
+"""
+
+
+@contextlib.contextmanager
+def origin_of_pages(pages):
+    """An origin that serves pages, which may be named later."""
+
+    class Pages(http.server.BaseHTTPRequestHandler):
+        def do_GET(self):
+            text = pages.get(self.path)
+            self.send_response(404 if text is None else 200)
+            self.send_header("Content-Type", "text/html; charset=utf-8")
+            self.end_headers()
+            self.wfile.write((text or "").encode())
+
+        def log_message(self, *_):
+            pass
+
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Pages) as opened:
+        thread = threading.Thread(target=opened.serve_forever)
+        thread.start()
+        try:
+            yield f"http://127.0.0.1:{opened.server_port}"
+        finally:
+            opened.shutdown()
+            thread.join()
+
+
+def test_the_scripts_of_a_listed_origin_can_use_the_service_and_others_cannot(
+    start_server, sphere, browser
+):
+    pages = {}
+    with origin_of_pages(pages) as listed, origin_of_pages(pages) as other:
+        server = start_server(cors_origins=listed)
+        script = SCRIPT % (json.dumps(server.url), json.dumps(sphere(seed=90)))
+        pages["/"] = f'<!DOCTYPE html><p id="told"></p><script>{script}</script>'
+
+        def told(origin):
+            document = browser(origin).document
+            return json.loads(document.partition('<p id="told">')[2].partition("</p>")[0])
+
+        assert told(other) == {"error": "TypeError"}
+        found = told(listed)
+        server.stop()
+    assert (found["posted"], found["removed"]) == (201, 204)
+    assert found["location"] == f"/v1/gamuts/{found['id']}"
+    assert (found["request"], found["triangles"]) == ("a-page", "20")
+    assert found["mesh"] == "ply"
+    assert found["etag"].startswith('"')

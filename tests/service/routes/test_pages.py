@@ -107,3 +107,10 @@ def test_other_pages_are_not_found(server, assert_problem):
     for path in ("/problems/<script>", "/nowhere", "/v1", "/v1/gamuts/"):
         answer = server.client.get(path)
         assert_problem(answer, 404, "not-found")
+
+
+@pytest.mark.parametrize("path", PAGES)
+def test_a_browser_shows_every_page_and_complains_of_nothing(server, browser, path):
+    page = browser(f"{server.url}{path}")
+    assert page.complaints == []
+    assert "<h1" in page.document

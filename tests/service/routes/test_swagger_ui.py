@@ -156,3 +156,14 @@ def test_the_files_are_those_of_the_package():
     for name, digest in stated.items():
         assert hashlib.sha256((FOLDER / name).read_bytes()).hexdigest() == digest
     assert f"`swagger-ui-dist` {VERSION}" in notice
+
+
+def test_a_browser_shows_every_operation_and_complains_of_nothing(server, browser):
+    paths = server.client.get("/openapi.json").json()["paths"]
+    page = browser(f"{server.url}/docs")
+    assert page.complaints == []
+    shown = re.findall(r'class="opblock opblock-([a-z]+)', page.document)
+    methods = {"get", "put", "post", "delete", "patch", "head", "options"}
+    assert sorted(shown) == sorted(
+        method for operations in paths.values() for method in operations if method in methods
+    )
