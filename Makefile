@@ -1,6 +1,7 @@
 # What a developer and CI do with this checkout; `make help` lists it. Needs git, make and Python
 # 3.11 or newer; Node.js, where it is there, adds the glTF validator and an emulator of Azure to the
-# tests, Chromium those of the pages. Everything is installed into .venv, at the versions of constraints.txt.
+# tests, and Chromium those of the pages. Everything is installed into .venv, at the versions of
+# constraints.txt.
 
 SHELL := /bin/sh
 .DELETE_ON_ERROR:
