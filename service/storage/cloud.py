@@ -61,8 +61,12 @@ _CONNECT_SECONDS = 5
 _REQUEST_SECONDS = 60
 """For a whole request: 160 MB, the largest input, at 3 MB/s."""
 
+_SILENT_SECONDS = 4
+"""Without a byte of an answer to a read. Stores answer within tenths of a second, and a read that
+is repeated costs nothing; writes answer when everything has arrived, and have the whole time."""
+
 _READ_RETRIES = 3
-_RETRY_SECONDS = 15
+_RETRY_SECONDS = 8
 """After this time from the first attempt there is no further one."""
 
 _WRITE_PAUSES = (0.1, 0.5, 2.0)
@@ -114,8 +118,8 @@ class CloudBlobs:
             raise ValueError(message)
         self.address = address
         kind = _STORES[parts.scheme]
-        self._reading = _client(kind, address, _READ_RETRIES)
-        self._writing = _client(kind, address, 0)
+        self._reading = _client(kind, address, _READ_RETRIES, silent=_SILENT_SECONDS)
+        self._writing = _client(kind, address, 0, silent=_REQUEST_SECONDS)
         self._scratch: Path | None = None
         self._lock: IO[bytes] | None = None
 
@@ -243,7 +247,7 @@ class CloudBlobs:
 
 
 def _client(
-    kind: type[S3Store | GCSStore | AzureStore], address: str, retries: int
+    kind: type[S3Store | GCSStore | AzureStore], address: str, retries: int, *, silent: float
 ) -> S3Store | GCSStore | AzureStore:
     retry: RetryConfig = {
         "max_retries": retries,
@@ -261,6 +265,7 @@ def _client(
             client_options={
                 "connect_timeout": timedelta(seconds=_CONNECT_SECONDS),
                 "timeout": timedelta(seconds=_REQUEST_SECONDS),
+                "read_timeout": timedelta(seconds=silent),
                 "allow_http": allowed,
             },
             retry_config=retry,

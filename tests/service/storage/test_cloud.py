@@ -4,6 +4,7 @@ import contextlib
 import http.client
 import http.server
 import os
+import socket
 import threading
 import time
 from pathlib import Path
@@ -209,9 +210,22 @@ class TestGamuts:
 
 
 @pytest.mark.usefixtures("quick")
-def test_a_bucket_that_does_not_answer_is_unavailable_within_its_time(address, monkeypatch):
+@pytest.mark.parametrize("how", ["nobody listens", "nobody answers"])
+def test_a_bucket_that_does_not_answer_is_unavailable_within_its_time(address, monkeypatch, how):
     where = address("s3")
-    monkeypatch.setenv("AWS_ENDPOINT", "http://127.0.0.1:9")  # discard: nobody listens
+    monkeypatch.setattr(cloud, "_SILENT_SECONDS", 0.3)
+    silent = socket.create_server(("127.0.0.1", 0))
+    port = silent.getsockname()[1]
+    monkeypatch.setenv("AWS_ENDPOINT", f"http://127.0.0.1:{port}")
+    if how == "nobody listens":
+        silent.close()
+    else:
+        monkeypatch.setattr(cloud, "_REQUEST_SECONDS", 1)  # a write may take all of it
+    with silent:
+        _all_is_unavailable(where)
+
+
+def _all_is_unavailable(where):
     blobs, start = CloudBlobs(where), time.monotonic()
     for attempt in (
         blobs.open,
