@@ -146,7 +146,7 @@ def million_points() -> dict[str, Any]:
 
 def storage(runs: int) -> list[dict[str, Any]]:
     """Size of history files of about 200,000 triangles, and the time to their first level."""
-    boundary = srgb_boundary(135_000)
+    boundary = srgb_boundary(115_000)
     rows = []
     for cost in COSTS:
         history = history_of(decimated(boundary.mesh, boundary.centre, cost))
