@@ -238,7 +238,9 @@ def hostile(scale: float) -> list[Row]:
 def properties(scale: float) -> list[Row]:
     """Requests that schemathesis makes of the OpenAPI document, stateful."""
     seconds = max(20, int(600 * scale))
-    status, output, _ = program("api_properties.py", "--seconds", seconds)
+    status, output, errors = program("api_properties.py", "--seconds", seconds)
+    if status:
+        sys.stderr.write(output[-8000:] + errors)
     cases = re.findall(r"^\s*✅?\s*([\d,]+ (?:generated|passed).*)$", output, re.MULTILINE)
     summary = [line.strip() for line in output.splitlines() if re.search(r"\d+ generated", line)]
     told = "; ".join(summary or cases) or f"exit status {status}"
