@@ -18,7 +18,7 @@ from service.negotiation import preferred_media_type
 from service.parameters import DECIMAL_PATTERN, check_query
 from service.problems import Problem, ProblemError
 from service.state import Service, service_of
-from service.storage.gamuts import GamutNotStoredError
+from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 
 __all__ = ["router"]
 
@@ -52,10 +52,12 @@ def _numbers(what: str, example: str) -> Any:  # noqa: ANN401 - FastAPI's own
         304: {"description": "The client has this content already (If-None-Match)."},
         **problems(
             "gamut-not-found",
+            "gamut-rebuilding",
             "triangle-count",
             "precondition-failed",
             "invalid-parameter",
             "not-acceptable",
+            "store-unavailable",
         ),
     },
 )
@@ -185,7 +187,9 @@ class _Batch:
             wanted = [one for one in self._asked if one.gamut_id == gamut_id]
             try:
                 record = await self._service.library.record(gamut_id)
-            except GamutNotStoredError:
+            except GamutNotStoredError as error:
+                if isinstance(error, GamutDamagedError) and error.input_kept:
+                    raise  # It is there again soon, as is an answer with everything in it.
                 problem = _not_found(gamut_id)
                 failed |= dict.fromkeys(wanted, problem)
                 continue

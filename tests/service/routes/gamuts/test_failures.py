@@ -1,5 +1,6 @@
 """Restarts, damaged files, and builds that take too long."""
 
+import concurrent.futures
 import shutil
 
 
@@ -73,3 +74,31 @@ def test_a_gamut_whose_history_is_gone_is_built_anew_by_posting(server, sphere, 
     assert server.client.get(first["links"]["history"]).status_code == 200
     lose_history()
     assert server.client.post("/v1/gamuts", json=body).status_code == 201
+
+
+def test_a_damaged_gamut_of_several_is_built_again_as_well(server, gamut, sphere, assert_problem):
+    damaged = server.client.post("/v1/gamuts", json={"samples": sphere(seed=42)}).json()
+    (record,) = server.data.rglob(f"published/*/{damaged['id']}.record")
+    record.write_bytes(record.read_bytes()[:-9])
+    address = f"/v1/meshes?gamuts={gamut['id']},{damaged['id']}&triangles=100"
+    problem = assert_problem(server.client.get(address), 503, "gamut-rebuilding")
+    assert server.finished_job(problem["where"]["job"])["state"] == "succeeded"
+    assert server.client.get(address).headers["gamut-failures"] == "0"
+
+
+def test_who_waits_for_a_gamut_that_others_delete_is_told_so(server, sphere, assert_problem):
+    def deleted_at_once(seed):
+        body = {"samples": sphere(seed, count=5000)}
+        job = server.client.post("/v1/gamuts", json=body, headers={"Prefer": "respond-async"})
+        waiting = threads.submit(server.client.post, "/v1/gamuts", json=body)
+        while not waiting.done():
+            server.client.delete(f"/v1/gamuts/{job.json()['id']}")
+        return waiting.result()
+
+    # Whether it is gone before or after the one who waits has looked at it is for chance to say.
+    with concurrent.futures.ThreadPoolExecutor(1) as threads:
+        for seed in range(60, 80):
+            answer = deleted_at_once(seed)
+            if answer.status_code not in {200, 201}:
+                break
+    assert_problem(answer, 409, "gamut-deleted")
