@@ -375,7 +375,9 @@ class Builds:
 
         That of a stored gamut stays: it is what a damaged one is built from.
         """
-        if self._book.read(job_id) is None and not self._store.stored(job_id):
+        if self._book.read(job_id) is not None or self._store.stored(job_id):
+            return
+        if not self._store.to_be_rebuilt(job_id):
             self._store.drop_input(job_id)
 
 

@@ -188,8 +188,8 @@ class _Batch:
             try:
                 record = await self._service.library.record(gamut_id)
             except GamutNotStoredError as error:
-                if isinstance(error, GamutDamagedError) and error.input_kept:
-                    raise  # It is there again soon, as is an answer with everything in it.
+                if await self._comes_again(gamut_id, error):
+                    raise  # and so does an answer with everything in it
                 problem = _not_found(gamut_id)
                 failed |= dict.fromkeys(wanted, problem)
                 continue
@@ -206,6 +206,12 @@ class _Batch:
                 else:
                     triangles += count
         return failed, triangles
+
+    async def _comes_again(self, gamut_id: str, error: GamutNotStoredError) -> bool:
+        """Whether a gamut is only missing because it was damaged."""
+        if isinstance(error, GamutDamagedError):
+            return error.input_kept
+        return await asyncio.to_thread(self._service.store.to_be_rebuilt, gamut_id)
 
     async def _pieces(self, failed: dict[Asked, Problem]) -> AsyncIterator[bytes]:
         for one in self._asked:
