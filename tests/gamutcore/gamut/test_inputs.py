@@ -216,6 +216,7 @@ class TestMesh:
             {"gamma": 0.3},
             {"surface_samples": 5000},
             {"intent": "absolute"},
+            {"device_model": "fit"},
             {"ink_limit": 300},
             {"black_limit": 90},
             {"observer": 10},
