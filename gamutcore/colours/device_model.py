@@ -1,12 +1,14 @@
 """The device model of measured samples: which one they get, and how far it can be trusted.
 
 Complete grids are interpolated linearly between their nodes; scattered samples are fitted. Coarse
-grids of smooth devices can be fitted better than they are interpolated: the provenance says so where
-it is the case, and who builds a gamut can choose. What was measured: docs/decisions/device-model.md.
+grids of smooth devices can be fitted better than they are interpolated: the provenance says so
+where it is the case, and who builds a gamut can choose. What was measured:
+docs/decisions/device-model.md.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -107,10 +109,11 @@ def device_model(device: FloatArray, lab: FloatArray, kind: str | None = None) -
     if grid is not None:
         return _of_grid(grid, device, lab)
     if kind == "interpolation":
-        levels = " · ".join(str(len(np.unique(values))) for values in device.T)
+        levels = [len(np.unique(values)) for values in device.T]
         raise OptionError(
-            f"device_model 'interpolation' does not apply: the {len(device)} distinct device values "
-            f"are no complete grid, which of {levels} levels has as many as their product.",
+            f"device_model 'interpolation' does not apply: the {len(device)} distinct device "
+            f"values are no complete grid; one of {' · '.join(map(str, levels))} levels has "
+            f"{math.prod(levels):.6g}.",
             where={"field": "device_model"},
             remedy="Ask for 'fit', or send all combinations of some levels of each channel, and "
             "nothing beside them.",
@@ -132,7 +135,8 @@ def _fitted(device: FloatArray, lab: FloatArray) -> ScatteredModel | DegenerateS
 
 
 def _varied(device: FloatArray) -> npt.NDArray[np.bool_]:
-    return np.ptp(device, axis=0) > 1e-6
+    varied: npt.NDArray[np.bool_] = np.ptp(device, axis=0) > 1e-6
+    return varied
 
 
 def _of_grid(grid: GridModel, device: FloatArray, lab: FloatArray) -> DeviceModel:
