@@ -1,0 +1,139 @@
+"""How much a picture may unpack to, by its bytes, and the errors of what breaks its format.
+
+Strangers send files of few bytes that claim many pixels. All of this is told from headers, before a
+decoder is started, and but for blank pictures of moderate size it is a matter of proportion.
+"""
+
+from __future__ import annotations
+
+import math
+
+from gamutcore.errors import MalformedFileError, PictureSizeError, Where
+from gamutcore.limits import current_limits
+
+__all__ = [
+    "BAND_BYTES",
+    "FREELY_DISTINCT",
+    "FREELY_HELD",
+    "FREELY_UNPACKED",
+    "MAX_DECODED_BYTES",
+    "MAX_RATIO",
+    "checked_held",
+    "checked_size",
+    "malformed",
+]
+
+MAX_DECODED_BYTES = 2**29
+"""Bytes of a picture's pixels at most, unpacked. A picture of 24 megapixels in CMYK or RGBA has
+192 MB in 16 bits and 384 MB in 32-bit floats."""
+
+FREELY_UNPACKED = 2**27
+"""Bytes that any file may unpack to: a blank picture of 24 megapixels has 72 MB."""
+
+FREELY_HELD = 96 * 2**20
+"""Bytes that decoding any file may need at once. A worker has 320 MiB in use before it begins, and
+is to stay below 512 MiB with files of few bytes."""
+
+MAX_RATIO = 100
+"""Beyond `FREELY_UNPACKED` and `FREELY_HELD`, what a byte may unpack to at most. Photographs have 3
+to 40."""
+
+FREELY_DISTINCT = 2**22
+"""Distinct values that the pixels of any file may have; with more of them, and more than
+`MAX_RATIO` bytes for each of the file, sorting them would take too much memory."""
+
+BAND_BYTES = 2**22
+"""Bytes of rows that are decoded at a time, where that can be chosen."""
+
+
+def malformed(message: str, where: Where | None = None, remedy: str = "") -> MalformedFileError:
+    """Return the error of a picture that breaks its format.
+
+    Parameters
+    ----------
+    message : str
+    where : dict, optional
+    remedy : str, optional
+
+    Returns
+    -------
+    MalformedFileError
+    """
+    return MalformedFileError(
+        message, where=where, remedy=remedy or "Send the whole picture, or save it anew."
+    )
+
+
+def checked_size(
+    width: int, height: int, pixel_bytes: float, packed: int, most_unpacked: float
+) -> None:
+    """Refuse a picture that is empty, too large, or larger than its bytes can hold.
+
+    Parameters
+    ----------
+    width, height : int
+        In pixels, as the file states them.
+    pixel_bytes : float
+        Bytes of a pixel, unpacked.
+    packed : int
+        Bytes that the pixels have in the file.
+    most_unpacked : float
+        Bytes that the compression can make of one byte at most.
+
+    Raises
+    ------
+    MalformedFileError
+        It has no pixels, or they cannot be in the file: it ends early, or is made to exhaust
+        memory.
+    PictureSizeError
+        It has more pixels than `current_limits` allow, or `MAX_DECODED_BYTES` bytes, or is packed
+        as no large photograph is.
+    """
+    if width <= 0 or height <= 0:
+        raise malformed(f"The picture has {width} × {height} pixels.", {"field": "size"})
+    size = width * height * pixel_bytes
+    most = current_limits().pixels
+    if width * height > most or size > MAX_DECODED_BYTES:
+        raise PictureSizeError(
+            f"The picture has {width} × {height} pixels, {size / 1e6:.0f} MB unpacked.",
+            where={"field": "size"},
+            remedy=f"At most {most / 1e6:g} million pixels and "
+            f"{MAX_DECODED_BYTES / 1e6:.0f} MB are unpacked; send a smaller copy.",
+        )
+    if size > packed * most_unpacked + 65536:
+        raise malformed(
+            f"The picture claims {width} × {height} pixels, which its {packed} bytes of data "
+            "cannot hold.",
+            {"field": "size"},
+        )
+    if math.isfinite(most_unpacked) and size > max(FREELY_UNPACKED, packed * MAX_RATIO):
+        raise PictureSizeError(
+            f"The picture unpacks from {packed} bytes to {size / 1e6:.0f} MB.",
+            where={"field": "size"},
+            remedy=f"Beyond {FREELY_UNPACKED / 1e6:.0f} MB, at most {MAX_RATIO} bytes are unpacked "
+            "of one; send a smaller copy.",
+        )
+
+
+def checked_held(held: float, packed: int) -> None:
+    """Refuse what has to be in memory at once to be decoded, and has few bytes in the file.
+
+    Parameters
+    ----------
+    held : float
+        Bytes that the decoder needs.
+    packed : int
+        Bytes that they have in the file.
+
+    Raises
+    ------
+    PictureSizeError
+        They are more than `FREELY_HELD`, and `MAX_RATIO` times those in the file.
+    """
+    if held > max(FREELY_HELD, packed * MAX_RATIO):
+        raise PictureSizeError(
+            f"Decoding {packed} bytes of the picture takes {held / 1e6:.0f} MB of memory.",
+            where={"field": "size"},
+            remedy=f"Beyond {FREELY_HELD / 1e6:.0f} MB, at most {MAX_RATIO} bytes are taken for "
+            "one; send a smaller copy, a JPEG that is not progressive, or a TIFF of more strips.",
+        )
