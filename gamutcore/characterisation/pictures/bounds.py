@@ -13,8 +13,11 @@ from gamutcore.limits import current_limits
 
 __all__ = [
     "BAND_BYTES",
+    "BYTES_PER_VALUE",
     "FREELY_DISTINCT",
+    "FREELY_EVALUATED",
     "FREELY_HELD",
+    "FREELY_SORTED",
     "FREELY_UNPACKED",
     "MAX_DECODED_BYTES",
     "MAX_RATIO",
@@ -35,12 +38,22 @@ FREELY_HELD = 96 * 2**20
 is to stay below 512 MiB with files of few bytes."""
 
 MAX_RATIO = 100
-"""Beyond `FREELY_UNPACKED` and `FREELY_HELD`, what a byte may unpack to at most. Photographs have 3
-to 40."""
+"""Beyond `FREELY_SORTED`, `FREELY_UNPACKED` and `FREELY_HELD`, what a byte may unpack to at most.
+Photographs have 3 to 40."""
 
-FREELY_DISTINCT = 2**22
-"""Distinct values that the pixels of any file may have; with more of them, and more than
-`MAX_RATIO` bytes for each of the file, sorting them would take too much memory."""
+FREELY_SORTED = 2**26
+"""Bytes of the numbers of all pixels that are sorted for any file: one pixel of every 8-bit RGB."""
+
+FREELY_DISTINCT = 2**21
+"""Distinct values that the pixels of any file may have where sorting them takes more than
+`FREELY_SORTED` bytes, and more than `MAX_RATIO` bytes for each of the file."""
+
+FREELY_EVALUATED = 2**19
+"""Distinct values of any file that are evaluated; each takes 240 bytes until the boundary is there.
+More of them, up to `MAX_VALUES`, need `BYTES_PER_VALUE` in the file."""
+
+BYTES_PER_VALUE = 2
+"""Photographs have 4 (JPEG) to 14 (PNG) bytes for each distinct value."""
 
 BAND_BYTES = 2**22
 """Bytes of rows that are decoded at a time, where that can be chosen."""
@@ -115,7 +128,7 @@ def checked_size(
         )
 
 
-def checked_held(held: float, packed: int) -> None:
+def checked_held(held: float, packed: int, ratio: int = MAX_RATIO) -> None:
     """Refuse what has to be in memory at once to be decoded, and has few bytes in the file.
 
     Parameters
@@ -124,16 +137,18 @@ def checked_held(held: float, packed: int) -> None:
         Bytes that the decoder needs.
     packed : int
         Bytes that they have in the file.
+    ratio : int, optional
+        Beyond `FREELY_HELD`, how many are needed for one at most.
 
     Raises
     ------
     PictureSizeError
-        They are more than `FREELY_HELD`, and `MAX_RATIO` times those in the file.
+        They are more.
     """
-    if held > max(FREELY_HELD, packed * MAX_RATIO):
+    if held > max(FREELY_HELD, packed * ratio):
         raise PictureSizeError(
             f"Decoding {packed} bytes of the picture takes {held / 1e6:.0f} MB of memory.",
             where={"field": "size"},
-            remedy=f"Beyond {FREELY_HELD / 1e6:.0f} MB, at most {MAX_RATIO} bytes are taken for "
-            "one; send a smaller copy, a JPEG that is not progressive, or a TIFF of more strips.",
+            remedy=f"Beyond {FREELY_HELD / 1e6:.0f} MB, at most {ratio} bytes are taken for one; "
+            "send a smaller copy, a JPEG that is not progressive, or a TIFF of more strips.",
         )

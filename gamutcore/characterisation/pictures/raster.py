@@ -11,9 +11,20 @@ import numpy.typing as npt
 
 from gamutcore.arrays import FloatArray
 from gamutcore.characterisation.icc import IccProfile, icc_profile
-from gamutcore.characterisation.pictures.bounds import FREELY_DISTINCT, MAX_RATIO, malformed
+from gamutcore.characterisation.pictures.bounds import (
+    BYTES_PER_VALUE,
+    FREELY_DISTINCT,
+    FREELY_EVALUATED,
+    FREELY_SORTED,
+    MAX_RATIO,
+    malformed,
+)
 from gamutcore.characterisation.pictures.encoding import LINEAR, SRGB, Encoding
-from gamutcore.characterisation.pictures.values import TooManyValuesError, distinct_values
+from gamutcore.characterisation.pictures.values import (
+    MAX_VALUES,
+    TooManyValuesError,
+    distinct_values,
+)
 from gamutcore.characterisation.samples import JSON, IntArray
 from gamutcore.errors import (
     InvalidPointsError,
@@ -188,8 +199,9 @@ def picture_of_raster(raster: Raster) -> Picture:
             width * height,
             channels,
             depth,
-            free=FREELY_DISTINCT,
-            freed=raster.packed * MAX_RATIO,
+            most=min(MAX_VALUES, max(FREELY_EVALUATED, raster.packed // BYTES_PER_VALUE)),
+            sorted_bytes=max(FREELY_SORTED, raster.packed * MAX_RATIO),
+            fewer=FREELY_DISTINCT,
         )
     except TooManyValuesError as error:
         raise PictureSizeError(

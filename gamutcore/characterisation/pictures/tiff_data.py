@@ -29,7 +29,7 @@ from gamutcore.characterisation.pictures.jpeg import MOST_UNPACKED, jpeg_frame, 
 from gamutcore.characterisation.pictures.tiff_tags import Directory
 from gamutcore.errors import UnsupportedPictureError
 
-__all__ = ["Layout", "DecodedSamples", "decoded_samples", "refused"]
+__all__ = ["DecodedSamples", "Layout", "decoded_samples", "refused"]
 
 _NONE, _LZW, _JPEG, _DEFLATE, _PACKBITS, _OLD_DEFLATE = 1, 5, 7, 8, 32773, 32946
 
@@ -43,6 +43,10 @@ _RATIOS = {
     _OLD_DEFLATE: 1032.0,
     _PACKBITS: 64.0,
 }
+
+_STRIP_RATIO = 20
+"""Bytes that are held at most for one of a strip that libtiff unpacks, where they are many. Writers
+make strips of some kilobytes; one of a hundred megabytes has to be worth it."""
 
 _MAX_PARTS = 2**16
 """Strips or tiles at most: 24 million pixels are 94 thousand tiles of the smallest size that TIFF
@@ -230,7 +234,8 @@ class _Parts:
         whole = self.across * self.width * self.down * self.height
         checked_size(1, whole, pixel_bytes, sum(self.sizes), _RATIOS[layout.compression])
         if layout.compression in {_LZW, _PACKBITS}:  # which libtiff unpacks whole strips of
-            checked_held(planes * self.row_bytes * self.height, planes * max(self.sizes))
+            held = 2 * planes * self.row_bytes * self.height  # and Pillow copies
+            checked_held(held, planes * max(self.sizes), _STRIP_RATIO)
 
     def _check(self, number: int, counts: int) -> None:
         if len(self.sizes) != number:

@@ -8,6 +8,7 @@ cell of the finest lattice that has few enough is represented by its outermost v
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -56,8 +57,8 @@ def distinct_values(
     bits: int,
     *,
     most: int = MAX_VALUES,
-    free: int | None = None,
-    freed: int = 0,
+    sorted_bytes: float = math.inf,
+    fewer: int = MAX_VALUES,
 ) -> DistinctValues:
     """Return the distinct values of pixels.
 
@@ -73,10 +74,11 @@ def distinct_values(
         Bits of a channel value, 8 or 16.
     most : int, optional
         Values to be returned at most.
-    free : int, optional
-        If all pixels' numbers take more than `freed` bytes, distinct ones are found in parts rather
-        than all be held at once, and there may be this many of them at most.
-    freed : int, optional
+    sorted_bytes : float, optional
+        Bytes that the numbers of all pixels may take. If they took more, distinct ones are found
+        in parts rather than all be held at once.
+    fewer : int, optional
+        How many of them there may be then.
 
     Returns
     -------
@@ -86,7 +88,7 @@ def distinct_values(
     Raises
     ------
     TooManyValuesError
-        There are more than `free` distinct values, and `freed` bytes do not suffice.
+        The numbers take more than `sorted_bytes`, and there are more than `fewer` distinct ones.
     """
     if channels == 1:
         return _distinct_numbers(bands, bits)
@@ -94,10 +96,8 @@ def distinct_values(
     spread = _spread_bits(channels, bits, kind)
     parts = _keys(bands, channels, kind, spread)
     weights: IntArray | None = None
-    few = free is not None and pixels * np.dtype(kind).itemsize > max(freed, free * 8)
-    if few:
-        assert free is not None  # noqa: S101 (see above)
-        keys, weights = _joined(parts, kind, free)
+    if pixels * np.dtype(kind).itemsize > sorted_bytes:
+        keys, weights = _joined(parts, kind, fewer)
     else:
         keys = np.empty(pixels, kind)
         filled = 0
@@ -135,12 +135,12 @@ def _keys(
         yield part
 
 
-_JOINED = 2**22
+_JOINED = 2**21
 """Numbers that are gathered before they are joined with those that were seen."""
 
 
 def _joined(
-    parts: Iterable[npt.NDArray[Any]], kind: type[np.unsignedinteger[Any]], free: int
+    parts: Iterable[npt.NDArray[Any]], kind: type[np.unsignedinteger[Any]], fewer: int
 ) -> tuple[npt.NDArray[Any], IntArray]:
     """Return each number once, in order, and how often it is there."""
     keys, weights = np.empty(0, kind), np.empty(0, np.int64)
@@ -150,11 +150,11 @@ def _joined(
         if sum(map(len, waiting)) >= _JOINED:
             keys, weights = _with(keys, weights, np.concatenate(waiting))
             waiting = []
-            if len(keys) > free:
+            if len(keys) > fewer:
                 raise TooManyValuesError
     if waiting:
         keys, weights = _with(keys, weights, np.concatenate(waiting))
-    if len(keys) > free:
+    if len(keys) > fewer:
         raise TooManyValuesError
     return keys, weights
 
