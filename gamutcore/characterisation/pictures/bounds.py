@@ -14,6 +14,7 @@ from gamutcore.limits import current_limits
 __all__ = [
     "BAND_BYTES",
     "BYTES_PER_VALUE",
+    "FREELY_DECODED",
     "FREELY_DISTINCT",
     "FREELY_EVALUATED",
     "FREELY_HELD",
@@ -21,6 +22,7 @@ __all__ = [
     "FREELY_UNPACKED",
     "MAX_DECODED_BYTES",
     "MAX_RATIO",
+    "SORTED_RATIO",
     "checked_held",
     "checked_size",
     "malformed",
@@ -34,26 +36,34 @@ FREELY_UNPACKED = 2**27
 """Bytes that any file may unpack to: a blank picture of 24 megapixels has 72 MB."""
 
 FREELY_HELD = 96 * 2**20
-"""Bytes that decoding any file may need at once. A worker has 320 MiB in use before it begins, and
-is to stay below 512 MiB with files of few bytes."""
+"""Bytes of pixels that a decoder may hold for any file while their colours are sorted out. A worker
+has 320 MiB in use before it begins, and is to stay below 512 MiB with files of few bytes."""
+
+FREELY_DECODED = 164 * 2**20
+"""Bytes that any file may need before the first row is there, with the pixels: a progressive JPEG
+of 24 megapixels in 4:2:0 has 168 MB."""
 
 MAX_RATIO = 100
-"""Beyond `FREELY_SORTED`, `FREELY_UNPACKED` and `FREELY_HELD`, what a byte may unpack to at most.
+"""Beyond what is free for any file, what a byte may unpack to at most.
 Photographs have 3 to 40."""
 
 FREELY_SORTED = 2**26
 """Bytes of the numbers of all pixels that are sorted for any file: one pixel of every 8-bit RGB."""
 
+SORTED_RATIO = 20
+"""How many more are sorted for each byte of the file: what has 16 bits and no two pixels alike
+takes 6. Of other files distinct values are gathered while it is read."""
+
 FREELY_DISTINCT = 2**21
-"""Distinct values that the pixels of any file may have where sorting them takes more than
-`FREELY_SORTED` bytes, and more than `MAX_RATIO` bytes for each of the file."""
+"""Distinct values of any file that are gathered; more of them need a byte each. Photographs have 4
+(JPEG) to 14 (PNG) bytes for one."""
 
 FREELY_EVALUATED = 2**19
 """Distinct values of any file that are evaluated; each takes 240 bytes until the boundary is there.
-More of them, up to `MAX_VALUES`, need `BYTES_PER_VALUE` in the file."""
+More of them need `BYTES_PER_VALUE` in the file."""
 
 BYTES_PER_VALUE = 2
-"""Photographs have 4 (JPEG) to 14 (PNG) bytes for each distinct value."""
+"""Beyond `FREELY_EVALUATED`, how many bytes a file has for a value that is evaluated."""
 
 BAND_BYTES = 2**22
 """Bytes of rows that are decoded at a time, where that can be chosen."""
@@ -128,27 +138,30 @@ def checked_size(
         )
 
 
-def checked_held(held: float, packed: int, ratio: int = MAX_RATIO) -> None:
+def checked_held(held: float, decoded: float, packed: int, ratio: int = MAX_RATIO) -> None:
     """Refuse what has to be in memory at once to be decoded, and has few bytes in the file.
 
     Parameters
     ----------
     held : float
-        Bytes that the decoder needs.
+        Bytes of pixels that the decoder holds until they are used.
+    decoded : float
+        Bytes that it needs before, with the pixels.
     packed : int
         Bytes that they have in the file.
     ratio : int, optional
-        Beyond `FREELY_HELD`, how many are needed for one at most.
+        Beyond `FREELY_HELD` and `FREELY_DECODED`, how many are needed for one at most.
 
     Raises
     ------
     PictureSizeError
         They are more.
     """
-    if held > max(FREELY_HELD, packed * ratio):
-        raise PictureSizeError(
-            f"Decoding {packed} bytes of the picture takes {held / 1e6:.0f} MB of memory.",
-            where={"field": "size"},
-            remedy=f"Beyond {FREELY_HELD / 1e6:.0f} MB, at most {ratio} bytes are taken for one; "
-            "send a smaller copy, a JPEG that is not progressive, or a TIFF of more strips.",
-        )
+    for size, free in ((held, FREELY_HELD), (decoded, FREELY_DECODED)):
+        if size > max(free, packed * ratio):
+            raise PictureSizeError(
+                f"Decoding {packed} bytes of the picture takes {size / 1e6:.0f} MB of memory.",
+                where={"field": "size"},
+                remedy=f"Beyond {free / 1e6:.0f} MB, at most {ratio} bytes are taken for one; send "
+                "a smaller copy, a JPEG that is not progressive, or a TIFF of more strips.",
+            )

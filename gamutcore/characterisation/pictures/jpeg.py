@@ -90,10 +90,14 @@ class Frame:
     at_once: bool = False
 
     @property
-    def held(self) -> float:
-        """Bytes that decoding takes at once: the pixels, which Pillow has in 1 or 4 bytes."""
-        pixel = 1 if len(self.components) == 1 else 4
-        return self.width * self.height * (pixel + 2 * self.coefficients * self.at_once)
+    def held(self) -> int:
+        """Bytes of the decoded pixels, which Pillow has in one or four bytes each."""
+        return self.width * self.height * (1 if len(self.components) == 1 else 4)
+
+    @property
+    def decoded(self) -> float:
+        """Bytes that decoding takes: the pixels, and coefficients of two bytes that come first."""
+        return self.held + self.width * self.height * 2 * self.coefficients * self.at_once
 
     @property
     def transform(self) -> int:
@@ -126,7 +130,7 @@ def jpeg_raster(data: bytes) -> Raster:
         It is lossless, arithmetically coded, or of other than 8 bits.
     """
     frame = jpeg_frame(data)
-    checked_held(frame.held, len(data))
+    checked_held(frame.held, frame.decoded, len(data))
     said = []
     if len(frame.components) == 4 and frame.adobe is None:
         said.append("CMYK without Adobe's marker: full ink is taken to be 0, as Adobe writes it.")

@@ -16,7 +16,7 @@ from gamutcore.characterisation.pictures.bounds import (
     FREELY_DISTINCT,
     FREELY_EVALUATED,
     FREELY_SORTED,
-    MAX_RATIO,
+    SORTED_RATIO,
     malformed,
 )
 from gamutcore.characterisation.pictures.encoding import LINEAR, SRGB, Encoding
@@ -193,6 +193,7 @@ def picture_of_raster(raster: Raster) -> Picture:
     clipped = [0]
     bands = _bands(raster, linear=linear, clipped=clipped)
     depth = 8 if raster.dtype == np.uint8 else 16
+    fewer = max(FREELY_DISTINCT, raster.packed)
     try:
         found = distinct_values(
             bands,
@@ -200,15 +201,15 @@ def picture_of_raster(raster: Raster) -> Picture:
             channels,
             depth,
             most=min(MAX_VALUES, max(FREELY_EVALUATED, raster.packed // BYTES_PER_VALUE)),
-            sorted_bytes=max(FREELY_SORTED, raster.packed * MAX_RATIO),
-            fewer=FREELY_DISTINCT,
+            sorted_bytes=max(FREELY_SORTED, raster.packed * SORTED_RATIO),
+            fewer=fewer,
         )
     except TooManyValuesError as error:
         raise PictureSizeError(
-            f"The {raster.packed} bytes of the picture unpack to more than {FREELY_DISTINCT} "
-            "distinct values.",
+            f"The {raster.packed} bytes of the picture unpack to more than {fewer} distinct values.",
             where={"field": "size"},
-            remedy="Send a smaller copy, or one of 8 bits.",
+            remedy=f"Beyond {FREELY_DISTINCT}, large pictures need a byte for each; send a smaller "
+            "copy, or one of 8 bits.",
         ) from error
     whole, counts, distinct = found.values, found.counts, found.distinct
     if raster.palette is not None:

@@ -234,8 +234,10 @@ class _Parts:
         whole = self.across * self.width * self.down * self.height
         checked_size(1, whole, pixel_bytes, sum(self.sizes), _RATIOS[layout.compression])
         if layout.compression in {_LZW, _PACKBITS}:  # which libtiff unpacks whole strips of
-            held = 2 * planes * self.row_bytes * self.height  # and Pillow copies
-            checked_held(held, planes * max(self.sizes), _STRIP_RATIO)
+            held = planes * self.row_bytes * self.height
+            # Pillow has a strip's bytes twice while it is unpacked.
+            decoded = held + self.row_bytes * self.height
+            checked_held(held, decoded, planes * max(self.sizes), _STRIP_RATIO)
 
     def _check(self, number: int, counts: int) -> None:
         if len(self.sizes) != number:
@@ -379,7 +381,7 @@ def _jpeg_samples(
     if size[0] * size[1] > (height + 16) * (parts.width + 16):
         raise malformed(f"The strip or tile {number} is larger than it should be.", {**where})
     planes = layout.samples if layout.planar else 1
-    checked_held(planes * frame.held, planes * len(content))
+    checked_held(planes * frame.held, planes * frame.decoded, planes * len(content))
     tables = parts.tables[2:-2] if parts.tables[:2] == b"\xff\xd8" else b""
     for top, pixels in jpeg_rows(frame, int(layout.photometric == 6), parts.step, tables):
         if top < height:

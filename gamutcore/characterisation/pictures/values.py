@@ -135,7 +135,7 @@ def _keys(
         yield part
 
 
-_JOINED = 2**21
+_JOINED = 2**19
 """Numbers that are gathered before they are joined with those that were seen."""
 
 
@@ -148,21 +148,16 @@ def _joined(
     for part in parts:
         waiting.append(part)
         if sum(map(len, waiting)) >= _JOINED:
-            keys, weights = _with(keys, weights, np.concatenate(waiting))
+            keys, weights = _with(keys, weights, waiting, fewer)
             waiting = []
-            if len(keys) > fewer:
-                raise TooManyValuesError
-    if waiting:
-        keys, weights = _with(keys, weights, np.concatenate(waiting))
-    if len(keys) > fewer:
-        raise TooManyValuesError
-    return keys, weights
+    return _with(keys, weights, waiting, fewer) if waiting else (keys, weights)
 
 
 def _with(
-    keys: npt.NDArray[Any], weights: IntArray, numbers: npt.NDArray[Any]
+    keys: npt.NDArray[Any], weights: IntArray, parts: list[npt.NDArray[Any]], fewer: int
 ) -> tuple[npt.NDArray[Any], IntArray]:
     """Return numbers that were seen and further ones, each once, and how often they are there."""
+    numbers = np.concatenate(parts)
     numbers.sort()
     starts = _starts(numbers, 0)
     counts = np.diff(np.append(starts, len(numbers)))
@@ -173,6 +168,8 @@ def _with(
     weights[places[known]] += counts[known]
     fresh = ~known
     places = places[fresh]
+    if len(keys) + len(places) > fewer:
+        raise TooManyValuesError
     return np.insert(keys, places, found[fresh]), np.insert(weights, places, counts[fresh])
 
 

@@ -32,8 +32,11 @@ def test_large_pictures_of_next_to_nothing_are_refused():
 
 
 def test_what_is_decoded_at_once_is_compared_with_its_bytes():
-    checked_held(90e6, 1000)  # moderate, whatever it is made of
-    checked_held(240e6, 3_000_000)  # a progressive photograph of 24 megapixels
-    with pytest.raises(PictureSizeError, match="300000 bytes") as caught:
-        checked_held(240e6, 300_000)
-    assert caught.value.where == {"field": "size"}
+    checked_held(96e6, 168e6, 1000)  # moderate, whatever it is made of
+    checked_held(96e6, 240e6, 3_000_000)  # a progressive photograph of 24 megapixels
+    for held, decoded in ((96e6, 240e6), (180e6, 180e6)):
+        with pytest.raises(PictureSizeError, match="300000 bytes") as caught:
+            checked_held(held, decoded, 300_000)
+        assert caught.value.where == {"field": "size"}
+    with pytest.raises(PictureSizeError):
+        checked_held(96e6, 240e6, 3_000_000, 20)

@@ -16,6 +16,7 @@ DATA = Path(__file__).parents[3] / "data"
 CHANNELS = {0: 1, 2: 3, 4: 2, 6: 4}
 
 
+@pytest.mark.usefixtures("bands")
 @pytest.mark.parametrize("interlaced", [0, 1])
 @pytest.mark.parametrize("filtered", [0, 1])
 @pytest.mark.parametrize(
@@ -42,6 +43,7 @@ def test_every_kind_bit_for_bit(
     assert pixel_numbers["transparent"] == 126 - pixel_numbers["used"]
 
 
+@pytest.mark.usefixtures("bands")
 @pytest.mark.parametrize("depth", [1, 2, 4, 8])
 def test_palettes(png, noise, pixel_counts, counts_of, depth):
     pixels = noise(9, 14, 1, bits=depth)
