@@ -206,7 +206,8 @@ def picture_of_raster(raster: Raster) -> Picture:
         )
     except TooManyValuesError as error:
         raise PictureSizeError(
-            f"The {raster.packed} bytes of the picture unpack to more than {fewer} distinct values.",
+            f"The {raster.packed} bytes of the picture unpack to more than {fewer} distinct "
+            "values.",
             where={"field": "size"},
             remedy=f"Beyond {FREELY_DISTINCT}, large pictures need a byte for each; send a smaller "
             "copy, or one of 8 bits.",
