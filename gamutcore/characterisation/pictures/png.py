@@ -18,7 +18,12 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from gamutcore.characterisation.pictures.bounds import BAND_BYTES, checked_size, malformed
+from gamutcore.characterisation.pictures.bounds import (
+    BAND_BYTES,
+    MAX_RATIO,
+    checked_size,
+    malformed,
+)
 from gamutcore.characterisation.pictures.encoding import (
     SRGB,
     Encoding,
@@ -27,7 +32,7 @@ from gamutcore.characterisation.pictures.encoding import (
 )
 from gamutcore.characterisation.pictures.inflate import Inflated
 from gamutcore.characterisation.pictures.raster import MAX_PROFILE_BYTES, Raster
-from gamutcore.errors import Where
+from gamutcore.errors import PictureSizeError, Where
 
 __all__ = ["PNG_SIGNATURE", "png_raster"]
 
@@ -40,6 +45,9 @@ _DEPTHS = {0: (1, 2, 4, 8, 16), 2: (8, 16), 3: (1, 2, 4, 8), 4: (8, 16), 6: (8, 
 
 _MOST_DEFLATED = 1032
 """Bytes that deflate makes of one at most: a match of 258 takes two bits."""
+
+_FREE_PROFILE = 2**22
+"""Bytes that any embedded profile may unpack to."""
 
 _USED = (b"PLTE", b"tRNS", b"iCCP", b"cICP", b"sRGB", b"gAMA", b"cHRM")
 
@@ -347,4 +355,11 @@ def _profile(content: bytes) -> bytes:
         raise malformed("The embedded profile cannot be unpacked.", where) from error
     if not unpacker.eof and len(profile) <= MAX_PROFILE_BYTES:
         raise malformed("The embedded profile ends early.", where)
+    if max(_FREE_PROFILE, len(rest) * MAX_RATIO) < len(profile) <= MAX_PROFILE_BYTES:
+        raise PictureSizeError(
+            f"The embedded profile unpacks from {len(rest)} bytes to {len(profile)}.",
+            where=where,
+            remedy=f"Beyond {_FREE_PROFILE} bytes, at most {MAX_RATIO} are unpacked of one; press "
+            "profiles have about two.",
+        )
     return profile

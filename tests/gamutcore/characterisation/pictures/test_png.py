@@ -145,6 +145,13 @@ def test_more_pixels_than_the_data_can_hold(png):
         picture(PNG_SIGNATURE + png.chunk(b"IHDR", header) + data + png.chunk(b"IEND", b""))
 
 
+def test_a_large_profile_of_next_to_nothing_is_refused(png, noise):
+    large = png.chunk(b"iCCP", b"a name\0\0" + zlib.compress(bytes(20_000_000), 9))
+    with pytest.raises(PictureSizeError, match="profile unpacks") as caught:
+        picture(png(noise(4, 4, 3), 8, 2, large))
+    assert caught.value.where == {"chunk": "iCCP"}
+
+
 def test_a_profile_that_unpacks_to_too_much(png, noise):
     bomb = png.chunk(b"iCCP", b"a name\0\0" + zlib.compress(bytes(200_000_000), 9))
     with pytest.raises(GamutError, match="profile has"):
