@@ -62,7 +62,8 @@ class Deviation(NamedTuple):
         Scratch: the faces whose samples are in question, and where to begin to look for these
         among the faces around the place.
     pair : (S,) int32
-        Scratch: the face around the place that a sample in question is in.
+        Scratch: the face around the place that a sample in question is in, or the corner in the
+        middle of the face that it was in.
     counts : (3,) int32
         Scratch: entries of `pair_plane`, entries of `face`, samples in use.
     residual : (2,) float64
@@ -268,11 +269,13 @@ def redistribute_samples(deviation: Deviation, surface: Surface, centre: int) ->
         while sample >= 0:
             then = deviation.after[sample]
             deviation.after[sample] = pending
+            deviation.pair[sample] = at
             pending, sample = sample, then
         at = surface.swing[at]
         if at == first:
             break
-    # the ring may be larger than the scratch, so each sample walks around the vertex by itself
+    # the ring may be larger than the scratch, so each sample walks around the vertex by itself,
+    # from the face that it was in, where most are still
     while pending >= 0:
         sample, pending = pending, deviation.after[pending]
         x, y, z = (
@@ -280,6 +283,7 @@ def redistribute_samples(deviation: Deviation, surface: Surface, centre: int) ->
             deviation.point[sample, 1],
             deviation.point[sample, 2],
         )
+        at = deviation.pair[sample]
         chosen, depth, start = at, -np.inf, at
         while True:
             one, two = vertex[following(at)], vertex[preceding(at)]
@@ -293,7 +297,6 @@ def redistribute_samples(deviation: Deviation, surface: Surface, centre: int) ->
             at = surface.swing[at]
             if at == start:
                 break
-        at = chosen
         face = chosen // 3
         deviation.after[sample] = deviation.first[face]
         deviation.first[face] = sample

@@ -1,8 +1,8 @@
 """The cost for few triangles: the change of the mismatch itself, and vertices moved to lower it.
 
-Points on the faces of the full boundary are samples of it from the start. Down to 20,000 faces
+Points on the faces of the full boundary are samples of it from the start. Down to 16,000 faces
 edges are ordered as by `volume`. From there on an edge's error is the change of the mismatch with
-the full boundary, and from 10,000 faces on the new vertex of each collapse and its neighbours are
+the full boundary, and from 7000 faces on the new vertex of each collapse and its neighbours are
 moved towards less of it: the history keeps these moves, so every level has them. The volume is not
 preserved then; what is inside the full boundary and outside the level is about as much as what is
 outside of the one and inside of the other.
@@ -48,10 +48,10 @@ __all__ = ["PRESERVES_VOLUME", "FinestState", "state"]
 PRESERVES_VOLUME = False
 """Where vertices are moved, the volume follows the mismatch."""
 
-COMPARED_VERTICES = 10_000
+COMPARED_VERTICES = 8000
 """Levels with so many vertices and fewer are ordered by the mismatch."""
 
-MOVED_VERTICES = 5000
+MOVED_VERTICES = 3500
 """Vertices are moved in levels with so many of them and fewer."""
 
 WORTHWHILE = 1e-3
@@ -75,7 +75,7 @@ REFINEMENTS = 4
 SAMPLES = 40_000
 """Samples of the reference, at least about; boundaries with more faces have one on each."""
 
-SAMPLES_PER_FACE = 32
+SAMPLES_PER_FACE = 28
 """When there are twice as many on average, every second sample goes: what an edge's error takes to
 evaluate stays the same, and the errors of large faces are as well known as those of small ones."""
 
