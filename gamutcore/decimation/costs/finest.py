@@ -82,7 +82,7 @@ SAMPLES_PER_FACE = 14
 evaluate stays the same, and the errors of large faces are as well known as those of small ones."""
 
 
-THINNED_DOWN_TO = 100
+THINNED_DOWN_TO = 250
 """Vertices below which no more samples go: the few collapses that are left decide most."""
 
 
