@@ -44,7 +44,7 @@ TRACKED_VERTICES = 2000
 """Levels with so many vertices and fewer are compared with samples of the first of them."""
 
 
-REFINED_VERTICES = 150
+REFINED_VERTICES = 700
 """In levels with so many vertices and fewer the place of a collapse is moved, at the same volume,
 to lower the mismatch before its error counts."""
 
