@@ -120,9 +120,12 @@ def grid_model(device: FloatArray, colours: FloatArray) -> GridModel | None:
     Returns
     -------
     GridModel or None
-        None if combinations of levels are missing, or samples lie beside the grid.
+        None if combinations of levels are missing, or samples lie beside the grid; or if there is
+        only one of them.
     """
     count = len(device)
+    if count < 2:
+        return None
     levels, places = [], []
     nodes = 1
     for values in device.T:
