@@ -72,6 +72,7 @@ NOT_OF_MESHES = (
     "subdivisions",
     "surface_samples",
     "intent",
+    "device_model",
     "ink_limit",
     "black_limit",
     "observer",
@@ -322,6 +323,7 @@ def _wrapped(
         illuminant=options.illuminant,
         adaptation=options.adaptation or "Bradford",
         popularity=options.popularity,
+        model=options.device_model,
     )
     space = options.colour_space(colours.provenance.get("white_luminance"))
     colours = colours_in_space(colours, space)

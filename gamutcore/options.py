@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from gamutcore.boundary import BOUNDARIES
 from gamutcore.characterisation.conditions import condition_label
 from gamutcore.colours.cube_surface import MAX_SURFACE_SAMPLES
+from gamutcore.colours.device_model import DEVICE_MODELS
 from gamutcore.colours.space_parameters import (
     MEASURED,
     SPACE_PARAMETERS,
@@ -85,6 +86,10 @@ class Options:
         "measurements" for those that an ICC profile carries, "boundary" for the gamut boundary that
         an iccMAX profile describes; None for its transforms ("transforms" means the same), and for
         all other data.
+    device_model : str or None
+        What measured samples with device values get: "interpolation", n-linear, of complete grids
+        only, or a "fit" of radial basis functions; None for interpolation of complete grids and a
+        fit to other samples.
     ink_limit : float or None
         Largest sum of all inks, in per cent, above 0; None without a limit.
     black_limit : float or None
@@ -131,6 +136,7 @@ class Options:
     surface_samples: int = 100_000
     intent: str = "relative"
     source: str | None = None
+    device_model: str | None = None
     ink_limit: float | None = None
     black_limit: float | None = None
     observer: int | None = None
@@ -172,6 +178,12 @@ class Options:
             raise OptionError.refusing("source", self.source, f"one of {', '.join(SOURCES)}")
         # One form for what means the same; None keeps the ids of gamuts without this option.
         object.__setattr__(self, "source", None if self.source == SOURCES[0] else self.source)
+        if self.device_model is not None and (
+            not isinstance(self.device_model, str) or self.device_model not in DEVICE_MODELS
+        ):
+            raise OptionError.refusing(
+                "device_model", self.device_model, f"one of {', '.join(DEVICE_MODELS)}"
+            )
         for name, most in MOST_INK.items():
             object.__setattr__(self, name, _ink_limit(name, getattr(self, name), most))
         # frozen, so set this way: the canonical form of what was given

@@ -33,7 +33,9 @@ def compile_kernels() -> None:
         for row in device
     )
     table = f"RGB_R,RGB_G,RGB_B,LAB_L,LAB_A,LAB_B\n{rows}\n"
-    built = build_gamut(table.encode(), Options(surface_samples=1000, cost="quadric"))
+    options = Options(surface_samples=1000, cost="quadric")
+    built = build_gamut(table.encode(), options)
+    build_gamut(table.encode(), replace(options, device_model="fit"))
     Gamut.from_bytes(built.to_bytes()).level(50)
     Grid((2, 2, 2), np.zeros((8, 3), np.uint16)).values(np.full((1, 3), 0.5))
     FloatGrid((2, 2, 2), (np.zeros((8, 3), np.float32),), 3).values(np.full((1, 3), 0.5))

@@ -113,9 +113,7 @@ class Builds:
 
     async def check_admission(self) -> None:
         """Raise the problem that a new build would be refused with: stopping, or a full queue."""
-        if self.draining:
-            raise shutting_down()
-        await self._engine.check_admission(self._arriving)
+        await self._admit(self._arriving)
 
     async def submit(
         self,
@@ -260,10 +258,11 @@ class Builds:
             except LookupError:
                 return None
         present = await asyncio.to_thread(self._book.read, gamut_id)
-        if present is None or present.final:
-            await self.check_admission()
+        # Counted before the engine is asked, so that those who come at the same moment see it.
         self._arriving += 1
         try:
+            if present is None or present.final:
+                await self._admit(self._arriving - 1)
             async with self._input_lock(gamut_id):
                 accepted, new = await asyncio.to_thread(self._book.accept, gamut_id, options, trace)
                 if data is not None:
@@ -273,6 +272,11 @@ class Builds:
         finally:
             self._arriving -= 1
         return accepted
+
+    async def _admit(self, arriving: int) -> None:
+        if self.draining:
+            raise shutting_down()
+        await self._engine.check_admission(arriving)
 
     async def _keep_input(self, document: JobDocument, data: bytes, *, new: bool) -> None:
         """Store the input of an accepted job, before anybody is told that it is accepted."""
@@ -371,7 +375,9 @@ class Builds:
 
         That of a stored gamut stays: it is what a damaged one is built from.
         """
-        if self._book.read(job_id) is None and not self._store.stored(job_id):
+        if self._book.read(job_id) is not None or self._store.stored(job_id):
+            return
+        if not self._store.to_be_rebuilt(job_id):
             self._store.drop_input(job_id)
 
 

@@ -77,14 +77,16 @@ def conditional(answer: Response, asked: Headers) -> Response:
 
 
 def byte_range(
-    range_field: str | None, if_range: str | None, etag: str, size: int
+    range_field: str, if_range: str | None, etag: str, size: int
 ) -> tuple[int, int] | None:
     """Return the first byte and the end of the part that is asked for.
 
     Parameters
     ----------
-    range_field, if_range : str or None
-        The values of ``Range`` and ``If-Range``.
+    range_field : str
+        The value of ``Range``; empty if there is none.
+    if_range : str or None
+        The value of ``If-Range``.
     etag : str
         The content's entity tag.
     size : int
@@ -101,7 +103,7 @@ def byte_range(
     ProblemError
         ``range-not-satisfiable``: the range begins behind the end.
     """
-    found = _RANGE.match(range_field or "")
+    found = _RANGE.match(range_field)
     if found is None or (if_range is not None and if_range.strip() != etag):
         return None
     first, last = found.groups()

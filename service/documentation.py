@@ -283,6 +283,9 @@ _EVERYWHERE = (
 )
 """Problems that every operation can answer with, but those that need no key."""
 
+_INSTEAD_OF_REBUILDING = ("queue-full", "shutting-down", "broker-unavailable", "storage-full")
+"""Problems that a damaged gamut can meet when it is to be built again."""
+
 
 def problems(*codes: str, guarded: bool = True) -> dict[int | str, dict[str, Any]]:
     """Return the descriptions of the responses with these problems, by status.
@@ -290,12 +293,16 @@ def problems(*codes: str, guarded: bool = True) -> dict[int | str, dict[str, Any
     Parameters
     ----------
     codes : str
-        Keys of `KINDS`. Every operation can besides answer 500 with ``internal-error``.
+        Keys of `KINDS`. Every operation can besides answer 500 with ``internal-error``, and one
+        that has a damaged gamut built again with what this is refused with.
     guarded : bool
         Whether the operation needs a key where there are keys, and is counted.
     """
     responses: dict[int | str, dict[str, Any]] = {}
-    for code in (*codes, *(_EVERYWHERE if guarded else ()), "internal-error"):
+    refusals = _INSTEAD_OF_REBUILDING if "gamut-rebuilding" in codes else ()
+    for code in dict.fromkeys(
+        (*codes, *refusals, *(_EVERYWHERE if guarded else ()), "internal-error")
+    ):
         kind = KINDS[code]
         response = responses.setdefault(
             kind.status,

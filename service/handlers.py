@@ -7,6 +7,7 @@ unexpected exception reaches a client.
 
 from __future__ import annotations
 
+import asyncio
 import json
 import logging
 from typing import TYPE_CHECKING, Any
@@ -64,17 +65,34 @@ async def _core_error(_request: Request, error: Exception) -> Response:
     return problem_response(Problem.from_error(error))
 
 
-async def _not_stored(_request: Request, error: Exception) -> Response:
-    detail = f"There is no gamut {error.args[0]}."
-    return problem_response(Problem("gamut-not-found", detail, {"field": "gamut_id"}))
+async def _not_stored(request: Request, error: Exception) -> Response:
+    """Have a gamut built again that was found damaged before; any other was never built."""
+    gamut_id = str(error.args[0])
+    service = request.app.state.service
+    try:
+        damaged = await asyncio.to_thread(service.store.to_be_rebuilt, gamut_id)
+    except StoreUnavailableError as unavailable:
+        return await _store_unavailable(request, unavailable)
+    except OSError as system_error:
+        return await _system_error(request, system_error)
+    if damaged:
+        return await _rebuilding(request, gamut_id)
+    return _no_gamut(gamut_id)
 
 
 async def _damaged(request: Request, error: Exception) -> Response:
     """Have a damaged gamut built again, if its input is kept; without it, it was never built."""
     assert isinstance(error, GamutDamagedError)  # noqa: S101 - registered for this class
-    if not error.input_kept:
-        return await _not_stored(request, error)
     gamut_id = str(error.args[0])
+    return await _rebuilding(request, gamut_id) if error.input_kept else _no_gamut(gamut_id)
+
+
+def _no_gamut(gamut_id: str) -> Response:
+    detail = f"There is no gamut {gamut_id}."
+    return problem_response(Problem("gamut-not-found", detail, {"field": "gamut_id"}))
+
+
+async def _rebuilding(request: Request, gamut_id: str) -> Response:
     builds = request.app.state.service.builds
     try:
         job = await builds.rebuild(gamut_id)

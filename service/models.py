@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from pydantic.json_schema import SkipJsonSchema
 
 from gamutcore.colours.appearance_model import SURROUNDS
+from gamutcore.colours.device_model import DEVICE_MODELS
 from gamutcore.colours.spaces import SPACES
 from gamutcore.colours.spectral import ILLUMINANTS
 from gamutcore.colours.white_points import ADAPTATIONS, WHITES
@@ -108,7 +109,7 @@ class GamutOptions(BaseModel):
         Field(
             description="What decides which edge is collapsed next: `volume` preserves the volume "
             "at every level, `finest` orders by the mismatch and moves vertices as well, which is "
-            "more accurate and takes about twelve times as long, `quadric` is the "
+            "more accurate and takes about six times as long, `quadric` is the "
             "published error metric.",
             json_schema_extra={"enum": list(COSTS)},
         ),
@@ -126,6 +127,15 @@ class GamutOptions(BaseModel):
             description="What of an ICC profile is used: its transforms unless given, the "
             "measurements that it carries (tags targ, CIED with DevD), or the gamut boundary that "
             "an iccMAX profile describes (tags gbd0 to gbd3).",
+            json_schema_extra=_without_default,
+        ),
+    ] = None
+    device_model: Annotated[
+        Literal[DEVICE_MODELS] | SkipJsonSchema[None],  # type: ignore[valid-type]
+        Field(
+            description="What measured samples with device values get: `interpolation`, n-linear, "
+            "of complete grids only, or a `fit` of radial basis functions. Unless given, complete "
+            "grids are interpolated and other samples fitted. Refused for all other data.",
             json_schema_extra=_without_default,
         ),
     ] = None

@@ -18,6 +18,10 @@ __all__ = ["Preference", "preference", "preferred_media_type", "qualities"]
 _QUALITY = re.compile(r"(?:0(?:\.\d{0,3})?|1(?:\.0{0,3})?)\Z", re.ASCII)
 """The qvalue of RFC 9110 clause 12.4.2."""
 
+_ELEMENT = re.compile(r'(?:"(?:[^"\\]|\\(?:.|\Z))*(?:"|\Z)|[^",])+', re.DOTALL)
+"""An element of a list; commas in a quoted string (clause 5.6.4) do not end it. One that is never
+closed goes on to the end, so that nothing is ever looked at twice."""
+
 _SECONDS = re.compile(r"\d{1,9}\Z", re.ASCII)
 
 
@@ -60,7 +64,7 @@ def qualities(field: str) -> dict[str, float]:
         The value of ``Accept``, ``Accept-Encoding`` or the like.
     """
     found: dict[str, float] = {}
-    for element in field.split(","):
+    for element in _ELEMENT.findall(field):
         name, *parameters = (part.strip().lower() for part in element.split(";"))
         quality = 1.0
         for parameter in parameters:
@@ -106,7 +110,7 @@ class Preference:
 def preference(prefer: Sequence[str]) -> Preference:
     """Return the preferences in the ``Prefer`` fields of a request; the first of a name counts."""
     found: dict[str, str] = {}
-    for element in ",".join(prefer).split(","):
+    for element in _ELEMENT.findall(",".join(prefer)):
         name, _, value = element.partition(";")[0].partition("=")
         found.setdefault(name.strip().lower(), value.strip().strip('"'))
     wait = found.get("wait", "")

@@ -88,6 +88,13 @@ _ROWS = (
         "The build was cancelled before it was finished.",
     ),
     Kind(
+        "gamut-deleted",
+        409,
+        "The gamut was deleted meanwhile",
+        "Post the data again if the gamut is wanted after all.",
+        "The gamut was built, and deleted before it could be answered with.",
+    ),
+    Kind(
         "build-input-lost",
         409,
         "The data of the build is gone",

@@ -49,7 +49,9 @@ def _proxies(text: str) -> str:
 class Settings(BaseSettings):
     """The service's options, with their defaults and ranges."""
 
-    model_config = SettingsConfigDict(env_prefix=ENVIRONMENT_PREFIX, extra="forbid", frozen=True)
+    model_config = SettingsConfigDict(
+        env_prefix=ENVIRONMENT_PREFIX, extra="forbid", frozen=True, allow_inf_nan=False
+    )
 
     store: Annotated[
         str,

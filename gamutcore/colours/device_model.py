@@ -1,16 +1,19 @@
 """The device model of measured samples: which one they get, and how far it can be trusted.
 
-Complete grids of more samples than can be fitted, and those of many levels, are interpolated
-linearly between their nodes; other samples are fitted, but for grids that linear interpolation is
-known to follow better. Why, and what was measured: docs/decisions/device-model.md.
+Complete grids are interpolated linearly between their nodes; scattered samples are fitted. Coarse
+grids of smooth devices can be fitted better than they are interpolated: the provenance says so
+where it is the case, and who builds a gamut can choose. What was measured:
+docs/decisions/device-model.md.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.grid_model import GridModel, grid_model
@@ -21,13 +24,28 @@ from gamutcore.colours.scattered_model import (
     ScatteredModel,
     scattered_model,
 )
+from gamutcore.errors import OptionError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from gamutcore.arrays import FloatArray
 
-__all__ = ["DeviceModel", "device_model"]
+__all__ = ["DEVICE_MODELS", "DeviceModel", "device_model"]
+
+DEVICE_MODELS = ("interpolation", "fit")
+"""What can be asked for: n-linear interpolation, of complete grids, or a fit to the samples."""
+
+_COMPARED = 1000
+"""Nodes of a grid up to which the error of a fit is estimated as well: that takes 0.1 s at most."""
+
+_STEPS_DOUBLED = 4.0
+"""How many times as large errors of linear interpolation are over steps of twice the length, where
+colours bend evenly: the most by which the estimate of a grid's error is too large."""
+
+_NOTICEABLE = 1.0
+"""Mean ΔE*ab of a grid's estimate below which it does not matter which model is used: the errors
+themselves are then a half to a quarter of that."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +68,8 @@ class DeviceModel:
         Levels of each channel between which the model has no kinks, if all have equally many.
     degenerate : str
         Why no model can be fitted.
+    warnings : tuple of str
+        What is to be known of the model.
     """
 
     device: FloatArray
@@ -59,9 +79,10 @@ class DeviceModel:
     mean_error: float | None = None
     nodes: FloatArray | None = None
     degenerate: str = ""
+    warnings: tuple[str, ...] = ()
 
 
-def device_model(device: FloatArray, lab: FloatArray) -> DeviceModel:
+def device_model(device: FloatArray, lab: FloatArray, kind: str | None = None) -> DeviceModel:
     """Return the model that samples get.
 
     Parameters
@@ -70,53 +91,93 @@ def device_model(device: FloatArray, lab: FloatArray) -> DeviceModel:
         Distinct device values, 0 to 1.
     lab : (n, 3) float
         Their colours.
+    kind : str, optional
+        One of `DEVICE_MODELS`; unless given, interpolation of complete grids, and a fit to other
+        samples.
 
     Returns
     -------
     DeviceModel
-        Of all the samples if they form a complete grid, else of `MAX_MODEL_SAMPLES` at most.
+        Of all the samples of a grid that is interpolated, else of `MAX_MODEL_SAMPLES` at most.
+
+    Raises
+    ------
+    OptionError
+        Interpolation is asked for of samples that are no complete grid.
     """
-    grid = grid_model(device, lab)
-    if grid is not None and (grid.fine or len(device) > MAX_MODEL_SAMPLES):
-        return _of_grid(grid, device, lab)
-    device, lab = _thinned(device, lab)
-    varied = np.ptp(device, axis=0) > 1e-6
-    try:
-        fitted = scattered_model(device[:, varied], lab)
-    except DegenerateSamplesError as error:
-        none: dict[str, JSON] = {"name": "none: the samples' own colours"}
-        return DeviceModel(device, lab, None, none, degenerate=str(error))
-    model = _of_scattered(fitted, device, lab)
+    grid = None if kind == "fit" else grid_model(device, lab)
     if grid is not None:
-        interpolated = _of_grid(grid, device, lab)
-        # The grid's estimate is the worse one of the two for the same accuracy: what wins by it
-        # follows kinks at its nodes that smooth functions cannot.
-        if interpolated.mean_error is not None and model.mean_error is not None:
-            return model if model.mean_error <= interpolated.mean_error else interpolated
-    return model
+        return _of_grid(grid, device, lab)
+    if kind == "interpolation":
+        levels = [len(np.unique(values)) for values in device.T]
+        raise OptionError(
+            f"device_model 'interpolation' does not apply: the {len(device)} distinct device "
+            f"values are no complete grid; one of {' · '.join(map(str, levels))} levels has "
+            f"{math.prod(levels):.6g}.",
+            where={"field": "device_model"},
+            remedy="Ask for 'fit', or send all combinations of some levels of each channel, and "
+            "nothing beside them.",
+        )
+    device, lab = _thinned(device, lab)
+    fitted = _fitted(device, lab)
+    if isinstance(fitted, DegenerateSamplesError):
+        none: dict[str, JSON] = {"name": "none: the samples' own colours"}
+        return DeviceModel(device, lab, None, none, degenerate=str(fitted))
+    return _of_scattered(fitted, device, lab)
+
+
+def _fitted(device: FloatArray, lab: FloatArray) -> ScatteredModel | DegenerateSamplesError:
+    """Return the fit over the channels that vary, or why there is none."""
+    try:
+        return scattered_model(device[:, _varied(device)], lab)
+    except DegenerateSamplesError as error:
+        return error
+
+
+def _varied(device: FloatArray) -> npt.NDArray[np.bool_]:
+    varied: npt.NDArray[np.bool_] = np.ptp(device, axis=0) > 1e-6
+    return varied
 
 
 def _of_grid(grid: GridModel, device: FloatArray, lab: FloatArray) -> DeviceModel:
     errors = grid.leave_out_errors()
-    # None of a grid of two levels per channel can be left out.
-    figures = _figures(errors) if len(errors) else None
     provenance: dict[str, JSON] = {
         "name": "n-linear interpolation of a complete grid",
         "levels": list[JSON](grid.shape),
         "samples": len(device),
         "leave_out_error": None,
     }
-    if figures is not None:
+    warnings: list[str] = []
+    mean = None
+    if len(errors):
+        mean, high = _figures(errors)
         provenance["leave_out_error"] = {
             "unit": "ΔE*ab",
-            "mean": figures[0],
-            "percentile_95": figures[1],
+            "mean": mean,
+            "percentile_95": high,
             "of": "every second level, interpolated between the others; the whole grid's errors "
             "are about two to four times smaller",
         }
+        fitted = _fitted(device, lab) if len(device) <= _COMPARED else None
+        if isinstance(fitted, ScatteredModel):
+            other, other_high = _figures(fitted.leave_out_errors)
+            provenance["fit"] = {
+                "leave_out_error": {"unit": "ΔE*ab", "mean": other, "percentile_95": other_high}
+            }
+            if mean > _NOTICEABLE and other * _STEPS_DOUBLED < mean:
+                warnings.append(
+                    f"The grid of {len(device)} patches is coarse for this device: a fit is likely "
+                    f"to be more accurate (patches left out are missed by {other:.2f} ΔE*ab on "
+                    f"average, by interpolation over every second level by {mean:.2f}). The option "
+                    "device_model 'fit' asks for it."
+                )
+    elif len(device) > 1:
+        warnings.append(
+            "The error of the device model is not known: a grid of two levels per channel has none "
+            "that could be left out."
+        )
     nodes = np.stack(grid.levels) if len(set(grid.shape)) == 1 else None
-    mean = None if figures is None else figures[0]
-    return DeviceModel(device, lab, grid.colours, provenance, mean, nodes)
+    return DeviceModel(device, lab, grid.colours, provenance, mean, nodes, warnings=tuple(warnings))
 
 
 def _of_scattered(model: ScatteredModel, device: FloatArray, lab: FloatArray) -> DeviceModel:
@@ -128,7 +189,7 @@ def _of_scattered(model: ScatteredModel, device: FloatArray, lab: FloatArray) ->
         "samples": len(device),
         "leave_out_error": {"unit": "ΔE*ab", "mean": mean, "percentile_95": high},
     }
-    varied = np.ptp(device, axis=0) > 1e-6
+    varied = _varied(device)
     return DeviceModel(
         device, lab, lambda values: model.colours(values[:, varied]), provenance, mean
     )

@@ -19,11 +19,7 @@ from gamutcore.errors import OptionError, UnsupportedProfileError
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
 
-__all__ = ["FINE_LEVELS", "GridModel", "grid_model"]
-
-FINE_LEVELS = 17
-"""Levels of every channel from which on linear interpolation is as good as any, at the surface of
-real displays (docs/decisions/device-model.md)."""
+__all__ = ["GridModel", "grid_model"]
 
 _APART = 1e-6
 """Part of a channel's range within which values are one level."""
@@ -49,12 +45,6 @@ class GridModel:
     def shape(self) -> tuple[int, ...]:
         """Levels per channel."""
         return tuple(len(levels) for levels in self.levels)
-
-    @property
-    def fine(self) -> bool:
-        """Whether every channel that varies has `FINE_LEVELS` or more."""
-        varied = [count for count in self.shape if count > 1]
-        return bool(varied) and min(varied) >= FINE_LEVELS
 
     def colours(self, device: FloatArray) -> FloatArray:
         """Return the colours of device values.
@@ -130,9 +120,12 @@ def grid_model(device: FloatArray, colours: FloatArray) -> GridModel | None:
     Returns
     -------
     GridModel or None
-        None if combinations of levels are missing, or samples lie beside the grid.
+        None if combinations of levels are missing, or samples lie beside the grid; or if there is
+        only one of them.
     """
     count = len(device)
+    if count < 2:
+        return None
     levels, places = [], []
     nodes = 1
     for values in device.T:

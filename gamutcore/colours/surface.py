@@ -88,6 +88,7 @@ def surface_colours(
     illuminant: str | None = None,
     adaptation: str = "Bradford",
     popularity: float | None = None,
+    model: str | None = None,
 ) -> SurfaceColours:
     """Return colours at the surface of a device's gamut.
 
@@ -110,6 +111,9 @@ def surface_colours(
         `gamutcore.colours.white_points.ADAPTATIONS`; the colours of profiles are by definition.
     popularity : float, optional
         Which part of a picture's pixels, those of the least used colours, is left out.
+    model : str, optional
+        Which device model measured samples get, one of
+        `gamutcore.colours.device_model.DEVICE_MODELS`.
 
     Returns
     -------
@@ -120,7 +124,7 @@ def surface_colours(
     OptionError
         An unknown intent, or one that the data does not have; a number of samples out of range;
         limits of ink for a device without inks; an observer or illuminant for data without spectra;
-        a popularity cut of what is no picture.
+        a popularity cut of what is no picture; a device model that the data cannot have.
     CharacterisationError, InvalidPointsError
         The data turns out to be broken when it is evaluated.
     """
@@ -139,6 +143,8 @@ def surface_colours(
                 raise OptionError.refusing(
                     name, value, "none: the colours of profiles and pictures are for D50 and 2°"
                 )
+        if model is not None:
+            raise _no_measurements(model, "the data are no measurements of device values")
     if isinstance(characterisation, Picture):
         return _picture_points(
             characterisation, intent, popularity, limits or InkLimits(), adaptation
@@ -148,7 +154,9 @@ def surface_colours(
     medium = medium_colours(
         characterisation, intent, observer=observer, illuminant=illuminant, adaptation=adaptation
     )
-    surface = _sample_surface(characterisation, medium, surface_samples, limits or InkLimits())
+    surface = _sample_surface(
+        characterisation, medium, surface_samples, limits or InkLimits(), model
+    )
     return replace(surface, as_measured=medium.as_measured)
 
 
@@ -262,14 +270,24 @@ def _stated_luminance(profile: IccProfile) -> dict[str, JSON]:
     return {}
 
 
+def _no_measurements(model: str, why: str) -> OptionError:
+    return OptionError.refusing("device_model", model, f"none: {why}")
+
+
 def _sample_surface(
-    samples: Samples, medium: MediumColours, surface_samples: int, limits: InkLimits
+    samples: Samples,
+    medium: MediumColours,
+    surface_samples: int,
+    limits: InkLimits,
+    kind: str | None,
 ) -> SurfaceColours:
     provenance: dict[str, JSON] = {**samples.provenance, **medium.provenance}
     warnings = [*samples.warnings, *medium.warnings]
     if samples.device is None:
         if limits:
             raise limits.refused("the data are colours without device values.")
+        if kind is not None:
+            raise _no_measurements(kind, "the data are colours without device values")
         provenance["patches"] = _patches(samples, len(medium.lab))
         provenance["model"] = {"name": "none: the colours themselves"}
         provenance["warnings"] = list[JSON](warnings)
@@ -277,7 +295,7 @@ def _sample_surface(
 
     device, lab = _distinct(samples.device, medium.lab)
     averaged, distinct = len(samples.device) - len(device), len(device)
-    model = device_model(device, lab)
+    model = device_model(device, lab, kind)
     device, lab = model.device, model.lab
     if len(device) < distinct:
         warnings.append(
@@ -293,10 +311,13 @@ def _sample_surface(
         why = f"o device model can be fitted ({model.degenerate})"
         if limits:
             raise limits.refused(f"n{why}.")
+        if kind is not None:
+            raise _no_measurements(kind, f"n{why}")
         warnings.append(f"N{why}; the samples' colours are used.")
         provenance["warnings"] = list[JSON](warnings)
         return SurfaceColours(lab, device, provenance, channels=samples.channels)
 
+    warnings += model.warnings
     warnings += _range_warnings(samples, lowest, highest, device, limited)
     if model.mean_error is not None and model.mean_error > _POOR_FIT:
         warnings.append(

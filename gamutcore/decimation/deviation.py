@@ -15,7 +15,7 @@ from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.samples import LARGEST_RING, LARGEST_SHARE, Deviation
 from gamutcore.decimation.star import Surface
 from gamutcore.decimation.symmetric import adjugate
-from gamutcore.kernels import leaf_kernel
+from gamutcore.kernels import inlined_kernel, leaf_kernel
 
 __all__ = [
     "change_by_collapse",
@@ -40,7 +40,7 @@ samples say little about moves along a flat surface, but what they say of curved
 1e-2 instead is a tenth less accurate."""
 
 
-@leaf_kernel
+@inlined_kernel
 def _write_pair(
     deviation: Deviation, position: FloatArray, one: int, two: int, place: FloatArray
 ) -> None:
@@ -73,14 +73,14 @@ def _write_pair(
     plane[index, 12] = scale * np.sqrt(nx * nx + ny * ny + nz * nz)
 
 
-@leaf_kernel
+@inlined_kernel
 def _write_face(deviation: Deviation, face: int, pair: int) -> None:
     index = deviation.counts[1]
     deviation.counts[1] += 1
     deviation.face[index, 0], deviation.face[index, 1] = face, pair
 
 
-@leaf_kernel
+@inlined_kernel
 def _pair_of(deviation: Deviation, sample: int, guess: int) -> int:
     """Face around the place whose cone a sample is in, or is least outside of."""
     plane, point = deviation.pair_plane, deviation.point
@@ -107,7 +107,7 @@ def _pair_of(deviation: Deviation, sample: int, guess: int) -> int:
     return nearest
 
 
-@leaf_kernel
+@inlined_kernel
 def _error_around_place(deviation: Deviation) -> float:
     """Sum over the samples of the faces in question as if the faces around the place were there."""
     plane, point, weight = deviation.pair_plane, deviation.point, deviation.weight
@@ -134,7 +134,7 @@ def _error_around_place(deviation: Deviation) -> float:
     return total
 
 
-@leaf_kernel
+@inlined_kernel
 def deviation_around(deviation: Deviation) -> float:
     """Deviation of the faces that the last change was asked for, as they are now."""
     total = 0.0

@@ -6,6 +6,10 @@ hand, and what the two disagree about in its direction is w |1 − t³|, w being
 reference's volume (the cone between the centre and its part of the surface) and t the surface's
 radius there ÷ its own. The sum over all samples is the volume of the symmetric difference
 (`gamutcore.decimation.deviation` has its changes). Each face has a linked list of its samples.
+
+Samples stand for nearly equal shares. Faces of a boundary differ in size by a factor of thousands,
+and with one sample on each, the few samples of the large ones carried most of the sum: it was up to
+a half less than the mismatch of the levels that were chosen by it.
 """
 
 from __future__ import annotations
@@ -23,11 +27,10 @@ __all__ = [
     "LARGEST_RING",
     "LARGEST_SHARE",
     "Deviation",
-    "divisions_for",
     "hand_over_samples",
     "no_deviation",
     "redistribute_samples",
-    "samples_on_surface",
+    "room_for_samples",
     "start_at_surface",
     "thin_samples",
 ]
@@ -62,7 +65,8 @@ class Deviation(NamedTuple):
         Scratch: the faces whose samples are in question, and where to begin to look for these
         among the faces around the place.
     pair : (S,) int32
-        Scratch: the face around the place that a sample in question is in.
+        Scratch: the face around the place that a sample in question is in, or the corner in the
+        middle of the face that it was in.
     counts : (3,) int32
         Scratch: entries of `pair_plane`, entries of `face`, samples in use.
     residual : (2,) float64
@@ -98,14 +102,12 @@ def no_deviation(samples: int, faces: int) -> Deviation:
     )
 
 
-def divisions_for(samples: int, faces: int) -> int:
-    """Into how many parts the edges of so many faces are divided for about so many samples."""
-    return max(1, round((samples / faces) ** 0.5))
+def room_for_samples(wanted: int, faces: int) -> int:
+    """How many samples `start_at_surface` takes of so many faces at most.
 
-
-def samples_on_surface(faces: int, divisions: int) -> int:
-    """How many samples `start_at_surface` takes of so many faces."""
-    return faces * divisions**2
+    One of each face, and where a face of x shares has more, at most (x + ½)² ≤ 16/9 x of them.
+    """
+    return faces + 16 * wanted // 9 + 1
 
 
 @leaf_kernel
@@ -151,22 +153,29 @@ def _add_lattice(
 
 
 @leaf_kernel
-def start_at_surface(deviation: Deviation, surface: Surface, divisions: int) -> None:
+def start_at_surface(deviation: Deviation, surface: Surface, wanted: int) -> None:
     """Take the surface as the reference, and points on its faces as the samples.
 
-    They are the centroids of the equal parts of each face, and stand for one part each: what two
+    They are the centroids of equal parts of each face, and stand for one part each: what two
     surfaces of triangles differ by is linear but where the faces' edges cross or the surfaces do.
 
     Parameters
     ----------
     deviation : Deviation
-        Without samples, with room for `samples_on_surface`.
+        Without samples, with `room_for_samples`.
     surface : Surface
         At any level.
-    divisions : int
-        Into how many parts each edge is divided.
+    wanted : int
+        Faces are divided into parts of about this part of the volume; each has one sample at least.
     """
-    vertex, position = surface.vertex, surface.position
+    share = _volume_in_faces(deviation, surface, 0.0) / wanted
+    _volume_in_faces(deviation, surface, share)
+
+
+@leaf_kernel
+def _volume_in_faces(deviation: Deviation, surface: Surface, share: float) -> float:
+    """Six times the volume; with a positive share, samples that stand for that much are added."""
+    vertex, position, total = surface.vertex, surface.position, 0.0
     for edge in range(surface.corner_facing.size):
         corner = surface.corner_facing[edge]
         if corner < 0:
@@ -177,12 +186,21 @@ def start_at_surface(deviation: Deviation, surface: Surface, divisions: int) -> 
             if edge > min(surface.edge_of[following(at)], surface.edge_of[preceding(at)]):
                 continue
             one, two, three = vertex[at], vertex[following(at)], vertex[preceding(at)]
-            _add_lattice(deviation, position, one, two, three, at // 3, divisions)
+            volume = _six_volumes(position, one, two, three)
+            total += volume
+            if share > 0.0:
+                divisions = max(1, int(np.rint(np.sqrt(volume / share))))
+                _add_lattice(deviation, position, one, two, three, at // 3, divisions)
+    return total
 
 
 @leaf_kernel
 def thin_samples(deviation: Deviation, surface: Surface, most: int) -> bool:
-    """Let every second sample go, each of the others standing for two, if there are many.
+    """Let about half of the samples go, or more, if there are many.
+
+    Their shares are lined up face by face, and those samples stay in whose share a mark falls, all
+    marks being equally far apart; a sample stands for the marks in its share then (systematic
+    resampling, Kitagawa 1996): small shares grow to the size of the others.
 
     Parameters
     ----------
@@ -198,7 +216,15 @@ def thin_samples(deviation: Deviation, surface: Surface, most: int) -> bool:
     """
     if deviation.counts[2] <= most:
         return False
-    kept, keep = 0, True
+    total = 0.0
+    for face in range(deviation.first.size):
+        sample = deviation.first[face]
+        while sample >= 0:
+            total += deviation.weight[sample]
+            sample = deviation.after[sample]
+    # a mark in the middle of each part of the line; `passed`: since the last one
+    share = total / (most // 2)
+    kept, passed = 0, 0.5 * share
     for face in range(deviation.first.size):
         sample = deviation.first[face]
         if sample < 0:
@@ -206,12 +232,14 @@ def thin_samples(deviation: Deviation, surface: Surface, most: int) -> bool:
         last = -1
         while sample >= 0:
             then = deviation.after[sample]
-            if keep:
-                deviation.weight[sample] *= 2.0
+            passed += deviation.weight[sample]
+            if passed >= share:
+                marks = np.floor(passed / share)
+                passed -= marks * share
+                deviation.weight[sample] = marks * share
                 deviation.after[sample] = last
                 last = sample
                 kept += 1
-            keep = not keep
             sample = then
         deviation.first[face] = last
         _sum_errors(deviation, surface, 3 * face)
@@ -268,11 +296,13 @@ def redistribute_samples(deviation: Deviation, surface: Surface, centre: int) ->
         while sample >= 0:
             then = deviation.after[sample]
             deviation.after[sample] = pending
+            deviation.pair[sample] = at
             pending, sample = sample, then
         at = surface.swing[at]
         if at == first:
             break
-    # the ring may be larger than the scratch, so each sample walks around the vertex by itself
+    # the ring may be larger than the scratch, so each sample walks around the vertex by itself,
+    # from the face that it was in, where most are still
     while pending >= 0:
         sample, pending = pending, deviation.after[pending]
         x, y, z = (
@@ -280,6 +310,7 @@ def redistribute_samples(deviation: Deviation, surface: Surface, centre: int) ->
             deviation.point[sample, 1],
             deviation.point[sample, 2],
         )
+        at = deviation.pair[sample]
         chosen, depth, start = at, -np.inf, at
         while True:
             one, two = vertex[following(at)], vertex[preceding(at)]
@@ -293,7 +324,6 @@ def redistribute_samples(deviation: Deviation, surface: Surface, centre: int) ->
             at = surface.swing[at]
             if at == start:
                 break
-        at = chosen
         face = chosen // 3
         deviation.after[sample] = deviation.first[face]
         deviation.first[face] = sample

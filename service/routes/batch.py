@@ -18,7 +18,7 @@ from service.negotiation import preferred_media_type
 from service.parameters import DECIMAL_PATTERN, check_query
 from service.problems import Problem, ProblemError
 from service.state import Service, service_of
-from service.storage.gamuts import GamutNotStoredError
+from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 
 __all__ = ["router"]
 
@@ -52,10 +52,12 @@ def _numbers(what: str, example: str) -> Any:  # noqa: ANN401 - FastAPI's own
         304: {"description": "The client has this content already (If-None-Match)."},
         **problems(
             "gamut-not-found",
+            "gamut-rebuilding",
             "triangle-count",
             "precondition-failed",
             "invalid-parameter",
             "not-acceptable",
+            "store-unavailable",
         ),
     },
 )
@@ -185,7 +187,9 @@ class _Batch:
             wanted = [one for one in self._asked if one.gamut_id == gamut_id]
             try:
                 record = await self._service.library.record(gamut_id)
-            except GamutNotStoredError:
+            except GamutNotStoredError as error:
+                if await self._comes_again(gamut_id, error):
+                    raise  # and so does an answer with everything in it
                 problem = _not_found(gamut_id)
                 failed |= dict.fromkeys(wanted, problem)
                 continue
@@ -202,6 +206,12 @@ class _Batch:
                 else:
                     triangles += count
         return failed, triangles
+
+    async def _comes_again(self, gamut_id: str, error: GamutNotStoredError) -> bool:
+        """Whether a gamut is only missing because it was damaged."""
+        if isinstance(error, GamutDamagedError):
+            return error.input_kept
+        return await asyncio.to_thread(self._service.store.to_be_rebuilt, gamut_id)
 
     async def _pieces(self, failed: dict[Asked, Problem]) -> AsyncIterator[bytes]:
         for one in self._asked:

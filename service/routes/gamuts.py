@@ -36,12 +36,12 @@ from service.models import GamutDescription, GamutList, JobDescription, Levels
 from service.negotiation import preference
 from service.paging import After, Limit, page_of
 from service.parameters import check_query
-from service.problems import BUILD_PROBLEMS, Problem, ProblemError
+from service.problems import BUILD_PROBLEMS, KINDS, Problem, ProblemError
 from service.responses import JsonResponse
 from service.routes.jobs import job_document
 from service.server_timing import timed
 from service.state import Service, service_of
-from service.storage.gamuts import GamutNotStoredError
+from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 from service.storage.records import Record
 from service.submission import submission
 from service.traces import propagation_headers
@@ -125,6 +125,8 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
             *BUILD_PROBLEMS,
             "build-cancelled",
             "build-input-lost",
+            "gamut-deleted",
+            "gamut-rebuilding",
             "queue-full",
             "shutting-down",
             "broker-unavailable",
@@ -167,7 +169,7 @@ async def create_gamut(request: Request) -> Response:
             gamut_id, posted.options.to_mapping(), posted.data, propagation_headers()
         )
         if job is None:
-            return _found(await service.library.record(gamut_id))
+            return _found(await _record_of_built(service, gamut_id))
     del posted
 
     seconds = prefer.seconds(settings.client_wait, settings.max_client_wait)
@@ -184,8 +186,19 @@ async def create_gamut(request: Request) -> Response:
         return JsonResponse(job_document(job), 202, headers)
     if job.problem is not None:
         raise ProblemError(Problem.from_mapping(job.problem))
-    record = await service.library.record(gamut_id)
+    record = await _record_of_built(service, gamut_id)
     return _described(record, 201, {**headers, "Location": f"/v1/gamuts/{gamut_id}"})
+
+
+async def _record_of_built(service: Service, gamut_id: str) -> Record:
+    """Return the record of a gamut that was there just now."""
+    try:
+        return await service.library.record(gamut_id)
+    except GamutDamagedError:
+        raise
+    except GamutNotStoredError:
+        # By a client, or for the sake of others where the store is small.
+        raise ProblemError(Problem("gamut-deleted", KINDS["gamut-deleted"].detail)) from None
 
 
 async def _check_admission_of_large(request: Request, service: Service) -> None:
@@ -363,7 +376,10 @@ async def download_history(request: Request, gamut_id: GamutId) -> Response:
         if known and matches(",".join(known), etag):
             return Response(status_code=304, headers=headers)
         part = byte_range(
-            request.headers.get("range"), request.headers.get("if-range"), etag, record.nbytes
+            ",".join(request.headers.getlist("range")),
+            request.headers.get("if-range"),
+            etag,
+            record.nbytes,
         )
         start, end = part or (0, record.nbytes)
         headers["Content-Length"] = str(end - start)

@@ -133,7 +133,13 @@ async def describe_job(request: Request, job_id: JobId) -> Response:
             "headers": {"Cache-Control": header("It is about now.", "no-store")},
         },
         204: {"description": "There is nothing after the event that the client has."},
-        **problems("job-not-found", "too-many-streams", "invalid-parameter", "store-unavailable"),
+        **problems(
+            "job-not-found",
+            "gamut-rebuilding",
+            "too-many-streams",
+            "invalid-parameter",
+            "store-unavailable",
+        ),
     },
 )
 async def follow_job(
@@ -166,7 +172,13 @@ async def follow_job(
     "job that is cancelled already stays so. Posting the data again begins anew.",
     responses={
         200: json_response("The job, cancelled.", JobDescription, _CANCELLED_JOB),
-        **problems("job-not-found", "job-finished", "invalid-parameter", "store-unavailable"),
+        **problems(
+            "job-not-found",
+            "gamut-rebuilding",
+            "job-finished",
+            "invalid-parameter",
+            "store-unavailable",
+        ),
     },
 )
 async def cancel_job(request: Request, job_id: JobId) -> Response:

@@ -337,6 +337,10 @@ class GamutStore:
         except BlobNotFoundError:
             return None
 
+    def to_be_rebuilt(self, gamut_id: str) -> bool:
+        """Whether a gamut that is not there was set aside as damaged, and its input is kept."""
+        return self.input_kept(gamut_id) and self._quarantine.holds(record_key(gamut_id))
+
     def input_kept(self, gamut_id: str) -> bool:
         """Whether the input of a gamut is kept."""
         return self._inputs.kept(gamut_id)

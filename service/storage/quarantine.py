@@ -82,6 +82,12 @@ class Quarantine:
             logger.warning("no room for the reason's file of %s", first)
         return True
 
+    def holds(self, key: str) -> bool:
+        """Whether a blob that had this key was ever put here, and is here still."""
+        beginning = _key(key, "")
+        found = next(iter(self._blobs.keys("quarantine/", beginning)), "")
+        return found.startswith(beginning)
+
 
 def _key(key: str, mark: str) -> str:
     return f"quarantine/{key.rpartition('/')[2]}.{mark}"

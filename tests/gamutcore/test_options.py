@@ -43,6 +43,7 @@ COMMON = st.fixed_dictionaries(
         "intent": st.sampled_from(["relative", "absolute", "perceptual", "saturation"]),
         "space": st.just("CIELAB"),
         "source": st.sampled_from(["transforms", "measurements", "boundary"]),
+        "device_model": st.sampled_from(["interpolation", "fit"]),
         "ink_limit": st.floats(0, 1500, exclude_min=True),
         "black_limit": st.floats(0, 100),
         **MEASUREMENT,
@@ -93,7 +94,8 @@ def test_the_canonical_form_has_every_option_that_applies_sorted_and_no_space(ma
     canonical = Options.from_mapping(mapping).canonical
     parsed = json.loads(canonical)
     common = set(Options().to_mapping()) - {"gamma"}
-    without_default = {"source", "ink_limit", "black_limit", *MEASUREMENT} & set(mapping)
+    own = {"source", "device_model", "ink_limit", "black_limit"}
+    without_default = (own | set(MEASUREMENT)) & set(mapping)
     if mapping.get("source") == "transforms":
         without_default.remove("source")
     assert list(parsed) == sorted(common | set(METHODS[parsed["boundary"]]) | without_default)
@@ -282,6 +284,8 @@ def test_the_source_of_a_profiles_colours_has_one_form():
         ("ink_limit", "300"),
         ("ink_limit", True),
         ("ink_limit", float("nan")),
+        ("device_model", "rbf"),
+        ("device_model", True),
         ("black_limit", -0.1),
         ("black_limit", 100.5),
         ("black_limit", [50]),

@@ -51,7 +51,7 @@ def test_content_without_a_tag_is_named_by_the_star_only():
 @pytest.mark.parametrize(
     ("field", "expected"),
     [
-        (None, None),
+        ("", None),
         ("bytes=0-0", (0, 1)),
         ("bytes=10-", (10, 100)),
         ("bytes=10-19", (10, 20)),

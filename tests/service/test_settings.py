@@ -45,6 +45,16 @@ def test_every_setting_comes_from_its_variable(monkeypatch, name):
     assert getattr(Settings(), name) == other
 
 
+@pytest.mark.parametrize("value", ["inf", "nan", "1e999"])
+@pytest.mark.parametrize(
+    "name", [name for name, field in Settings.model_fields.items() if field.annotation is float]
+)
+def test_seconds_and_rates_have_an_end(monkeypatch, name, value):
+    monkeypatch.setenv(f"GAMUT_{name.upper()}", value)
+    with pytest.raises(ValidationError):
+        Settings()
+
+
 def test_a_build_may_have_no_limit_of_memory():
     assert Settings(build_memory_bytes=0).build_memory_bytes == 0
 

@@ -10,6 +10,7 @@ import io
 import re
 import struct
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,17 +18,18 @@ import numpy as np
 import numpy.typing as npt
 from PIL.JpegImagePlugin import JpegImageFile
 
-from gamutcore.characterisation.pictures.encoding import ADOBE_RGB, SRGB, Encoding
-from gamutcore.characterisation.pictures.raster import (
-    MAX_PROFILE_BYTES,
-    Raster,
+from gamutcore.characterisation.pictures.bounds import (
+    BAND_BYTES,
+    checked_held,
     checked_size,
     malformed,
 )
+from gamutcore.characterisation.pictures.encoding import ADOBE_RGB, SRGB, Encoding
+from gamutcore.characterisation.pictures.raster import MAX_PROFILE_BYTES, Raster
 from gamutcore.characterisation.pictures.tiff_tags import tiff_directory
 from gamutcore.errors import MalformedFileError, UnsupportedPictureError
 
-__all__ = ["JPEG_SIGNATURE", "MOST_UNPACKED", "Frame", "jpeg_frame", "jpeg_pixels", "jpeg_raster"]
+__all__ = ["JPEG_SIGNATURE", "MOST_UNPACKED", "Frame", "jpeg_frame", "jpeg_raster", "jpeg_rows"]
 
 JPEG_SIGNATURE = b"\xff\xd8\xff"
 
@@ -41,7 +43,8 @@ _MAX_SCANS = 100
 _MAX_SCANNED = 1_200_000_000
 """Pixels of all scans together at most: ten scans of the largest picture."""
 
-_FRAMES = {0xC0, 0xC1, 0xC2}
+_PROGRESSIVE = 0xC2
+_FRAMES = {0xC0, 0xC1, _PROGRESSIVE}
 """Start of frame of what is decoded: baseline, extended and progressive, with Huffman codes."""
 
 _NEXT_MARKER = re.compile(rb"\xff+[^\x00\xff\xd0-\xd7]")
@@ -68,6 +71,10 @@ class Frame:
         How many there should be.
     exif : bytes
         A TIFF file of metadata.
+    coefficients : float
+        Numbers that stand for a pixel, of all components together: 3, or 1.5 with 4:2:0.
+    at_once : bool
+        Whether all of them are needed before the first row can be decoded.
     """
 
     width: int = 0
@@ -79,6 +86,18 @@ class Frame:
     profile: dict[int, bytes] = field(default_factory=dict)
     parts: int = 0
     exif: bytes = b""
+    coefficients: float = 0.0
+    at_once: bool = False
+
+    @property
+    def held(self) -> int:
+        """Bytes of the decoded pixels, which Pillow has in one or four bytes each."""
+        return self.width * self.height * (1 if len(self.components) == 1 else 4)
+
+    @property
+    def decoded(self) -> float:
+        """Bytes that decoding takes: the pixels, and coefficients of two bytes that come first."""
+        return self.held + self.width * self.height * 2 * self.coefficients * self.at_once
 
     @property
     def transform(self) -> int:
@@ -111,7 +130,7 @@ def jpeg_raster(data: bytes) -> Raster:
         It is lossless, arithmetically coded, or of other than 8 bits.
     """
     frame = jpeg_frame(data)
-    pixels = jpeg_pixels(frame, frame.transform)
+    checked_held(frame.held, frame.decoded, len(data))
     said = []
     if len(frame.components) == 4 and frame.adobe is None:
         said.append("CMYK without Adobe's marker: full ink is taken to be 0, as Adobe writes it.")
@@ -126,7 +145,11 @@ def jpeg_raster(data: bytes) -> Raster:
     return Raster(
         "jpeg",
         _MODELS[len(frame.components)],
-        pixels,
+        frame.width,
+        frame.height,
+        jpeg_rows(frame, frame.transform, max(1, BAND_BYTES // frame.width)),
+        np.dtype(np.uint8),
+        len(data),
         full=255,
         bits=8,
         profile=profile,
@@ -184,6 +207,7 @@ def jpeg_frame(data: bytes) -> Frame:
             scans += 1
             if not frame.components:
                 raise malformed("The picture's data comes before its header.", {"byte": start})
+            frame.at_once |= content[:1] != bytes([len(frame.components)])
             if scans > _MAX_SCANS or scans * frame.width * frame.height > _MAX_SCANNED:
                 raise malformed(f"The picture has {scans} scans or more.", {"byte": start})
 
@@ -229,23 +253,32 @@ def _read_frame_header(frame: Frame, marker: int, content: bytes, start: int, si
     checked_size(width, height, count, size, MOST_UNPACKED)
     frame.width, frame.height = width, height
     frame.components = tuple(content[6::3])
+    factors = [(max(1, byte >> 4), max(1, byte & 15)) for byte in content[7::3]]
+    most = max(across for across, _ in factors) * max(down for _, down in factors)
+    frame.coefficients = sum(across * down for across, down in factors) / most
+    frame.at_once = marker == _PROGRESSIVE
 
 
-def jpeg_pixels(frame: Frame, transform: int, tables: bytes = b"") -> npt.NDArray[np.uint8]:
-    """Return the decoded pixels of a stream.
+def jpeg_rows(
+    frame: Frame, transform: int, step: int, tables: bytes = b""
+) -> Iterator[tuple[int, npt.NDArray[np.uint8]]]:
+    """Yield the decoded pixels of a stream, some rows at a time, with the first row's number.
 
     Parameters
     ----------
     frame : Frame
     transform : int
         From the stored components: 0 none, 1 YCbCr to RGB, 2 YCCK to CMYK.
+    step : int
+        Rows at a time.
     tables : bytes, optional
         Segments that the stream leaves out, as TIFF files have them.
 
-    Returns
-    -------
-    (height, width, k) uint8
-        Gray, RGB, or CMYK with full ink at 255 where it is stored as 0.
+    Yields
+    ------
+    int, (step, width, k) uint8
+        Gray, RGB, or CMYK with full ink at 255 where it is stored as 0; the last ones may have
+        fewer rows.
 
     Raises
     ------
@@ -260,10 +293,12 @@ def jpeg_pixels(frame: Frame, transform: int, tables: bytes = b"") -> npt.NDArra
             warnings.simplefilter("ignore")
             decoded: Any = JpegImageFile(stream)
             decoded.load()
-        pixels = np.asarray(decoded)
     except (OSError, SyntaxError, ValueError, TypeError, LookupError, struct.error) as error:
         raise malformed("The picture's data is broken or ends early.", {"field": "data"}) from error
-    return pixels.reshape(frame.height, frame.width, -1)
+    for top in range(0, frame.height, step):
+        rows = min(step, frame.height - top)
+        band = np.asarray(decoded.crop((0, top, frame.width, top + rows)))
+        yield top, band.reshape(rows, frame.width, -1)
 
 
 def _exif_encoding(exif: bytes) -> Encoding | None:

@@ -2,13 +2,15 @@
 
 Portable Network Graphics, third edition (W3C 2025). Of the chunks that say what colours mean, the
 highest in its precedence is taken: cICP, iCCP, sRGB, then cHRM and gAMA (clause 4.3). Pillow
-reduces RGB of 16 bits to 8; its decoder is asked twice, for the first and the second bytes.
+reduces RGB of 16 bits to 8; its decoder is asked twice, for the first and the second bytes. Some
+rows are unpacked at a time, so that a picture never has to fit into memory.
 """
 
 from __future__ import annotations
 
 import struct
 import zlib
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,19 +18,21 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from gamutcore.characterisation.pictures.bounds import (
+    BAND_BYTES,
+    MAX_RATIO,
+    checked_size,
+    malformed,
+)
 from gamutcore.characterisation.pictures.encoding import (
     SRGB,
     Encoding,
     code_point_encoding,
     gamma_encoding,
 )
-from gamutcore.characterisation.pictures.raster import (
-    MAX_PROFILE_BYTES,
-    Raster,
-    checked_size,
-    malformed,
-)
-from gamutcore.errors import Where
+from gamutcore.characterisation.pictures.inflate import Inflated
+from gamutcore.characterisation.pictures.raster import MAX_PROFILE_BYTES, Raster
+from gamutcore.errors import PictureSizeError, Where
 
 __all__ = ["PNG_SIGNATURE", "png_raster"]
 
@@ -41,6 +45,9 @@ _DEPTHS = {0: (1, 2, 4, 8, 16), 2: (8, 16), 3: (1, 2, 4, 8), 4: (8, 16), 6: (8, 
 
 _MOST_DEFLATED = 1032
 """Bytes that deflate makes of one at most: a match of 258 takes two bits."""
+
+_FREE_PROFILE = 2**22
+"""Bytes that any embedded profile may unpack to."""
 
 _USED = (b"PLTE", b"tRNS", b"iCCP", b"cICP", b"sRGB", b"gAMA", b"cHRM")
 
@@ -72,19 +79,22 @@ def png_raster(data: bytes) -> Raster:
         It has more pixels than are decoded.
     """
     chunks = _chunks(data)
-    width, height, depth, colour, interlaced = chunks.header
+    width, height, depth, colour, _ = chunks.header
     samples = _SAMPLES[colour]
     packed = sum(len(part) for part in chunks.data)
     held = max(depth, 8)  # bits that a sample takes in memory
     checked_size(width, height, samples * held / 8, packed, _MOST_DEFLATED * held / depth)
-    pixels = _unpacked(b"".join(chunks.data), width, height, depth, colour, interlaced)
     profile, encoding, said = _meaning(chunks)
     if chunks.animated:
         said.append("The picture is animated; its still picture is used.")
     raster = Raster(
         "png",
         "gray" if colour in {0, 4} else "RGB",
-        pixels,
+        width,
+        height,
+        _parts(chunks),
+        np.dtype(np.uint16 if depth == 16 else np.uint8),
+        packed,
         full=255 if colour == 3 else 2**depth - 1,
         bits=depth,
         profile=profile,
@@ -95,13 +105,21 @@ def png_raster(data: bytes) -> Raster:
         _take_palette(raster, chunks.single)
         raster.notes["indexed"] = True
     elif colour in {4, 6}:
-        raster.pixels, raster.alpha = pixels[:, :, :-1], pixels[:, :, -1]
+        raster.colours, raster.alpha = _all_but_last, _last
         raster.alpha_full = float(raster.full)
     elif b"tRNS" in chunks.single:
-        raster.alpha = _keyed_out(pixels, chunks.single[b"tRNS"])
+        raster.alpha = _keyed_out(chunks.single[b"tRNS"])
     if b"cICP" in chunks.single and not chunks.single[b"cICP"][3] and not profile and not said:
         _widen_range(raster, depth)
     return raster
+
+
+def _all_but_last(samples: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    return samples[:, :, :-1]
+
+
+def _last(samples: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    return samples[:, :, -1]
 
 
 def _chunks(data: bytes) -> _Chunks:
@@ -183,41 +201,84 @@ def _check_lengths(chunks: _Chunks) -> None:
         raise malformed(f"The palette has {len(palette)} bytes.", {"chunk": "PLTE"})
 
 
+_PASSES = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2),
+           (0, 1, 1, 2))  # fmt: skip
+"""First column and row of each pass of an interlaced picture, and their steps (clause 8.2)."""
+
 _DECODED = {
-    # Colour type and depth: Pillow's mode, and the order of bytes that it decodes them from.
-    (0, 1): ("P", ("P;1",)), (0, 2): ("P", ("P;2",)), (0, 4): ("P", ("P;4",)),
-    (3, 1): ("P", ("P;1",)), (3, 2): ("P", ("P;2",)), (3, 4): ("P", ("P;4",)),
-    (0, 8): ("L", ("L",)), (3, 8): ("P", ("P",)), (4, 8): ("LA", ("LA",)),
-    (2, 8): ("RGB", ("RGB",)), (6, 8): ("RGBA", ("RGBA",)),
-    # Two bytes of gray are as gray and alpha, two of each as RGBA.
-    (0, 16): ("LA", ("LA",)), (4, 16): ("RGBA", ("RGBA",)),
-    # The first bytes, as of numbers with the first byte first, and the second bytes.
-    (2, 16): ("RGB", ("RGB;16B", "RGB;16L")), (6, 16): ("RGBA", ("RGBA;16B", "RGBA;16L")),
-}  # fmt: skip
+    # Bytes of a pixel, which filters go by: Pillow's mode, and the orders of bytes that it decodes.
+    # Those of six and eight are decoded twice: the first bytes of every sample, and the second.
+    1: ("L", ("L",)),
+    2: ("LA", ("LA",)),
+    3: ("RGB", ("RGB",)),
+    4: ("RGBA", ("RGBA",)),
+    6: ("RGB", ("RGB;16B", "RGB;16L")),
+    8: ("RGBA", ("RGBA;16B", "RGBA;16L")),
+}
 
 
-def _unpacked(
-    stream: bytes, width: int, height: int, depth: int, colour: int, interlaced: int
+def _parts(chunks: _Chunks) -> Iterator[tuple[int, npt.NDArray[Any]]]:
+    """Yield the samples of some rows at a time; of an interlaced picture those of each pass."""
+    width, height, depth, colour, interlaced = chunks.header
+    samples = _SAMPLES[colour]
+    stream = Inflated(chunks.data)
+    for left, top, right, down in _PASSES if interlaced else ((0, 0, 1, 1),):
+        columns, rows = -(-(width - left) // right), -(-(height - top) // down)
+        if columns <= 0 or rows <= 0:
+            continue
+        row_bytes = (columns * samples * depth + 7) // 8
+        step = max(1, BAND_BYTES // row_bytes)
+        above = bytes(row_bytes)
+        for start in range(0, rows, step):
+            count = min(step, rows - start)
+            lines = _lines(stream, count, above, max(1, samples * depth // 8))
+            above = lines[-1].tobytes()
+            yield top + start * down, _samples_of(lines, columns, samples, depth)
+
+
+def _lines(stream: Inflated, count: int, above: bytes, pixel_bytes: int) -> npt.NDArray[np.uint8]:
+    """Return the bytes of the next rows, without their filters."""
+    wanted = count * (len(above) + 1)
+    broken = malformed("The picture's data is broken or ends early.", {"chunk": "IDAT"})
+    try:
+        filtered = stream.read(wanted)
+        lines = _unfiltered(above, filtered, pixel_bytes) if len(filtered) == wanted else None
+    except (zlib.error, ValueError, OSError, SyntaxError, EOFError) as error:
+        raise broken from error
+    if lines is None:
+        raise broken
+    return lines
+
+
+def _unfiltered(above: bytes, filtered: bytes, pixel_bytes: int) -> npt.NDArray[np.uint8]:
+    """Return the bytes of rows as (rows, row_bytes), from those of the row above and filtered ones.
+
+    Pillow takes the row above for the first one, without a filter, of a picture that is not packed.
+    """
+    row_bytes = len(above)
+    mode, orders = _DECODED[pixel_bytes]
+    stored = zlib.compress(b"".join([b"\0", above, filtered]), 0)
+    size = (row_bytes // pixel_bytes, len(filtered) // (row_bytes + 1) + 1)
+    decoded = [
+        np.asarray(Image.frombytes(mode, size, stored, "zip", order, 0)).reshape(size[1], -1)[1:]
+        for order in orders
+    ]
+    return decoded[0] if len(decoded) == 1 else np.stack(decoded, axis=-1).reshape(-1, row_bytes)
+
+
+def _samples_of(
+    lines: npt.NDArray[np.uint8], columns: int, samples: int, depth: int
 ) -> npt.NDArray[Any]:
-    mode, orders = _DECODED[colour, depth]
-    parts = []
-    for order in orders:
-        try:
-            decoded = Image.frombytes(mode, (width, height), stream, "zip", order, interlaced)
-        except (ValueError, OSError, SyntaxError, EOFError) as error:
-            raise malformed(
-                "The picture's data is broken or ends early.", {"chunk": "IDAT"}
-            ) from error
-        parts.append(np.asarray(decoded).reshape(height, width, -1))
-        del decoded
-    if len(parts) == 2:
-        joined = parts[0].astype(np.uint16)
-        joined <<= 8
-        joined |= parts[1]
-        return joined
+    """Return the bytes of rows as (rows, columns, samples)."""
     if depth == 16:
-        return np.ascontiguousarray(parts[0]).view(">u2").astype(np.uint16)
-    return parts[0]
+        numbers: npt.NDArray[Any] = np.ascontiguousarray(lines).view(">u2").astype(np.uint16)
+    elif depth == 8:
+        numbers = lines
+    else:
+        shifts = np.arange(8 - depth, -1, -depth, dtype=np.uint8)
+        numbers = (lines[:, :, np.newaxis] >> shifts) & np.uint8(2**depth - 1)
+        numbers = numbers.reshape(len(lines), -1)[:, : columns * samples]
+    return numbers.reshape(len(lines), columns, samples)
 
 
 def _take_palette(raster: Raster, single: dict[bytes, bytes]) -> None:
@@ -228,11 +289,13 @@ def _take_palette(raster: Raster, single: dict[bytes, bytes]) -> None:
     raster.palette_alpha = alpha
 
 
-def _keyed_out(pixels: npt.NDArray[Any], stated: bytes) -> npt.NDArray[np.bool_]:
+def _keyed_out(stated: bytes) -> Callable[[npt.NDArray[Any]], npt.NDArray[np.bool_]]:
     key = np.frombuffer(stated, ">u2")
-    opaque = np.zeros(pixels.shape[:2], bool)
-    for channel, value in enumerate(key):
-        opaque |= pixels[:, :, channel] != value
+
+    def opaque(samples: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+        found: npt.NDArray[np.bool_] = (samples != key.astype(np.uint16)).any(axis=2)
+        return found
+
     return opaque
 
 
@@ -242,7 +305,9 @@ def _widen_range(raster: Raster, depth: int) -> None:
     table = (np.arange(raster.full + 1, dtype=np.float64) / unit - 16) / 219 * 65535
     wide = np.clip(np.round(table), 0, 65535).astype(np.uint16)
     if raster.palette is None:
-        raster.pixels = wide[raster.pixels]
+        narrow = raster.colours
+        raster.colours = lambda samples: wide[narrow(samples)]
+        raster.dtype = wide.dtype
     else:
         raster.palette = wide[raster.palette]
     raster.full = 2**16 - 1
@@ -290,4 +355,11 @@ def _profile(content: bytes) -> bytes:
         raise malformed("The embedded profile cannot be unpacked.", where) from error
     if not unpacker.eof and len(profile) <= MAX_PROFILE_BYTES:
         raise malformed("The embedded profile ends early.", where)
+    if max(_FREE_PROFILE, len(rest) * MAX_RATIO) < len(profile) <= MAX_PROFILE_BYTES:
+        raise PictureSizeError(
+            f"The embedded profile unpacks from {len(rest)} bytes to {len(profile)}.",
+            where=where,
+            remedy=f"Beyond {_FREE_PROFILE} bytes, at most {MAX_RATIO} are unpacked of one; press "
+            "profiles have about two.",
+        )
     return profile

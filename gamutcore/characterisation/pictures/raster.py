@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,40 +11,36 @@ import numpy.typing as npt
 
 from gamutcore.arrays import FloatArray
 from gamutcore.characterisation.icc import IccProfile, icc_profile
+from gamutcore.characterisation.pictures.bounds import (
+    BYTES_PER_VALUE,
+    FREELY_DISTINCT,
+    FREELY_EVALUATED,
+    FREELY_SORTED,
+    SORTED_RATIO,
+    malformed,
+)
 from gamutcore.characterisation.pictures.encoding import LINEAR, SRGB, Encoding
-from gamutcore.characterisation.pictures.values import distinct_values
+from gamutcore.characterisation.pictures.values import (
+    MAX_VALUES,
+    TooManyValuesError,
+    distinct_values,
+)
 from gamutcore.characterisation.samples import JSON, IntArray
 from gamutcore.errors import (
     InvalidPointsError,
-    MalformedFileError,
     MalformedProfileError,
     PictureSizeError,
     UnsupportedPictureError,
     UnsupportedProfileError,
-    Where,
 )
-from gamutcore.limits import current_limits
 
 __all__ = [
     "CHANNELS",
-    "MAX_DECODED_BYTES",
     "MAX_PROFILE_BYTES",
     "Picture",
     "Raster",
-    "checked_size",
-    "malformed",
     "picture_of_raster",
 ]
-
-MAX_DECODED_BYTES = 2**29
-"""Bytes of a picture's pixels at most, unpacked. A picture of 24 megapixels in CMYK or RGBA has
-192 MB in 16 bits and 384 MB in 32-bit floats."""
-
-FREELY_UNPACKED = 2**27
-"""Bytes that any file may unpack to: a blank picture of 24 megapixels has 72 MB."""
-
-MAX_RATIO = 100
-"""Beyond `FREELY_UNPACKED`, what a byte may unpack to at most. Photographs have 3 to 40."""
 
 MAX_PROFILE_BYTES = 2**25
 """Bytes of an unpacked profile at most; the largest press profiles have some 10 MB."""
@@ -98,28 +93,41 @@ class Picture:
         return len(self.values)
 
 
+def _as_they_are(samples: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    return samples
+
+
 @dataclass(eq=False)
 class Raster:
-    """A decoded picture, before its colours are sorted out.
+    """A picture that is being decoded, before its colours are sorted out.
 
     Parameters
     ----------
     format : str
     model : str
         One of `CHANNELS`.
-    pixels : (height, width, k) uint8, uint16 or float
-        Lab in whole numbers has a* and b* offset by 128, and 100 L* at 255 or 65280 (ICC.1:2001-04,
-        annex A); floats are as they are.
+    width, height : int
+    parts : iterator of (int, (rows, columns, samples) array)
+        The samples of the pixels, of every pixel once, with their first row in the picture. They
+        are decoded on the way, so that memory need not hold all of them.
+    dtype : dtype
+        uint8, uint16 or float, of what `colours` returns.
+    packed : int
+        Bytes that the pixels have in the file.
     full : int
         The largest value of integers: 255 or 65535, or less for fewer bits.
     bits : int
         Bits of a channel value in the file.
+    colours : callable
+        From samples, as of `parts`, to (rows, columns, k) channel values. Lab in whole numbers has
+        a* and b* offset by 128, and 100 L* at 255 or 65280 (ICC.1:2001-04, annex A); floats are as
+        they are.
     palette : (n, 3) uint8 or uint16, or None
-        The colours that `pixels`, of one channel, are numbers of; `full` is of these.
+        The colours that `colours`, of one channel, are numbers of; `full` is of these.
     palette_alpha : (n,) array or None
         Of each of them; 0 is transparent.
-    alpha : (height, width) array or None
-        0 is transparent.
+    alpha : callable or None
+        From samples to (rows, columns) alpha; 0 is transparent.
     alpha_full : float
         The alpha of what is opaque.
     premultiplied : bool
@@ -136,87 +144,23 @@ class Raster:
 
     format: str
     model: str
-    pixels: npt.NDArray[Any]
+    width: int
+    height: int
+    parts: Iterator[tuple[int, npt.NDArray[Any]]]
+    dtype: np.dtype[Any]
+    packed: int
     full: int
     bits: int
+    colours: Callable[[npt.NDArray[Any]], npt.NDArray[Any]] = _as_they_are
     palette: npt.NDArray[Any] | None = None
     palette_alpha: npt.NDArray[Any] | None = None
-    alpha: npt.NDArray[Any] | None = None
+    alpha: Callable[[npt.NDArray[Any]], npt.NDArray[Any]] | None = None
     alpha_full: float = 1.0
     premultiplied: bool = False
     profile: bytes = b""
     encoding: Encoding | None = None
     said: list[str] = field(default_factory=list)
     notes: dict[str, JSON] = field(default_factory=dict)
-
-
-def malformed(message: str, where: Where | None = None, remedy: str = "") -> MalformedFileError:
-    """Return the error of a picture that breaks its format.
-
-    Parameters
-    ----------
-    message : str
-    where : dict, optional
-    remedy : str, optional
-
-    Returns
-    -------
-    MalformedFileError
-    """
-    return MalformedFileError(
-        message, where=where, remedy=remedy or "Send the whole picture, or save it anew."
-    )
-
-
-def checked_size(
-    width: int, height: int, pixel_bytes: float, packed: int, most_unpacked: float
-) -> None:
-    """Refuse a picture that is empty, too large, or larger than its bytes can hold.
-
-    Parameters
-    ----------
-    width, height : int
-        In pixels, as the file states them.
-    pixel_bytes : float
-        Bytes of a pixel, unpacked.
-    packed : int
-        Bytes that the pixels have in the file.
-    most_unpacked : float
-        Bytes that the compression can make of one byte at most.
-
-    Raises
-    ------
-    MalformedFileError
-        It has no pixels, or they cannot be in the file: it ends early, or is made to exhaust
-        memory.
-    PictureSizeError
-        It has more pixels than `current_limits` allow, or `MAX_DECODED_BYTES` bytes, or is packed
-        as no large photograph is.
-    """
-    if width <= 0 or height <= 0:
-        raise malformed(f"The picture has {width} × {height} pixels.", {"field": "size"})
-    size = width * height * pixel_bytes
-    most = current_limits().pixels
-    if width * height > most or size > MAX_DECODED_BYTES:
-        raise PictureSizeError(
-            f"The picture has {width} × {height} pixels, {size / 1e6:.0f} MB unpacked.",
-            where={"field": "size"},
-            remedy=f"At most {most / 1e6:g} million pixels and "
-            f"{MAX_DECODED_BYTES / 1e6:.0f} MB are unpacked; send a smaller copy.",
-        )
-    if size > packed * most_unpacked + 65536:
-        raise malformed(
-            f"The picture claims {width} × {height} pixels, which its {packed} bytes of data "
-            "cannot hold.",
-            {"field": "size"},
-        )
-    if math.isfinite(most_unpacked) and size > max(FREELY_UNPACKED, packed * MAX_RATIO):
-        raise PictureSizeError(
-            f"The picture unpacks from {packed} bytes to {size / 1e6:.0f} MB.",
-            where={"field": "size"},
-            remedy=f"Beyond {FREELY_UNPACKED / 1e6:.0f} MB, at most {MAX_RATIO} bytes are unpacked "
-            "of one; send a smaller copy.",
-        )
 
 
 def picture_of_raster(raster: Raster) -> Picture:
@@ -242,13 +186,32 @@ def picture_of_raster(raster: Raster) -> Picture:
         The picture is CMYK, and no profile says what its inks look like.
     """
     meaning, said = _meaning(raster)
-    height, width, channels = raster.pixels.shape
-    floats = raster.pixels.dtype.kind == "f"
+    width, height = raster.width, raster.height
+    channels = 1 if raster.palette is not None else len(CHANNELS[raster.model])
+    floats = raster.dtype.kind == "f"
     linear = floats and isinstance(meaning, Encoding)
     clipped = [0]
     bands = _bands(raster, linear=linear, clipped=clipped)
-    depth = 8 if raster.pixels.dtype == np.uint8 else 16
-    found = distinct_values(bands, width * height, channels, depth)
+    depth = 8 if raster.dtype == np.uint8 else 16
+    fewer = max(FREELY_DISTINCT, raster.packed)
+    try:
+        found = distinct_values(
+            bands,
+            width * height,
+            channels,
+            depth,
+            most=min(MAX_VALUES, max(FREELY_EVALUATED, raster.packed // BYTES_PER_VALUE)),
+            sorted_bytes=max(FREELY_SORTED, raster.packed * SORTED_RATIO),
+            fewer=fewer,
+        )
+    except TooManyValuesError as error:
+        raise PictureSizeError(
+            f"The {raster.packed} bytes of the picture unpack to more than {fewer} distinct "
+            "values.",
+            where={"field": "size"},
+            remedy=f"Beyond {FREELY_DISTINCT}, large pictures need a byte for each; send a smaller "
+            "copy, or one of 8 bits.",
+        ) from error
     whole, counts, distinct = found.values, found.counts, found.distinct
     if raster.palette is not None:
         whole, counts = _looked_up(whole[:, 0], counts, raster)
@@ -331,7 +294,7 @@ def _meaning(raster: Raster) -> tuple[IccProfile | Encoding | None, list[str]]:
             where={"field": "profile"},
             remedy="Embed the profile of the printing condition.",
         )
-    if raster.pixels.dtype.kind == "f":
+    if raster.dtype.kind == "f":
         return LINEAR, ["No profile is embedded: linear light of sRGB's primaries is assumed."]
     return SRGB, ["No profile is embedded: sRGB is assumed."]
 
@@ -359,24 +322,33 @@ def _embedded_profile(data: bytes) -> IccProfile:
 
 def _bands(raster: Raster, *, linear: bool, clipped: list[int]) -> Iterator[npt.NDArray[Any]]:
     """Yield the opaque pixels as whole numbers, some rows at a time."""
-    height, width, channels = raster.pixels.shape
-    rows = max(1, _BAND_PIXELS // width)
     seen = 0
-    for row in range(0, height, rows):
-        band = raster.pixels[row : row + rows].reshape(-1, channels)
-        if raster.alpha is not None:
-            alpha = raster.alpha[row : row + rows].reshape(-1)
+    for row, band, alpha in _pieces(raster):
+        if alpha is not None:
             opaque = alpha > 0
-            band, alpha = band[opaque], alpha[opaque]
+            band, alpha = band[opaque], alpha[opaque]  # noqa: PLW2901
             if raster.premultiplied:
-                band = _divided(band, alpha, raster)
+                band = _divided(band, alpha, raster)  # noqa: PLW2901
         if band.dtype.kind == "f":
             _refuse_not_finite(band, row)
-            band = _whole(band, raster.model, clipped, linear=linear)
+            band = _whole(band, raster.model, clipped, linear=linear)  # noqa: PLW2901
         seen += len(band)
         yield band
     if not seen:
         raise _invisible()
+
+
+def _pieces(
+    raster: Raster,
+) -> Iterator[tuple[int, npt.NDArray[Any], npt.NDArray[Any] | None]]:
+    """Yield the first row, the colours (n, k) and the alpha (n,) of few pixels at a time."""
+    for top, part in raster.parts:
+        rows = max(1, _BAND_PIXELS // part.shape[1])
+        for start in range(0, len(part), rows):
+            samples = part[start : start + rows]
+            colours = raster.colours(samples)
+            alpha = None if raster.alpha is None else raster.alpha(samples).reshape(-1)
+            yield top + start, colours.reshape(-1, colours.shape[2]), alpha
 
 
 def _invisible() -> InvalidPointsError:

@@ -7,12 +7,14 @@ and floats. The first picture of a file is taken.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from gamutcore.characterisation.pictures.raster import Raster, malformed
+from gamutcore.characterisation.pictures.bounds import malformed
+from gamutcore.characterisation.pictures.raster import Raster
 from gamutcore.characterisation.pictures.tiff_data import Layout, decoded_samples, refused
 from gamutcore.characterisation.pictures.tiff_tags import Directory, tiff_directory
 
@@ -68,19 +70,26 @@ def tiff_raster(data: bytes) -> Raster:
     raster = Raster(
         "tiff",
         model,
-        samples[:, :, :colours],
+        layout.width,
+        layout.height,
+        samples.blocks,
+        samples.dtype,
+        samples.packed,
         full=2 ** min(layout.bits, 16) - 1,
         bits=layout.bits,
+        colours=lambda block: block[:, :, :colours],
         profile=tags.content(34675),
         said=said,
     )
-    _take_alpha(raster, tags, samples, colours)
+    _take_alpha(raster, tags, layout.samples, colours)
     if photometric == _PALETTE:
         _look_up(raster, tags)
     elif photometric == _WHITE_IS_ZERO:
-        raster.pixels = (1 if raster.pixels.dtype.kind == "f" else raster.full) - raster.pixels
+        white = samples.dtype.type(1 if samples.dtype.kind == "f" else raster.full)
+        raster.colours = lambda block: white - block[:, :, :colours]
     elif model == "Lab":
-        raster.pixels = _offset_lab(raster.pixels, signed=photometric == _CIELAB)
+        signed = photometric == _CIELAB
+        raster.colours = lambda block: _offset_lab(block[:, :, :colours], signed=signed)
     return raster
 
 
@@ -137,20 +146,24 @@ def _whole_bits(depth: int) -> bool:
     return 1 <= depth <= 16 or depth == 32
 
 
-def _take_alpha(raster: Raster, tags: Directory, samples: npt.NDArray[Any], colours: int) -> None:
+def _take_alpha(raster: Raster, tags: Directory, samples: int, colours: int) -> None:
     """Take the first extra sample that is alpha (TIFF 6.0, section 18)."""
-    extra = tags.numbers(338)[: samples.shape[2] - colours]
+    extra = tags.numbers(338)[: samples - colours]
     for index, meaning in enumerate(extra):
         if meaning in {1, 2}:
-            raster.alpha = samples[:, :, colours + index]
+            raster.alpha = partial(_channel, colours + index)
             raster.premultiplied = meaning == 1
-            raster.alpha_full = 1.0 if samples.dtype.kind == "f" else float(raster.full)
+            raster.alpha_full = 1.0 if raster.dtype.kind == "f" else float(raster.full)
             break
-    unused = samples.shape[2] - colours - (raster.alpha is not None)
+    unused = samples - colours - (raster.alpha is not None)
     if unused:
         raster.said.append(f"{unused} further channels of the picture are not used.")
     if raster.premultiplied and raster.model == "Lab":
         raise refused("Lab that was multiplied by alpha is not read.", 338, "Unassociated alpha.")
+
+
+def _channel(place: int, block: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    return block[:, :, place]
 
 
 def _look_up(raster: Raster, tags: Directory) -> None:

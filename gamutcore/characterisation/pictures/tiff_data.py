@@ -10,7 +10,7 @@ import io
 import math
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,12 +18,18 @@ import numpy as np
 import numpy.typing as npt
 from PIL.TiffImagePlugin import TiffImageFile
 
-from gamutcore.characterisation.pictures.jpeg import MOST_UNPACKED, jpeg_frame, jpeg_pixels
-from gamutcore.characterisation.pictures.raster import checked_size, malformed
+from gamutcore.characterisation.pictures.bounds import (
+    BAND_BYTES,
+    checked_held,
+    checked_size,
+    malformed,
+)
+from gamutcore.characterisation.pictures.inflate import Inflated
+from gamutcore.characterisation.pictures.jpeg import MOST_UNPACKED, jpeg_frame, jpeg_rows
 from gamutcore.characterisation.pictures.tiff_tags import Directory
 from gamutcore.errors import UnsupportedPictureError
 
-__all__ = ["Layout", "decoded_samples", "refused"]
+__all__ = ["DecodedSamples", "Layout", "decoded_samples", "refused"]
 
 _NONE, _LZW, _JPEG, _DEFLATE, _PACKBITS, _OLD_DEFLATE = 1, 5, 7, 8, 32773, 32946
 
@@ -37,6 +43,10 @@ _RATIOS = {
     _OLD_DEFLATE: 1032.0,
     _PACKBITS: 64.0,
 }
+
+_STRIP_RATIO = 20
+"""Bytes that are held at most for one of a strip that libtiff unpacks, where they are many. Writers
+make strips of some kilobytes; one of a hundred megabytes has to be worth it."""
 
 _MAX_PARTS = 2**16
 """Strips or tiles at most: 24 million pixels are 94 thousand tiles of the smallest size that TIFF
@@ -100,7 +110,26 @@ def refused(message: str, tag: int, remedy: str) -> UnsupportedPictureError:
     return UnsupportedPictureError(message, where={"tag": str(tag)}, remedy=remedy)
 
 
-def decoded_samples(data: bytes, tags: Directory, layout: Layout) -> npt.NDArray[Any]:
+@dataclass(frozen=True, eq=False)
+class DecodedSamples:
+    """All samples of a picture, decoded as they are asked for.
+
+    Parameters
+    ----------
+    blocks : iterator of (int, (rows, columns, samples) array)
+        Parts of the picture, with their first rows: uint8, uint16 or float, whole numbers of 32
+        bits by their upper 16.
+    dtype : dtype
+    packed : int
+        Bytes that they have in the file.
+    """
+
+    blocks: Iterator[tuple[int, npt.NDArray[Any]]]
+    dtype: np.dtype[Any]
+    packed: int
+
+
+def decoded_samples(data: bytes, tags: Directory, layout: Layout) -> DecodedSamples:
     """Return all samples of a picture.
 
     Parameters
@@ -112,30 +141,37 @@ def decoded_samples(data: bytes, tags: Directory, layout: Layout) -> npt.NDArray
 
     Returns
     -------
-    (height, width, samples) uint8, uint16 or float
-        Whole numbers of 32 bits by their upper 16.
+    DecodedSamples
 
     Raises
     ------
     MalformedFileError, PictureSizeError, UnsupportedPictureError
-        As `tiff_raster`.
+        As `tiff_raster`; what is broken in the data itself, when it is decoded.
     """
     _check_packing(layout)
     parts = _Parts(data, tags, layout)
     depth = np.uint8 if layout.bits <= 8 else np.uint16
     kind = {16: np.float16, 32: np.float32, 64: np.float64}[layout.bits] if layout.floats else depth
-    picture = np.zeros((layout.height, layout.width, layout.samples), kind)
-    for number, (plane, top, left) in enumerate(parts.places()):
-        height = parts.height if parts.tiled else min(parts.height, layout.height - top)
-        block = _samples_of(parts.content(number), number, height, parts, layout)
-        rows = min(height, layout.height - top)
+    return DecodedSamples(_blocks(parts, layout, np.dtype(kind)), np.dtype(kind), sum(parts.sizes))
+
+
+def _blocks(
+    parts: _Parts, layout: Layout, kind: np.dtype[Any]
+) -> Iterator[tuple[int, npt.NDArray[Any]]]:
+    """Yield the samples of strips or tiles, some rows at a time, without what pads them."""
+    apart = parts.across * parts.down
+    for place in range(apart):
+        down, across = divmod(place, parts.across)
+        top, left = down * parts.height, across * parts.width
+        rows = min(parts.height, layout.height - top)
         columns = min(parts.width, layout.width - left)
-        place = (slice(top, top + rows), slice(left, left + columns))
-        if layout.planar:
-            picture[(*place, plane)] = block[:rows, :columns, 0]
-        else:
-            picture[place] = block[:rows, :columns]
-    return picture
+        height = parts.height if parts.tiled else rows
+        planes = layout.samples if layout.planar else 1
+        groups = [_rows_of(place + apart * plane, height, parts) for plane in range(planes)]
+        for begun in range(0, rows, parts.step):
+            found = [next(group)[: rows - begun, :columns] for group in groups]
+            block = found[0] if planes == 1 else np.concatenate(found, axis=2)
+            yield top + begun, block.astype(kind, copy=False)
 
 
 def _check_packing(layout: Layout) -> None:
@@ -191,11 +227,17 @@ class _Parts:
         self.starts = [int(value) for value in tags.numbers(offsets)[:number]]
         self.sizes = [int(value) for value in tags.numbers(counts)[:number]]
         self.row_bytes = (self.width * layout.together * layout.bits + 7) // 8
+        self.step = max(1, BAND_BYTES // (self.row_bytes * planes))
         if not self.sizes and layout.compression == _NONE and number == 1:
             self.sizes = [self.row_bytes * layout.height]
         self._check(number, counts)
         whole = self.across * self.width * self.down * self.height
         checked_size(1, whole, pixel_bytes, sum(self.sizes), _RATIOS[layout.compression])
+        if layout.compression in {_LZW, _PACKBITS}:  # which libtiff unpacks whole strips of
+            held = planes * self.row_bytes * self.height
+            # Pillow has a strip's bytes twice while it is unpacked.
+            decoded = held + self.row_bytes * self.height
+            checked_held(held, decoded, planes * max(self.sizes), _STRIP_RATIO)
 
     def _check(self, number: int, counts: int) -> None:
         if len(self.sizes) != number:
@@ -210,32 +252,42 @@ class _Parts:
         if sum(self.sizes) > len(self.data):
             raise malformed("Strips or tiles overlap.", {"tag": str(counts)})
 
-    def places(self) -> Iterator[tuple[int, int, int]]:
-        """Yield the plane, first row and first column of each part, in their order."""
-        for plane in range(self.layout.samples if self.layout.planar else 1):
-            for row in range(self.down):
-                for column in range(self.across):
-                    yield plane, row * self.height, column * self.width
-
     def content(self, number: int) -> memoryview:
         """Return the bytes of a part."""
         start = self.starts[number]
         return memoryview(self.data)[start : start + self.sizes[number]]
 
 
-def _samples_of(
-    content: memoryview, number: int, height: int, parts: _Parts, layout: Layout
-) -> npt.NDArray[Any]:
-    """Return the samples of a strip or tile as (height, width, together)."""
+def _rows_of(number: int, height: int, parts: _Parts) -> Iterator[npt.NDArray[Any]]:
+    """Yield the samples of a strip or tile as (rows, width, together), some rows at a time."""
+    layout = parts.layout
     if layout.compression == _JPEG:
-        return _jpeg_samples(bytes(content), number, height, parts, layout)
-    wanted = height * parts.row_bytes
-    unpacked = _unpacked(content, wanted, parts.row_bytes, height, number, layout.compression)
-    if len(unpacked) < wanted:
+        yield from _jpeg_samples(bytes(parts.content(number)), number, height, parts)
+        return
+    try:
+        read = _reader(parts.content(number), parts.row_bytes, height, layout.compression)
+        for begun in range(0, height, parts.step):
+            rows = min(parts.step, height - begun)
+            unpacked = read(rows * parts.row_bytes)
+            if len(unpacked) < rows * parts.row_bytes:
+                held = begun * parts.row_bytes + len(unpacked)
+                raise malformed(
+                    f"The strip or tile {number} holds {held} bytes in place of "
+                    f"{height * parts.row_bytes}.",
+                    {"strip": number},
+                )
+            yield _samples_of(unpacked, rows, parts)
+    except (zlib.error, OSError, SyntaxError, ValueError, TypeError, LookupError) as error:
         raise malformed(
-            f"The strip or tile {number} holds {len(unpacked)} bytes in place of {wanted}.",
-            {"strip": number},
-        )
+            f"The strip or tile {number} cannot be unpacked.", {"strip": number}
+        ) from error
+
+
+def _samples_of(
+    unpacked: bytes | memoryview | npt.NDArray[np.uint8], height: int, parts: _Parts
+) -> npt.NDArray[Any]:
+    """Return the samples of rows as (height, width, together)."""
+    layout, wanted = parts.layout, height * parts.row_bytes
     rows = np.frombuffer(unpacked, np.uint8, wanted).reshape(height, parts.row_bytes)
     shape = (height, parts.width, layout.together)
     predictor = layout.predictor if layout.compression in {_LZW, _DEFLATE, _OLD_DEFLATE} else 1
@@ -256,30 +308,37 @@ def _samples_of(
     return samples
 
 
-def _unpacked(
-    content: memoryview, wanted: int, row_bytes: int, rows: int, number: int, compression: int
-) -> bytes | memoryview | npt.NDArray[np.uint8]:
-    if compression == _NONE:
-        return content
-    try:
-        if compression in {_DEFLATE, _OLD_DEFLATE}:
-            return zlib.decompressobj().decompress(content, wanted)
-        return _by_libtiff(bytes(content), row_bytes, rows, compression)
-    except (zlib.error, OSError, SyntaxError, ValueError, TypeError, LookupError) as error:
-        raise malformed(
-            f"The strip or tile {number} cannot be unpacked.", {"strip": number}
-        ) from error
+def _reader(
+    content: memoryview, row_bytes: int, rows: int, compression: int
+) -> Callable[[int], bytes | memoryview | npt.NDArray[np.uint8]]:
+    """Return what gives the next bytes of a strip or tile, so many at most, unpacked."""
+    if compression in {_DEFLATE, _OLD_DEFLATE}:
+        return Inflated([content]).read
+    place = 0
+    unpacked: Any = (
+        None if compression == _NONE else _by_libtiff(content, row_bytes, rows, compression)
+    )
+
+    def read(size: int) -> bytes | memoryview | npt.NDArray[np.uint8]:
+        nonlocal place
+        start, place = place, place + size
+        if unpacked is None:
+            return content[start:place]
+        # Of a picture with that many bytes in a row: arrays of all of it would double the memory.
+        rows_above = start // row_bytes
+        box = (0, rows_above, row_bytes, rows_above + size // row_bytes)
+        return np.asarray(unpacked.crop(box)).reshape(-1)
+
+    return read
 
 
-def _by_libtiff(
-    content: bytes, row_bytes: int, rows: int, compression: int
-) -> npt.NDArray[np.uint8]:
-    """Return bytes that were packed, as the pixels of a gray picture with that one strip."""
+def _by_libtiff(content: memoryview, row_bytes: int, rows: int, compression: int) -> Any:  # noqa: ANN401
+    """Return bytes that were packed, as a gray picture with that one strip."""
     tags = [
         (256, 4, row_bytes), (257, 4, rows), (258, 3, 8), (259, 3, compression), (262, 3, 1),
         (273, 4, 8), (277, 3, 1), (278, 4, rows), (279, 4, len(content)),
     ]  # fmt: skip
-    padded = content + bytes(len(content) % 2)
+    padded = bytes(content) + bytes(len(content) % 2)
     directory = b"".join(
         struct.pack("<HHI" + ("HH" if kind == 3 else "I"), tag, kind, 1, value, *[0] * (kind == 3))
         for tag, kind, value in tags
@@ -288,7 +347,7 @@ def _by_libtiff(
     table = struct.pack("<H", len(tags)) + directory + bytes(4)
     picture: Any = TiffImageFile(io.BytesIO(header + padded + table))
     picture.load()
-    return np.asarray(picture).reshape(-1)
+    return picture
 
 
 def _packed_bits(
@@ -310,9 +369,9 @@ def _packed_bits(
 
 
 def _jpeg_samples(
-    content: bytes, number: int, height: int, parts: _Parts, layout: Layout
-) -> npt.NDArray[Any]:
-    where = {"strip": number}
+    content: bytes, number: int, height: int, parts: _Parts
+) -> Iterator[npt.NDArray[Any]]:
+    layout, where = parts.layout, {"strip": number}
     if not content.startswith(b"\xff\xd8"):
         raise malformed(f"The strip or tile {number} is no JPEG stream.", {**where})
     frame = jpeg_frame(content)
@@ -321,7 +380,11 @@ def _jpeg_samples(
         raise malformed(f"The strip or tile {number} is of another size.", {**where})
     if size[0] * size[1] > (height + 16) * (parts.width + 16):
         raise malformed(f"The strip or tile {number} is larger than it should be.", {**where})
+    planes = layout.samples if layout.planar else 1
+    checked_held(planes * frame.held, planes * frame.decoded, planes * len(content))
     tables = parts.tables[2:-2] if parts.tables[:2] == b"\xff\xd8" else b""
-    pixels = jpeg_pixels(frame, int(layout.photometric == 6), tables)
-    # Pillow turns all CMYK over, as Adobe's JPEG files need it; TIFF has it the other way.
-    return 255 - pixels if layout.together == 4 else pixels
+    for top, pixels in jpeg_rows(frame, int(layout.photometric == 6), parts.step, tables):
+        if top < height:
+            # Pillow turns all CMYK over, as Adobe's JPEG files need it; TIFF has it the other way.
+            turned = 255 - pixels if layout.together == 4 else pixels
+            yield turned[: height - top]

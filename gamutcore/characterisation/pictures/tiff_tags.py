@@ -8,7 +8,7 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
-from gamutcore.characterisation.pictures.raster import malformed
+from gamutcore.characterisation.pictures.bounds import malformed
 
 __all__ = ["Directory", "tiff_directory"]
 

@@ -8,7 +8,8 @@ cell of the finest lattice that has few enough is represented by its outermost v
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,10 +18,14 @@ import numpy.typing as npt
 
 from gamutcore.characterisation.samples import IntArray
 
-__all__ = ["MAX_VALUES", "DistinctValues", "distinct_values"]
+__all__ = ["MAX_VALUES", "DistinctValues", "TooManyValuesError", "distinct_values"]
 
 MAX_VALUES = 2**21
 """Distinct values that are evaluated: 2 s of a CMYK profile, and 7 bits of each of R, G and B."""
+
+
+class TooManyValuesError(ValueError):
+    """There are more distinct values than may be."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +57,8 @@ def distinct_values(
     bits: int,
     *,
     most: int = MAX_VALUES,
+    sorted_bytes: float = math.inf,
+    fewer: int = MAX_VALUES,
 ) -> DistinctValues:
     """Return the distinct values of pixels.
 
@@ -67,26 +74,38 @@ def distinct_values(
         Bits of a channel value, 8 or 16.
     most : int, optional
         Values to be returned at most.
+    sorted_bytes : float, optional
+        Bytes that the numbers of all pixels may take. If they took more, distinct ones are found
+        in parts rather than all be held at once.
+    fewer : int, optional
+        How many of them there may be then.
 
     Returns
     -------
     DistinctValues
         In Morton order.
+
+    Raises
+    ------
+    TooManyValuesError
+        The numbers take more than `sorted_bytes`, and there are more than `fewer` distinct ones.
     """
     if channels == 1:
         return _distinct_numbers(bands, bits)
     kind: Any = np.uint32 if channels * bits <= 32 else np.uint64
     spread = _spread_bits(channels, bits, kind)
-    keys = np.empty(pixels, kind)
-    filled = 0
-    for band in bands:
-        part = keys[filled : filled + len(band)]
-        part[:] = 0
-        for channel in range(channels):
-            part |= spread[band[:, channel]] << kind(channels - 1 - channel)
-        filled += len(band)
-    keys = keys[:filled]
-    keys.sort()
+    parts = _keys(bands, channels, kind, spread)
+    weights: IntArray | None = None
+    if pixels * np.dtype(kind).itemsize > sorted_bytes:
+        keys, weights = _joined(parts, kind, fewer)
+    else:
+        keys = np.empty(pixels, kind)
+        filled = 0
+        for part in parts:
+            keys[filled : filled + len(part)] = part
+            filled += len(part)
+        keys = keys[:filled]
+        keys.sort()
     kept = bits
     distinct = _runs(keys, 0)
     while kept > 1 and (distinct if kept == bits else _runs(keys, channels * (bits - kept))) > most:
@@ -96,8 +115,62 @@ def distinct_values(
     chosen = keys[starts]
     if kept < bits:
         chosen = _outermost(keys, starts, counts, channels, bits, kept)
+    if weights is not None:
+        counts = np.add.reduceat(weights, starts)
     values = _gathered_bits(chosen, channels, bits)
     return DistinctValues(values, counts, distinct, None if kept == bits else 2**kept)
+
+
+def _keys(
+    bands: Iterable[npt.NDArray[Any]],
+    channels: int,
+    kind: type[np.unsignedinteger[Any]],
+    spread: npt.NDArray[Any],
+) -> Iterator[npt.NDArray[Any]]:
+    """Yield the pixels as numbers in Morton order."""
+    for band in bands:
+        part = np.zeros(len(band), kind)
+        for channel in range(channels):
+            part |= spread[band[:, channel]] << kind(channels - 1 - channel)
+        yield part
+
+
+_JOINED = 2**19
+"""Numbers that are gathered before they are joined with those that were seen."""
+
+
+def _joined(
+    parts: Iterable[npt.NDArray[Any]], kind: type[np.unsignedinteger[Any]], fewer: int
+) -> tuple[npt.NDArray[Any], IntArray]:
+    """Return each number once, in order, and how often it is there."""
+    keys, weights = np.empty(0, kind), np.empty(0, np.int64)
+    waiting: list[npt.NDArray[Any]] = []
+    for part in parts:
+        waiting.append(part)
+        if sum(map(len, waiting)) >= _JOINED:
+            keys, weights = _with(keys, weights, waiting, fewer)
+            waiting = []
+    return _with(keys, weights, waiting, fewer) if waiting else (keys, weights)
+
+
+def _with(
+    keys: npt.NDArray[Any], weights: IntArray, parts: list[npt.NDArray[Any]], fewer: int
+) -> tuple[npt.NDArray[Any], IntArray]:
+    """Return numbers that were seen and further ones, each once, and how often they are there."""
+    numbers = np.concatenate(parts)
+    numbers.sort()
+    starts = _starts(numbers, 0)
+    counts = np.diff(np.append(starts, len(numbers)))
+    found = numbers[starts]
+    places = np.searchsorted(keys, found)
+    known = places < len(keys)
+    known[known] = keys[places[known]] == found[known]
+    weights[places[known]] += counts[known]
+    fresh = ~known
+    places = places[fresh]
+    if len(keys) + len(places) > fewer:
+        raise TooManyValuesError
+    return np.insert(keys, places, found[fresh]), np.insert(weights, places, counts[fresh])
 
 
 def _distinct_numbers(bands: Iterable[npt.NDArray[Any]], bits: int) -> DistinctValues:

@@ -25,11 +25,10 @@ from gamutcore.decimation.memoryless import (
 from gamutcore.decimation.refinement import error_by_mismatch, refined_place
 from gamutcore.decimation.samples import (
     Deviation,
-    divisions_for,
     hand_over_samples,
     no_deviation,
     redistribute_samples,
-    samples_on_surface,
+    room_for_samples,
     start_at_surface,
     thin_samples,
 )
@@ -45,7 +44,7 @@ TRACKED_VERTICES = 2000
 """Levels with so many vertices and fewer are compared with samples of the first of them."""
 
 
-REFINED_VERTICES = 150
+REFINED_VERTICES = 700
 """In levels with so many vertices and fewer the place of a collapse is moved, at the same volume,
 to lower the mismatch before its error counts."""
 
@@ -54,10 +53,10 @@ REFINEMENTS = 2
 
 
 SAMPLES = 16_000
-"""Samples of the reference, about; small boundaries have several on each face."""
+"""Samples of the reference, at least about: every face has one, larger ones have several."""
 
 SAMPLES_PER_FACE = 12
-"""When there are twice as many on average, every second sample goes: what an edge's error takes to
+"""When there are twice as many on average, half of the samples go: what an edge's error takes to
 evaluate stays the same, and the errors of large faces are as well known as those of small ones."""
 
 
@@ -72,8 +71,6 @@ class VolumeState(NamedTuple):
     ----------
     planes : Memoryless
     deviation : Deviation
-    divisions : (1,) int32
-        Of the faces' edges for the samples.
     vertices : (1,) int32
         How many there are at the present level.
     trial : (3,) float64
@@ -82,7 +79,6 @@ class VolumeState(NamedTuple):
 
     planes: Memoryless
     deviation: Deviation
-    divisions: IndexArray
     vertices: IndexArray
     trial: FloatArray
 
@@ -100,11 +96,9 @@ def state(positions: FloatArray, faces: IndexArray) -> VolumeState:
     VolumeState
     """
     tracked_faces = 2 * min(TRACKED_VERTICES, len(positions)) - 4
-    divisions = divisions_for(SAMPLES, tracked_faces)
     return VolumeState(
         memoryless(positions, faces),
-        no_deviation(samples_on_surface(tracked_faces, divisions), len(faces)),
-        np.full(1, divisions, np.int32),
+        no_deviation(room_for_samples(SAMPLES, tracked_faces), len(faces)),
         # more than are tracked, so that samples are taken however few there are
         np.full(1, max(len(positions), TRACKED_VERTICES) + 1, np.int32),
         np.zeros(3),
@@ -147,7 +141,7 @@ def _settle(cost: VolumeState, surface: Surface, at: int) -> None:
 def _reach(cost: VolumeState, surface: Surface, at: int) -> bool:
     begins = at <= TRACKED_VERTICES and cost.vertices[0] > TRACKED_VERTICES
     if begins:
-        start_at_surface(cost.deviation, surface, cost.divisions[0])
+        start_at_surface(cost.deviation, surface, SAMPLES)
     cost.vertices[0] = at
     most = 4 * SAMPLES_PER_FACE * max(at, THINNED_DOWN_TO)
     return thin_samples(cost.deviation, surface, most) or begins

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from gamutcore.boundary import wrapped
 from gamutcore.characterisation import characterisation
 from gamutcore.colours.cube_surface import cube_surface, surface_steps
-from gamutcore.colours.device_surface import device_surface
+from gamutcore.colours.device_surface import device_surface, distinct_rows
 from gamutcore.colours.ink_cube import InkCube, surface_corners
 from gamutcore.colours.profile_colours import profile_colours
 from gamutcore.metric import radial_difference
@@ -130,3 +130,51 @@ def test_more_accurate_than_as_many_uniform_points(shared_data, file, points, ga
         for device in (uniform, shared_out)
     ]
     assert errors[1] < gain * errors[0]
+
+
+@given(
+    st.integers(1, 15).flatmap(
+        lambda columns: st.lists(
+            st.lists(
+                st.sampled_from([0.0, 0.1, 0.25, 0.5, 1.0]), min_size=columns, max_size=columns
+            ),
+            min_size=1,
+            max_size=60,
+        )
+    )
+)
+def test_distinct_rows_are_those_of_numpy(rows):
+    distinct, places = distinct_rows(np.array(rows))
+    expected, inverse = np.unique(np.array(rows), axis=0, return_inverse=True)
+    np.testing.assert_array_equal(distinct, expected)
+    np.testing.assert_array_equal(places, inverse.reshape(-1))
+
+
+def test_rows_that_are_not_told_apart_at_once_are_distinct(monkeypatch):
+    """With factors of nothing but the first column, all rows of equal first columns look alike."""
+
+    class Chance:
+        def integers(self, *_limits, size, dtype):
+            return np.full(size, 2**63, dtype)  # doubled, that is nothing: all factors are 1
+
+    rows = np.array([[0.5, 1.0], [1.0, 0.5], [0.5, 1.0], [0.25, 0.25]])  # two of equal sums
+    monkeypatch.setattr(np.random, "default_rng", lambda _seed: Chance())
+    distinct, places = distinct_rows(rows)
+    np.testing.assert_array_equal(distinct, [[0.25, 0.25], [0.5, 1.0], [1.0, 0.5]])
+    np.testing.assert_array_equal(places, [1, 2, 1, 0])
+
+
+@pytest.mark.parametrize(("channels", "total"), [(11, 5.5), (12, 6.0), (13, 3.25)])
+def test_the_cut_of_many_inks_is_sampled_at_its_corners_and_on_its_faces(channels, total):
+    """Half a million corners of trapezoids, which share their vertices and edges."""
+    surface = device_surface(unit(channels, total), bent, 100_000)
+    device = surface.device
+    assert surface.density == "uniform"
+    assert len(device) <= 100_000
+    assert device.sum(axis=1).max() <= total + 1e-9
+    # Two-dimensional faces: of the cube's, or of the plane's, where three channels may vary.
+    inner = ((device > 1e-9) & (device < 1 - 1e-9)).sum(axis=1)
+    on_plane = np.abs(device.sum(axis=1) - total) < 1e-9
+    assert (inner <= np.where(on_plane, 3, 2)).all()
+    corners = {tuple(row) for row in np.round(surface_corners(unit(channels, total)), 9).tolist()}
+    assert corners <= {tuple(row) for row in np.round(device, 9).tolist()}

@@ -155,9 +155,31 @@ def test_ink_sums_beyond_the_measured_are_warned_of():
     ],
 )
 def test_samples_without_a_model_are_used_themselves(rows):
-    surface = surface_colours(characterisation(document("R G B L a b", rows)), intent="absolute")
+    samples = characterisation(document("R G B L a b", rows))
+    surface = surface_colours(samples, intent="absolute")
     assert len(surface.points) == len({tuple(row) for row in rows})
     assert any("No device model" in said for said in surface.provenance["warnings"])
+    with pytest.raises(OptionError) as caught:
+        surface_colours(samples, intent="absolute", model="fit")
+    assert caught.value.where == {"field": "device_model"}
+
+
+def test_a_device_model_is_refused_where_there_are_no_measurements(shared_data):
+    profile = characterisation((shared_data / "display/Acer_XB271HU.icc").read_bytes())
+    for data in (profile, characterisation(document("L a b", [[10, 0, 0], [20, 5, 5]]))):
+        with pytest.raises(OptionError) as caught:
+            surface_colours(data, model="fit")
+        assert caught.value.where == {"field": "device_model"}
+
+
+def test_the_device_model_of_a_grid_can_be_chosen():
+    samples = characterisation(document("R G B L a b", rgb_cube(5, lab).tolist()))
+    named = {
+        kind: surface_colours(samples, intent="absolute", model=kind).provenance["model"]["name"]
+        for kind in (None, "interpolation", "fit")
+    }
+    assert named[None] == named["interpolation"] == "n-linear interpolation of a complete grid"
+    assert named["fit"] == "radial basis functions"
 
 
 def test_fifteen_inks_have_their_corners(made_profile):

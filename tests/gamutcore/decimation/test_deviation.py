@@ -17,6 +17,7 @@ from gamutcore.decimation.samples import (
     LARGEST_SHARE,
     no_deviation,
     redistribute_samples,
+    room_for_samples,
     start_at_surface,
 )
 from gamutcore.decimation.star import (
@@ -142,8 +143,9 @@ def test_steps_lower_the_deviation_of_a_noisy_sphere(icosphere, surface_from):
     mesh = icosphere(3)
     positions = mesh.vertices.astype(np.float64)
     surface = surface_from(positions, mesh.faces)
-    deviation = no_deviation(9 * mesh.triangles, mesh.triangles)
-    start_at_surface(deviation, surface, 3)
+    room = room_for_samples(9 * mesh.triangles, mesh.triangles)
+    deviation = no_deviation(room, mesh.triangles)
+    start_at_surface(deviation, surface, 9 * mesh.triangles)
     random = np.random.default_rng(0)
     surface.position[:] *= 1 + 0.02 * random.normal(size=(len(positions), 1))
     for vertex in range(len(positions)):

@@ -16,7 +16,7 @@ def case(bumpy_mesh, surface_from):
     """Return the planes, the deviation and the surface of a small boundary, and its edges."""
     positions, faces = bumpy_mesh(3, 150)
     surface, state = surface_from(positions, faces), finest.state(positions, faces)
-    start_at_surface(state.deviation, surface, 5)
+    start_at_surface(state.deviation, surface, 8000)
     return state, surface, surface.corner_facing[surface.corner_facing >= 0].tolist()
 
 

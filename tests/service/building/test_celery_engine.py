@@ -8,6 +8,7 @@ from cluster import Cluster
 from service.building.celery_app import Broker, celery_app
 from service.building.celery_engine import CeleryEngine
 from service.building.outbox import Outbox
+from service.builds import Builds
 from service.jobs import JobBook
 from service.problems import ProblemError
 from service.settings import Settings
@@ -101,6 +102,20 @@ def test_the_queue_is_bounded_whoever_filled_it(run_scenario):
             await engine.check_admission(arriving=1)
         broker.send(JOBS[2])
         assert await code_of(engine) == "queue-full"
+
+    run_scenario(scenario, build_queue=3)
+
+
+def test_the_queue_is_bounded_however_many_come_to_a_replica_at_once(run_scenario):
+    async def scenario(engine, book, broker):
+        builds = Builds(Settings(), GamutStore(book._blobs), book, engine)
+        names = [f"{number:064x}" for number in range(40)]
+        answers = await asyncio.gather(
+            *(builds.submit(name, {}, b"data") for name in names), return_exceptions=True
+        )
+        refused = [answer for answer in answers if isinstance(answer, ProblemError)]
+        assert {answer.problem.code for answer in refused} == {"queue-full"}
+        assert 1 <= broker.waiting() == len(names) - len(refused) <= 3
 
     run_scenario(scenario, build_queue=3)
 

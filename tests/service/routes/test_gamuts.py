@@ -99,6 +99,7 @@ def test_the_same_question_has_the_same_address(server, sphere):
         ({"ink_limit": 300}, "ink_limit"),
         ({"black_limit": 90}, "black_limit"),
         ({"source": "measurements"}, "source"),
+        ({"device_model": "fit"}, "device_model"),
     ],
 )
 def test_options_that_the_data_does_not_have_are_refused(

@@ -264,6 +264,10 @@ def test_a_gamut_can_be_set_aside_for_what_is_in_it(store, publish):
     assert files(store, record.id) == []
     with pytest.raises(GamutNotStoredError):
         store.record(record.id)
+    assert not store.to_be_rebuilt(record.id)
+    store.keep_input(record.id, b"data")
+    assert store.to_be_rebuilt(record.id)
+    assert not store.to_be_rebuilt("0" * 64)
 
 
 def test_deleting_removes_everything(store, publish):

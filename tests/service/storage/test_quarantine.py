@@ -15,6 +15,16 @@ def test_what_belongs_together_is_moved_with_its_reason(blobs):
     assert quarantine.count == 1
 
 
+def test_what_was_put_here_is_told_by_its_whole_name(blobs):
+    quarantine = Quarantine(blobs)
+    assert not quarantine.holds("jobs/ab/one.job")
+    blobs.create("jobs/ab/one.job", b"1")
+    quarantine.put(["jobs/ab/one.job"], "torn")
+    assert quarantine.holds("jobs/ab/one.job")
+    for other in ("jobs/ab/one.jo", "jobs/ab/on.job", "jobs/ab/one.input", "jobs/ab/two.job"):
+        assert not quarantine.holds(other)
+
+
 def test_what_is_gone_or_sound_by_now_is_not_moved(local):
     quarantine = Quarantine(local)
     assert not quarantine.put(["jobs/ab/one.job"], "torn")

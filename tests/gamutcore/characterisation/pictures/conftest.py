@@ -121,6 +121,15 @@ def tiff_tags(width, height, bits, samples, photometric, **more):
     return tags | {int(name[1:]): (3, [value]) for name, value in more.items()}
 
 
+@pytest.fixture(params=["whole", "a row at a time"])
+def bands(request, monkeypatch):
+    """Let readers decode small pictures at once, and by their rows, as they do large ones."""
+    if request.param != "whole":
+        for module in ("png", "tiff_data", "jpeg"):
+            monkeypatch.setattr(f"gamutcore.characterisation.pictures.{module}.BAND_BYTES", 1)
+    return request.param
+
+
 @pytest.fixture
 def png():
     return Png()

@@ -16,6 +16,7 @@ DATA = Path(__file__).parents[3] / "data"
 CHANNELS = {0: 1, 2: 3, 4: 2, 6: 4}
 
 
+@pytest.mark.usefixtures("bands")
 @pytest.mark.parametrize("interlaced", [0, 1])
 @pytest.mark.parametrize("filtered", [0, 1])
 @pytest.mark.parametrize(
@@ -42,6 +43,7 @@ def test_every_kind_bit_for_bit(
     assert pixel_numbers["transparent"] == 126 - pixel_numbers["used"]
 
 
+@pytest.mark.usefixtures("bands")
 @pytest.mark.parametrize("depth", [1, 2, 4, 8])
 def test_palettes(png, noise, pixel_counts, counts_of, depth):
     pixels = noise(9, 14, 1, bits=depth)
@@ -141,6 +143,13 @@ def test_more_pixels_than_the_data_can_hold(png):
     data = png.chunk(b"IDAT", zlib.compress(bytes(1000)))
     with pytest.raises(MalformedFileError, match="cannot hold"):
         picture(PNG_SIGNATURE + png.chunk(b"IHDR", header) + data + png.chunk(b"IEND", b""))
+
+
+def test_a_large_profile_of_next_to_nothing_is_refused(png, noise):
+    large = png.chunk(b"iCCP", b"a name\0\0" + zlib.compress(bytes(20_000_000), 9))
+    with pytest.raises(PictureSizeError, match="profile unpacks") as caught:
+        picture(png(noise(4, 4, 3), 8, 2, large))
+    assert caught.value.where == {"chunk": "iCCP"}
 
 
 def test_a_profile_that_unpacks_to_too_much(png, noise):

@@ -24,6 +24,7 @@ def raw(pixels, order="<"):
     return pixels.astype(pixels.dtype.newbyteorder(order)).tobytes()
 
 
+@pytest.mark.usefixtures("bands")
 @pytest.mark.parametrize("big", [False, True])
 @pytest.mark.parametrize("order", ["<", ">"])
 @pytest.mark.parametrize("bits", [8, 16])
@@ -35,6 +36,7 @@ def test_strips(tiff, tags, noise, pixel_counts, counts_of, bits, order, big):
     assert (found.format, found.model) == ("tiff", "RGB")
 
 
+@pytest.mark.usefixtures("bands")
 @pytest.mark.parametrize("planar", [1, 2])
 def test_tiles_and_planes(tiff, tags, noise, pixel_counts, counts_of, planar):
     pixels = noise(20, 35, 3)
@@ -49,6 +51,7 @@ def test_tiles_and_planes(tiff, tags, noise, pixel_counts, counts_of, planar):
     assert counts_of(picture(tiff(parts, layout, tiled=True)), 255) == pixel_counts(pixels)
 
 
+@pytest.mark.usefixtures("bands")
 @pytest.mark.parametrize("order", ["<", ">"])
 @pytest.mark.parametrize("bits", [8, 16])
 def test_differences_of_neighbours(tiff, tags, noise, pixel_counts, counts_of, bits, order):
@@ -60,6 +63,7 @@ def test_differences_of_neighbours(tiff, tags, noise, pixel_counts, counts_of, b
     assert counts_of(found, 2**bits - 1) == pixel_counts(pixels)
 
 
+@pytest.mark.usefixtures("bands")
 def test_floats_by_differences_of_bytes(tiff, tags):
     """Adobe's technical note 3: first bytes of all samples first, then differences."""
     values = np.random.default_rng(0).random((6, 9, 3)).astype(np.float32)
@@ -73,6 +77,7 @@ def test_floats_by_differences_of_bytes(tiff, tags):
     np.testing.assert_array_equal(packed.values, plain.values)
 
 
+@pytest.mark.usefixtures("bands")
 @pytest.mark.parametrize("compression", ["tiff_lzw", "packbits", "tiff_adobe_deflate", "raw"])
 @pytest.mark.parametrize("mode", ["L", "RGB", "CMYK"])
 def test_files_that_libtiff_wrote(noise, pixel_counts, counts_of, compression, mode):

@@ -20,7 +20,7 @@ def boundaries():
     made = []
     for seed in range(3):
         random = np.random.default_rng(seed)
-        directions = random.normal(size=(3500, 3))
+        directions = random.normal(size=(3000, 3))
         directions /= np.linalg.norm(directions, axis=1)[:, np.newaxis]
         ways = random.normal(size=(4, 3))
         radii = 40.0 + 4.0 * np.abs(np.sin(directions @ ways.T * 1.5)).sum(axis=1)
@@ -63,7 +63,7 @@ def test_levels_are_closer_than_those_of_the_default_cost(boundaries, histories,
 
 
 def test_vertices_move_in_coarse_levels_only(icosphere):
-    """Levels of 10,242 vertices of a sphere: none moves as long as more than 5000 are left."""
+    """Levels of 10,242 vertices of a sphere: none moves as long as many are left."""
     mesh = icosphere(5)
     record = decimated(mesh, (0, 0, 0), "finest").record
     shifts = np.diff(record.shifted_end, prepend=0)
@@ -83,14 +83,16 @@ def state_and_surface(bumpy_mesh, surface_from, compiled, random_collapses):
     return state, surface
 
 
-def test_faces_that_are_few_have_several_samples_each(icosphere, surface_from, compiled):
-    mesh = icosphere(3)
+def test_faces_that_are_few_have_several_samples_each(
+    icosphere, surface_from, compiled, samples_in
+):
+    mesh = icosphere(4)
     positions = mesh.vertices.astype(np.float64)
     state, surface = finest.state(positions, mesh.faces), surface_from(positions, mesh.faces)
     assert state.deviation.counts[2] == 0
     assert compiled.reach(state, surface, len(positions)) is False
     used = int(state.deviation.counts[2])
-    assert used % mesh.triangles == 0
+    assert min(len(samples_in(state.deviation, face)) for face in range(mesh.triangles)) > 3
     assert used == pytest.approx(finest.SAMPLES, rel=0.25)
     whole = np.linalg.det(positions[mesh.faces]).sum()
     assert state.deviation.weight[:used].sum() == pytest.approx(whole, rel=1e-12)

@@ -10,7 +10,6 @@ from gamutcore.decimation import decimated
 from gamutcore.decimation.costs import volume
 from gamutcore.decimation.deviation import change_by_collapse
 from gamutcore.decimation.memoryless import constrained_optimum, error_of_place, memoryless
-from gamutcore.decimation.samples import samples_on_surface
 from gamutcore.decimation.star import keeps_star_shape, link_condition_holds, ring_faces
 from gamutcore.history import history_of
 from gamutcore.metric import mismatch
@@ -185,16 +184,15 @@ def test_samples_are_thinned_as_levels_become_coarser(icosphere, surface_from, c
     positions = mesh.vertices.astype(np.float64)
     state, surface = volume.state(positions, mesh.faces), surface_from(positions, mesh.faces)
     assert compiled.reach(state, surface, len(positions)) is True
-    used, divisions = int(state.deviation.counts[2]), int(state.divisions[0])
-    assert used == samples_on_surface(mesh.triangles, divisions)
+    used = int(state.deviation.counts[2])
     assert used == pytest.approx(volume.SAMPLES, rel=0.5)
     assert compiled.reach(state, surface, len(positions)) is False
     few = (used - 1) // (4 * volume.SAMPLES_PER_FACE)
     assert compiled.reach(state, surface, few) is True
-    assert state.deviation.counts[2] == (used + 1) // 2
+    assert state.deviation.counts[2] == 2 * volume.SAMPLES_PER_FACE * few
     while compiled.reach(state, surface, volume.THINNED_DOWN_TO):
         pass
     left = int(state.deviation.counts[2])
-    assert left > 2 * volume.SAMPLES_PER_FACE * volume.THINNED_DOWN_TO
+    assert left == 2 * volume.SAMPLES_PER_FACE * volume.THINNED_DOWN_TO
     assert compiled.reach(state, surface, 4) is False
     assert state.deviation.counts[2] == left

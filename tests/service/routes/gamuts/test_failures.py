@@ -1,5 +1,6 @@
 """Restarts, damaged files, and builds that take too long."""
 
+import concurrent.futures
 import shutil
 
 
@@ -73,3 +74,73 @@ def test_a_gamut_whose_history_is_gone_is_built_anew_by_posting(server, sphere, 
     assert server.client.get(first["links"]["history"]).status_code == 200
     lose_history()
     assert server.client.post("/v1/gamuts", json=body).status_code == 201
+
+
+def test_a_damaged_gamut_of_several_is_built_again_as_well(server, gamut, sphere, assert_problem):
+    damaged = server.client.post("/v1/gamuts", json={"samples": sphere(seed=42)}).json()
+    (record,) = server.data.rglob(f"published/*/{damaged['id']}.record")
+    record.write_bytes(record.read_bytes()[:-9])
+    address = f"/v1/meshes?gamuts={gamut['id']},{damaged['id']}&triangles=100"
+    problem = assert_problem(server.client.get(address), 503, "gamut-rebuilding")
+    job = problem["where"]["job"]
+    # Who asks again before it is there is told the same, of it alone and of several.
+    for again in (address, damaged["links"]["mesh"], damaged["links"]["self"]):
+        answer = server.client.get(again)
+        if answer.status_code != 200:
+            assert_problem(answer, 503, "gamut-rebuilding")
+    assert server.finished_job(job)["state"] == "succeeded"
+    assert server.client.get(address).headers["gamut-failures"] == "0"
+    # Nobody is told so of what was deleted.
+    assert server.client.delete(damaged["links"]["self"]).status_code == 204
+    assert_problem(server.client.get(damaged["links"]["self"]), 404, "gamut-not-found")
+
+
+def test_what_keeps_a_damaged_gamut_from_being_built_again_is_said_and_documented(
+    start_server, sphere, slow_build, assert_problem
+):
+    server = start_server(build_queue=1)
+    server.wait_ready()
+    gamut = server.client.post("/v1/gamuts", json={"samples": sphere()}).json()
+    (history,) = server.data.rglob(f"published/*/{gamut['id']}*.gamut")
+    history.unlink()
+    at_once = {"Prefer": "respond-async"}
+    running = server.client.post("/v1/gamuts", **slow_build(100_000), headers=at_once)
+    address = running.headers["location"]
+    server.wait_for(lambda: server.client.get(address).json()["state"] == "running")
+    waiting = server.client.post("/v1/gamuts", json={"samples": sphere(1)}, headers=at_once)
+    assert waiting.status_code == 202
+    answer = server.client.get(gamut["links"]["self"])
+    assert_problem(answer, 429, "queue-full")
+    assert int(answer.headers["retry-after"]) >= 1
+    described = server.client.get("/openapi.json").json()["paths"]["/v1/gamuts/{gamut_id}"]["get"]
+    documented = {
+        code
+        for response in described["responses"].values()
+        for content in response.get("content", {}).values()
+        for code in content.get("examples", {})
+    }
+    assert {"queue-full", "storage-full", "shutting-down", "broker-unavailable"} <= documented
+    for job in (address, waiting.headers["location"]):
+        assert server.finished_job(job)["state"] == "succeeded"
+    assert_problem(server.client.get(gamut["links"]["self"]), 503, "gamut-rebuilding")
+    assert server.finished_job(f"/v1/jobs/{gamut['id']}")["state"] == "succeeded"
+    assert server.client.get(gamut["links"]["history"]).status_code == 200
+    server.stop()
+
+
+def test_who_waits_for_a_gamut_that_others_delete_is_told_so(server, sphere, assert_problem):
+    def deleted_at_once(seed):
+        body = {"samples": sphere(seed, count=5000)}
+        job = server.client.post("/v1/gamuts", json=body, headers={"Prefer": "respond-async"})
+        waiting = threads.submit(server.client.post, "/v1/gamuts", json=body)
+        while not waiting.done():
+            server.client.delete(f"/v1/gamuts/{job.json()['id']}")
+        return waiting.result()
+
+    # Whether it is gone before or after the one who waits has looked at it is for chance to say.
+    with concurrent.futures.ThreadPoolExecutor(1) as threads:
+        for seed in range(60, 80):
+            answer = deleted_at_once(seed)
+            if answer.status_code not in {200, 201}:
+                break
+    assert_problem(answer, 409, "gamut-deleted")

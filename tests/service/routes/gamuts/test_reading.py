@@ -86,6 +86,13 @@ def test_head_is_of_the_whole_history_whatever_part_is_asked_for(server, gamut, 
     assert "content-range" not in answer.headers
 
 
+def test_several_ranges_are_answered_with_the_whole_in_one_field_or_in_two(server, gamut):
+    whole = server.client.get(gamut["links"]["history"])
+    for fields in ([("Range", "bytes=0-1,4-5")], [("Range", "bytes=0-1"), ("Range", "bytes=4-5")]):
+        answer = server.client.get(gamut["links"]["history"], headers=fields)
+        assert (answer.status_code, answer.content) == (200, whole.content)
+
+
 def test_a_range_behind_the_end_is_a_problem(server, assert_problem, gamut):
     answer = server.client.get(gamut["links"]["history"], headers={"Range": "bytes=99999999-"})
     assert_problem(answer, 416, "range-not-satisfiable")
