@@ -65,7 +65,8 @@ _EVENT_SCHEMA = {
     operation_id="listJobs",
     summary="List the jobs",
     description="Pages through the jobs that are remembered, in the order of their ids; `next` is "
-    "the next page. A finished job is forgotten after a while; its gamut stays.",
+    "the next page. A finished job is forgotten after a while; its gamut stays. One that succeeded "
+    "is listed until then, even if its gamut was deleted meanwhile.",
     responses={
         200: json_response("A page of jobs.", JobList, {"jobs": [EXAMPLE_JOB], "next": None}),
         **problems("invalid-parameter", "store-unavailable"),
