@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, NoReturn, TypeAlias, cast
 from starlette.datastructures import UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
 
-from gamutcore.characterisation.json_samples import MAX_JSON_SAMPLES
+from gamutcore.characterisation.json_samples import MAX_JSON_SAMPLES, json_samples
 from gamutcore.gamut import Options
 from service.problems import Problem, ProblemError
 from service.server_timing import timed
@@ -38,6 +38,10 @@ _MOST_VALUES = 8_000_000
 
 _OPTIONS_BYTES = 64 * 1024
 """Size of the part ``options``: a hundred times what all options take."""
+
+_CHECKED_BYTES = 16 * 1024
+"""Inline samples up to this size are read at once, which takes a millisecond, and not by the build
+alone: so those who do not wait for it are told as well what is wrong."""
 
 
 @dataclass(frozen=True)
@@ -105,6 +109,8 @@ async def submission(
         The media type, the syntax or the parts of the body are not accepted.
     OptionError
         An option is unknown or has a value that is not accepted.
+    GamutError
+        A few samples in the body are none; of many, and of files, the build tells.
     """
     async with contextlib.AsyncExitStack() as held:
 
@@ -152,6 +158,8 @@ async def _submission(
                 f"Ask for at most {settings.max_surface_samples}.",
             )
         )
+    if media_type == "application/json" and len(data) <= _CHECKED_BYTES:
+        await asyncio.to_thread(json_samples, data.decode(), condition=options.condition)
     return Submission(data, options)
 
 

@@ -46,16 +46,25 @@ def test_a_file_is_passed_on_byte_for_byte(post):
 
 def test_without_options_they_have_their_defaults(post):
     assert post(files={"file": b"x"}).options == Options()
-    assert post(json={"samples": []}).options == Options()
+    assert post(json={"samples": [[50, 0, 0]]}).options == Options()
 
 
 def test_inline_samples_have_one_form(post):
-    samples = {"samples": [[1.0, 2.5, -3e-7]], "columns": ["a", "b", "ü"], "options": {"gamma": 1}}
+    samples = {"samples": [[1.0, 2.5, -3e-7]], "columns": ["L", "a", "b"], "maker": "Grün"}
+    samples["options"] = {"gamma": 1}
     posted = post(json=samples)
     assert posted.options == Options(gamma=1.0)
-    assert json.loads(posted.data) == {key: samples[key] for key in ("samples", "columns")}
+    kept = ("samples", "columns", "maker")
+    assert json.loads(posted.data) == {key: samples[key] for key in kept}
     other = json.dumps(dict(reversed(samples.items())), indent=2, ensure_ascii=False).encode()
     assert post(content=other, headers={"Content-Type": "application/json"}) == posted
+
+
+def test_few_samples_are_read_at_once_and_many_by_the_build(post, assert_problem):
+    wrong = {"samples": [[50, 0, 0]], "white": "D50"}
+    assert_problem(post(json=wrong), 422, "malformed-file")
+    many = {**wrong, "samples": [[50, 0, 0]] * 2000}
+    assert json.loads(post(json=many).data) == many
 
 
 def test_the_settings_bound_the_samples_of_the_surface(post, assert_problem):

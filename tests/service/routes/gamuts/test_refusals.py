@@ -152,3 +152,28 @@ def test_methods_that_are_not_allowed_come_with_those_that_are(server, assert_pr
     assert answer.headers["allow"] == "GET, HEAD, POST"
     answer = server.client.post(gamut["links"]["self"])
     assert answer.headers["allow"] == "DELETE, GET, HEAD"
+
+
+@pytest.mark.parametrize(
+    ("wrong", "code", "field"),
+    [
+        ({"white": "D50"}, "malformed-file", "white"),
+        ({"white": [96.4, 100]}, "malformed-file", "white"),
+        ({"columns": ["L", "a"]}, "missing-column", "columns"),
+        ({"conditions": []}, "malformed-file", "conditions"),
+        ({"samples": [[1, 2, "x"]]}, "malformed-file", None),
+        ({"samples": 5}, "malformed-file", "samples"),
+    ],
+)
+def test_who_does_not_wait_is_told_of_wrong_samples_as_well(
+    server, assert_problem, sphere, wrong, code, field
+):
+    body = {"samples": sphere(count=20), **wrong}
+    answers = [
+        server.client.post("/v1/gamuts", json=body, headers={"Prefer": prefer})
+        for prefer in ("respond-async", "wait=20")
+    ]
+    for answer in answers:
+        problem = assert_problem(answer, 422, code)
+        assert field is None or problem["where"]["field"] == field
+    assert answers[0].json() == answers[1].json()
