@@ -53,6 +53,21 @@ again even where others do not: it will hardly become the next one."""
 
 
 @leaf_kernel
+def _disturbed(work: Workspace, edge: int, value: float) -> float:
+    """An error on the present way: up to a part of itself more, the same for an edge each time."""
+    if work.way[1] == 0.0 or not abs(value) < np.inf:
+        return value
+    bits = np.uint64(edge) + np.uint64(1 << 32) * np.uint64(work.way[0])
+    # the finaliser of SplitMix64 (Steele, Lea & Flood 2014)
+    bits = (bits + np.uint64(0x9E3779B97F4A7C15)) & np.uint64(0xFFFFFFFFFFFFFFFF)
+    bits = (bits ^ (bits >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    bits = (bits ^ (bits >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    bits = bits ^ (bits >> np.uint64(31))
+    part = np.float64(bits >> np.uint64(11)) * 2.0**-53
+    return value + work.way[1] * part * abs(value)
+
+
+@leaf_kernel
 def _requeue(
     cost: Any,  # noqa: ANN401
     surface: Surface,
@@ -64,7 +79,8 @@ def _requeue(
     if work.queue.place[edge] < 0:
         work.parked[0] -= 1
     work.choice[edge], work.evaluated[edge] = 0, collapses
-    enqueue(work.queue, edge, optimum(cost, surface, surface.corner_facing[edge], work.place))
+    value = optimum(cost, surface, surface.corner_facing[edge], work.place)
+    enqueue(work.queue, edge, _disturbed(work, edge, value))
 
 
 @leaf_kernel
@@ -90,6 +106,7 @@ def _queue_next_candidate(
         if candidate(cost, surface, corner, choice, ring, count, work.slope, work.place):
             value = error(cost, surface, corner, work.place)
             if value < np.inf:
+                value = _disturbed(work, edge, value)
                 enqueue(work.queue, edge, max(work.queue.priority[edge], value))
                 return
     _park(work, edge)
@@ -153,7 +170,8 @@ def _queue_all(cost: Any, surface: Surface, work: Workspace, collapses: int) -> 
         queue.place[edge] = -1
         corner = surface.corner_facing[edge]
         if corner >= 0:
-            queue.priority[edge] = optimum(cost, surface, corner, work.place)
+            value = optimum(cost, surface, corner, work.place)
+            queue.priority[edge] = _disturbed(work, edge, value)
             work.choice[edge], work.evaluated[edge] = 0, collapses
             queue.heap[queued] = edge
             queued += 1
@@ -170,6 +188,9 @@ def collapse_all(
     step: float,
     record: Record,
     done: LongArray,
+    way: FloatArray,
+    down_to: int,
+    sweeping: bool,
 ) -> tuple[int, Record]:
     """Collapse edges, cheapest first, until four faces are left.
 
@@ -195,12 +216,13 @@ def collapse_all(
         V − 4 if four faces were reached.
     record : Record
     """
-    wanted = len(delivered) - 4
-    work = workspace(surface.corner_facing.size, len(delivered), done)
+    wanted = len(delivered) - down_to
+    work = workspace(surface.corner_facing.size, len(delivered), done, way)
     ring = np.empty((LONGEST_RING, 2), np.int32)
     collapses = 0
     reach(cost, surface, len(delivered))
-    if depends_on_ring(cost) and wanted > SWEPT_DOWN_TO:
+    swept = len(delivered) - max(down_to, SWEPT_DOWN_TO)
+    if depends_on_ring(cost) and sweeping and swept > 0:
         sweeps = begun_sweeps(cost, surface, work)
         while not collapse_in_sweeps(
             cost,
@@ -212,12 +234,13 @@ def collapse_all(
             work,
             sweeps,
             ring,
-            wanted - SWEPT_DOWN_TO,
+            swept,
         ):
             record = with_room(record, sweeps.counts[0], len(ring))
         collapses = sweeps.counts[0]
-    _queue_all(cost, surface, work, collapses)
     counts = np.array([collapses, 0, 0])
+    if collapses < wanted:
+        _queue_all(cost, surface, work, collapses)
     while not _collapse_in_order(
         cost, surface, delivered, centre, step, record, work, ring, counts, wanted
     ):
@@ -277,7 +300,7 @@ def _collapse_in_order(
             counts[0], counts[1], counts[2] = collapses, query, around
             return False
         count = ring_faces(surface, kept, dead, ring)
-        exact = wanted - collapses < EXACT_ROUNDING
+        exact = len(delivered) - collapses - 4 < EXACT_ROUNDING
         if not place_is_valid(cost, surface, work, edge, ring, count, centre, step, exact):
             _queue_next_candidate(cost, surface, work, edge, ring, count)
             continue
@@ -285,10 +308,13 @@ def _collapse_in_order(
         collapses += 1
         if moves_vertices(cost):
             relax(cost, surface, delivered, centre, step, record, work, kept, collapses, ring)
-        if reach(cost, surface, len(delivered) - collapses):
+        if collapses == wanted:
+            break
+        left = len(delivered) - collapses - 4
+        if reach(cost, surface, left + 4):
             _queue_all(cost, surface, work, collapses)
         else:
-            eager = depends_on_ring(cost) and wanted - collapses < eager_collapses(cost)
+            eager = depends_on_ring(cost) and left < eager_collapses(cost)
             _refresh(cost, surface, work, kept, collapses, eager)
     counts[0] = collapses
     return True

@@ -71,6 +71,7 @@ def _write_pair(
     plane[index, 10] = scale * (az * bx - ax * bz)
     plane[index, 11] = scale * (ax * by - ay * bx)
     plane[index, 12] = scale * np.sqrt(nx * nx + ny * ny + nz * nz)
+    plane[index, 13] = 1.0 / plane[index, 12]
 
 
 @inlined_kernel
@@ -81,10 +82,9 @@ def _write_face(deviation: Deviation, face: int, pair: int) -> None:
 
 
 @inlined_kernel
-def _pair_of(deviation: Deviation, sample: int, guess: int) -> int:
-    """Face around the place whose cone a sample is in, or is least outside of."""
-    plane, point = deviation.pair_plane, deviation.point
-    x, y, z = point[sample, 0], point[sample, 1], point[sample, 2]
+def _pair_of(deviation: Deviation, x: float, y: float, z: float, guess: int) -> int:
+    """Face around the place whose cone a point is in, or is least outside of."""
+    plane = deviation.pair_plane
     count = deviation.counts[0]
     nearest, depth = guess, -np.inf
     index, turn = guess, 0
@@ -108,28 +108,54 @@ def _pair_of(deviation: Deviation, sample: int, guess: int) -> int:
 
 
 @inlined_kernel
+def _write_sides(deviation: Deviation, home: int, begin: int, asked: int, count: int) -> None:
+    """Write how deep in the cone of a face around the place samples are, and N·q.
+
+    Nothing here depends on the sample before, so that several are computed at a time.
+    """
+    plane, side, inverse = deviation.pair_plane, deviation.side, deviation.inverse
+    px, py, pz = plane[home, 0], plane[home, 1], plane[home, 2]
+    qx, qy, qz = plane[home, 3], plane[home, 4], plane[home, 5]
+    nx, ny, nz = plane[home, 6], plane[home, 7], plane[home, 8]
+    # numbers without a sign: numba lets negative ones count from the end, one by one
+    source, target = np.uint64(begin), np.uint64(asked)
+    for index in range(count):
+        sample = source + np.uint64(index)
+        x, y, z = deviation.x[sample], deviation.y[sample], deviation.z[sample]
+        left, right = px * x + py * y + pz * z, qx * x + qy * y + qz * z
+        side[target + np.uint64(index)] = left if left < right else right
+        inverse[target + np.uint64(index)] = nx * x + ny * y + nz * z
+
+
+@inlined_kernel
 def _error_around_place(deviation: Deviation) -> float:
     """Sum over the samples of the faces in question as if the faces around the place were there."""
-    plane, point, weight = deviation.pair_plane, deviation.point, deviation.weight
-    total, distances, areas = 0.0, 0.0, 0.0
+    plane, pair_of, inverses = deviation.pair_plane, deviation.pair, deviation.inverse
+    total, distances, areas, asked = 0.0, 0.0, 0.0, 0
     for index in range(deviation.counts[1]):
-        sample, home = deviation.first[deviation.face[index, 0]], deviation.face[index, 1]
-        while sample >= 0:
-            pair = _pair_of(deviation, sample, home)
-            deviation.pair[sample] = pair
-            inverse = (
-                plane[pair, 6] * point[sample, 0]
-                + plane[pair, 7] * point[sample, 1]
-                + plane[pair, 8] * point[sample, 2]
-            )
+        face, home = deviation.face[index, 0], deviation.face[index, 1]
+        begin = deviation.begin[face]
+        count = deviation.end[face] - begin
+        if home == deviation.counts[0]:
+            home = 0
+        _write_sides(deviation, home, begin, asked, count)
+        for ahead in range(count):
+            sample, number = np.uint64(begin + ahead), np.uint64(asked + ahead)
+            pair = home
+            if deviation.side[number] < 0.0:
+                x, y, z = deviation.x[sample], deviation.y[sample], deviation.z[sample]
+                pair = _pair_of(deviation, x, y, z, home)
+                inverses[number] = plane[pair, 6] * x + plane[pair, 7] * y + plane[pair, 8] * z
+            pair_of[number] = pair
+            inverse, weight = inverses[number], deviation.weight[sample]
             share = LARGEST_SHARE
             if inverse > 0.0:
                 t = 1.0 / inverse
                 share = min(abs(1.0 - t * t * t), LARGEST_SHARE)
-                distances += weight[sample] * abs(1.0 - t)
-                areas += weight[sample] * t * plane[pair, 12]
-            total += weight[sample] * share
-            sample = deviation.after[sample]
+                distances += weight * abs(1.0 - t)
+                areas += weight * t * plane[pair, 12]
+            total += weight * share
+        asked += count
     deviation.residual[0], deviation.residual[1] = distances, areas
     return total
 
@@ -269,40 +295,51 @@ def step_towards_reference(deviation: Deviation, place: FloatArray, better: Floa
     bool
         False if the samples give no direction.
     """
-    plane, point = deviation.pair_plane, deviation.point
-    if (
-        not deviation.residual[0] > 0.0
-        or max(deviation.counts[0], deviation.counts[1]) > LARGEST_RING
-    ):
+    plane, sums, pairs = deviation.pair_plane, deviation.pair_sum, deviation.counts[0]
+    if not deviation.residual[0] > 0.0 or max(pairs, deviation.counts[1]) > LARGEST_RING:
         return False
     soft = SOFTNESS * deviation.residual[0] / deviation.residual[1]
+    for pair in range(pairs):
+        sums[pair, 0] = sums[pair, 1] = 0.0
+    asked = 0
+    for index in range(deviation.counts[1]):
+        face = deviation.face[index, 0]
+        begin = deviation.begin[face]
+        for ahead in range(deviation.end[face] - begin):
+            sample, number = np.uint64(begin + ahead), np.uint64(asked + ahead)
+            inverse = deviation.inverse[number]
+            if inverse > 0.0:
+                pair = np.uint64(deviation.pair[number])
+                e = (inverse - 1.0) * plane[pair, 13]
+                size = max(abs(e), soft)
+                # 1 ÷ both, for there is time for one division only
+                reciprocal = 1.0 / (inverse * size)
+                part = (
+                    plane[pair, 9] * deviation.x[sample]
+                    + plane[pair, 10] * deviation.y[sample]
+                    + plane[pair, 11] * deviation.z[sample]
+                ) * (reciprocal * size)
+                weight = deviation.weight[sample] * part * plane[pair, 12] * reciprocal
+                sums[pair, 0] += weight * part
+                sums[pair, 1] += weight * e
+        asked += deviation.end[face] - begin
     a00, a01, a02, a11, a12, a22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     b0, b1, b2 = 0.0, 0.0, 0.0
-    for index in range(deviation.counts[1]):
-        sample = deviation.first[deviation.face[index, 0]]
-        while sample >= 0:
-            pair = deviation.pair[sample]
-            x, y, z = point[sample, 0], point[sample, 1], point[sample, 2]
-            nx, ny, nz = plane[pair, 6], plane[pair, 7], plane[pair, 8]
-            inverse = nx * x + ny * y + nz * z
-            if inverse > 0.0:
-                t, slope = 1.0 / inverse, plane[pair, 12]
-                distance = 1.0 / slope
-                nx, ny, nz = nx * distance, ny * distance, nz * distance
-                e = (inverse - 1.0) * distance
-                part = (plane[pair, 9] * x + plane[pair, 10] * y + plane[pair, 11] * z) * t
-                weight = deviation.weight[sample] * part * t * slope / max(abs(e), soft)
-                square = weight * part
-                a00 += square * nx * nx
-                a01 += square * nx * ny
-                a02 += square * nx * nz
-                a11 += square * ny * ny
-                a12 += square * ny * nz
-                a22 += square * nz * nz
-                b0 += weight * e * nx
-                b1 += weight * e * ny
-                b2 += weight * e * nz
-            sample = deviation.after[sample]
+    for pair in range(pairs):
+        distance = plane[pair, 13]
+        nx, ny, nz = plane[pair, 6] * distance, plane[pair, 7] * distance, plane[pair, 8] * distance
+        square, pulled = sums[pair, 0], sums[pair, 1]
+        if not square > 0.0:
+            continue
+        a00 += square * nx * nx
+        a01 += square * nx * ny
+        a02 += square * nx * nz
+        a11 += square * ny * ny
+        a12 += square * ny * nz
+        a22 += square * nz * nz
+        b0 += pulled * nx
+        b1 += pulled * ny
+        b2 += pulled * nz
     pull = PULL * (a00 + a11 + a22)
     i00, i01, i02, i11, i12, i22, determinant = adjugate(
         a00 + pull, a01, a02, a11 + pull, a12, a22 + pull

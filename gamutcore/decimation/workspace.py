@@ -71,6 +71,8 @@ class Workspace(NamedTuple):
         Scratch: where they were.
     done : (1,) int64
         Number of collapses so far, for whoever looks on from another thread.
+    way : (2,) float64
+        Which way down this is, and how much errors are disturbed on it, as a part of themselves.
     """
 
     queue: EdgeQueue
@@ -84,11 +86,12 @@ class Workspace(NamedTuple):
     around: IndexArray
     before: Float32Array
     done: LongArray
+    way: FloatArray
 
 
 @kernel
-def workspace(edges: int, vertices: int, done: LongArray) -> Workspace:
-    """Return what is kept beside a surface, with no edge queued yet; `done` is (1,) int64."""
+def workspace(edges: int, vertices: int, done: LongArray, way: FloatArray) -> Workspace:
+    """Return what is kept beside a surface, with no edge queued yet."""
     return Workspace(
         empty_queue(edges),
         np.zeros(edges, np.uint8),
@@ -101,6 +104,7 @@ def workspace(edges: int, vertices: int, done: LongArray) -> Workspace:
         np.empty(LONGEST_RING + 1, np.int32),
         np.empty((LONGEST_RING + 1, 3), np.float32),
         done,
+        way,
     )
 
 

@@ -33,10 +33,11 @@ from gamutcore.decimation.refinement import error_by_mismatch, refined_place
 from gamutcore.decimation.samples import (
     Deviation,
     hand_over_samples,
+    locate_samples,
     no_deviation,
     redistribute_samples,
     room_for_samples,
-    start_at_surface,
+    take_samples,
     thin_samples,
 )
 from gamutcore.decimation.star import Surface
@@ -119,7 +120,11 @@ def state(positions: FloatArray, faces: IndexArray) -> FinestState:
     """
     return FinestState(
         memoryless(positions, faces),
-        no_deviation(room_for_samples(SAMPLES, len(faces)), len(faces)),
+        no_deviation(
+            room_for_samples(SAMPLES, len(faces), MOST_SAMPLES),
+            # on larger ones they are put into faces when errors begin to depend on them
+            len(faces) if len(positions) <= COMPARED_VERTICES else 0,
+        ),
         np.full(1, len(positions), np.int32),
         np.zeros(3),
     )
@@ -146,23 +151,27 @@ def _merge(
     cost: FinestState, surface: Surface, at: int, kept: int, dead: int, place: FloatArray
 ) -> None:
     account_for_volume(cost.planes, surface, at, place)
-    hand_over_samples(cost.deviation, surface, at)
+    if cost.vertices[0] <= COMPARED_VERTICES:
+        hand_over_samples(cost.deviation, surface, at)
 
 
 @leaf_kernel
 def _settle(cost: FinestState, surface: Surface, at: int) -> None:
     renew_planes(cost.planes, surface, at)
-    redistribute_samples(cost.deviation, surface, at)
+    if cost.vertices[0] <= COMPARED_VERTICES:
+        redistribute_samples(cost.deviation, surface, at)
 
 
 @leaf_kernel
 def _reach(cost: FinestState, surface: Surface, at: int) -> bool:
     if cost.deviation.counts[2] == 0:
-        start_at_surface(cost.deviation, surface, SAMPLES)
+        take_samples(cost.deviation, surface, SAMPLES, MOST_SAMPLES)
     begins = at <= COMPARED_VERTICES and cost.vertices[0] > COMPARED_VERTICES
     cost.vertices[0] = at
     if at > COMPARED_VERTICES:
         return False
+    if begins:
+        locate_samples(cost.deviation, surface)
     most = min(4 * SAMPLES_PER_FACE * max(at, THINNED_DOWN_TO), MOST_SAMPLES)
     return thin_samples(cost.deviation, surface, most) or begins
 

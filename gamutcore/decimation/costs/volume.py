@@ -29,7 +29,7 @@ from gamutcore.decimation.samples import (
     no_deviation,
     redistribute_samples,
     room_for_samples,
-    start_at_surface,
+    take_samples,
     thin_samples,
 )
 from gamutcore.decimation.star import Surface
@@ -54,6 +54,9 @@ REFINEMENTS = 2
 
 SAMPLES = 16_000
 """Samples of the reference, at least about: every face has one, larger ones have several."""
+
+MOST_SAMPLES = 64_000
+"""Room."""
 
 SAMPLES_PER_FACE = 12
 """When there are twice as many on average, half of the samples go: what an edge's error takes to
@@ -98,7 +101,10 @@ def state(positions: FloatArray, faces: IndexArray) -> VolumeState:
     tracked_faces = 2 * min(TRACKED_VERTICES, len(positions)) - 4
     return VolumeState(
         memoryless(positions, faces),
-        no_deviation(room_for_samples(SAMPLES, tracked_faces), len(faces)),
+        no_deviation(
+            room_for_samples(SAMPLES, tracked_faces, MOST_SAMPLES),
+            len(faces) if len(positions) <= TRACKED_VERTICES else 0,
+        ),
         # more than are tracked, so that samples are taken however few there are
         np.full(1, max(len(positions), TRACKED_VERTICES) + 1, np.int32),
         np.zeros(3),
@@ -141,7 +147,7 @@ def _settle(cost: VolumeState, surface: Surface, at: int) -> None:
 def _reach(cost: VolumeState, surface: Surface, at: int) -> bool:
     begins = at <= TRACKED_VERTICES and cost.vertices[0] > TRACKED_VERTICES
     if begins:
-        start_at_surface(cost.deviation, surface, SAMPLES)
+        take_samples(cost.deviation, surface, SAMPLES, MOST_SAMPLES)
     cost.vertices[0] = at
     most = 4 * SAMPLES_PER_FACE * max(at, THINNED_DOWN_TO)
     return thin_samples(cost.deviation, surface, most) or begins
