@@ -12,14 +12,15 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray
 from gamutcore.corner_table import following, preceding
-from gamutcore.decimation.samples import LARGEST_RING, LARGEST_SHARE, Deviation
+from gamutcore.decimation.samples import LANES, LARGEST_RING, LARGEST_SHARE, Deviation
 from gamutcore.decimation.star import Surface
 from gamutcore.decimation.symmetric import adjugate
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 
 __all__ = [
-    "change_by_collapse",
-    "change_by_move",
+    "ask_for_edge",
+    "ask_for_vertex",
+    "change_at",
     "deviation_around",
     "shortness",
     "step_towards_reference",
@@ -41,121 +42,123 @@ samples say little about moves along a flat surface, but what they say of curved
 
 
 @inlined_kernel
-def _write_pair(
-    deviation: Deviation, position: FloatArray, one: int, two: int, place: FloatArray
-) -> None:
-    """Append the face (place, one, two) to the faces around a place."""
-    index = deviation.counts[0]
-    deviation.counts[0] += 1
+def _write_pairs(deviation: Deviation, position: FloatArray, place: FloatArray) -> None:
+    """Write the planes of the faces around a place."""
     plane = deviation.pair_plane
     x, y, z = place[0], place[1], place[2]
-    ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
-    bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
-    plane[index, 0], plane[index, 1], plane[index, 2] = (
-        y * az - z * ay,
-        z * ax - x * az,
-        x * ay - y * ax,
-    )
-    plane[index, 3], plane[index, 4], plane[index, 5] = (
-        by * z - bz * y,
-        bz * x - bx * z,
-        bx * y - by * x,
-    )
-    ux, uy, uz = ax - x, ay - y, az - z
-    vx, vy, vz = bx - x, by - y, bz - z
-    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    determinant = nx * x + ny * y + nz * z
-    scale = 1.0 / determinant if determinant > 0.0 else 0.0
-    plane[index, 6], plane[index, 7], plane[index, 8] = scale * nx, scale * ny, scale * nz
-    plane[index, 9] = scale * (ay * bz - az * by)
-    plane[index, 10] = scale * (az * bx - ax * bz)
-    plane[index, 11] = scale * (ax * by - ay * bx)
-    plane[index, 12] = scale * np.sqrt(nx * nx + ny * ny + nz * nz)
-    plane[index, 13] = 1.0 / plane[index, 12]
+    for index in range(deviation.counts[0]):
+        one, two = deviation.link[index, 0], deviation.link[index, 1]
+        ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
+        bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
+        plane[index, 0], plane[index, 1], plane[index, 2] = (
+            y * az - z * ay,
+            z * ax - x * az,
+            x * ay - y * ax,
+        )
+        plane[index, 3], plane[index, 4], plane[index, 5] = (
+            by * z - bz * y,
+            bz * x - bx * z,
+            bx * y - by * x,
+        )
+        ux, uy, uz = ax - x, ay - y, az - z
+        vx, vy, vz = bx - x, by - y, bz - z
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        determinant = nx * x + ny * y + nz * z
+        scale = 1.0 / determinant if determinant > 0.0 else 0.0
+        plane[index, 6], plane[index, 7], plane[index, 8] = scale * nx, scale * ny, scale * nz
+        plane[index, 9] = scale * (ay * bz - az * by)
+        plane[index, 10] = scale * (az * bx - ax * bz)
+        plane[index, 11] = scale * (ax * by - ay * bx)
+        plane[index, 12] = scale * np.sqrt(nx * nx + ny * ny + nz * nz)
+        plane[index, 13] = 1.0 / plane[index, 12]
 
 
 @inlined_kernel
-def _write_face(deviation: Deviation, face: int, pair: int) -> None:
-    index = deviation.counts[1]
+def _add_face(deviation: Deviation, face: int, asked: int) -> int:
+    """Ask for the samples of a face; returns how many there are then."""
+    deviation.face[deviation.counts[1]] = face
     deviation.counts[1] += 1
-    deviation.face[index, 0], deviation.face[index, 1] = face, pair
-
-
-@inlined_kernel
-def _pair_of(deviation: Deviation, x: float, y: float, z: float, guess: int) -> int:
-    """Face around the place whose cone a point is in, or is least outside of."""
-    plane = deviation.pair_plane
-    count = deviation.counts[0]
-    nearest, depth = guess, -np.inf
-    index, turn = guess, 0
-    for _ in range(count):
-        one = plane[index, 0] * x + plane[index, 1] * y + plane[index, 2] * z
-        two = plane[index, 3] * x + plane[index, 4] * y + plane[index, 5] * z
-        least = min(one, two)
-        if least >= 0.0:
-            return index
-        if least > depth:
-            nearest, depth = index, least
-        # around the place, to the side that it is outside of
-        if turn == 0:
-            turn = 1 if two < one else -1
-        index += turn
-        if index == count:
-            index = 0
-        elif index < 0:
-            index = count - 1
-    return nearest
-
-
-@inlined_kernel
-def _write_sides(deviation: Deviation, home: int, begin: int, asked: int, count: int) -> None:
-    """Write how deep in the cone of a face around the place samples are, and N·q.
-
-    Nothing here depends on the sample before, so that several are computed at a time.
-    """
-    plane, side, inverse = deviation.pair_plane, deviation.side, deviation.inverse
-    px, py, pz = plane[home, 0], plane[home, 1], plane[home, 2]
-    qx, qy, qz = plane[home, 3], plane[home, 4], plane[home, 5]
-    nx, ny, nz = plane[home, 6], plane[home, 7], plane[home, 8]
+    begin = deviation.begin[face]
+    count = deviation.end[face] - begin
     # numbers without a sign: numba lets negative ones count from the end, one by one
     source, target = np.uint64(begin), np.uint64(asked)
-    for index in range(count):
-        sample = source + np.uint64(index)
-        x, y, z = deviation.x[sample], deviation.y[sample], deviation.z[sample]
-        left, right = px * x + py * y + pz * z, qx * x + qy * y + qz * z
-        side[target + np.uint64(index)] = left if left < right else right
-        inverse[target + np.uint64(index)] = nx * x + ny * y + nz * z
+    for ahead in range(count):
+        sample, number = source + np.uint64(ahead), target + np.uint64(ahead)
+        deviation.asked_x[number] = deviation.x[sample]
+        deviation.asked_y[number] = deviation.y[sample]
+        deviation.asked_z[number] = deviation.z[sample]
+        deviation.asked_weight[number] = deviation.weight[sample]
+    return asked + count
+
+
+@inlined_kernel
+def _add_link(deviation: Deviation, one: int, two: int) -> None:
+    deviation.link[deviation.counts[0], 0] = one
+    deviation.link[deviation.counts[0], 1] = two
+    deviation.counts[0] += 1
+
+
+@inlined_kernel
+def _fill_lanes(deviation: Deviation, asked: int) -> None:
+    """Add samples without a weight, up to a multiple of `LANES`."""
+    filled = (asked + LANES - 1) // LANES * LANES
+    for number in range(asked, filled):
+        deviation.asked_x[number] = deviation.asked_x[0]
+        deviation.asked_y[number] = deviation.asked_y[0]
+        deviation.asked_z[number] = deviation.asked_z[0]
+        deviation.asked_weight[number] = 0.0
+    deviation.counts[5] = filled
+
+
+@inlined_kernel
+def _choose_pairs(deviation: Deviation) -> None:
+    """Write the face around the place whose cone each sample is in, or is least outside of.
+
+    All faces are tried on all samples: there are few of them, and that takes no branches, so that
+    several samples are compared at a time.
+    """
+    plane, depth, pair = deviation.pair_plane, deviation.side, deviation.pair
+    xs, ys, zs = deviation.asked_x, deviation.asked_y, deviation.asked_z
+    count = deviation.counts[5]
+    for index in range(deviation.counts[0]):
+        px, py, pz = plane[index, 0], plane[index, 1], plane[index, 2]
+        qx, qy, qz = plane[index, 3], plane[index, 4], plane[index, 5]
+        if index == 0:
+            for number in range(count):
+                x, y, z = xs[number], ys[number], zs[number]
+                left, right = px * x + py * y + pz * z, qx * x + qy * y + qz * z
+                depth[number] = left if left < right else right
+                pair[number] = 0
+        else:
+            for number in range(count):
+                x, y, z = xs[number], ys[number], zs[number]
+                left, right = px * x + py * y + pz * z, qx * x + qy * y + qz * z
+                least = left if left < right else right
+                deepest = depth[number]
+                deeper = least > deepest
+                depth[number] = least if deeper else deepest
+                pair[number] = index if deeper else pair[number]
 
 
 @inlined_kernel
 def _error_around_place(deviation: Deviation) -> float:
-    """Sum over the samples of the faces in question as if the faces around the place were there."""
-    plane, pair_of, inverses = deviation.pair_plane, deviation.pair, deviation.inverse
-    total, distances, areas, asked = 0.0, 0.0, 0.0, 0
-    for index in range(deviation.counts[1]):
-        face, home = deviation.face[index, 0], deviation.face[index, 1]
-        begin = deviation.begin[face]
-        count = deviation.end[face] - begin
-        if home == deviation.counts[0]:
-            home = 0
-        _write_sides(deviation, home, begin, asked, count)
-        for ahead in range(count):
-            sample, number = np.uint64(begin + ahead), np.uint64(asked + ahead)
-            pair = home
-            if deviation.side[number] < 0.0:
-                x, y, z = deviation.x[sample], deviation.y[sample], deviation.z[sample]
-                pair = _pair_of(deviation, x, y, z, home)
-                inverses[number] = plane[pair, 6] * x + plane[pair, 7] * y + plane[pair, 8] * z
-            pair_of[number] = pair
-            inverse, weight = inverses[number], deviation.weight[sample]
-            share = LARGEST_SHARE
-            if inverse > 0.0:
-                t = 1.0 / inverse
-                share = min(abs(1.0 - t * t * t), LARGEST_SHARE)
-                distances += weight * abs(1.0 - t)
-                areas += weight * t * plane[pair, 12]
-            total += weight * share
-        asked += count
+    """Sum over the samples asked for as if the faces around the place were there."""
+    plane, inverses = deviation.pair_plane, deviation.inverse
+    xs, ys, zs = deviation.asked_x, deviation.asked_y, deviation.asked_z
+    total, distances, areas = 0.0, 0.0, 0.0
+    for number in range(deviation.counts[5]):
+        pair, weight = np.uint64(deviation.pair[number]), deviation.asked_weight[number]
+        inverse = (
+            plane[pair, 6] * xs[number] + plane[pair, 7] * ys[number] + plane[pair, 8] * zs[number]
+        )
+        inverses[number] = inverse
+        share = LARGEST_SHARE
+        if inverse > 0.0:
+            t = 1.0 / inverse
+            share = min(abs(1.0 - t * t * t), LARGEST_SHARE)
+            distances += weight * abs(1.0 - t)
+            areas += weight * t * plane[pair, 12]
+        total += weight * share
     deviation.residual[0], deviation.residual[1] = distances, areas
     return total
 
@@ -165,60 +168,13 @@ def deviation_around(deviation: Deviation) -> float:
     """Deviation of the faces that the last change was asked for, as they are now."""
     total = 0.0
     for index in range(deviation.counts[1]):
-        total += deviation.error[deviation.face[index, 0]]
+        total += deviation.error[deviation.face[index]]
     return total
 
 
 @leaf_kernel
-def _load_edge(deviation: Deviation, surface: Surface, corner: int, place: FloatArray) -> bool:
-    """Write the faces around an edge, and those that would surround a place instead."""
-    vertex = surface.vertex
-    one, two = vertex[following(corner)], vertex[preceding(corner)]
-    deviation.residual[0] = 0.0
-    # the faces around the edge; those around the place are two less
-    if surface.degree[one] + surface.degree[two] - 2 > LARGEST_RING:
-        return False
-    deviation.counts[0] = deviation.counts[1] = 0
-    # from the face that vanishes on one side of the edge around one end to that on the other side,
-    # and from there around the other end: in this order the pairs go around the place
-    for end in range(2):
-        at = following(corner if end == 0 else surface.opposite[corner])
-        _write_face(deviation, at // 3, deviation.counts[0])
-        last = preceding(surface.opposite[corner] if end == 0 else corner)
-        at = surface.swing[at]
-        while at != last:
-            start, stop = vertex[following(at)], vertex[preceding(at)]
-            _write_face(deviation, at // 3, deviation.counts[0])
-            _write_pair(deviation, surface.position, start, stop, place)
-            at = surface.swing[at]
-    return True
-
-
-@leaf_kernel
-def _load_vertex(deviation: Deviation, surface: Surface, centre: int, place: FloatArray) -> bool:
-    """Write the faces around a vertex, and what they would be if it were at a place."""
-    vertex = surface.vertex
-    deviation.residual[0] = 0.0
-    if surface.degree[centre] > LARGEST_RING:
-        return False
-    deviation.counts[0] = deviation.counts[1] = 0
-    first = surface.corner_at[centre]
-    at = first
-    while True:
-        one, two = vertex[following(at)], vertex[preceding(at)]
-        _write_face(deviation, at // 3, deviation.counts[0])
-        _write_pair(deviation, surface.position, one, two, place)
-        at = surface.swing[at]
-        if at == first:
-            break
-    return True
-
-
-@leaf_kernel
-def change_by_collapse(
-    deviation: Deviation, surface: Surface, corner: int, place: FloatArray
-) -> float:
-    """Change of the deviation if an edge is replaced by a vertex; infinite for very large rings.
+def ask_for_edge(deviation: Deviation, surface: Surface, corner: int) -> bool:
+    """Ask for what there is around an edge: its faces, their samples, and the edges opposite.
 
     Parameters
     ----------
@@ -226,6 +182,65 @@ def change_by_collapse(
     surface : Surface
     corner : int
         One of the two corners that face the edge.
+
+    Returns
+    -------
+    bool
+        False for very large rings.
+    """
+    vertex = surface.vertex
+    one, two = vertex[following(corner)], vertex[preceding(corner)]
+    deviation.residual[0] = 0.0
+    # the faces around the edge; those around the place are two less
+    if surface.degree[one] + surface.degree[two] - 2 > LARGEST_RING:
+        return False
+    deviation.counts[0] = deviation.counts[1] = 0
+    asked = 0
+    # from the face that vanishes on one side of the edge around one end to that on the other side,
+    # and from there around the other end: in this order the edges go around the place
+    for end in range(2):
+        at = following(corner if end == 0 else surface.opposite[corner])
+        asked = _add_face(deviation, at // 3, asked)
+        last = preceding(surface.opposite[corner] if end == 0 else corner)
+        at = surface.swing[at]
+        while at != last:
+            asked = _add_face(deviation, at // 3, asked)
+            _add_link(deviation, vertex[following(at)], vertex[preceding(at)])
+            at = surface.swing[at]
+    _fill_lanes(deviation, asked)
+    return True
+
+
+@leaf_kernel
+def ask_for_vertex(deviation: Deviation, surface: Surface, centre: int) -> bool:
+    """Ask for what there is around a vertex; as `ask_for_edge`."""
+    vertex = surface.vertex
+    deviation.residual[0] = 0.0
+    if surface.degree[centre] > LARGEST_RING:
+        return False
+    deviation.counts[0] = deviation.counts[1] = 0
+    asked = 0
+    first = surface.corner_at[centre]
+    at = first
+    while True:
+        asked = _add_face(deviation, at // 3, asked)
+        _add_link(deviation, vertex[following(at)], vertex[preceding(at)])
+        at = surface.swing[at]
+        if at == first:
+            break
+    _fill_lanes(deviation, asked)
+    return True
+
+
+@leaf_kernel
+def change_at(deviation: Deviation, surface: Surface, place: FloatArray) -> float:
+    """Change of the deviation if there is a vertex at a place instead of what was asked for.
+
+    Parameters
+    ----------
+    deviation : Deviation
+        As `ask_for_edge` or `ask_for_vertex` left it.
+    surface : Surface
     place : (3,) float64
         Where the vertex would be, relative to the centre.
 
@@ -234,8 +249,8 @@ def change_by_collapse(
     float
         In six times the volume's unit; negative if the surface comes closer to the reference.
     """
-    if not _load_edge(deviation, surface, corner, place):
-        return np.inf
+    _write_pairs(deviation, surface.position, place)
+    _choose_pairs(deviation)
     return _error_around_place(deviation) - deviation_around(deviation)
 
 
@@ -262,14 +277,6 @@ def shortness(deviation: Deviation, surface: Surface, corner: int) -> float:
         difference = position[one, axis] - position[two, axis]
         squared += difference * difference
     return FLATNESS * deviation.residual[1] * np.sqrt(squared)
-
-
-@leaf_kernel
-def change_by_move(deviation: Deviation, surface: Surface, vertex: int, place: FloatArray) -> float:
-    """Change of the deviation if a vertex is moved; as `change_by_collapse`."""
-    if not _load_vertex(deviation, surface, vertex, place):
-        return np.inf
-    return _error_around_place(deviation) - deviation_around(deviation)
 
 
 @leaf_kernel
@@ -301,28 +308,22 @@ def step_towards_reference(deviation: Deviation, place: FloatArray, better: Floa
     soft = SOFTNESS * deviation.residual[0] / deviation.residual[1]
     for pair in range(pairs):
         sums[pair, 0] = sums[pair, 1] = 0.0
-    asked = 0
-    for index in range(deviation.counts[1]):
-        face = deviation.face[index, 0]
-        begin = deviation.begin[face]
-        for ahead in range(deviation.end[face] - begin):
-            sample, number = np.uint64(begin + ahead), np.uint64(asked + ahead)
-            inverse = deviation.inverse[number]
-            if inverse > 0.0:
-                pair = np.uint64(deviation.pair[number])
-                e = (inverse - 1.0) * plane[pair, 13]
-                size = max(abs(e), soft)
-                # 1 ÷ both, for there is time for one division only
-                reciprocal = 1.0 / (inverse * size)
-                part = (
-                    plane[pair, 9] * deviation.x[sample]
-                    + plane[pair, 10] * deviation.y[sample]
-                    + plane[pair, 11] * deviation.z[sample]
-                ) * (reciprocal * size)
-                weight = deviation.weight[sample] * part * plane[pair, 12] * reciprocal
-                sums[pair, 0] += weight * part
-                sums[pair, 1] += weight * e
-        asked += deviation.end[face] - begin
+    for number in range(deviation.counts[5]):
+        inverse = deviation.inverse[number]
+        if inverse > 0.0:
+            pair = np.uint64(deviation.pair[number])
+            e = (inverse - 1.0) * plane[pair, 13]
+            size = max(abs(e), soft)
+            # 1 ÷ both, for there is time for one division only
+            reciprocal = 1.0 / (inverse * size)
+            part = (
+                plane[pair, 9] * deviation.asked_x[number]
+                + plane[pair, 10] * deviation.asked_y[number]
+                + plane[pair, 11] * deviation.asked_z[number]
+            ) * (reciprocal * size)
+            weight = deviation.asked_weight[number] * part * plane[pair, 12] * reciprocal
+            sums[pair, 0] += weight * part
+            sums[pair, 1] += weight * e
     a00, a01, a02, a11, a12, a22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     b0, b1, b2 = 0.0, 0.0, 0.0
     for pair in range(pairs):

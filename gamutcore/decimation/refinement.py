@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from gamutcore.arrays import FloatArray
-from gamutcore.decimation.deviation import change_by_collapse, shortness, step_towards_reference
+from gamutcore.decimation.deviation import (
+    ask_for_edge,
+    change_at,
+    shortness,
+    step_towards_reference,
+)
 from gamutcore.decimation.memoryless import Memoryless, keep_volume
 from gamutcore.decimation.samples import Deviation
 from gamutcore.decimation.star import Surface
@@ -34,8 +39,9 @@ def error_by_mismatch(
     float
         In six times the volume's unit; infinite for very large rings.
     """
-    change = change_by_collapse(deviation, surface, corner, place)
-    return change + shortness(deviation, surface, corner)
+    if not ask_for_edge(deviation, surface, corner):
+        return np.inf
+    return change_at(deviation, surface, place) + shortness(deviation, surface, corner)
 
 
 @leaf_kernel
@@ -73,16 +79,16 @@ def refined_place(
     float
         As `error_by_mismatch`.
     """
-    least = change_by_collapse(deviation, surface, corner, place)
+    if not ask_for_edge(deviation, surface, corner):
+        return np.inf
+    least = change_at(deviation, surface, place)
     short = shortness(deviation, surface, corner)
-    if not least < np.inf:
-        return least + short
     for _ in range(steps):
         if not step_towards_reference(deviation, place, trial):
             break
         if keeps_volume:
             keep_volume(planes, trial)
-        change = change_by_collapse(deviation, surface, corner, trial)
+        change = change_at(deviation, surface, trial)
         if not change < least:
             break
         least = change

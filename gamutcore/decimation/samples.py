@@ -29,6 +29,7 @@ from gamutcore.decimation.star import Surface
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 
 __all__ = [
+    "LANES",
     "LARGEST_RING",
     "LARGEST_SHARE",
     "Deviation",
@@ -47,6 +48,9 @@ LARGEST_RING = 64
 
 LARGEST_SHARE = 8.0
 """Bound of |1 − t³|: the surface at hand may reach far out where a place is not valid anyway."""
+
+LANES = 32
+"""Samples that the compiler takes at a time, at most: four vectors of eight numbers."""
 
 
 class Deviation(NamedTuple):
@@ -67,23 +71,27 @@ class Deviation(NamedTuple):
     vanished : (2, 2) int64
         Where the samples of the two faces are that have vanished last; empty once they are handed
         on.
+    link : (LARGEST_RING, 2) int32
+        Scratch: the edges opposite a place, in the order in which they go around it.
     pair_plane : (LARGEST_RING, 14) float64
-        Scratch, for each face (p, a, b) around a place p, counter-clockwise: p × a and b × p,
-        between which the cone of the face lies, N such that N·q = 1 on the face, a × b ÷ det(p, a,
-        b), |N| and 1 ÷ |N|.
+        Scratch, for each face (p, a, b) of the place p and one of them, counter-clockwise: p × a
+        and b × p, between which the cone of the face lies, N such that N·q = 1 on the face, a × b ÷
+        det(p, a, b), |N| and 1 ÷ |N|.
     pair_sum : (LARGEST_RING, 2) float64
         Scratch, for each of them: sums over its samples.
-    face : (LARGEST_RING, 2) int32
-        Scratch: the faces whose samples are in question, and where to begin to look for these
-        among the faces around the place.
-    pair : (S,) int32
-        Scratch: the face around the place that a sample in question is in, or the corner in the
-        middle of the face that it is in.
-    side, inverse : (S,) float64
-        Scratch: how deep in the cone of a face a sample in question is, and N·q for its face.
-    counts : (5,) int64
-        Scratch: entries of `pair_plane`, entries of `face`; samples in use; where the next ones go;
-        where the half of the arrays begins that they are in.
+    face : (LARGEST_RING,) int32
+        Scratch: the faces around the place as they are now.
+    asked_x, asked_y, asked_z, asked_weight : (S + LANES,) float64
+        Scratch: the samples in these, and some without a weight, so that they are a multiple of
+        LANES.
+    pair : (S + LANES,) int64
+        Scratch: the face around the place that each of them is in, or the corner in the middle of
+        the face that it is in.
+    side, inverse : (S + LANES,) float64
+        Scratch: how deep each of them is in the cone of a face, and N·q for its face.
+    counts : (6,) int64
+        Scratch: entries of `link`, entries of `face`; samples in use; where the next ones go; where
+        the half of the arrays begins that they are in; samples asked for, and those without weight.
     residual : (2,) float64
         Scratch: the samples' distances from the faces around the place, summed over the area that
         they stand for, and that area.
@@ -98,10 +106,15 @@ class Deviation(NamedTuple):
     error: FloatArray
     place: LongArray
     vanished: LongArray
+    link: IndexArray
     pair_plane: FloatArray
     pair_sum: FloatArray
     face: IndexArray
-    pair: IndexArray
+    asked_x: FloatArray
+    asked_y: FloatArray
+    asked_z: FloatArray
+    asked_weight: FloatArray
+    pair: LongArray
     side: FloatArray
     inverse: FloatArray
     counts: LongArray
@@ -120,13 +133,18 @@ def no_deviation(samples: int, faces: int) -> Deviation:
         error=np.zeros(faces),
         place=np.zeros(faces, np.int64),
         vanished=np.zeros((2, 2), np.int64),
+        link=np.empty((LARGEST_RING, 2), np.int32),
         pair_plane=np.empty((LARGEST_RING, 14)),
         pair_sum=np.empty((LARGEST_RING, 2)),
-        face=np.empty((LARGEST_RING, 2), np.int32),
-        pair=np.empty(samples, np.int32),
-        side=np.empty(samples),
-        inverse=np.empty(samples),
-        counts=np.zeros(5, np.int64),
+        face=np.empty(LARGEST_RING, np.int32),
+        asked_x=np.empty(samples + LANES),
+        asked_y=np.empty(samples + LANES),
+        asked_z=np.empty(samples + LANES),
+        asked_weight=np.empty(samples + LANES),
+        pair=np.empty(samples + LANES, np.int64),
+        side=np.empty(samples + LANES),
+        inverse=np.empty(samples + LANES),
+        counts=np.zeros(6, np.int64),
         residual=np.zeros(2),
     )
 

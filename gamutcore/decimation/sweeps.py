@@ -233,10 +233,10 @@ def _sweep(
         kept = collapse_edge(cost, surface, delivered, record, work, edge, collapses)
         collapses += 1
         mark_changed(surface, work, kept, collapses)
+        if collapses == wanted:
+            break
         if reach(cost, surface, len(delivered) - collapses):
             counts[5] = 1
-            break
-        if collapses == wanted:
             break
     counts[0], counts[1] = collapses, query
     return room

@@ -17,7 +17,8 @@ import numpy as np
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.decimation.costs import interface
 from gamutcore.decimation.deviation import (
-    change_by_move,
+    ask_for_vertex,
+    change_at,
     deviation_around,
     step_towards_reference,
 )
@@ -183,8 +184,9 @@ def _improve(cost: FinestState, surface: Surface, at: int, place: FloatArray) ->
     deviation, position, trial = cost.deviation, surface.position, cost.trial
     x, y, z = position[at, 0], position[at, 1], position[at, 2]
     place[0], place[1], place[2] = x, y, z
-    if not change_by_move(deviation, surface, at, place) < np.inf:
+    if not ask_for_vertex(deviation, surface, at):
         return False
+    change_at(deviation, surface, place)
     present = deviation_around(deviation)
     if not step_towards_reference(deviation, place, trial):
         return False
@@ -193,7 +195,7 @@ def _improve(cost: FinestState, surface: Surface, at: int, place: FloatArray) ->
         place[0] = x + length * (trial[0] - x)
         place[1] = y + length * (trial[1] - y)
         place[2] = z + length * (trial[2] - z)
-        if change_by_move(deviation, surface, at, place) < -WORTHWHILE * present:
+        if change_at(deviation, surface, place) < -WORTHWHILE * present:
             return True
         length *= 0.5
     return False
