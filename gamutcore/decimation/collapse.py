@@ -51,20 +51,22 @@ LARGE = 4.0
 """An edge whose error is so many times that of the cheapest one waits for its turn to be evaluated
 again even where others do not: it will hardly become the next one."""
 
+GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+"""2⁶⁴ ÷ the golden ratio, which keeps small numbers from giving small hashes."""
+
 
 @leaf_kernel
 def _disturbed(work: Workspace, edge: int, value: float) -> float:
     """An error on the present way: up to a part of itself more, the same for an edge each time."""
     if work.way[1] == 0.0 or not abs(value) < np.inf:
         return value
-    bits = np.uint64(edge) + np.uint64(1 << 32) * np.uint64(work.way[0])
-    # the finaliser of SplitMix64 (Steele, Lea & Flood 2014)
-    bits = (bits + np.uint64(0x9E3779B97F4A7C15)) & np.uint64(0xFFFFFFFFFFFFFFFF)
+    # SplitMix64 of the edge and the way (Steele, Lea & Flood, "Fast Splittable Pseudorandom Number
+    # Generators", 2014)
+    bits = (np.uint64(work.way[0]) << np.uint64(32)) + np.uint64(edge) + GOLDEN
     bits = (bits ^ (bits >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     bits = (bits ^ (bits >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    bits = bits ^ (bits >> np.uint64(31))
-    part = np.float64(bits >> np.uint64(11)) * 2.0**-53
-    return value + work.way[1] * part * abs(value)
+    bits ^= bits >> np.uint64(31)
+    return value + work.way[1] * abs(value) * (np.float64(bits >> np.uint64(11)) * 2.0**-53)
 
 
 @leaf_kernel
@@ -189,10 +191,10 @@ def collapse_all(
     record: Record,
     done: LongArray,
     way: FloatArray,
-    down_to: int,
+    until: int,
     sweeping: bool,
-) -> tuple[int, Record]:
-    """Collapse edges, cheapest first, until four faces are left.
+) -> Record:
+    """Collapse edges, cheapest first, until so many vertices are left.
 
     Parameters
     ----------
@@ -208,20 +210,25 @@ def collapse_all(
     record : Record
         Receives the collapses; what it has no room for goes into the one that is returned.
     done : (1,) int64
-        Written: how many collapses have been made, after each of them.
+        Counts up with each collapse.
+    way : (2,) float64
+        The number of a way, and by what part of themselves errors are disturbed on it, at most.
+    until : int
+        Vertices to leave: 4 or more.
+    sweeping : bool
+        Whether the fine end, down to `SWEPT_DOWN_TO` vertices, may be taken in sweeps.
 
     Returns
     -------
-    collapses : int
-        V − 4 if four faces were reached.
-    record : Record
+    Record
+        The collapses that have been made: V − `until` if there were so many valid ones.
     """
-    wanted = len(delivered) - down_to
+    wanted = len(delivered) - until
     work = workspace(surface.corner_facing.size, len(delivered), done, way)
     ring = np.empty((LONGEST_RING, 2), np.int32)
     collapses = 0
     reach(cost, surface, len(delivered))
-    swept = len(delivered) - max(down_to, SWEPT_DOWN_TO)
+    swept = len(delivered) - max(until, SWEPT_DOWN_TO)
     if depends_on_ring(cost) and sweeping and swept > 0:
         sweeps = begun_sweeps(cost, surface, work)
         while not collapse_in_sweeps(
@@ -247,7 +254,7 @@ def collapse_all(
         if counts[2] > len(ring):
             ring = np.empty((2 * counts[2], 2), np.int32)
         record = with_room(record, counts[0], counts[2])
-    return counts[0], in_use(record, counts[0])
+    return in_use(record, counts[0])
 
 
 @leaf_kernel

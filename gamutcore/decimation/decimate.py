@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gamutcore.corner_table import opposite_corners
-from gamutcore.decimation.collapse import collapse_all
 from gamutcore.decimation.costs import cost_module
-from gamutcore.decimation.record import Record, empty_record
+from gamutcore.decimation.record import Record
+from gamutcore.decimation.stages import Stage, joined
 from gamutcore.decimation.star import surface_of
 from gamutcore.decimation.watching import watched
+from gamutcore.decimation.ways import way_down
 from gamutcore.errors import DecimationError, MeshError
 from gamutcore.grid import mesh_grid_step, rounded_to_grid
 from gamutcore.star_shape import faces_not_seeing_centre
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from gamutcore.arrays import Float32Array, FloatArray, IndexArray
     from gamutcore.mesh import TriangleMesh
 
-LOG = []
 __all__ = ["Decimation", "decimated"]
 
 UNIT_STEPS = 18
@@ -104,64 +104,23 @@ def decimated(
     opposite = opposite_corners(faces, len(positions))
     _check(mesh, faces, opposite, positions)
     steps = len(positions) - 4
-    surface = surface_of(positions, faces, opposite)
-    state = module.state(positions, faces)
+    whole = Stage(
+        module.state(positions, faces),
+        surface_of(positions, faces, opposite),
+        delivered,
+        origin,
+        step / unit,
+        np.arange(len(positions), dtype=np.int32),
+        np.arange(len(faces), dtype=np.int32),
+    )
     done = np.zeros(1, np.int64)
-    import os
-    from gamutcore.decimation import stages as S
-    V = len(positions)
-    big = S.Part(state, surface, delivered, np.arange(V, dtype=np.int32), np.arange(len(faces), dtype=np.int32))
-    # PH: start:stops:ways;...
-    phases = []
-    for text in os.environ.get("PH", "").split(";"):
-        if text and cost != "quadric":
-            a, b, w = text.split(":")
-            phases.append((int(a), [int(x) for x in b.split(",") if x], int(w)))
-    cut = int(os.environ.get("CUT", "2000" if cost == "volume" else "8000"))
-    amp = float(os.environ.get("AMP", "0.1"))
     with watched(done, steps, progress):
-        parts, records, part, collapses = [big], [], big, 0
-        ends = [(c, [], 1) for c in [cut] if c < V and cost != "quadric"] + [p for p in phases if p[0] < V] + [(4, [], 1)]
-        stops, nways = None, 1
-        for k, (end, nextstops, nextways) in enumerate(ends):
-            if k:
-                part = S.compacted(part)
-                parts.append(part)
-            if nways > 1:
-                best = None
-                for way in range(nways):
-                    p = S.copied(part)
-                    recs, c, marks = [], 0, []
-                    todo = p
-                    chain = []
-                    for stop in stops:
-                        n, r = S.run(todo, origin, step / unit, stop, (way, amp if way else 0.0))
-                        c += n
-                        recs.append(S.translated(r, todo, n)); chain.append(todo)
-                        marks.append(todo.cost.deviation.error.sum())
-                        if stop != stops[-1]:
-                            todo = S.compacted(todo)
-                    value = np.log(np.maximum(marks, 1e-300)).sum()
-                    LOG.append((way, *marks))
-                    if best is None or value < best[0]:
-                        best = (value, recs, chain, c)
-                records += best[1]; collapses += best[3]
-                parts = parts[:-1] + best[2]
-                part = parts[-1]
-            if nways == 1 or end < stops[-1]:
-                if nways > 1:
-                    part = S.compacted(part)
-                    parts.append(part)
-                n, r = S.run(part, origin, step / unit, end, sweeping=k == 0, done=done)
-                collapses += n
-                records.append(S.translated(r, part, n))
-            stops, nways = nextstops, nextways
-        for p in parts[1:]:
-            S.put_back(big, p)
-        record = S.joined(records)
-    if collapses < steps:
+        passages = way_down(whole, module.PLAN, done)
+        record, vertex, delivered = joined(passages)
+    if len(record.kept) < steps:
         raise DecimationError(
-            f"no edge could be collapsed validly with {2 * (steps - collapses) + 4} triangles left",
+            "no edge could be collapsed validly with"
+            f" {2 * (steps - len(record.kept)) + 4} triangles left",
             remedy="a boundary whose faces are less degenerate, or another centre",
         )
     # powers of two: nothing is rounded
@@ -170,7 +129,7 @@ def decimated(
         shift=(record.shift * np.float64(unit)).astype(np.float32),
     )
     final = (delivered * np.float64(unit)).astype(np.float32)
-    return Decimation(record, surface.vertex, final, middle, step)
+    return Decimation(record, vertex, final, middle, step)
 
 
 def _check_numbers(mesh: TriangleMesh, centre: FloatArray) -> None:

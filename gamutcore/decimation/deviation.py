@@ -127,13 +127,13 @@ def _choose_pairs(deviation: Deviation) -> None:
             for number in range(count):
                 x, y, z = xs[number], ys[number], zs[number]
                 left, right = px * x + py * y + pz * z, qx * x + qy * y + qz * z
-                depth[number] = left if left < right else right
+                depth[number] = left if left < right else right  # noqa: FURB136
                 pair[number] = 0
         else:
             for number in range(count):
                 x, y, z = xs[number], ys[number], zs[number]
                 left, right = px * x + py * y + pz * z, qx * x + qy * y + qz * z
-                least = left if left < right else right
+                least = left if left < right else right  # noqa: FURB136
                 deepest = depth[number]
                 deeper = least > deepest
                 depth[number] = least if deeper else deepest
@@ -306,8 +306,8 @@ def step_towards_reference(deviation: Deviation, place: FloatArray, better: Floa
     if not deviation.residual[0] > 0.0 or max(pairs, deviation.counts[1]) > LARGEST_RING:
         return False
     soft = SOFTNESS * deviation.residual[0] / deviation.residual[1]
-    for pair in range(pairs):
-        sums[pair, 0] = sums[pair, 1] = 0.0
+    for around in range(pairs):
+        sums[around, 0] = sums[around, 1] = 0.0
     for number in range(deviation.counts[5]):
         inverse = deviation.inverse[number]
         if inverse > 0.0:
@@ -326,10 +326,14 @@ def step_towards_reference(deviation: Deviation, place: FloatArray, better: Floa
             sums[pair, 1] += weight * e
     a00, a01, a02, a11, a12, a22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     b0, b1, b2 = 0.0, 0.0, 0.0
-    for pair in range(pairs):
-        distance = plane[pair, 13]
-        nx, ny, nz = plane[pair, 6] * distance, plane[pair, 7] * distance, plane[pair, 8] * distance
-        square, pulled = sums[pair, 0], sums[pair, 1]
+    for around in range(pairs):
+        distance = plane[around, 13]
+        nx, ny, nz = (
+            plane[around, 6] * distance,
+            plane[around, 7] * distance,
+            plane[around, 8] * distance,
+        )
+        square, pulled = sums[around, 0], sums[around, 1]
         if not square > 0.0:
             continue
         a00 += square * nx * nx

@@ -34,6 +34,7 @@ __all__ = [
     "error_of_place",
     "keep_volume",
     "memoryless",
+    "memoryless_on",
     "renew_planes",
 ]
 
@@ -110,6 +111,26 @@ def memoryless(positions: FloatArray, faces: IndexArray) -> Memoryless:
         np.zeros(count, np.uint8),
         _area_vectors(positions, faces),
         np.zeros(17),
+    )
+
+
+def memoryless_on(planes: Memoryless, vertices: IndexArray, faces: IndexArray) -> Memoryless:
+    """Return the same for a surface that has only some of the vertices and faces.
+
+    Parameters
+    ----------
+    planes : Memoryless
+    vertices : (v,) int32
+        Their numbers there.
+    faces : (f,) int32
+        The same of the faces.
+
+    Returns
+    -------
+    Memoryless
+    """
+    return Memoryless(
+        planes.sums[vertices], planes.fresh[vertices], planes.area_vector[faces], planes.edge.copy()
     )
 
 

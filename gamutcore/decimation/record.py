@@ -205,21 +205,6 @@ def with_room(record: Record, collapses: int, changes: int) -> Record:
         shift = np.empty((shifted.size, 2, 3), np.float32)
         shifted[:in_use] = record.shifted[:in_use]
         shift[:in_use] = record.shift[:in_use]
-    return _with_parts(record, moved, shifted, shift)
-
-
-@kernel
-def in_use(record: Record, collapses: int) -> Record:
-    """Return a record of so many collapses without the room that is left."""
-    moved = record.moved_end[collapses - 1] if collapses > 0 else 0
-    shifts = record.shifted_end[collapses - 1] if collapses > 0 else 0
-    return _with_parts(record, record.moved[:moved], record.shifted[:shifts], record.shift[:shifts])
-
-
-@kernel
-def _with_parts(
-    record: Record, moved: IndexArray, shifted: IndexArray, shift: Float32Array
-) -> Record:
     return Record(
         record.kept,
         record.dead,
@@ -231,4 +216,23 @@ def _with_parts(
         record.shifted_end,
         shifted,
         shift,
+    )
+
+
+@kernel
+def in_use(record: Record, collapses: int) -> Record:
+    """Return a record of so many collapses without the room that is left."""
+    moved = record.moved_end[collapses - 1] if collapses > 0 else 0
+    shifts = record.shifted_end[collapses - 1] if collapses > 0 else 0
+    return Record(
+        record.kept[:collapses],
+        record.dead[:collapses],
+        record.position[:collapses],
+        record.sides[:collapses],
+        record.corner[:collapses],
+        record.moved_end[:collapses],
+        record.moved[:moved],
+        record.shifted_end[:collapses],
+        record.shifted[:shifts],
+        record.shift[:shifts],
     )

@@ -1,72 +1,222 @@
-"""Decimation in stages: what is left after one is compacted for the next."""
+"""Decimation in stages: what one leaves is compacted for the next.
+
+Of a surface with a hundred thousand vertices that has been decimated to a few thousand, every face
+lies in a cache line of its own. Compacted it fits the cache, and is small enough to be copied for
+several ways down. A stage numbers its vertices and faces by itself and writes a record of its own;
+`joined` puts these together in the numbers of the full boundary.
+"""
+
 from __future__ import annotations
-from typing import Any, NamedTuple
-import os
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
 import numpy as np
+
 from gamutcore.decimation.collapse import collapse_all
 from gamutcore.decimation.record import Record, empty_record
-from gamutcore.decimation.samples import Deviation, deviation_on, no_deviation
-from gamutcore.decimation.memoryless import Memoryless
 from gamutcore.decimation.star import Surface, surface_of
 
-class Part(NamedTuple):
-    cost: Any
-    surface: Any
-    delivered: Any
-    vertices: Any
-    faces: Any
+if TYPE_CHECKING:
+    from gamutcore.arrays import Float32Array, FloatArray, IndexArray, LongArray
+    from gamutcore.decimation.plan import Plan
 
-def carried(state, vertices, faces):
-    if isinstance(state, Deviation):
-        return deviation_on(state, faces) if state.counts[2] else no_deviation(len(state.pair), len(faces))
-    if isinstance(state, Memoryless):
-        return state._replace(sums=state.sums[vertices].copy(), fresh=state.fresh[vertices].copy(), area_vector=state.area_vector[faces].copy())
-    if hasattr(state, '_replace'):
-        return type(state)(*(carried(f, vertices, faces) if hasattr(f,'_fields') else f for f in state))
-    return state
+__all__ = ["UNDISTURBED", "Passage", "Stage", "carried_out", "compacted", "copied", "joined"]
 
-def copied(x):
-    return type(x)(*(copied(f) if hasattr(f,'_fields') else f.copy() for f in x))
+UNDISTURBED = (0, 0.0)
+"""The way on which all edges have the errors that they have."""
 
-def compacted(part):
-    s = part.surface
-    corners = s.corner_facing[s.corner_facing >= 0]
-    faces = np.unique(np.concatenate([corners, s.opposite[corners]]) // 3)
-    ids = s.vertex.reshape(-1, 3)[faces]
-    vertices, small = np.unique(ids, return_inverse=True)
-    small = np.ascontiguousarray(small.reshape(-1, 3), np.int32)
-    face_of = np.full(len(s.vertex)//3, -1, np.int32); face_of[faces] = np.arange(len(faces), dtype=np.int32)
-    opp = s.opposite.reshape(-1,3)[faces].ravel()
-    opp = np.ascontiguousarray(3*face_of[opp//3] + opp % 3, np.int32)
-    surf = surface_of(np.ascontiguousarray(s.position[vertices]), small, opp)
-    surf.deficit[0] = s.deficit[0]
-    return Part(carried(part.cost, vertices, faces), surf, np.ascontiguousarray(part.delivered[vertices]), part.vertices[vertices], part.faces[faces])
 
-def run(part, centre, step, down_to, way=(0, 0.), sweeping=False, done=None):
-    rec = empty_record(len(part.delivered))
-    n, rec = collapse_all(part.cost, part.surface, part.delivered, centre, step, rec, np.zeros(1, np.int64) if done is None else done,
-        np.array(way, float), down_to, sweeping)
-    return n, rec
+class Stage(NamedTuple):
+    """A surface to be decimated, and what its vertices and faces are in the full boundary.
 
-def translated(record, part, n):
-    v = part.vertices; f = part.faces
-    c = lambda x: (3*f[x//3] + x % 3).astype(np.int32)
-    return record._replace(kept=v[record.kept[:n]], dead=v[record.dead[:n]], position=record.position[:n], sides=v[record.sides[:n]],
-        corner=c(record.corner[:n]), moved_end=record.moved_end[:n], moved=c(record.moved), shifted_end=record.shifted_end[:n], shifted=v[record.shifted])
+    Attributes
+    ----------
+    state : NamedTuple of arrays
+        Of the cost.
+    surface : Surface
+    delivered : (v, 3) float32
+        Positions as delivered.
+    centre : (3,) float64
+    step : float
+        Of the grid that they lie on.
+    vertices : (v,) int32
+        Their numbers in the full boundary.
+    faces : (f,) int32
+        The same of the faces.
+    """
 
-def joined(records):
-    cat = np.concatenate
-    def ends(name):
-        out, at = [], 0
-        for r in records:
-            e = getattr(r, name) + at
-            out.append(e)
-            at = e[-1] if len(e) else at
-        return cat(out)
-    d = {k: cat([getattr(r, k) for r in records]) for k in Record._fields if not k.endswith('_end')}
-    d['moved_end'] = ends('moved_end'); d['shifted_end'] = ends('shifted_end')
-    return Record(**d)
+    state: Any
+    surface: Surface
+    delivered: Float32Array
+    centre: FloatArray
+    step: float
+    vertices: IndexArray
+    faces: IndexArray
 
-def put_back(big, part):
-    big.surface.vertex.reshape(-1,3)[part.faces] = part.vertices[part.surface.vertex.reshape(-1,3)]
-    big.delivered[part.vertices] = part.delivered
+
+class Passage(NamedTuple):
+    """A stage that has been carried out.
+
+    Attributes
+    ----------
+    stage : Stage
+        As it was left.
+    record : Record
+        Its collapses, in its own numbers.
+    """
+
+    stage: Stage
+    record: Record
+
+    @property
+    def left(self) -> int:
+        """Vertices that are left."""
+        return len(self.stage.delivered) - len(self.record.kept)
+
+
+def carried_out(
+    stage: Stage,
+    until: int,
+    done: LongArray,
+    *,
+    way: tuple[int, float] = UNDISTURBED,
+    sweeping: bool = False,
+) -> Passage:
+    """Decimate a surface to a number of vertices.
+
+    Parameters
+    ----------
+    stage : Stage
+        Changed.
+    until : int
+        Vertices to leave.
+    done, way, sweeping
+        As for `collapse_all`.
+
+    Returns
+    -------
+    Passage
+        With more vertices left only if there is no edge that could be collapsed validly.
+    """
+    record = collapse_all(
+        stage.state,
+        stage.surface,
+        stage.delivered,
+        stage.centre,
+        stage.step,
+        empty_record(len(stage.delivered)),
+        done,
+        np.array(way, np.float64),
+        until,
+        sweeping,
+    )
+    return Passage(stage, record)
+
+
+def compacted(stage: Stage, plan: Plan) -> Stage:
+    """Return what is left of a surface as one of its own, in the same order.
+
+    Parameters
+    ----------
+    stage : Stage
+        After some collapses.
+    plan : Plan
+        Of the cost.
+
+    Returns
+    -------
+    Stage
+    """
+    surface = stage.surface
+    corners = surface.corner_facing[surface.corner_facing >= 0]
+    alive = np.zeros(len(stage.faces), np.bool_)
+    alive[corners // 3] = True
+    alive[surface.opposite[corners] // 3] = True
+    faces = np.flatnonzero(alive).astype(np.int32)
+    number = np.empty(len(stage.faces), np.int32)
+    number[faces] = np.arange(len(faces), dtype=np.int32)
+    named = surface.vertex.reshape(-1, 3)[faces]
+    alive = np.zeros(len(stage.vertices), np.bool_)
+    alive[named] = True
+    vertices = np.flatnonzero(alive).astype(np.int32)
+    name = np.empty(len(stage.vertices), np.int32)
+    name[vertices] = np.arange(len(vertices), dtype=np.int32)
+    opposite = surface.opposite.reshape(-1, 3)[faces].ravel()
+    small = surface_of(
+        surface.position[vertices], name[named], 3 * number[opposite // 3] + opposite % 3
+    )
+    small.deficit[0] = surface.deficit[0]
+    return Stage(
+        plan.state_on(stage.state, vertices, faces),
+        small,
+        stage.delivered[vertices],
+        stage.centre,
+        stage.step,
+        stage.vertices[vertices],
+        stage.faces[faces],
+    )
+
+
+def copied(stage: Stage) -> Stage:
+    """Return a copy that can be decimated while the stage stays what it is."""
+    return stage._replace(
+        state=_copy(stage.state), surface=_copy(stage.surface), delivered=stage.delivered.copy()
+    )
+
+
+def _copy(arrays: Any) -> Any:  # noqa: ANN401
+    """Copy a NamedTuple of arrays and such."""
+    if isinstance(arrays, tuple):
+        return type(arrays)(*map(_copy, arrays))
+    return arrays.copy()
+
+
+def joined(passages: list[Passage]) -> tuple[Record, IndexArray, Float32Array]:
+    """Put the records of stages together.
+
+    Parameters
+    ----------
+    passages : list of Passage
+        From the full boundary on, each beginning where the one before ended.
+
+    Returns
+    -------
+    record : Record
+        All collapses, in the numbers of the full boundary.
+    vertex : (3 F,) int32
+        Vertices at the corners of its faces after the last collapse.
+    delivered : (V, 3) float32
+        Positions after it.
+    """
+    first, *others = passages
+    vertex, delivered = first.stage.surface.vertex, first.stage.delivered
+    for stage, _ in others:
+        vertex.reshape(-1, 3)[stage.faces] = stage.vertices[stage.surface.vertex.reshape(-1, 3)]
+        delivered[stage.vertices] = stage.delivered
+    records = [first.record, *(_in_full_numbers(*passage) for passage in others)]
+    if not others:
+        return first.record, vertex, delivered
+    moved = np.cumsum([0, *(len(record.moved) for record in records)])
+    shifted = np.cumsum([0, *(len(record.shifted) for record in records)])
+    records = [
+        record._replace(
+            moved_end=record.moved_end + moved[number],
+            shifted_end=record.shifted_end + shifted[number],
+        )
+        for number, record in enumerate(records)
+    ]
+    return Record(*map(np.concatenate, zip(*records, strict=True))), vertex, delivered
+
+
+def _in_full_numbers(stage: Stage, record: Record) -> Record:
+    def corner(corners: IndexArray) -> IndexArray:
+        return 3 * stage.faces[corners // 3] + corners % 3
+
+    return record._replace(
+        kept=stage.vertices[record.kept],
+        dead=stage.vertices[record.dead],
+        sides=stage.vertices[record.sides],
+        corner=corner(record.corner),
+        moved=corner(record.moved),
+        shifted=stage.vertices[record.shifted],
+    )

@@ -31,7 +31,7 @@ from gamutcore.kernels import kernel, leaf_kernel
 __all__ = ["SWEPT_DOWN_TO", "Sweeps", "begun_sweeps", "collapse_in_sweeps"]
 
 SWEPT_DOWN_TO = 6000
-"""Collapses before the end at which strict order begins."""
+"""Vertices with which strict order begins."""
 
 SWEEP_RATIO = 1.7
 """How much the limit rises from sweep to sweep."""

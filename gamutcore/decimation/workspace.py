@@ -72,7 +72,7 @@ class Workspace(NamedTuple):
     done : (1,) int64
         Number of collapses so far, for whoever looks on from another thread.
     way : (2,) float64
-        Which way down this is, and how much errors are disturbed on it, as a part of themselves.
+        Number of the way down, and by what part of themselves errors are disturbed on it.
     """
 
     queue: EdgeQueue
@@ -264,5 +264,5 @@ def collapse_edge(
     merge(cost, surface, corner, kept, dead, work.place)
     _contract(surface, delivered, record, work, edge, kept, dead, start, end)
     settle(cost, surface, kept)
-    work.done[0] = collapses + 1
+    work.done[0] += 1
     return kept

@@ -1,9 +1,9 @@
 """The costs of a collapse: one module each, all with the interface of `costs.interface`.
 
 A cost is a module of this folder with a public ``state(positions, faces)`` that returns a
-NamedTuple of arrays, a constant ``PRESERVES_VOLUME``, and numba overloads of the interface's
-functions for that NamedTuple. Modules are found by their names, so a further cost is a further file
-and nothing else.
+NamedTuple of arrays, the constants ``PRESERVES_VOLUME`` and ``PLAN``, and numba overloads of the
+interface's functions for that NamedTuple. Modules are found by their names, so a further cost is a
+further file and nothing else.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from gamutcore.errors import OptionError
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray, IndexArray
+    from gamutcore.decimation.plan import Plan
 
 __all__ = ["COSTS", "CostModule", "cost_module"]
 
@@ -27,9 +28,12 @@ class CostModule(Protocol):
     ----------
     PRESERVES_VOLUME : bool
         Whether all levels have the volume of the full boundary.
+    PLAN : Plan
+        In what stages it goes down.
     """
 
     PRESERVES_VOLUME: bool
+    PLAN: Plan
 
     def state(self, positions: FloatArray, faces: IndexArray) -> tuple[FloatArray, ...]:
         """Return the cost's arrays for a full boundary (a NamedTuple)."""

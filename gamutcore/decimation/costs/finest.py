@@ -28,23 +28,28 @@ from gamutcore.decimation.memoryless import (
     constrained_optimum,
     error_of_place,
     memoryless,
+    memoryless_on,
     renew_planes,
+)
+from gamutcore.decimation.plan import Fork, Plan
+from gamutcore.decimation.redistribution import (
+    hand_over_samples,
+    locate_samples,
+    redistribute_samples,
+    thin_samples,
 )
 from gamutcore.decimation.refinement import error_by_mismatch, refined_place
 from gamutcore.decimation.samples import (
     Deviation,
-    hand_over_samples,
-    locate_samples,
+    deviation_on,
     no_deviation,
-    redistribute_samples,
     room_for_samples,
     take_samples,
-    thin_samples,
 )
 from gamutcore.decimation.star import Surface
 from gamutcore.kernels import leaf_kernel
 
-__all__ = ["PRESERVES_VOLUME", "FinestState", "state"]
+__all__ = ["PLAN", "PRESERVES_VOLUME", "FinestState", "state"]
 
 PRESERVES_VOLUME = False
 """Where vertices are moved, the volume follows the mismatch."""
@@ -77,7 +82,7 @@ SAMPLES = 40_000
 """Samples of the reference, at least about: every face has one, larger ones have several."""
 
 MOST_SAMPLES = 160_000
-"""Where edges begin to be ordered by the mismatch, samples are thinned if there are more."""
+"""If there are more, half as many are chosen."""
 
 SAMPLES_PER_FACE = 14
 """When there are twice as many on average, half of the samples go: what an edge's error takes to
@@ -122,13 +127,35 @@ def state(positions: FloatArray, faces: IndexArray) -> FinestState:
     return FinestState(
         memoryless(positions, faces),
         no_deviation(
-            room_for_samples(SAMPLES, len(faces), MOST_SAMPLES),
-            # on larger ones they are put into faces when errors begin to depend on them
+            min(room_for_samples(SAMPLES, len(faces)), MOST_SAMPLES),
+            # those of larger surfaces are put into faces when errors begin to depend on them
             len(faces) if len(positions) <= COMPARED_VERTICES else 0,
         ),
         np.full(1, len(positions), np.int32),
         np.zeros(3),
     )
+
+
+def _state_on(state: FinestState, vertices: IndexArray, faces: IndexArray) -> FinestState:
+    return FinestState(
+        memoryless_on(state.planes, vertices, faces),
+        deviation_on(state.deviation, faces),
+        state.vertices.copy(),
+        state.trial.copy(),
+    )
+
+
+def _deviation(state: FinestState) -> float:
+    return float(state.deviation.error.sum())
+
+
+PLAN = Plan(
+    compacted=(COMPARED_VERTICES,),
+    forks=(Fork(200, 12, (52, 27)), Fork(27, 8, (12,))),
+    state_on=_state_on,
+    deviation=_deviation,
+)
+"""Twelve ways from 400 triangles on are compared at 100 and 50, and eight from there on at 20."""
 
 
 @leaf_kernel
@@ -166,7 +193,7 @@ def _settle(cost: FinestState, surface: Surface, at: int) -> None:
 @leaf_kernel
 def _reach(cost: FinestState, surface: Surface, at: int) -> bool:
     if cost.deviation.counts[2] == 0:
-        take_samples(cost.deviation, surface, SAMPLES, MOST_SAMPLES)
+        take_samples(cost.deviation, surface, SAMPLES)
     begins = at <= COMPARED_VERTICES and cost.vertices[0] > COMPARED_VERTICES
     cost.vertices[0] = at
     if at > COMPARED_VERTICES:

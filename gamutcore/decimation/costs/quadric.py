@@ -18,14 +18,18 @@ import numpy as np
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.costs import interface
+from gamutcore.decimation.plan import Plan
 from gamutcore.decimation.star import Surface
 from gamutcore.decimation.symmetric import adjugate
 from gamutcore.kernels import kernel, leaf_kernel
 
-__all__ = ["PRESERVES_VOLUME", "QuadricState", "state"]
+__all__ = ["PLAN", "PRESERVES_VOLUME", "QuadricState", "state"]
 
 PRESERVES_VOLUME = False
 """The publication leaves the volume alone."""
+
+PLAN = Plan()
+"""One way, in one stage, as published."""
 
 REGULARISATION = 1e-5
 """Weight of the midpoint in the solve, as a part of A's trace.

@@ -20,22 +20,28 @@ from gamutcore.decimation.memoryless import (
     constrained_optimum,
     error_of_place,
     memoryless,
+    memoryless_on,
     renew_planes,
+)
+from gamutcore.decimation.plan import Fork, Plan
+from gamutcore.decimation.redistribution import (
+    hand_over_samples,
+    redistribute_samples,
+    thin_samples,
 )
 from gamutcore.decimation.refinement import error_by_mismatch, refined_place
 from gamutcore.decimation.samples import (
     Deviation,
-    hand_over_samples,
+    deviation_on,
     no_deviation,
-    redistribute_samples,
     room_for_samples,
     take_samples,
-    thin_samples,
 )
 from gamutcore.decimation.star import Surface
+from gamutcore.decimation.sweeps import SWEPT_DOWN_TO
 from gamutcore.kernels import leaf_kernel
 
-__all__ = ["PRESERVES_VOLUME", "VolumeState", "state"]
+__all__ = ["PLAN", "PRESERVES_VOLUME", "VolumeState", "state"]
 
 PRESERVES_VOLUME = True
 """Every level encloses the full boundary's volume, to 10⁻⁵ of it where the grid allows that."""
@@ -54,9 +60,6 @@ REFINEMENTS = 2
 
 SAMPLES = 16_000
 """Samples of the reference, at least about: every face has one, larger ones have several."""
-
-MOST_SAMPLES = 64_000
-"""Room."""
 
 SAMPLES_PER_FACE = 12
 """When there are twice as many on average, half of the samples go: what an edge's error takes to
@@ -98,17 +101,41 @@ def state(positions: FloatArray, faces: IndexArray) -> VolumeState:
     -------
     VolumeState
     """
-    tracked_faces = 2 * min(TRACKED_VERTICES, len(positions)) - 4
     return VolumeState(
         memoryless(positions, faces),
-        no_deviation(
-            room_for_samples(SAMPLES, tracked_faces, MOST_SAMPLES),
-            len(faces) if len(positions) <= TRACKED_VERTICES else 0,
-        ),
+        _room(len(faces)) if len(positions) <= TRACKED_VERTICES else no_deviation(0, 0),
         # more than are tracked, so that samples are taken however few there are
         np.full(1, max(len(positions), TRACKED_VERTICES) + 1, np.int32),
         np.zeros(3),
     )
+
+
+def _room(faces: int) -> Deviation:
+    return no_deviation(room_for_samples(SAMPLES, faces), faces)
+
+
+def _state_on(state: VolumeState, vertices: IndexArray, faces: IndexArray) -> VolumeState:
+    return VolumeState(
+        memoryless_on(state.planes, vertices, faces),
+        deviation_on(state.deviation, faces)
+        if state.deviation.counts[2] > 0
+        else _room(len(faces) if len(vertices) <= TRACKED_VERTICES else 0),
+        state.vertices.copy(),
+        state.trial.copy(),
+    )
+
+
+def _deviation(state: VolumeState) -> float:
+    return float(state.deviation.error.sum())
+
+
+PLAN = Plan(
+    compacted=(SWEPT_DOWN_TO, TRACKED_VERTICES),
+    forks=(Fork(100, 4, (52, 27)), Fork(27, 3, (12,))),
+    state_on=_state_on,
+    deviation=_deviation,
+)
+"""Four ways from 200 triangles on are compared at 100 and 50, and three from there on at 20."""
 
 
 @leaf_kernel
@@ -147,7 +174,7 @@ def _settle(cost: VolumeState, surface: Surface, at: int) -> None:
 def _reach(cost: VolumeState, surface: Surface, at: int) -> bool:
     begins = at <= TRACKED_VERTICES and cost.vertices[0] > TRACKED_VERTICES
     if begins:
-        take_samples(cost.deviation, surface, SAMPLES, MOST_SAMPLES)
+        take_samples(cost.deviation, surface, SAMPLES)
     cost.vertices[0] = at
     most = 4 * SAMPLES_PER_FACE * max(at, THINNED_DOWN_TO)
     return thin_samples(cost.deviation, surface, most) or begins
