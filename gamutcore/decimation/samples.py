@@ -45,8 +45,8 @@ LARGEST_RING = 64
 LARGEST_SHARE = 8.0
 """Bound of |1 − t³|: the surface at hand may reach far out where a place is not valid anyway."""
 
-LANES = 32
-"""Samples that the compiler takes at a time, at most: four vectors of eight numbers."""
+LANES = 8
+"""Samples that the compiler takes at a time, at most: a vector of eight numbers."""
 
 
 class Deviation(NamedTuple):
@@ -86,8 +86,9 @@ class Deviation(NamedTuple):
     side, inverse : (S + LANES,) float64
         Scratch: how deep each of them is in the cone of a face, and N·q for its face.
     counts : (6,) int64
-        Scratch: entries of `link`, entries of `face`; samples in use; where the next ones go; where
-        the half of the arrays begins that they are in; samples asked for, and those without weight.
+        Entries of `link`, entries of `face`; samples in use; where the next ones go, 0 as long as
+        they are in no faces; where the half of the arrays begins that they are in; samples asked
+        for, with those without a weight.
     residual : (2,) float64
         Scratch: the samples' distances from the faces around the place, summed over the area that
         they stand for, and that area.
@@ -159,20 +160,22 @@ def deviation_on(deviation: Deviation, faces: IndexArray) -> Deviation:
     Parameters
     ----------
     deviation : Deviation
-        Whose samples are all in these faces, or in none yet.
+        Whose samples, if there are any, are all in these faces, or in none yet.
     faces : (f,) int32
         Their numbers there.
 
     Returns
     -------
     Deviation
-        With room for these samples only.
+        With room for these samples only, or, without any, for as many as before.
     """
     used = int(deviation.counts[2])
+    if used == 0:
+        return no_deviation(deviation.asked_x.size - LANES, len(faces))
     copy = no_deviation(used, len(faces))
     copy.counts[2] = used
     kept = np.arange(used)
-    if deviation.begin.size:
+    if deviation.counts[3] > 0:
         begin, end = deviation.begin[faces], deviation.end[faces]
         copy.counts[3] = used
         copy.end[:] = np.cumsum(end - begin)
@@ -239,7 +242,7 @@ def _add_lattice(
 
 
 @leaf_kernel
-def take_samples(deviation: Deviation, surface: Surface, wanted: int) -> None:
+def take_samples(deviation: Deviation, surface: Surface, wanted: int, in_faces: bool) -> None:
     """Take the surface as the reference, and points on its faces as the samples.
 
     They are the centroids of equal parts of each face, and stand for one part each: what two
@@ -250,24 +253,27 @@ def take_samples(deviation: Deviation, surface: Surface, wanted: int) -> None:
     Parameters
     ----------
     deviation : Deviation
-        Without samples. If it is for as many faces as there are, the samples are in theirs then;
-        one for no faces has them put into faces by `locate_samples`.
+        Without samples.
     surface : Surface
         At any level.
     wanted : int
         Faces are divided into parts of about this part of the volume; each has one sample at least.
+    in_faces : bool
+        Whether they are put into their faces at once; if not, `locate_samples` does it at a later
+        level.
     """
     room = deviation.asked_x.size - LANES
-    whole, _ = _gone_through(deviation, surface, 0.0, 0.0)
-    share = whole / wanted
-    _, count = _gone_through(deviation, surface, share, -1.0)
-    _gone_through(deviation, surface, share, 0.0 if count <= room else whole / (room // 2))
-    deviation.counts[3] = deviation.counts[2] if deviation.begin.size > 0 else 0
+    whole, _ = _gone_through(deviation, surface, 0.0, 0.0, False)
+    part = whole / wanted
+    _, count = _gone_through(deviation, surface, part, -1.0, False)
+    share = 0.0 if count <= room else whole / (room // 2)
+    _gone_through(deviation, surface, part, share, in_faces)
+    deviation.counts[3] = deviation.counts[2] if in_faces else 0
 
 
 @leaf_kernel
 def _gone_through(
-    deviation: Deviation, surface: Surface, part: float, share: float
+    deviation: Deviation, surface: Surface, part: float, share: float, in_faces: bool
 ) -> tuple[float, int]:
     """Six times the volume and, with a positive part of it as the wanted size, how many samples.
 
@@ -295,7 +301,6 @@ def _gone_through(
                 continue
             begin = deviation.counts[2]
             passed = _add_lattice(deviation, position, one, two, three, divisions, share, passed)
-            if at // 3 < deviation.begin.size:
+            if in_faces:
                 deviation.begin[at // 3], deviation.end[at // 3] = begin, deviation.counts[2]
-                deviation.error[at // 3] = 0.0
     return whole, count

@@ -128,8 +128,7 @@ def state(positions: FloatArray, faces: IndexArray) -> FinestState:
         memoryless(positions, faces),
         no_deviation(
             min(room_for_samples(SAMPLES, len(faces)), MOST_SAMPLES),
-            # those of larger surfaces are put into faces when errors begin to depend on them
-            len(faces) if len(positions) <= COMPARED_VERTICES else 0,
+            len(faces),
         ),
         np.full(1, len(positions), np.int32),
         np.zeros(3),
@@ -193,7 +192,8 @@ def _settle(cost: FinestState, surface: Surface, at: int) -> None:
 @leaf_kernel
 def _reach(cost: FinestState, surface: Surface, at: int) -> bool:
     if cost.deviation.counts[2] == 0:
-        take_samples(cost.deviation, surface, SAMPLES)
+        # in fine levels nothing depends on what is in which face
+        take_samples(cost.deviation, surface, SAMPLES, at <= COMPARED_VERTICES)
     begins = at <= COMPARED_VERTICES and cost.vertices[0] > COMPARED_VERTICES
     cost.vertices[0] = at
     if at > COMPARED_VERTICES:

@@ -54,8 +54,8 @@ REFINED_VERTICES = 700
 """In levels with so many vertices and fewer the place of a collapse is moved, at the same volume,
 to lower the mismatch before its error counts."""
 
-REFINEMENTS = 2
-"""Steps of such a move."""
+REFINED_FURTHER = 200
+"""In levels with so many vertices and fewer it is moved twice: few collapses decide most."""
 
 
 SAMPLES = 16_000
@@ -101,25 +101,20 @@ def state(positions: FloatArray, faces: IndexArray) -> VolumeState:
     -------
     VolumeState
     """
+    tracked_faces = 2 * min(TRACKED_VERTICES, len(positions)) - 4
     return VolumeState(
         memoryless(positions, faces),
-        _room(len(faces)) if len(positions) <= TRACKED_VERTICES else no_deviation(0, 0),
+        no_deviation(room_for_samples(SAMPLES, tracked_faces), len(faces)),
         # more than are tracked, so that samples are taken however few there are
         np.full(1, max(len(positions), TRACKED_VERTICES) + 1, np.int32),
         np.zeros(3),
     )
 
 
-def _room(faces: int) -> Deviation:
-    return no_deviation(room_for_samples(SAMPLES, faces), faces)
-
-
 def _state_on(state: VolumeState, vertices: IndexArray, faces: IndexArray) -> VolumeState:
     return VolumeState(
         memoryless_on(state.planes, vertices, faces),
-        deviation_on(state.deviation, faces)
-        if state.deviation.counts[2] > 0
-        else _room(len(faces) if len(vertices) <= TRACKED_VERTICES else 0),
+        deviation_on(state.deviation, faces),
         state.vertices.copy(),
         state.trial.copy(),
     )
@@ -143,7 +138,9 @@ def _optimum(cost: VolumeState, surface: Surface, at: int, place: FloatArray) ->
     value = constrained_optimum(cost.planes, surface, at, place)
     if cost.vertices[0] > TRACKED_VERTICES:
         return value
-    steps = REFINEMENTS if cost.vertices[0] <= REFINED_VERTICES else 0
+    steps = 0
+    if cost.vertices[0] <= REFINED_VERTICES:
+        steps = 2 if cost.vertices[0] <= REFINED_FURTHER else 1
     return refined_place(cost.deviation, cost.planes, surface, at, place, cost.trial, steps, True)
 
 
@@ -174,7 +171,7 @@ def _settle(cost: VolumeState, surface: Surface, at: int) -> None:
 def _reach(cost: VolumeState, surface: Surface, at: int) -> bool:
     begins = at <= TRACKED_VERTICES and cost.vertices[0] > TRACKED_VERTICES
     if begins:
-        take_samples(cost.deviation, surface, SAMPLES)
+        take_samples(cost.deviation, surface, SAMPLES, True)
     cost.vertices[0] = at
     most = 4 * SAMPLES_PER_FACE * max(at, THINNED_DOWN_TO)
     return thin_samples(cost.deviation, surface, most) or begins

@@ -7,6 +7,7 @@ from gamutcore.boundary import modified_convex_hull
 from gamutcore.corner_table import opposite_corners
 from gamutcore.decimation.edge_queue import fill_queue
 from gamutcore.decimation.record import empty_record
+from gamutcore.decimation.samples import LARGEST_SHARE
 from gamutcore.decimation.star import (
     keeps_star_shape,
     link_condition_holds,
@@ -91,7 +92,7 @@ def faces_left():
 
 def _workspace(surface):
     edges = len(surface.corner_facing)
-    work = workspace(edges, len(surface.position), np.zeros(1, np.int64))
+    work = workspace(edges, len(surface.position), np.zeros(1, np.int64), np.zeros(2))
     work.queue.heap[:] = np.arange(edges)
     work.queue.priority[:] = np.arange(edges)
     fill_queue(work.queue, edges)
@@ -159,13 +160,59 @@ def by_hand():
 
 @pytest.fixture(scope="session")
 def samples_in():
-    """Return a function from a deviation and a face to the samples in the face's list."""
+    """Return a function from a deviation and a face to where the samples of the face are."""
+    return lambda deviation, face: list(range(deviation.begin[face], deviation.end[face]))
 
-    def follow(deviation, face):
-        samples, sample = [], int(deviation.first[face])
-        while sample >= 0:
-            samples.append(sample)
-            sample = int(deviation.after[sample])
+
+@pytest.fixture(scope="session")
+def points_of():
+    """Return a function from a deviation and where samples are to their points."""
+
+    def points(deviation, samples):
+        return np.stack([deviation.x[samples], deviation.y[samples], deviation.z[samples]], axis=1)
+
+    return points
+
+
+@pytest.fixture(scope="session")
+def all_samples(samples_in):
+    """Return a function from a deviation to where all samples are that are in faces."""
+
+    def listed(deviation):
+        faces = range(len(deviation.begin))
+        return np.array([sample for face in faces for sample in samples_in(deviation, face)], int)
+
+    return listed
+
+
+@pytest.fixture(scope="session")
+def assert_in_their_faces(faces_left, by_hand, samples_in, points_of):
+    """Return a check that each sample in use is in its cone's face, and that all errors are right.
+
+    It takes a deviation and its surface, and returns where the samples are.
+    """
+
+    def check(deviation, surface):
+        numbers, faces = faces_left(surface)
+        lists = [samples_in(deviation, int(number)) for number in numbers]
+        samples = np.array([sample for face in lists for sample in face])
+        owners = np.repeat(np.arange(len(lists)), [len(face) for face in lists])
+        assert len(set(samples.tolist())) == len(samples) == deviation.counts[2]
+        points, weights = points_of(deviation, samples), deviation.weight[samples]
+        inside, shares = by_hand(surface.position, faces, points, weights)
+        # a sample on an edge between two faces may be in either
+        cones = np.linalg.inv(np.swapaxes(surface.position[faces[owners]], 1, 2))
+        parts = np.einsum("sij,sj->si", cones, points)
+        assert parts.min() >= -1e-9
+        clear = parts.min(axis=1) > 1e-9
+        np.testing.assert_array_equal(inside[clear], owners[clear])
+        expected = np.bincount(owners, np.minimum(shares, LARGEST_SHARE * weights), len(numbers))
+        np.testing.assert_allclose(
+            deviation.error[numbers], expected, rtol=1e-7, atol=1e-9 * weights.sum()
+        )
+        gone = np.setdiff1d(np.arange(len(deviation.begin)), numbers)
+        assert (deviation.begin[gone] == deviation.end[gone]).all()
+        assert (deviation.error[gone] == 0.0).all()
         return samples
 
-    return follow
+    return check

@@ -25,7 +25,11 @@ def run(bumpy_mesh):
         state = cost_module(cost).state(positions, faces)
         record = empty_record(len(positions))
         done = np.zeros(1, np.int64)
-        collapses, record = collapse_all(state, surface, delivered, np.zeros(3), step, record, done)
+        way = np.zeros(2)
+        record = collapse_all(
+            state, surface, delivered, np.zeros(3), step, record, done, way, 4, True
+        )
+        collapses = len(record.kept)
         assert done[0] == collapses
         return positions, faces, surface, delivered, collapses, record
 

@@ -7,18 +7,19 @@ from hypothesis import strategies as st
 
 from gamutcore.decimation.costs import finest
 from gamutcore.decimation.deviation import (
-    change_by_collapse,
-    change_by_move,
+    ask_for_edge,
+    ask_for_vertex,
+    change_at,
     deviation_around,
     step_towards_reference,
 )
+from gamutcore.decimation.redistribution import redistribute_samples
 from gamutcore.decimation.samples import (
     LARGEST_RING,
     LARGEST_SHARE,
     no_deviation,
-    redistribute_samples,
     room_for_samples,
-    start_at_surface,
+    take_samples,
 )
 from gamutcore.decimation.star import (
     keeps_star_shape,
@@ -26,6 +27,17 @@ from gamutcore.decimation.star import (
     ring_faces,
     vertex_ring,
 )
+
+
+def change_by_collapse(deviation, surface, corner, place):
+    """Infinite for very large rings."""
+    asked = ask_for_edge(deviation, surface, corner)
+    return change_at(deviation, surface, place) if asked else np.inf
+
+
+def change_by_move(deviation, surface, vertex, place):
+    asked = ask_for_vertex(deviation, surface, vertex)
+    return change_at(deviation, surface, place) if asked else np.inf
 
 
 @pytest.fixture(scope="session")
@@ -36,7 +48,7 @@ def deviating(bumpy_mesh, surface_from, random_collapses):
         positions, faces = bumpy_mesh(seed, count)
         surface = surface_from(positions, faces)
         deviation = no_deviation(len(positions) + len(faces), len(faces))
-        start_at_surface(deviation, surface, 1)
+        take_samples(deviation, surface, 1, True)
         state = finest.state(positions, faces)._replace(deviation=deviation)
         for _ in random_collapses(state, surface, seed, collapses):
             pass
@@ -46,13 +58,13 @@ def deviating(bumpy_mesh, surface_from, random_collapses):
 
 
 @pytest.fixture(scope="session")
-def total(by_hand):
+def total(by_hand, all_samples, points_of):
     """Return a function from a deviation, positions and faces to the sum over all samples."""
 
     def summed(deviation, positions, faces):
-        used = deviation.counts[2]
-        weights = deviation.weight[:used]
-        _, shares = by_hand(positions, faces, deviation.point[:used], weights)
+        used = all_samples(deviation)
+        weights = deviation.weight[used]
+        _, shares = by_hand(positions, faces, points_of(deviation, used), weights)
         return np.minimum(shares, LARGEST_SHARE * weights).sum()
 
     return summed
@@ -127,7 +139,10 @@ def test_what_is_around_is_what_there_is_to_save(deviating, total, faces_left):
 
 def test_asking_changes_nothing_but_scratch(deviating):
     deviation, surface = deviating(4)
-    kept = [deviation.point, deviation.weight, deviation.after, deviation.first, deviation.error]
+    kept = [deviation.begin, deviation.end, deviation.error, deviation.vanished]
+    # what is behind the last sample, or in the other half, is not in use
+    top = int(deviation.counts[3])
+    kept += [array[:top] for array in (deviation.x, deviation.y, deviation.z, deviation.weight)]
     before = [array.copy() for array in (*surface, *kept)]
     corner = int(surface.corner_facing[surface.corner_facing >= 0][0])
     place = surface.position[surface.vertex[corner]] * 1.01
@@ -145,7 +160,7 @@ def test_steps_lower_the_deviation_of_a_noisy_sphere(icosphere, surface_from):
     surface = surface_from(positions, mesh.faces)
     room = room_for_samples(9 * mesh.triangles, mesh.triangles)
     deviation = no_deviation(room, mesh.triangles)
-    start_at_surface(deviation, surface, 9 * mesh.triangles)
+    take_samples(deviation, surface, 9 * mesh.triangles, True)
     random = np.random.default_rng(0)
     surface.position[:] *= 1 + 0.02 * random.normal(size=(len(positions), 1))
     for vertex in range(len(positions)):
@@ -191,7 +206,7 @@ def test_steps_end_exactly_on_a_flat_reference(surface_from, place):
     positions, faces = patch()
     surface = surface_from(positions, faces)
     deviation = no_deviation(len(positions) + len(faces), len(faces))
-    start_at_surface(deviation, surface, 1)
+    take_samples(deviation, surface, 1, True)
     surface.position[12] = place
     redistribute_samples(deviation, surface, 12)
     start, better = deviation.error.sum(), np.empty(3)
@@ -215,7 +230,7 @@ def test_there_is_no_step_from_a_surface_on_the_reference(surface_from):
     positions, faces = patch()
     surface = surface_from(positions, faces)
     deviation = no_deviation(len(positions) + len(faces), len(faces))
-    start_at_surface(deviation, surface, 1)
+    take_samples(deviation, surface, 1, True)
     better = np.full(3, 7.0)
     change_by_move(deviation, surface, 25, surface.position[25].copy())
     moved = step_towards_reference(deviation, surface.position[25].copy(), better)
@@ -249,7 +264,7 @@ def test_very_large_rings_are_not_evaluated(surface_from, corner_of, total, face
     positions, faces = double_pyramid(sides)
     surface = surface_from(positions, faces)
     deviation = no_deviation(3 * len(positions), 2 * sides)
-    start_at_surface(deviation, surface, 1)
+    take_samples(deviation, surface, 1, True)
     place = np.array([0.1, 0.0, 0.9])
     change = change_by_move(deviation, surface, sides, place)
     moved = surface.position.copy()

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from gamutcore.decimation.costs import finest
-from gamutcore.decimation.deviation import change_by_collapse
+from gamutcore.decimation.deviation import ask_for_edge, change_at
 from gamutcore.decimation.memoryless import constrained_optimum
 from gamutcore.decimation.refinement import error_by_mismatch, refined_place
-from gamutcore.decimation.samples import start_at_surface
+from gamutcore.decimation.samples import take_samples
 from gamutcore.decimation.star import ring_faces, star_volume, volume_slope
 
 
@@ -16,7 +16,7 @@ def case(bumpy_mesh, surface_from):
     """Return the planes, the deviation and the surface of a small boundary, and its edges."""
     positions, faces = bumpy_mesh(3, 150)
     surface, state = surface_from(positions, faces), finest.state(positions, faces)
-    start_at_surface(state.deviation, surface, 8000)
+    take_samples(state.deviation, surface, 8000, True)
     return state, surface, surface.corner_facing[surface.corner_facing >= 0].tolist()
 
 
@@ -52,7 +52,8 @@ def test_without_steps_the_place_stays(case):
         )
         np.testing.assert_array_equal(place, start)
         assert found == error_by_mismatch(state.deviation, surface, corner, start)
-        change = change_by_collapse(state.deviation, surface, corner, start)
+        assert ask_for_edge(state.deviation, surface, corner)
+        change = change_at(state.deviation, surface, start)
         assert found == pytest.approx(
             change, abs=1e-6 * state.deviation.weight[: state.deviation.counts[2]].sum()
         )

@@ -98,26 +98,40 @@ def test_faces_that_are_few_have_several_samples_each(
     assert state.deviation.weight[:used].sum() == pytest.approx(whole, rel=1e-12)
 
 
-def test_each_of_many_faces_has_one_sample(icosphere, surface_from, compiled):
+def test_of_many_faces_each_has_one_sample(icosphere, surface_from, compiled, points_of):
     mesh = icosphere(6)
     positions = mesh.vertices.astype(np.float64)
     state, surface = finest.state(positions, mesh.faces), surface_from(positions, mesh.faces)
     assert compiled.reach(state, surface, len(positions)) is False
-    assert state.deviation.counts[2] == mesh.triangles
-    found = cKDTree(state.deviation.point[: mesh.triangles])
+    assert state.deviation.counts[2] == mesh.triangles < finest.MOST_SAMPLES
+    # in no faces yet, for nothing depends on it
+    assert (state.deviation.end == 0).all()
+    found = cKDTree(points_of(state.deviation, slice(mesh.triangles)))
     away, nearest = found.query(positions[mesh.faces].mean(axis=1))
     assert len(np.unique(nearest)) == mesh.triangles
     assert away.max() < 1e-14
 
 
+def test_very_many_faces_share_samples(icosphere, surface_from, compiled):
+    mesh = icosphere(7)
+    assert mesh.triangles > 2 * finest.MOST_SAMPLES
+    positions = mesh.vertices.astype(np.float64)
+    state, surface = finest.state(positions, mesh.faces), surface_from(positions, mesh.faces)
+    assert compiled.reach(state, surface, len(positions)) is False
+    used = int(state.deviation.counts[2])
+    assert used == pytest.approx(finest.MOST_SAMPLES / 2, rel=1e-4)
+    whole = np.linalg.det(positions[mesh.faces]).sum()
+    assert state.deviation.weight[:used].sum() == pytest.approx(whole, rel=1e-4)
+
+
 def test_a_proposed_move_saves_a_worthwhile_part(
-    state_and_surface, compiled, faces_left, by_hand, samples_in
+    state_and_surface, compiled, faces_left, by_hand, all_samples, points_of
 ):
     """By sums over all samples before and after."""
     state, surface = state_and_surface
-    numbers, faces = faces_left(surface)
-    used = [sample for face in numbers for sample in samples_in(state.deviation, int(face))]
-    points, weights = state.deviation.point[used], state.deviation.weight[used]
+    _, faces = faces_left(surface)
+    used = all_samples(state.deviation)
+    points, weights = points_of(state.deviation, used), state.deviation.weight[used]
     inside, shares = by_hand(surface.position, faces, points, weights)
     shares = np.minimum(shares, LARGEST_SHARE * weights)
     proposed = 0

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import decimated
 from gamutcore.decimation.costs import volume
-from gamutcore.decimation.deviation import change_by_collapse
+from gamutcore.decimation.deviation import ask_for_edge, change_at
 from gamutcore.decimation.memoryless import constrained_optimum, error_of_place, memoryless
 from gamutcore.decimation.star import keeps_star_shape, link_condition_holds, ring_faces
 from gamutcore.history import history_of
@@ -129,14 +129,14 @@ def valid_edges(surface, positions_near=0.0):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_the_error_is_the_change_of_the_samples_mismatch(
-    tracked, compiled, faces_left, by_hand, samples_in, seed
+    tracked, compiled, faces_left, by_hand, all_samples, points_of, seed
 ):
     state, surface, _ = tracked(seed)
-    numbers, faces = faces_left(surface)
-    # samples may have been thinned: those in use are those in the faces' lists
-    used = [sample for face in numbers for sample in samples_in(state.deviation, int(face))]
+    _, faces = faces_left(surface)
+    # samples may have been thinned: those in use are those in the faces
+    used = all_samples(state.deviation)
     assert len(used) == state.deviation.counts[2]
-    points, weights = state.deviation.point[used], state.deviation.weight[used]
+    points, weights = points_of(state.deviation, used), state.deviation.weight[used]
     before = by_hand(surface.position, faces, points, weights)[1].sum()
     compared = 0
     for corner, one, two, place in valid_edges(surface, 0.02):
@@ -172,7 +172,8 @@ def test_the_optimum_says_its_own_error_and_preserves_the_volume(
         assert np.linalg.det(positions[faces]).sum() == pytest.approx(wanted, rel=1e-9)
         # moved to where the mismatch is lower, or not at all
         constrained_optimum(state.planes, surface, corner, unrefined)
-        at_first = change_by_collapse(state.deviation, surface, corner, unrefined)
+        assert ask_for_edge(state.deviation, surface, corner)
+        at_first = change_at(state.deviation, surface, unrefined)
         # but for what makes shorter edges come first
         assert value <= at_first + 1e-8 * abs(at_first)
         refined += value < at_first
