@@ -171,7 +171,7 @@ def _of_grid(grid: GridModel, device: FloatArray, lab: FloatArray) -> DeviceMode
                     f"average, by interpolation over every second level by {mean:.2f}). The option "
                     "device_model 'fit' asks for it."
                 )
-    elif len(device) > 1:
+    else:
         warnings.append(
             "The error of the device model is not known: a grid of two levels per channel has none "
             "that could be left out."
