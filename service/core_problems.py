@@ -59,7 +59,7 @@ CORE_KINDS = (
         errors.OptionError,
         "An option is not accepted",
         "Use an option and a value from the documentation of POST /v1/gamuts.",
-        "gamma is 1.5, which is not above 0 and at most 1.",
+        "gamma is 1.5, which is not accepted.",
         field="gamma",
     ),
     _core(
