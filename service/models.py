@@ -250,7 +250,10 @@ class GamutOptions(BaseModel):
 
 
 class InlineSamples(BaseModel):
-    """Characterisation data as JSON. Further members with a text or a number are conditions."""
+    """Characterisation data as JSON. Further members with a text or a number are conditions.
+
+    One with the name of an option is refused: options stand in `options`.
+    """
 
     model_config = ConfigDict(extra="allow")
 
