@@ -150,7 +150,7 @@ CORE_KINDS = (
     ),
     _core(
         errors.InvalidPointsError,
-        "The colours are not finite numbers",
+        "The colours cannot be used",
         "Send three finite numbers for every colour.",
         "Row 7 holds a value that is not a finite number.",
         row=7,
