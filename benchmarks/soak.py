@@ -256,9 +256,9 @@ def soaked(requests: int) -> list[Row]:
             "soak-memory",
             "soak",
             f"memory of the API process over {requests:,} mixed requests after {requests:,} that "
-            "fill its caches, 16 connections, with the image's MALLOC_ARENA_MAX=2",
+            "warm it up, 16 connections, with the image's MALLOC_ARENA_MAX=2",
             "slope ≤ 1 MiB per 10,000",
-            f"{growth:+.2f} MiB per 10,000 ({slope(memory[:half]):+.2f} while they fill); "
+            f"{growth:+.2f} MiB per 10,000 ({slope(memory[:half]):+.2f} while it warms up); "
             f"{memory[0][1] / _MEBIBYTE:.0f} MiB after 1,000, "
             f"{memory[half][1] / _MEBIBYTE:.0f} after {memory[half][0]:,}, "
             f"{memory[-1][1] / _MEBIBYTE:.0f} at the end",

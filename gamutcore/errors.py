@@ -84,16 +84,41 @@ class OptionError(GamutError):
         name : str
         value : object
         accepted : str
+            What would be right, as what "Give" is followed by.
+
+        Returns
+        -------
+        OptionError
+        """
+        message = f"{name} is {_shown(value)}, which is not accepted."
+        return cls(message, where={"field": name}, remedy=f"Give {accepted}.")
+
+    @classmethod
+    def not_applying(
+        cls, name: str, value: object, why: str, remedy: str = "Leave it out."
+    ) -> OptionError:
+        """Return the error for an option that the data, or another option, leaves no place for.
+
+        Parameters
+        ----------
+        name : str
+        value : object
+        why : str
+            What keeps it from applying, without a full stop.
+        remedy : str, optional
             What would be right.
 
         Returns
         -------
         OptionError
         """
-        shown = repr(value)
-        if len(shown) > LONGEST_SHOWN:
-            shown = f"{shown[:LONGEST_SHOWN]}…"
-        return cls(f"{name} is {shown}", where={"field": name}, remedy=accepted)
+        message = f"{name} {_shown(value)} does not apply: {why}."
+        return cls(message, where={"field": name}, remedy=remedy)
+
+
+def _shown(value: object) -> str:
+    shown = repr(value)
+    return shown if len(shown) <= LONGEST_SHOWN else f"{shown[:LONGEST_SHOWN]}…"
 
 
 class CharacterisationError(GamutError):

@@ -362,8 +362,8 @@ def _refuse_surface_samples(device: Samples | IccProfile | Picture, options: Opt
     else:
         return
     if options.surface_samples != Options().surface_samples:
-        raise OptionError.refusing(
-            "surface_samples", options.surface_samples, f"none: {what} are all used"
+        raise OptionError.not_applying(
+            "surface_samples", options.surface_samples, f"{what} are all used"
         )
 
 
@@ -400,8 +400,8 @@ def _refuse_options_of_colours(options: Options) -> None:
     for name in NOT_OF_MESHES:
         value = getattr(options, name)
         if _is_of_colours(name, options) and value != getattr(default, name):
-            raise OptionError.refusing(
-                name, value, "none: the data is a boundary already, and nothing is wrapped"
+            raise OptionError.not_applying(
+                name, value, "the data is a boundary already, and nothing is wrapped"
             )
 
 

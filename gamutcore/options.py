@@ -206,8 +206,8 @@ class Options:
                 given = parameters[name].default if value is None else value
                 object.__setattr__(self, name, parameters[name].checked(given))
             elif value is not None:
-                raise OptionError.refusing(
-                    name, value, f"none: the boundary {self.boundary} has no {name}"
+                raise OptionError.not_applying(
+                    name, value, f"the boundary {self.boundary} has no {name}"
                 )
 
     def _check_measurement(self) -> None:
@@ -262,14 +262,12 @@ class Options:
         for name, value in mapping.items():
             if name not in names:
                 raise OptionError(
-                    f"there is no option {str(name)[:40]!r}",
+                    f"There is no option {str(name)[:40]!r}.",
                     where={"field": str(name)[:40]},
-                    remedy=f"options are {', '.join(names)}",
+                    remedy=f"Options are {', '.join(names)}.",
                 )
             if value is None:  # to the constructor it means: not given
-                raise OptionError.refusing(
-                    name, value, "a value, or no such member for the default"
-                )
+                raise OptionError.refusing(name, value, "a value, or leave it out for the default")
         return cls(**mapping)  # type: ignore[arg-type]  # the constructor checks every value
 
     def to_mapping(self) -> dict[str, object]:

@@ -59,7 +59,7 @@ CORE_KINDS = (
         errors.OptionError,
         "An option is not accepted",
         "Use an option and a value from the documentation of POST /v1/gamuts.",
-        "gamma is 1.5, which is not above 0 and at most 1.",
+        "gamma is 1.5, which is not accepted.",
         field="gamma",
     ),
     _core(
@@ -150,7 +150,7 @@ CORE_KINDS = (
     ),
     _core(
         errors.InvalidPointsError,
-        "The colours are not finite numbers",
+        "The colours cannot be used",
         "Send three finite numbers for every colour.",
         "Row 7 holds a value that is not a finite number.",
         row=7,

@@ -122,8 +122,12 @@ async def _invalid_parameter(_request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)  # noqa: S101 - registered for this class
     first: dict[str, Any] = error.errors()[0]
     place, *names = first["loc"]
-    where = {"in": place, "field": ".".join(str(name) for name in names)}
-    return problem_response(Problem("invalid-parameter", f"{first['msg']}.", where))
+    field = ".".join(str(name) for name in names)
+    where = {"in": place, "field": field}
+    detail, remedy = f"{first['msg']}.", first.get("ctx", {}).get("remedy", "")
+    if first["type"] == "missing":
+        detail, remedy = f"The parameter {field!r} is missing.", f"Give {field}."
+    return problem_response(Problem("invalid-parameter", detail, where, remedy))
 
 
 async def _http_error(request: Request, error: Exception) -> Response:

@@ -250,7 +250,7 @@ class GamutOptions(BaseModel):
 
 
 class InlineSamples(BaseModel):
-    """Characterisation data as JSON. Further members with a text or a number are conditions."""
+    """Characterisation data as JSON. Other members, of no option's name, are conditions."""
 
     model_config = ConfigDict(extra="allow")
 

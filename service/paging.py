@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Protocol, TypeVar
 from fastapi import Query
 
 from service.documentation import EXAMPLE_ID
-from service.parameters import LARGEST_WHOLE, WHOLE_NUMBER
+from service.parameters import ID_OR_NOTHING, ID_PATTERN, LARGEST_WHOLE, POSITIVE_NUMBER
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,17 +21,18 @@ Limit = Annotated[
         description="Entries on a page at most; the service has a limit as well.",
         json_schema_extra={"maximum": LARGEST_WHOLE},
     ),
-    WHOLE_NUMBER,
+    POSITIVE_NUMBER,
 ]
 """The query parameter `limit`."""
 
 After = Annotated[
     str,
     Query(
-        pattern="^([0-9a-f]{64})?$",
+        pattern=f"^({ID_PATTERN})?$",
         description="Id of the last entry of the page before.",
         examples=[EXAMPLE_ID],
     ),
+    ID_OR_NOTHING,
 ]
 """The query parameter `after`."""
 

@@ -130,7 +130,7 @@ _ROWS = (
         422,
         "A parameter is not accepted",
         "Use a value from the documentation of the operation.",
-        "String should match pattern '^[0-9a-f]{64}$'.",
+        "'2d119c9b' is not an id, which is 64 hexadecimal digits in lower case.",
         {"in": "path", "field": "gamut_id"},
     ),
     Kind(

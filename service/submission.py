@@ -11,7 +11,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from tempfile import SpooledTemporaryFile
 from typing import TYPE_CHECKING, Any, BinaryIO, NoReturn, TypeAlias, cast
 
@@ -59,6 +59,8 @@ class Submission:
     data: bytes
     options: Options
 
+
+_OPTION_NAMES = frozenset(field.name for field in fields(Options))
 
 _Read: TypeAlias = "Callable[[UploadFile | str], Awaitable[bytes]]"
 """Reads the part with the data into memory."""
@@ -238,6 +240,15 @@ def _inline(body: bytes) -> tuple[bytes, dict[str, Any]]:
     if "samples" not in document:
         _refuse("The JSON object has no member samples.", "samples")
     mapping = _options(document.pop("options", {}))
+    for name in document:
+        if name in _OPTION_NAMES:
+            # It would be taken for a condition of the measurement, and the option for its default.
+            detail = f"The option {name} stands beside `options` and not in it."
+            remedy = (
+                f'Send it as in {{"samples": [...], "options": {{"{name}": ...}}}}; a condition of '
+                "the measurement that has this name, in `conditions`."
+            )
+            raise ProblemError(Problem("invalid-body", detail, {"field": name}, remedy))
     try:
         canonical = json.dumps(
             document, sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=False

@@ -60,8 +60,8 @@ def _checked_gamma(gamma: object) -> float:
 
 def _gamma_of_the_convex_hull(gamma: object) -> float:
     if finite_number(gamma) != 1.0:
-        raise OptionError.refusing(
-            "gamma", gamma, "1 or none: the convex hull is the modified one with that power"
+        raise OptionError.not_applying(
+            "gamma", gamma, "the convex hull is the modified one with a gamma of 1"
         )
     return 1.0
 

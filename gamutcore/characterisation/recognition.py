@@ -58,10 +58,10 @@ def characterisation(  # noqa: PLR0911  # one way out for each kind
     """
     if looks_like_icc(data) or looks_like_picture(data):
         if condition is not None:
-            raise OptionError.refusing(
+            raise OptionError.not_applying(
                 "condition",
                 condition,
-                "none: profiles and pictures have no measurement condition",
+                "profiles and pictures have no measurement condition",
             )
         return icc_profile(data) if looks_like_icc(data) else picture(data)
     if data.startswith(NPY_MAGIC):
@@ -87,8 +87,8 @@ def characterisation(  # noqa: PLR0911  # one way out for each kind
 
 def _without_condition(mesh: GamutMesh, condition: str | None) -> GamutMesh:
     if condition is not None:
-        raise OptionError.refusing(
-            "condition", condition, "none: a mesh has no measurement condition"
+        raise OptionError.not_applying(
+            "condition", condition, "a mesh has no measurement condition"
         )
     return mesh
 

@@ -16,7 +16,12 @@ import numpy.typing as npt
 
 from gamutcore.characterisation.conditions import chosen_condition, stated_condition
 from gamutcore.characterisation.spectra import Spectra
-from gamutcore.errors import InvalidPointsError, MalformedFileError, SampleLimitError
+from gamutcore.errors import (
+    InvalidPointsError,
+    MalformedFileError,
+    SampleLimitError,
+    TooFewPointsError,
+)
 from gamutcore.limits import current_limits
 
 if TYPE_CHECKING:
@@ -171,8 +176,10 @@ def samples_from_values(
 
     Raises
     ------
+    TooFewPointsError
+        No samples at all.
     InvalidPointsError
-        No samples at all, or a colour that is not finite or beyond any colour.
+        A colour that is not finite or beyond any colour.
     MalformedFileError
         Device values that are negative or beyond every known scale.
     ConditionError
@@ -181,7 +188,7 @@ def samples_from_values(
         More rows than `current_limits` allow.
     """
     if len(values) == 0:
-        raise InvalidPointsError(
+        raise TooFewPointsError(
             "The data holds no samples.", remedy="Give at least four different colours."
         )
     most = current_limits().samples

@@ -109,21 +109,31 @@ def device_model(device: FloatArray, lab: FloatArray, kind: str | None = None) -
     if grid is not None:
         return _of_grid(grid, device, lab)
     if kind == "interpolation":
-        levels = [len(np.unique(values)) for values in device.T]
-        raise OptionError(
-            f"device_model 'interpolation' does not apply: the {len(device)} distinct device "
-            f"values are no complete grid; one of {' · '.join(map(str, levels))} levels has "
-            f"{math.prod(levels):.6g}.",
-            where={"field": "device_model"},
-            remedy="Ask for 'fit', or send all combinations of some levels of each channel, and "
-            "nothing beside them.",
-        )
+        raise _no_grid(device)
     device, lab = _thinned(device, lab)
     fitted = _fitted(device, lab)
     if isinstance(fitted, DegenerateSamplesError):
         none: dict[str, JSON] = {"name": "none: the samples' own colours"}
-        return DeviceModel(device, lab, None, none, degenerate=str(fitted))
+        why = str(fitted) if len(device) > 1 else "there is one distinct device value only"
+        return DeviceModel(device, lab, None, none, degenerate=why)
     return _of_scattered(fitted, device, lab)
+
+
+def _no_grid(device: FloatArray) -> OptionError:
+    levels = [len(np.unique(values)) for values in device.T]
+    if len(device) > 1:
+        why = (
+            f"the {len(device)} distinct device values are no complete grid; one of "
+            f"{' · '.join(map(str, levels))} levels has {math.prod(levels):.6g}"
+        )
+        remedy = (
+            "Ask for 'fit', or send all combinations of some levels of each channel, and nothing "
+            "beside them."
+        )
+    else:
+        why = "there is one distinct device value only, and nothing to interpolate between"
+        remedy = "Send all combinations of two or more levels of each channel."
+    return OptionError.not_applying("device_model", "interpolation", why, remedy)
 
 
 def _fitted(device: FloatArray, lab: FloatArray) -> ScatteredModel | DegenerateSamplesError:
@@ -171,7 +181,7 @@ def _of_grid(grid: GridModel, device: FloatArray, lab: FloatArray) -> DeviceMode
                     f"average, by interpolation over every second level by {mean:.2f}). The option "
                     "device_model 'fit' asks for it."
                 )
-    elif len(device) > 1:
+    else:
         warnings.append(
             "The error of the device model is not known: a grid of two levels per channel has none "
             "that could be left out."

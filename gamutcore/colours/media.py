@@ -256,16 +256,12 @@ class _Medium:
     def _check_asked(self, observer: int | None, illuminant: str | None) -> None:
         """Refuse an observer or illuminant that the colours are not for: they cannot be changed."""
         if observer is not None and str(observer) != self.observer:
-            raise OptionError.refusing(
-                "observer", observer, f"{self.observer}: the data has no spectra, only colours"
-            )
-        if illuminant is not None and (
-            illuminant != self.illuminant or self.illuminant_said.startswith("none")
-        ):
-            accepted = f"{self.illuminant}: the data has no spectra, only colours"
+            raise _not_theirs("observer", observer, f"{self.observer}°")
+        if illuminant is not None:
             if self.illuminant_said.startswith("none"):
-                accepted = "none: lights are seen under no illuminant"
-            raise OptionError.refusing("illuminant", illuminant, accepted)
+                raise _no_illuminant(illuminant)
+            if illuminant != self.illuminant:
+                raise _not_theirs("illuminant", illuminant, self.illuminant)
 
     def _integrate(self, observer: int | None, illuminant: str | None) -> None:
         """Put the tristimulus values of the spectra in the place of colours."""
@@ -281,9 +277,7 @@ class _Medium:
         self.colours_from = f"SPECTRUM, ASTM E308, observer {degrees}° ({why})"
         if self.display and spectra.kind != "reflectance":
             if illuminant is not None:
-                raise OptionError.refusing(
-                    "illuminant", illuminant, "none: lights are seen under no illuminant"
-                )
+                raise _no_illuminant(illuminant)
             if spectra.kind == "unknown" and not self._says_display():
                 self.warnings.append(
                     "The spectra are taken for those of a display's light; state DEVICE_CLASS "
@@ -319,10 +313,11 @@ class _Medium:
         """Return bare colours as they are: without device values their medium is not known."""
         samples = self.samples
         if self.intent != "relative":
-            raise OptionError.refusing(
+            raise OptionError.not_applying(
                 "intent",
                 self.intent,
-                "relative: colours without device values or a stated white are taken as they are",
+                "colours without device values or a stated white are taken as they are",
+                "Ask for relative, or leave it out.",
             )
         adaptation = "none: colours without device values are taken as they are"
         if samples.lab is not None:
@@ -470,6 +465,15 @@ class _Medium:
             self.illuminant, self.illuminant_said = "D50", "D50 (assumed)"
             return ICC_D50
         return white
+
+
+def _not_theirs(name: str, value: object, theirs: str) -> OptionError:
+    why = f"the data has no spectra, only colours, and these are for {theirs}"
+    return OptionError.not_applying(name, value, why)
+
+
+def _no_illuminant(value: str) -> OptionError:
+    return OptionError.not_applying("illuminant", value, "lights are seen under no illuminant")
 
 
 def _is_display(samples: Samples) -> bool:

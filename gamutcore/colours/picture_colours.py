@@ -112,8 +112,11 @@ def picture_colours(
             as_measured = intent == "absolute"
         else:
             if intent != "relative":
-                raise OptionError.refusing(
-                    "intent", intent, "relative: the picture's CIELAB is taken as it is"
+                raise OptionError.not_applying(
+                    "intent",
+                    intent,
+                    "the picture's CIELAB is taken as it is",
+                    "Ask for relative, or leave it out.",
                 )
             lab = picture.values
             how = {"white": None, "adaptation": "none: CIELAB as in the file"}

@@ -82,7 +82,7 @@ def space_parameters(space: str, given: Mapping[str, object]) -> dict[str, objec
         value = given.get(name)
         if name not in defaults:
             if value is not None:
-                raise OptionError.refusing(name, value, f"none: the space {space} has no {name}")
+                raise OptionError.not_applying(name, value, f"the space {space} has no {name}")
             result[name] = None
             continue
         checked = defaults[name] if value is None else _checked(name, value)

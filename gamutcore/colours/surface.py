@@ -39,6 +39,11 @@ INTENTS = ("relative", "absolute", "perceptual", "saturation")
 _POOR_FIT = 5.0
 """Mean leave-out ΔE*ab beyond which a model is called unreliable; real devices reach 0.1 to 1.5."""
 
+_NEEDED_BY_FITS = (
+    "Leave it out, and the samples' own colours are used; or send at least two distinct device "
+    "values more than there are channels that vary, and not all of them in one plane."
+)
+
 _KINDS = {
     "mft1": "lut8",
     "mft2": "lut16",
@@ -136,15 +141,17 @@ def surface_colours(
         )
     surface_steps(3, surface_samples)  # refuses a number out of range, whatever the data is
     if popularity is not None and not isinstance(characterisation, Picture):
-        raise OptionError.refusing("popularity", popularity, "none: the data is no picture")
+        raise OptionError.not_applying("popularity", popularity, "the data is no picture")
     if isinstance(characterisation, IccProfile | Picture):
         for name, value in (("observer", observer), ("illuminant", illuminant)):
             if value is not None:
-                raise OptionError.refusing(
-                    name, value, "none: the colours of profiles and pictures are for D50 and 2°"
+                raise OptionError.not_applying(
+                    name, value, "the colours of profiles and pictures are for D50 and 2°"
                 )
         if model is not None:
-            raise _no_measurements(model, "the data are no measurements of device values")
+            raise OptionError.not_applying(
+                "device_model", model, "the data is no measurement of device values"
+            )
     if isinstance(characterisation, Picture):
         return _picture_points(
             characterisation, intent, popularity, limits or InkLimits(), adaptation
@@ -270,10 +277,6 @@ def _stated_luminance(profile: IccProfile) -> dict[str, JSON]:
     return {}
 
 
-def _no_measurements(model: str, why: str) -> OptionError:
-    return OptionError.refusing("device_model", model, f"none: {why}")
-
-
 def _sample_surface(
     samples: Samples,
     medium: MediumColours,
@@ -287,7 +290,9 @@ def _sample_surface(
         if limits:
             raise limits.refused("the data are colours without device values.")
         if kind is not None:
-            raise _no_measurements(kind, "the data are colours without device values")
+            raise OptionError.not_applying(
+                "device_model", kind, "the data has no device values, only colours"
+            )
         provenance["patches"] = _patches(samples, len(medium.lab))
         provenance["model"] = {"name": "none: the colours themselves"}
         provenance["warnings"] = list[JSON](warnings)
@@ -312,7 +317,7 @@ def _sample_surface(
         if limits:
             raise limits.refused(f"n{why}.")
         if kind is not None:
-            raise _no_measurements(kind, f"n{why}")
+            raise OptionError.not_applying("device_model", kind, f"n{why}", _NEEDED_BY_FITS)
         warnings.append(f"N{why}; the samples' colours are used.")
         provenance["warnings"] = list[JSON](warnings)
         return SurfaceColours(lab, device, provenance, channels=samples.channels)

@@ -15,7 +15,7 @@ from service.conditional import IMMUTABLE, check_if_match, matches
 from service.documentation import BATCH_RESPONSE, EXAMPLE_ID, problems
 from service.meshes import Wanted
 from service.negotiation import preferred_media_type
-from service.parameters import DECIMAL_PATTERN, check_query
+from service.parameters import DECIMAL_PATTERN, ID_PATTERN, IDS, check_query
 from service.problems import Problem, ProblemError
 from service.state import Service, service_of
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
@@ -30,7 +30,6 @@ entity tag."""
 
 _COUNT = re.compile(r"[0-9]{1,9}\Z")
 _LIMIT = re.compile(DECIMAL_PATTERN + r"\Z")
-_ID = r"[0-9a-f]{64}"
 
 
 def _numbers(what: str, example: str) -> Any:  # noqa: ANN401 - FastAPI's own
@@ -67,10 +66,11 @@ async def download_meshes(
         str,
         Query(
             description="Ids of gamuts, between commas.",
-            pattern=f"^{_ID}(,{_ID})*$",
+            pattern=f"^{ID_PATTERN}(,{ID_PATTERN})*$",
             max_length=65 * 400,
             examples=[EXAMPLE_ID],
         ),
+        IDS,
     ],
     triangles: Annotated[
         str | None, _numbers("Triangle counts, between commas.", "100,1000")

@@ -35,7 +35,7 @@ from service.documentation import (
 from service.models import GamutDescription, GamutList, JobDescription, Levels
 from service.negotiation import preference
 from service.paging import After, Limit, page_of
-from service.parameters import check_query
+from service.parameters import ID, ID_PATTERN, check_query
 from service.problems import BUILD_PROBLEMS, KINDS, Problem, ProblemError
 from service.responses import JsonResponse
 from service.routes.jobs import job_document
@@ -68,10 +68,11 @@ _NOT_MODIFIED: dict[int | str, dict[str, Any]] = {
 GamutId = Annotated[
     str,
     Path(
-        pattern="^[0-9a-f]{64}$",
+        pattern=f"^{ID_PATTERN}$",
         description="The gamut's id: SHA-256 of options, input and algorithm, in hexadecimal.",
         examples=[EXAMPLE_ID],
     ),
+    ID,
 ]
 
 router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(check_query)])

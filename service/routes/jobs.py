@@ -12,7 +12,7 @@ from service.events import HEARTBEAT_SECONDS, MEDIA_TYPE, event_id, stream_of_ev
 from service.jobs import JobDocument
 from service.models import JobDescription, JobList
 from service.paging import After, Limit, page_of
-from service.parameters import check_query
+from service.parameters import ID, ID_PATTERN, check_query
 from service.problems import Problem, ProblemError
 from service.responses import JsonResponse
 from service.state import Service, service_of
@@ -27,10 +27,11 @@ _NO_STORE = {"Cache-Control": "no-store"}
 JobId = Annotated[
     str,
     Path(
-        pattern="^[0-9a-f]{64}$",
+        pattern=f"^{ID_PATTERN}$",
         description="The job's id, which is the id of its gamut.",
         examples=[EXAMPLE_ID],
     ),
+    ID,
 ]
 
 _CANCELLED_JOB = {

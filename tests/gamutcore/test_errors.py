@@ -7,7 +7,7 @@ import re
 import pytest
 
 from gamutcore import errors
-from gamutcore.errors import CharacterisationError, GamutError, InvalidPointsError
+from gamutcore.errors import CharacterisationError, GamutError, InvalidPointsError, OptionError
 
 KINDS = [getattr(errors, name) for name in errors.__all__]
 
@@ -78,6 +78,30 @@ def test_an_error_survives_pickling(kind):
 def test_what_is_not_said_is_empty():
     error = GamutError("wrong")
     assert (error.message, error.where, error.remedy) == ("wrong", {}, "")
+
+
+def test_a_refused_option_says_its_value_and_what_is_accepted():
+    error = OptionError.refusing("gamma", 2, "a number above 0, at most 1")
+    assert error.message == "gamma is 2, which is not accepted."
+    assert error.where == {"field": "gamma"}
+    assert error.remedy == "Give a number above 0, at most 1."
+
+
+def test_an_option_without_a_place_says_why():
+    error = OptionError.not_applying("popularity", 0.1, "the data is no picture")
+    assert error.message == "popularity 0.1 does not apply: the data is no picture."
+    assert error.where == {"field": "popularity"}
+    assert error.remedy == "Leave it out."
+
+
+def test_a_long_value_is_shown_in_part():
+    value = "x" * 1000
+    for error in (
+        OptionError.refusing("space", value, "one of CIELAB, CIEXYZ"),
+        OptionError.not_applying("condition", value, "a mesh has none"),
+    ):
+        assert "xxx…" in error.message
+        assert len(error.message) < 120
 
 
 def test_where_is_the_errors_own():

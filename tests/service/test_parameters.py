@@ -64,6 +64,8 @@ def test_numbers_are_plain_digits(server, gamut, assert_problem, value):
         answer = server.client.get(path, params={name: value})
         document = assert_problem(answer, 422, "invalid-parameter")
         assert document["where"] == {"in": "query", "field": name}
+        assert document["detail"].startswith(f"{value[:40]!r} is not a whole number")
+        assert "whole number, such as" in document["remedy"]
 
 
 @pytest.mark.parametrize(
@@ -95,6 +97,41 @@ def test_limits_are_plain_decimals(server, gamut, assert_problem, value):
         answer = server.client.get(gamut["links"]["mesh"], params={name: value})
         document = assert_problem(answer, 422, "invalid-parameter")
         assert document["where"] == {"in": "query", "field": name}
+        assert document["detail"].startswith(f"{value[:40]!r} is not a plain decimal number")
+        assert "0.5 or 1e-4" in document["remedy"]
+
+
+@pytest.mark.parametrize(
+    ("path", "place", "field", "shown"),
+    [
+        ("/v1/gamuts/zzz", "path", "gamut_id", "zzz"),
+        (f"/v1/gamuts/{ID[1:]}/mesh", "path", "gamut_id", ID[:40]),
+        (f"/v1/gamuts/{'A' * 64}/levels", "path", "gamut_id", "A" * 40),
+        ("/v1/gamuts/{id}%7D", "path", "gamut_id", "{id}}"),
+        ("/v1/jobs/x", "path", "job_id", "x"),
+        ("/v1/gamuts?after=zzz", "query", "after", "zzz"),
+        ("/v1/jobs?after=0", "query", "after", "0"),
+        ("/v1/gamuts?limit=0", "query", "limit", "0"),
+        ("/v1/jobs?limit=000", "query", "limit", "000"),
+        ("/v1/meshes?gamuts=abc&triangles=10", "query", "gamuts", "abc"),
+        (f"/v1/meshes?gamuts={ID},&triangles=10", "query", "gamuts", ID[:40]),
+    ],
+)
+def test_what_is_no_id_or_no_count_is_shown_with_what_would_be_right(
+    server, assert_problem, path, place, field, shown
+):
+    document = assert_problem(server.client.get(path), 422, "invalid-parameter")
+    assert document["where"] == {"in": place, "field": field}
+    assert document["detail"].startswith(f"{shown!r} is not a")
+    assert document["remedy"].startswith("Give ")
+
+
+def test_a_parameter_that_is_needed_is_asked_for(server, assert_problem):
+    answer = server.client.get("/v1/meshes?triangles=10")
+    document = assert_problem(answer, 422, "invalid-parameter")
+    assert document["where"] == {"in": "query", "field": "gamuts"}
+    assert document["detail"] == "The parameter 'gamuts' is missing."
+    assert document["remedy"] == "Give gamuts."
 
 
 @pytest.mark.parametrize("value", ["0", "0.0", "1", "00.5", "1e-4", "1E2", repr(1 / 3), "9" * 12])

@@ -1,4 +1,5 @@
 import asyncio
+import dataclasses
 import gzip
 import json
 
@@ -65,6 +66,17 @@ def test_few_samples_are_read_at_once_and_many_by_the_build(post, assert_problem
     assert_problem(post(json=wrong), 422, "malformed-file")
     many = {**wrong, "samples": [[50, 0, 0]] * 2000}
     assert json.loads(post(json=many).data) == many
+
+
+@pytest.mark.parametrize("name", [field.name for field in dataclasses.fields(Options)])
+def test_an_option_beside_the_options_is_not_taken_for_a_condition(post, assert_problem, name):
+    samples = [[50, 0, 0]]
+    document = assert_problem(post(json={"samples": samples, name: 1}), 422, "invalid-body")
+    assert document["where"] == {"field": name}
+    assert f'"options": {{"{name}": ...}}' in document["remedy"]
+    # Nothing is taken for an option where conditions are stated, or in their usual capitals.
+    for stated in ({"conditions": {name: "1"}}, {name.upper(): "1"}):
+        assert json.loads(post(json={"samples": samples, **stated}).data)["samples"] == samples
 
 
 def test_the_settings_bound_the_samples_of_the_surface(post, assert_problem):

@@ -36,7 +36,7 @@ class TestTable:
         assert gamma.checked(1) == 1.0
         with pytest.raises(OptionError) as caught:
             gamma.checked(0.5)
-        assert "convex hull" in caught.value.remedy
+        assert "convex hull" in caught.value.message
 
 
 class TestWrapped:

@@ -5,7 +5,12 @@ import pytest
 
 from gamutcore.characterisation.columns import column_roles
 from gamutcore.characterisation.samples import samples_from_values
-from gamutcore.errors import ConditionError, InvalidPointsError, MalformedFileError
+from gamutcore.errors import (
+    ConditionError,
+    InvalidPointsError,
+    MalformedFileError,
+    TooFewPointsError,
+)
 
 ROLES = column_roles(["RGB_R", "RGB_G", "RGB_B", "LAB_L", "LAB_A", "LAB_B"])
 
@@ -46,7 +51,7 @@ def test_colours_that_are_none_are_refused_with_their_line(value):
 
 
 def test_no_samples_are_refused():
-    with pytest.raises(InvalidPointsError):
+    with pytest.raises(TooFewPointsError):
         samples_from_values("csv", ROLES, np.empty((0, 6)))
 
 

@@ -63,6 +63,17 @@ def test_one_patch_less_or_beside_and_samples_are_scattered():
         assert caught.value.where == {"field": "device_model"}
 
 
+def test_one_device_value_is_neither_a_grid_nor_fitted():
+    one = np.full((1, 4), 0.5)
+    model = device_model(one, bent(one), "fit")
+    assert model.colours is None
+    assert "one distinct device value only" in model.degenerate
+    with pytest.raises(OptionError, match="one distinct device value only") as caught:
+        device_model(one, bent(one), "interpolation")
+    assert caught.value.where == {"field": "device_model"}
+    assert "two or more levels" in caught.value.remedy
+
+
 def test_a_fit_of_a_grid_can_be_asked_for():
     """It is scipy's, and on a coarse grid of a device that bends smoothly the better one."""
     device = grid(5, 3)

@@ -147,29 +147,33 @@ def test_ink_sums_beyond_the_measured_are_warned_of():
 
 
 @pytest.mark.parametrize(
-    "rows",
+    ("rows", "why"),
     [
-        [[0, 0, 0, 10, 0, 0]],
-        [[i, i, i, i / 3, 0, 0] for i in range(256)],
-        [[0, 0, 0, 10, 0, 0]] * 10,
+        ([[0, 0, 0, 10, 0, 0]], "one distinct device value only"),
+        ([[i, i, i, i / 3, 0, 0] for i in range(256)], "lie in a plane"),
+        ([[0, 0, 0, 10, 0, 0]] * 10, "one distinct device value only"),
+        ([[0, 0, 0, 0, 0, 0], [9, 0, 1, 40, 8, 9], [0, 9, 9, 9, 9, 0]], "3 samples for 3 channels"),
     ],
 )
-def test_samples_without_a_model_are_used_themselves(rows):
+def test_samples_without_a_model_are_used_themselves(rows, why):
     samples = characterisation(document("R G B L a b", rows))
     surface = surface_colours(samples, intent="absolute")
     assert len(surface.points) == len({tuple(row) for row in rows})
     assert any("No device model" in said for said in surface.provenance["warnings"])
-    with pytest.raises(OptionError) as caught:
+    with pytest.raises(OptionError, match=r"'fit' does not apply: no device model") as caught:
         surface_colours(samples, intent="absolute", model="fit")
+    assert why in caught.value.message
     assert caught.value.where == {"field": "device_model"}
+    assert "distinct device values" in caught.value.remedy
 
 
 def test_a_device_model_is_refused_where_there_are_no_measurements(shared_data):
     profile = characterisation((shared_data / "display/Acer_XB271HU.icc").read_bytes())
     for data in (profile, characterisation(document("L a b", [[10, 0, 0], [20, 5, 5]]))):
-        with pytest.raises(OptionError) as caught:
+        with pytest.raises(OptionError, match="device values") as caught:
             surface_colours(data, model="fit")
         assert caught.value.where == {"field": "device_model"}
+        assert caught.value.remedy == "Leave it out."
 
 
 def test_the_device_model_of_a_grid_can_be_chosen():

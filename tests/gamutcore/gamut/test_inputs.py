@@ -155,7 +155,8 @@ def test_surface_samples_are_refused_where_nothing_is_sampled():
         with pytest.raises(OptionError) as caught:
             build_gamut(data, Options(surface_samples=2000))
         assert caught.value.where == {"field": "surface_samples"}
-        assert "are all used" in caught.value.remedy
+        assert "are all used" in caught.value.message
+        assert caught.value.remedy == "Leave it out."
 
 
 def test_the_least_used_colours_of_a_picture_can_be_left_out():

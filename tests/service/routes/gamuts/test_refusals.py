@@ -54,6 +54,31 @@ def test_options_that_are_not_accepted_are_named(server, assert_problem, options
     assert assert_problem(part, 422, "invalid-option")["where"]["field"] == field
 
 
+PLANE = [[i, i, i, i / 3, i % 7, i % 5] for i in range(256)]
+
+
+@pytest.mark.parametrize(
+    ("columns", "rows", "option", "said"),
+    [
+        ("R G B L a b", PLANE[9:10], {"device_model": "fit"}, "one distinct device value only"),
+        ("R G B L a b", PLANE, {"device_model": "fit"}, "the device values lie in a plane"),
+        ("L a b", [row[3:] for row in PLANE], {"device_model": "fit"}, "has no device values"),
+        ("L a b", [row[3:] for row in PLANE], {"popularity": 0.1}, "the data is no picture"),
+        ("L a b", [row[3:] for row in PLANE], {"observer": 10}, "the data has no spectra"),
+    ],
+)
+def test_options_that_the_data_has_no_place_for_say_why(
+    server, assert_problem, columns, rows, option, said
+):
+    body = {"columns": columns.split(), "samples": rows, "options": option}
+    document = assert_problem(server.client.post("/v1/gamuts", json=body), 422, "invalid-option")
+    (name,) = option
+    assert document["detail"].startswith(f"{name} {option[name]!r} does not apply: ")
+    assert said in document["detail"]
+    assert document["where"] == {"field": name}
+    assert document["remedy"].startswith("Leave it out")
+
+
 @pytest.mark.parametrize(
     ("body", "status", "code"),
     [
@@ -67,9 +92,10 @@ def test_options_that_are_not_accepted_are_named(server, assert_problem, options
         (b"[[0, 0, 0]]", 422, "invalid-body"),
         (b"7", 422, "invalid-body"),
         (b"{}", 422, "invalid-body"),
-        (b'{"samples": []}', 422, None),
+        (b'{"samples": []}', 422, "too-few-points"),
         (b'{"samples": 7}', 422, "malformed-file"),
         (b'{"samples": [[0, 0, "a"]]}', 422, "malformed-file"),
+        (b'{"samples": [[0, 0, 0]], "gamma": 1}', 422, "invalid-body"),
         (b'{"samples": [[0, 0, 0]], "columns": ["R", "G", "B"]}', 422, "missing-column"),
         (b'{"samples": [[0, 0, 0]], "\\ud800": 1}', 422, None),
     ],
