@@ -55,30 +55,32 @@ def opposite_corners(faces: IndexArray, vertex_count: int) -> IndexArray:
         −1 where the edge has no counterpart running the other way, or more than one: not a closed
         oriented manifold.
     """
-    vertex = faces.ravel()
-    count = vertex.size
-    # corners whose edge (following → preceding) starts at a vertex, vertex by vertex
+    count = 3 * len(faces)
+    # for the edges from each vertex, vertex by vertex: where they end, and the corner facing them
     offset = np.zeros(vertex_count + 1, np.int32)
-    for corner in range(count):
-        offset[vertex[following(corner)] + 1] += 1
+    for face in range(len(faces)):
+        for place in range(3):
+            offset[faces[face, place] + 1] += 1
     for index in range(vertex_count):
         offset[index + 1] += offset[index]
-    bucket = np.empty(count, np.int32)
+    end_of, facing = np.empty(count, np.int32), np.empty(count, np.int32)
     filled = offset[:-1].copy()
-    for corner in range(count):
-        start = vertex[following(corner)]
-        bucket[filled[start]] = corner
-        filled[start] += 1
+    for face in range(len(faces)):
+        for place in range(3):
+            start = faces[face, place]
+            end_of[filled[start]] = faces[face, (place + 1) % 3]
+            facing[filled[start]] = 3 * face + (place + 2) % 3
+            filled[start] += 1
     opposite = np.full(count, -1, np.int32)
-    for corner in range(count):
-        start, end = vertex[following(corner)], vertex[preceding(corner)]
-        found, matches = -1, 0
-        for place in range(offset[end], offset[end + 1]):
-            if vertex[preceding(bucket[place])] == start:
-                found = bucket[place]
-                matches += 1
-        if matches == 1:
-            opposite[corner] = found
+    for start in range(vertex_count):
+        for edge in range(offset[start], offset[start + 1]):
+            end, found, matches = end_of[edge], -1, 0
+            for place in range(offset[end], offset[end + 1]):
+                if end_of[place] == start:
+                    found = facing[place]
+                    matches += 1
+            if matches == 1:
+                opposite[facing[edge]] = found
     for corner in range(count):  # an edge used twice in one direction leaves an asymmetric pair
         if opposite[corner] >= 0 and opposite[opposite[corner]] != corner:
             opposite[corner] = -1

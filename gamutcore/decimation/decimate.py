@@ -8,7 +8,7 @@ import numpy as np
 
 from gamutcore.corner_table import opposite_corners
 from gamutcore.decimation.costs import cost_module
-from gamutcore.decimation.record import Record
+from gamutcore.decimation.record import Record, empty_record
 from gamutcore.decimation.stages import Stage, joined
 from gamutcore.decimation.star import surface_of
 from gamutcore.decimation.watching import watched
@@ -113,23 +113,20 @@ def decimated(
         np.arange(len(positions), dtype=np.int32),
         np.arange(len(faces), dtype=np.int32),
     )
-    done = np.zeros(1, np.int64)
+    record, done = empty_record(len(positions)), np.zeros(1, np.int64)
     with watched(done, steps, progress):
-        passages = way_down(whole, module.PLAN, done)
-        record, vertex, delivered = joined(passages)
+        passages = way_down(whole, module.PLAN, record, done)
+    record, vertex, delivered = joined(record, passages)
     if len(record.kept) < steps:
         raise DecimationError(
             "no edge could be collapsed validly with"
             f" {2 * (steps - len(record.kept)) + 4} triangles left",
             remedy="a boundary whose faces are less degenerate, or another centre",
         )
-    # powers of two: nothing is rounded
-    record = record._replace(
-        position=(record.position * np.float64(unit)).astype(np.float32),
-        shift=(record.shift * np.float64(unit)).astype(np.float32),
-    )
-    final = (delivered * np.float64(unit)).astype(np.float32)
-    return Decimation(record, vertex, final, middle, step)
+    for places in (record.position, record.shift, delivered):
+        # by a power of two: nothing is rounded
+        np.multiply(places, np.float32(unit), out=places)
+    return Decimation(record, vertex, delivered, middle, step)
 
 
 def _check_numbers(mesh: TriangleMesh, centre: FloatArray) -> None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gamutcore.decimation.collapse import collapse_all
-from gamutcore.decimation.record import Record, empty_record
+from gamutcore.decimation.record import Record
 from gamutcore.decimation.star import Surface, surface_of
 
 if TYPE_CHECKING:
@@ -77,6 +77,7 @@ class Passage(NamedTuple):
 def carried_out(
     stage: Stage,
     until: int,
+    record: Record,
     done: LongArray,
     *,
     way: tuple[int, float] = UNDISTURBED,
@@ -90,7 +91,7 @@ def carried_out(
         Changed.
     until : int
         Vertices to leave.
-    done, way, sweeping
+    record, done, way, sweeping
         As for `collapse_all`.
 
     Returns
@@ -104,7 +105,7 @@ def carried_out(
         stage.delivered,
         stage.centre,
         stage.step,
-        empty_record(len(stage.delivered)),
+        record,
         done,
         np.array(way, np.float64),
         until,
@@ -171,11 +172,13 @@ def _copy(arrays: Any) -> Any:  # noqa: ANN401
     return arrays.copy()
 
 
-def joined(passages: list[Passage]) -> tuple[Record, IndexArray, Float32Array]:
+def joined(record: Record, passages: list[Passage]) -> tuple[Record, IndexArray, Float32Array]:
     """Put the records of stages together.
 
     Parameters
     ----------
+    record : Record
+        With room for all collapses; the first stage's may be in it already.
     passages : list of Passage
         From the full boundary on, each beginning where the one before ended.
 
@@ -188,24 +191,30 @@ def joined(passages: list[Passage]) -> tuple[Record, IndexArray, Float32Array]:
     delivered : (V, 3) float32
         Positions after it.
     """
-    first, *others = passages
-    vertex, delivered = first.stage.surface.vertex, first.stage.delivered
-    for stage, _ in others:
-        vertex.reshape(-1, 3)[stage.faces] = stage.vertices[stage.surface.vertex.reshape(-1, 3)]
-        delivered[stage.vertices] = stage.delivered
-    records = [first.record, *(_in_full_numbers(*passage) for passage in others)]
-    if not others:
-        return first.record, vertex, delivered
-    moved = np.cumsum([0, *(len(record.moved) for record in records)])
-    shifted = np.cumsum([0, *(len(record.shifted) for record in records)])
-    records = [
-        record._replace(
-            moved_end=record.moved_end + moved[number],
-            shifted_end=record.shifted_end + shifted[number],
+    first = passages[0].stage
+    vertex, delivered = first.surface.vertex, first.delivered
+    growing: dict[str, list[Any]] = {"moved": [], "shifted": [], "shift": []}
+    collapses = moves = shifts = 0
+    for number, (stage, part) in enumerate(passages):
+        named = part
+        if number > 0:
+            named = _in_full_numbers(stage, part)
+            vertex.reshape(-1, 3)[stage.faces] = stage.vertices[stage.surface.vertex.reshape(-1, 3)]
+            delivered[stage.vertices] = stage.delivered
+        named = named._replace(
+            moved_end=named.moved_end + moves, shifted_end=named.shifted_end + shifts
         )
-        for number, record in enumerate(records)
-    ]
-    return Record(*map(np.concatenate, zip(*records, strict=True))), vertex, delivered
+        until = collapses + len(named.kept)
+        for name, values in named._asdict().items():
+            if name in growing:
+                growing[name].append(values)
+            else:
+                getattr(record, name)[collapses:until] = values
+        collapses = until
+        moves, shifts = moves + len(named.moved), shifts + len(named.shifted)
+    parts = {name: values[:collapses] for name, values in record._asdict().items()}
+    parts.update((name, np.concatenate(values)) for name, values in growing.items())
+    return Record(**parts), vertex, delivered
 
 
 def _in_full_numbers(stage: Stage, record: Record) -> Record:

@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gamutcore.decimation.record import empty_record
 from gamutcore.decimation.stages import UNDISTURBED, carried_out, compacted, copied
 
 if TYPE_CHECKING:
     from gamutcore.arrays import LongArray
     from gamutcore.decimation.plan import Fork, Plan
+    from gamutcore.decimation.record import Record
     from gamutcore.decimation.stages import Passage, Stage
 
 __all__ = ["way_down"]
@@ -28,7 +30,7 @@ COARSEST = 4
 """Vertices of the last level."""
 
 
-def way_down(stage: Stage, plan: Plan, done: LongArray) -> list[Passage]:
+def way_down(stage: Stage, plan: Plan, record: Record, done: LongArray) -> list[Passage]:
     """Decimate a surface to four faces, in the stages of a plan.
 
     Parameters
@@ -37,6 +39,8 @@ def way_down(stage: Stage, plan: Plan, done: LongArray) -> list[Passage]:
         The full boundary; changed.
     plan : Plan
         Of the cost.
+    record : Record
+        Empty, with room for all collapses: lent to the first stage.
     done : (1,) int64
         Written: how many collapses have been made.
 
@@ -50,11 +54,12 @@ def way_down(stage: Stage, plan: Plan, done: LongArray) -> list[Passage]:
     stops = {*(count for count in plan.compacted if count < size), *forks}
     passages: list[Passage] = []
     left = size
-    while left > COARSEST:
+    while not passages or left > COARSEST:
         fork = forks.get(left)
         if fork is None:
             until = max((stop for stop in stops if stop < left), default=COARSEST)
-            passages.append(carried_out(stage, until, done, sweeping=not passages))
+            room = empty_record(len(stage.delivered)) if passages else record
+            passages.append(carried_out(stage, until, room, done, sweeping=not passages))
         else:
             until = fork.compared[-1]
             passages += _best_way(stage, plan, fork)
@@ -87,7 +92,7 @@ def _way(
     for until in (count for count in fork.compared if count < len(stage.delivered)):
         if passages:
             at = compacted(at, plan)
-        passages.append(carried_out(at, until, done, way=way))
+        passages.append(carried_out(at, until, empty_record(len(at.delivered)), done, way=way))
         if passages[-1].left != until:
             return np.inf, passages
         deviations.append(plan.deviation(at.state))

@@ -126,11 +126,11 @@ def _deviation(state: VolumeState) -> float:
 
 PLAN = Plan(
     compacted=(SWEPT_DOWN_TO, TRACKED_VERTICES),
-    forks=(Fork(100, 4, (52, 27)), Fork(27, 3, (12,))),
+    forks=(Fork(100, 4, (27,)),),
     state_on=_state_on,
     deviation=_deviation,
 )
-"""Four ways from 200 triangles on are compared at 100 and 50, and three from there on at 20."""
+"""Four ways from 200 triangles on are compared at 50, where levels scatter most."""
 
 
 @leaf_kernel

@@ -6,7 +6,7 @@ import pytest
 from gamutcore.decimation.costs import finest, volume
 from gamutcore.decimation.record import empty_record, with_room
 from gamutcore.decimation.relaxation import relax
-from gamutcore.decimation.samples import start_at_surface
+from gamutcore.decimation.samples import take_samples
 
 CENTRE = np.array([50.0, 0.0, 0.0])
 STEP = 2.0**-11
@@ -24,7 +24,7 @@ def after_collapses(bumpy_mesh, surface_from, random_collapses, workspace_for, f
         surface = surface_from(positions, faces)
         state = module.state(positions, faces)
         if module is finest:
-            start_at_surface(state.deviation, surface, finest.SAMPLES)
+            take_samples(state.deviation, surface, finest.SAMPLES, True)
         work, ring = workspace_for(surface), np.empty((200, 2), np.int32)
         record, start = with_room(empty_record(len(positions)), 0, 5000), 0
         for done, kept in enumerate(random_collapses(state, surface, seed, 60)):
@@ -100,7 +100,7 @@ def test_a_ring_that_is_too_large_for_the_scratch_is_left_alone(
 ):
     positions, faces = bumpy_mesh(4, 60)
     surface, state = surface_from(positions * 1.1, faces), finest.state(positions, faces)
-    start_at_surface(state.deviation, surface_from(positions, faces), finest.SAMPLES)
+    take_samples(state.deviation, surface_from(positions, faces), finest.SAMPLES, True)
     delivered = (surface.position + CENTRE).astype(np.float32)
     before = delivered.copy()
     kept, record = int(surface.degree.argmax()), empty_record(len(positions))
