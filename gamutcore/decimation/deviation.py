@@ -261,7 +261,7 @@ def shortness(deviation: Deviation, surface: Surface, corner: int) -> float:
     Parameters
     ----------
     deviation : Deviation
-        As `change_by_collapse` left it.
+        As `change_at` left it for the edge.
     surface : Surface
     corner : int
         One of the two corners that face the edge.
@@ -291,7 +291,7 @@ def step_towards_reference(deviation: Deviation, place: FloatArray, better: Floa
     Parameters
     ----------
     deviation : Deviation
-        As the last `change_by_...` left it.
+        As the last `change_at` left it.
     place : (3,) float64
         The place that it was asked for.
     better : (3,) float64
@@ -303,7 +303,7 @@ def step_towards_reference(deviation: Deviation, place: FloatArray, better: Floa
         False if the samples give no direction.
     """
     plane, sums, pairs = deviation.pair_plane, deviation.pair_sum, deviation.counts[0]
-    if not deviation.residual[0] > 0.0 or max(pairs, deviation.counts[1]) > LARGEST_RING:
+    if not deviation.residual[0] > 0.0:
         return False
     soft = SOFTNESS * deviation.residual[0] / deviation.residual[1]
     for around in range(pairs):

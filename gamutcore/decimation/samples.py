@@ -81,8 +81,8 @@ class Deviation(NamedTuple):
         Scratch: the samples in these, and some without a weight, so that they are a multiple of
         LANES.
     pair : (S + LANES,) int64
-        Scratch: the face around the place that each of them is in, or the corner in the middle of
-        the face that it is in.
+        Scratch: the face around the place that each of them is in; where they are put into faces, a
+        corner of the one that each goes to.
     side, inverse : (S + LANES,) float64
         Scratch: how deep each of them is in the cone of a face, and N·q for its face.
     counts : (6,) int64

@@ -82,7 +82,7 @@ SAMPLES = 40_000
 """Samples of the reference, at least about: every face has one, larger ones have several."""
 
 MOST_SAMPLES = 160_000
-"""If there are more, half as many are chosen."""
+"""If there would be more, half as many are chosen: not every face has one then."""
 
 SAMPLES_PER_FACE = 14
 """When there are twice as many on average, half of the samples go: what an edge's error takes to

@@ -1,7 +1,7 @@
 """The default cost: memoryless quadrics under exact preservation of volume.
 
 Positions are those of `gamutcore.decimation.memoryless` at all levels, and so are the errors down
-to 2000 faces. From there on, where the order of few collapses decides, an edge's error is the
+to 4000 faces. From there on, where the order of few collapses decides, an edge's error is the
 change of the mismatch itself, against the surface as it was when they began: by samples of it, so
 the time that takes does not depend on the size of the boundary.
 """

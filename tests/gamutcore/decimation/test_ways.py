@@ -41,12 +41,11 @@ def test_of_many_ways_the_one_that_deviates_least_is_taken(planned, random_cloud
     assert means[1] < means[0]
 
 
-@pytest.mark.parametrize("cost", COSTS)
+@pytest.mark.parametrize("cost", ["volume", "finest"])
 def test_levels_above_the_fork_do_not_depend_on_it(planned, icosphere, cost):
     mesh, module, levels = icosphere(3), cost_module(cost), []
     for forks in ((), (Fork(60, 3, (27, 12)),)):
-        if cost != "quadric":
-            planned(module, forks=forks)
+        planned(module, forks=forks)
         history = history_of(decimated(mesh, CENTRE, cost))
         levels.append(sorted(map(tuple, history.level(2 * 60 - 4).vertices.tolist())))
     assert levels[0] == levels[1]
@@ -97,6 +96,7 @@ def test_all_collapses_are_told_once(icosphere):
     """Whatever is tried on other ways."""
     mesh, told = icosphere(4), []
     decimated(mesh, CENTRE, "finest", progress=told.append)
+    assert told
     assert told == sorted(told)
     assert all(0 <= part <= 1 for part in told)
 
