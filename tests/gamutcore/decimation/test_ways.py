@@ -6,7 +6,7 @@ import pytest
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import decimated, ways
 from gamutcore.decimation.costs import COSTS, cost_module, finest, volume
-from gamutcore.decimation.plan import Fork, Plan
+from gamutcore.decimation.plan import Fork
 from gamutcore.errors import DecimationError
 from gamutcore.history import history_of
 from gamutcore.metric import mismatch
@@ -99,10 +99,3 @@ def test_all_collapses_are_told_once(icosphere):
     assert told
     assert told == sorted(told)
     assert all(0 <= part <= 1 for part in told)
-
-
-def test_a_plan_without_stages_has_no_use_for_their_functions():
-    plan = Plan()
-    assert plan.compacted == plan.forks == ()
-    with pytest.raises(TypeError, match="no stages"):
-        plan.deviation(None)
