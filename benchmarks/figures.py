@@ -100,7 +100,7 @@ def measure(*, again: bool) -> dict[str, Any]:
         "sphere": kept("sphere", paper.sphere_rows),
         "million": kept("million", speed.million_points),
         "history": kept("history", lambda: speed.history_times(5)),
-        "storage": kept("storage", lambda: speed.storage(5)),
+        "storage": kept("storage", lambda: speed.storage(25)),
         "scaling": kept("scaling", lambda: speed.scaling(3)),
     }
 
