@@ -109,7 +109,7 @@ class GamutOptions(BaseModel):
         Field(
             description="What decides which edge is collapsed next: `volume` preserves the volume "
             "at every level, `finest` orders by the mismatch and moves vertices as well, which is "
-            "more accurate and takes about four times as long, `quadric` is the "
+            "more accurate and takes about seven times as long to decimate, `quadric` is the "
             "published error metric.",
             json_schema_extra={"enum": list(COSTS)},
         ),
