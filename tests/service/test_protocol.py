@@ -223,8 +223,13 @@ def test_whoever_does_not_read_the_answer_is_disconnected(connect):
 
 
 def test_idle_connections_give_way_to_new_ones(connect):
-    idle = [connect() for _ in range(LIMITS["connections"] * 3)]
-    assert whole(connect())
+    for _ in range(10):
+        begun = time.monotonic()
+        idle = [connect() for _ in range(LIMITS["connections"] * 3)]
+        assert whole(connect())
+        # a busy machine may need so long that none has sent a head in time
+        if time.monotonic() - begun < LIMITS["head_seconds"] / 2:
+            break
     assert whole(idle[-1])
 
 
