@@ -9,6 +9,7 @@ are reported, since no layer of the app sees them. See ``docs/decisions/hostile-
 
 from __future__ import annotations
 
+import itertools
 import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
@@ -45,6 +46,9 @@ _REFUSED_SECONDS = 0.5
 _MOST_WAITING = 32
 """Requests that may wait behind one that is being answered on the same connection; programs that
 send ahead at all send about ten. Each takes memory, and one packet may hold thousands."""
+
+_numbers = itertools.count()
+"""Of the connections, in the order in which they came."""
 
 
 @dataclass(frozen=True)
@@ -128,6 +132,7 @@ class LimitedProtocol(HttpToolsProtocol):
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Take a connection, or tell it that there are too many."""
+        self._number = next(_numbers)
         self._since = self.loop.time()  # when the wait for what the client sends now began
         self._reading_head = False
         self._reading_body = False
@@ -295,7 +300,8 @@ class LimitedProtocol(HttpToolsProtocol):
         idle = [other for other in others if other._idle]  # noqa: SLF001 - of the same class
         if not idle:
             return False
-        oldest = min(idle, key=lambda other: other._since)  # noqa: SLF001
+        # Event loops count milliseconds, in which many may come: among those, the first to come.
+        oldest = min(idle, key=lambda other: (other._since, other._number))  # noqa: SLF001
         oldest._abort()  # noqa: SLF001
         self.connections.discard(oldest)
         return True
