@@ -156,6 +156,8 @@ class Gamut:
         ------
         TriangleCountError
             If there is no such level.
+        HistoryFileError
+            If what a file holds of it turns out to be damaged.
         """
         mesh = self.history.level(triangles)
         return replace(mesh, device=self.history.device_values(triangles))
@@ -167,7 +169,7 @@ class Gamut:
 
     @classmethod
     def from_bytes(cls, data: bytes) -> Gamut:
-        """Read a gamut from its file.
+        """Read a gamut from its file, whose levels are unpacked as far as they are asked for.
 
         Parameters
         ----------
@@ -180,11 +182,10 @@ class Gamut:
         Raises
         ------
         HistoryFileError
-            If the file is damaged, or a history without a gamut's description.
+            If the file is damaged, or a history without a gamut's description. Damage within a
+            stream is noticed when a level that needs it is asked for.
         """
         history, metadata = history_from_bytes(data)
-        # these are unpacked when they are asked for; damage is to be noticed now
-        history.device_values(MINIMUM_TRIANGLES)
         return cls(_description(metadata), history)
 
 

@@ -9,8 +9,8 @@ boundary's, within its range and its limits of ink.
 
 Values are whole numbers of 1/5100 of full scale, in which whole percents and codes of eight
 bits are exact. In a history file they are an optional section behind the geometry, told by
-differences across the split edges and by corrections of the coarse levels; they are unpacked when
-they are first asked for.
+differences across the split edges and by corrections of the coarse levels; each group of them is
+unpacked when a level that needs it is first asked for.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 
 from gamutcore.device_values import DeviceValues
 from gamutcore.errors import HistoryFileError, MeshError
-from gamutcore.history.bit_codes import read_bits, reader_of, written
+from gamutcore.history.bit_codes import reader_of, written
 from gamutcore.history.device_codes import (
     LENGTHS,
     NearestValues,
@@ -35,6 +35,7 @@ from gamutcore.history.device_codes import (
     split_values,
     write_values,
 )
+from gamutcore.history.groups import DAMAGED, DEVICE, group_name, groups_of, refuse_bits_left
 from gamutcore.history.nearest_values import nearest_values
 from gamutcore.history.stepping import refine
 
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from gamutcore.arrays import ByteArray, IndexArray, ShortArray
+    from gamutcore.history.bit_codes import Contexts
     from gamutcore.history.prefix_order import Splits
 
 __all__ = [
@@ -50,10 +52,10 @@ __all__ = [
     "DeviceHistory",
     "DeviceSection",
     "PackedDeviceValues",
+    "device_history_in",
     "device_history_of",
     "device_section",
     "packed_device_values",
-    "unpacked_device_values",
 ]
 
 FULL_SCALE = 5100
@@ -68,8 +70,6 @@ LARGEST_SCALE = 2**15 - 1
 
 MOST_CHANNELS = 64
 """More than any characterisation has; bounds what a file may ask for."""
-
-DELIVERED = "the file as it was delivered, unchanged"
 
 LONGEST_NAME = 1000
 """Characters of a channel's name."""
@@ -109,6 +109,27 @@ class PackedDeviceValues(NamedTuple):
     streams: Sequence[ByteArray]
 
 
+class PackedStreams(NamedTuple):
+    """What device values are unpacked from.
+
+    Attributes
+    ----------
+    streams : sequence of (n,) uint8
+        One for each group.
+    contexts : Contexts
+        As the groups that are unpacked have left them.
+    step : float
+        Of the grid that positions lie on.
+    values : (V, k) int16
+        Filled up to the finest level that is unpacked: the values of that one.
+    """
+
+    streams: Sequence[ByteArray]
+    contexts: Contexts
+    step: float
+    values: ShortArray
+
+
 class DeviceHistory:
     """Device values of all levels of a history.
 
@@ -119,30 +140,75 @@ class DeviceHistory:
         Values of slots 0 to 3 at the coarsest level, in steps.
     splits : SplitValues
     edges : SplitEdges
+    packed : PackedStreams, optional
+        What the rows of both are to be filled from, group by group; None if they are filled.
     """
 
     def __init__(
-        self, section: DeviceSection, base: ShortArray, splits: SplitValues, edges: SplitEdges
+        self,
+        section: DeviceSection,
+        base: ShortArray,
+        splits: SplitValues,
+        edges: SplitEdges,
+        packed: PackedStreams | None = None,
     ) -> None:
         self.section = section
         self.base = base
         self.splits = splits
         self.edges = edges
-        total = len(edges.parent) + 4
-        values = np.empty((total, len(section.channels)), np.int16)
-        values[:4] = base
-        self._counts, self._snapshots = [4], [values[:4].copy()]
-        while self._counts[-1] < total:
-            count = min(2 * self._counts[-1], total)
-            split_values(values, edges, splits, self._counts[-1], count)
-            self._counts.append(count)
-            self._snapshots.append(values[:count].copy())
+        self._packed = packed
+        self._groups = groups_of(len(edges.parent) + 4)
+        self._snapshots = [base]
+        self._fault: BaseException | None = None
+        if packed is None:
+            values = np.empty((len(edges.parent) + 4, len(section.channels)), np.int16)
+            values[:4] = base
+            for start, end in self._groups:
+                split_values(values, edges, splits, start, end)
+                self._snapshots.append(values[:end].copy())
+
+    @property
+    def unpacked(self) -> int:
+        """How many groups can be read."""
+        return len(self._snapshots) - 1
 
     @property
     def nbytes(self) -> int:
         """Memory held, in bytes."""
-        edges = self.edges.place.nbytes + self.edges.length.nbytes + self.base.nbytes
-        return edges + sum(array.nbytes for array in (*self.splits, *self._snapshots))
+        packed = self._packed
+        arrays = (*self.splits[:3], self.edges.place, self.edges.length)
+        rows = len(self._snapshots[-1]) - 4
+        row = sum(array.nbytes for array in arrays) // max(len(self.edges.parent), 1)
+        kept = sum(array.nbytes for array in (*self.splits[3:], *self._snapshots))
+        if packed is None:
+            return rows * row + kept
+        left = sum(stream.nbytes for stream in packed.streams[self.unpacked :])
+        return rows * row + kept + left + self._snapshots[-1].nbytes
+
+    def unpack(self, geometry: Splits) -> None:
+        """Unpack and check the next group.
+
+        Parameters
+        ----------
+        geometry : Splits
+            Filled at least to the end of that group.
+
+        Raises
+        ------
+        HistoryFileError
+            If it is damaged; from then on, whenever it is asked for.
+        """
+        if self._fault is not None:
+            raise self._fault.with_traceback(None)
+        try:
+            snapshot = self._next_snapshot(geometry)
+        except BaseException as fault:
+            # the values stand somewhere within the group: nothing more may be read with them
+            self._fault = fault
+            raise
+        self._snapshots.append(snapshot)
+        if self.unpacked == len(self._groups):
+            self._packed = None
 
     def level(self, vertices: int) -> DeviceValues:
         """Return the values of a level, in time proportional to it.
@@ -150,17 +216,57 @@ class DeviceHistory:
         Parameters
         ----------
         vertices : int
-            From 4 to the full boundary's number.
+            From 4 to the number at the end of the last group that is unpacked.
 
         Returns
         -------
         DeviceValues
             float32, slot by slot.
         """
-        index = min((vertices - 1).bit_length() - 2, len(self._counts) - 1)
+        index = min((vertices - 1).bit_length() - 2, len(self._groups))
         values = level_values(vertices, self._snapshots[index], self.edges, self.splits)
         channels, scale, _ = self.section
         return DeviceValues(channels, (values / scale).astype(np.float32))
+
+    def _next_snapshot(self, geometry: Splits) -> ShortArray:
+        packed = cast("PackedStreams", self._packed)
+        channels, scale, _ = self.section
+        number = self.unpacked
+        start, end = self._groups[number]
+        name = group_name(number, DEVICE)
+        edges = self.edges
+        edges = edges._replace(
+            parent=geometry.parent, shifted_end=geometry.shifted_end, shifted=geometry.shifted
+        )
+        _fill_edges(edges, geometry, packed.step, slice(start - 4, end - 4))
+        before, moves = _moves(edges, start), _moves(edges, end)
+        corrected = max(min(end - 4, edges.corrected) - (start - 4), 0)
+        reader = reader_of(packed.streams[number])
+        if reader.length < len(channels) * (end - start + corrected + moves - before):
+            raise HistoryFileError(
+                f"{packed.streams[number].size} bytes are too few for the device values of the"
+                f" splits that add slots {start} to {end - 1}",
+                where={"field": name},
+                remedy=DAMAGED,
+            )
+        room = np.empty((moves - before, len(channels)), np.int16)
+        splits = self.splits
+        splits = splits._replace(
+            shifted_coarse=np.concatenate([splits.shifted_coarse, room]),
+            shifted_fine=np.concatenate([splits.shifted_fine, room]),
+        )
+        values = packed.values
+        faulty = read_values(reader, packed.contexts, edges, scale, values, splits, start, end)
+        if faulty:
+            raise HistoryFileError(
+                f"the device values of the split that adds slot {faulty} are not there, or not"
+                f" from 0 to {scale}",
+                where={"field": name, "slot": int(faulty)},
+                remedy=DAMAGED,
+            )
+        refuse_bits_left(reader, name)
+        self.edges, self.splits = edges, splits
+        return values[:end].copy()
 
 
 def device_history_of(device: DeviceValues, slots: IndexArray, splits: Splits) -> DeviceHistory:
@@ -197,8 +303,10 @@ def device_history_of(device: DeviceValues, slots: IndexArray, splits: Splits) -
     faces = np.empty((2 * splits.vertices - 4, 3), np.int32)
     positions[:4], faces[:4] = splits.base_positions, splits.base_faces
     refine(splits, positions, faces.reshape(-1), 4, splits.vertices)
-    columns = _empty_columns(edges, channels)
-    places = splits.coarse[: edges.corrected], splits.shifted_coarse[: len(columns.shifted_coarse)]
+    moves = _moves(edges, splits.vertices)
+    rows = (*(len(edges.parent),) * 3, moves, moves)
+    columns = SplitValues(*(np.empty((count, channels), np.int16) for count in rows))
+    places = splits.coarse[: edges.corrected], splits.shifted_coarse[:moves]
     found = nearest_values(np.concatenate(places), positions, faces, values)
     nearest = NearestValues(found[: edges.corrected], found[edges.corrected :])
     collapse_values(values, edges, nearest, columns)
@@ -234,48 +342,30 @@ def packed_device_values(
     return PackedDeviceValues(device.section, device.base.astype("<i4"), streams)
 
 
-def unpacked_device_values(
-    packed: PackedDeviceValues, splits: Splits, step: float, groups: Sequence[tuple[int, int]]
-) -> DeviceHistory:
-    """Return device values from what a history file holds; parameters as of the other direction.
+def device_history_in(packed: PackedDeviceValues, vertices: int, step: float) -> DeviceHistory:
+    """Return the device values that a history file holds, of which nothing is unpacked yet.
 
-    Raises
-    ------
-    HistoryFileError
-        If a stream ends early or late, or puts a value beyond 0 and full scale.
+    Parameters
+    ----------
+    packed : PackedDeviceValues
+    vertices : int
+        Of the full boundary.
+    step : float
+        Of the grid that positions lie on.
+
+    Returns
+    -------
+    DeviceHistory
     """
-    channels, scale, corrected = packed.section
-    edges = _split_edges(splits, step, corrected)
-    moves = int(edges.shifted_end[edges.corrected - 1]) if edges.corrected else 0
-    least = len(channels) * (len(edges.parent) + edges.corrected + moves)
-    if 8 * sum(stream.size for stream in packed.streams) < least:
-        raise HistoryFileError(
-            "the streams of device values are too short for the splits of the history",
-            where={"field": "device"},
-            remedy=DELIVERED,
-        )
-    contexts = first_value_contexts(len(channels))
-    values = np.empty((splits.vertices, len(channels)), np.int16)
+    channels = len(packed.section.channels)
+    splits = vertices - 4
+    edges = _empty_edges(splits, packed.section.corrected)
+    rows = (splits, splits, splits, 0, 0)
+    columns = SplitValues(*(np.empty((count, channels), np.int16) for count in rows))
+    values = np.empty((vertices, channels), np.int16)
     values[:4] = packed.base
-    columns = _empty_columns(edges, len(channels))
-    for number, (start, end) in enumerate(groups):
-        reader = reader_of(packed.streams[number])
-        faulty = read_values(reader, contexts, edges, scale, values, columns, start, end)
-        if faulty:
-            raise HistoryFileError(
-                f"the device values of the split that adds slot {faulty} are not there, or not"
-                f" from 0 to {scale}",
-                where={"field": f"device.{number:02d}", "slot": int(faulty)},
-                remedy=DELIVERED,
-            )
-        left = reader.length - int(reader.place[0])
-        if left >= 8 or read_bits(reader, left):
-            raise HistoryFileError(
-                f"the last device values of a group leave {left} bits over",
-                where={"field": f"device.{number:02d}"},
-                remedy="zeros up to the end of a byte",
-            )
-    return DeviceHistory(packed.section, packed.base.astype(np.int16), columns, edges)
+    streams = PackedStreams(packed.streams, first_value_contexts(channels), step, values)
+    return DeviceHistory(packed.section, values[:4].copy(), columns, edges, streams)
 
 
 def device_section(text: str) -> DeviceSection:
@@ -319,30 +409,45 @@ def device_section(text: str) -> DeviceSection:
     return DeviceSection(tuple(channels), scale, corrected)
 
 
-def _empty_columns(edges: SplitEdges, channels: int) -> SplitValues:
-    moves = int(edges.shifted_end[edges.corrected - 1]) if edges.corrected else 0
-    rows = (*(len(edges.parent),) * 3, moves, moves)
-    return SplitValues(*(np.empty((count, channels), np.int16) for count in rows))
+def _moves(edges: SplitEdges, end: int) -> int:
+    """How many moves of neighbours the splits below a slot tell the values of."""
+    told = min(end - 4, edges.corrected)
+    return int(edges.shifted_end[told - 1]) if told > 0 else 0
+
+
+def _empty_edges(splits: int, corrected: int) -> SplitEdges:
+    """Return edges of which nothing is known yet but how many have corrections."""
+    return SplitEdges(
+        np.empty(splits, np.int32),
+        np.empty(splits),
+        np.empty(splits, np.uint8),
+        np.empty(splits, np.int32),
+        np.empty(0, np.int32),
+        min(max(corrected - 4, 0), splits),
+    )
 
 
 def _split_edges(splits: Splits, step: float, corrected: int) -> SplitEdges:
-    """Return where on its edge each split's parent was, and how long the edge is.
+    """Return what device values are told by, of all splits."""
+    edges = _empty_edges(len(splits.parent), corrected)._replace(
+        parent=splits.parent, shifted_end=splits.shifted_end, shifted=splits.shifted
+    )
+    _fill_edges(edges, splits, step, slice(None))
+    return edges
+
+
+def _fill_edges(edges: SplitEdges, splits: Splits, step: float, rows: slice) -> None:
+    """Put down where on its edge each split's parent was, and how long the edge is.
 
     Positions are on a grid of a power of two, at most 2²⁴ steps from the origin: the sums here
     are exact, so every reader gets the same quotients.
     """
-    fine = splits.fine.astype(np.float64)
-    edge = splits.added.astype(np.float64) - fine
-    along = ((splits.coarse - fine) * edge).sum(axis=1)
+    fine = splits.fine[rows].astype(np.float64)
+    edge = splits.added[rows].astype(np.float64) - fine
+    along = ((splits.coarse[rows] - fine) * edge).sum(axis=1)
     square = (edge * edge).sum(axis=1)
     place = np.zeros(len(edge))
     np.divide(along, square, out=place, where=square > 0)
     length = np.frexp(np.abs(edge).sum(axis=1) / step)[1]
-    return SplitEdges(
-        splits.parent,
-        np.clip(place, 0.0, 1.0),
-        np.clip(length, 0, LENGTHS - 1).astype(np.uint8),
-        splits.shifted_end,
-        splits.shifted,
-        min(max(corrected - 4, 0), len(edge)),
-    )
+    edges.place[rows] = np.clip(place, 0.0, 1.0)
+    edges.length[rows] = np.clip(length, 0, LENGTHS - 1)

@@ -5,10 +5,9 @@ place of every array, then the arrays' raw little-endian bytes), so any safetens
 it; the full description is in ``docs/history-format.md``. The splits are stored in groups that
 double the number of vertices, each one stream of bits, one group after the other: any prefix that
 ends with a group is a complete history of the coarser levels. Device values, where there are any,
-come last, divided in the same way. Loading never trusts the file:
-everything is checked, all splits are replayed on the way, and what is returned is closed and
-star-shaped about its centre at every level. Only the device values' streams are read, and checked,
-when they are first asked for.
+come last, divided in the same way. Reading never trusts the file: what is outside of the streams is
+checked at once, and a stream when a level that needs it is first asked for. Its splits are replayed
+on the way, so that every level that is returned is closed and star-shaped about its centre.
 """
 
 from __future__ import annotations
@@ -24,18 +23,19 @@ from safetensors import SafetensorError, deserialize
 from gamutcore.arrays import ByteArray
 from gamutcore.corner_table import opposite_corners
 from gamutcore.errors import HistoryFileError
-from gamutcore.history.bit_codes import read_bits, reader_of, written
+from gamutcore.history.bit_codes import written
 from gamutcore.history.device_history import (
     PackedDeviceValues,
+    device_history_in,
     device_section,
     packed_device_values,
-    unpacked_device_values,
 )
+from gamutcore.history.groups import DAMAGED, DEVICE, group_name, groups_of
 from gamutcore.history.history import History
-from gamutcore.history.prefix_order import Splits, ascending_in_parts
+from gamutcore.history.packed_splits import PackedSplits
+from gamutcore.history.prefix_order import Splits
 from gamutcore.history.replay import replay_of
 from gamutcore.history.split_codes import LARGEST_COORDINATE, MINIMUM_SPLIT_BITS, first_contexts
-from gamutcore.history.split_reader import FAULTS, MOVED, SHIFTED, empty_columns, read_group
 from gamutcore.history.split_writer import write_group
 
 if TYPE_CHECKING:
@@ -45,7 +45,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from gamutcore.arrays import FloatArray, IndexArray
-    from gamutcore.history.device_history import DeviceHistory
 
 __all__ = ["FORMAT", "VERSION", "history_bytes", "history_from_bytes", "history_metadata"]
 
@@ -54,9 +53,6 @@ FORMAT = "gamut-history"
 
 VERSION = "2"
 """Value of ``version``; raised when a reader of this version could not read the file any more."""
-
-DEVICE = "device"
-"""Key of the device channels in the metadata, of files that have device values."""
 
 LARGEST_HEADER = 16 * 1024 * 1024
 """Headers longer than this are refused before they are parsed (bytes)."""
@@ -73,8 +69,6 @@ TYPES: dict[str, np.dtype[Any]] = {
     "I32": np.dtype("<i4"),
     "U8": np.dtype("u1"),
 }
-
-DAMAGED = "the file as it was delivered, unchanged"
 
 
 def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -> bytes:
@@ -107,7 +101,7 @@ def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -
     base_in_steps = cast("IndexArray", splits.base_positions)
     replay = replay_of(base_in_steps, splits.base_faces, splits.vertices)
     contexts = first_contexts()
-    for number, (start, end) in enumerate(_groups(splits.vertices)):
+    for number, (start, end) in enumerate(groups_of(splits.vertices)):
         writer, faulty, replay = write_group(contexts, replay, splits, start, end)
         if faulty:
             raise HistoryFileError(
@@ -115,7 +109,7 @@ def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -
                 where={"slot": int(faulty)},
                 remedy="splits in the order that history_of gives them",
             )
-        arrays.append((_group_name(number), written(writer)))
+        arrays.append((group_name(number), written(writer)))
     names = {kind: name for name, kind in TYPES.items()}
     described = {
         **(metadata or {}),
@@ -125,13 +119,13 @@ def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -
     }
     described.pop(DEVICE, None)
     if history.device is not None:
-        groups = _groups(splits.vertices)
+        groups = groups_of(splits.vertices)
         packed = packed_device_values(history.device, history.splits, history.step, groups)
         channels, steps, corrected = packed.section
         section = {"channels": channels, "steps": steps, "corrected": corrected}
         described[DEVICE] = json.dumps(section, separators=(",", ":"))
         arrays.append(("device.base", packed.base))
-        arrays += [(_group_name(i, DEVICE), stream) for i, stream in enumerate(packed.streams)]
+        arrays += [(group_name(i, DEVICE), stream) for i, stream in enumerate(packed.streams)]
     header: dict[str, object] = {"__metadata__": described}
     offset = 0
     for name, array in arrays:
@@ -145,7 +139,7 @@ def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -
 
 
 def history_from_bytes(data: bytes, *, partial: bool = False) -> tuple[History, dict[str, str]]:
-    """Read a history and check it.
+    """Read a history, whose levels are unpacked and checked as far as they are asked for.
 
     Parameters
     ----------
@@ -163,8 +157,8 @@ def history_from_bytes(data: bytes, *, partial: bool = False) -> tuple[History, 
     Raises
     ------
     HistoryFileError
-        If anything in the file is not as it should be; says what and where. Damage within the
-        streams of device values is noticed when `History.device` is first asked for.
+        If anything in the file is not as it should be; says what and where. Damage within a stream
+        is noticed when a level that needs it is first asked for; `History.unpack` asks for all.
     """
     metadata = _parsed_metadata(data)
     vertices = _vertex_count(metadata)
@@ -205,20 +199,6 @@ def history_metadata(path: Path) -> dict[str, str]:
         return _parsed_metadata(length + file.read(min(size, LARGEST_HEADER)))
 
 
-def _groups(vertices: int) -> list[tuple[int, int]]:
-    """Slot ranges of the groups: [4, 8), [8, 16), ..., the last one cut at the vertex count."""
-    groups = []
-    start = 4
-    while start < vertices:
-        groups.append((start, min(2 * start, vertices)))
-        start *= 2
-    return groups
-
-
-def _group_name(number: int, kind: str = "splits") -> str:
-    return f"{kind}.{number:02d}"
-
-
 def _in_steps(splits: Splits, step: float) -> Splits:
     """Return the splits with positions as int32 in steps."""
     whole: dict[str, Any] = {}
@@ -248,8 +228,8 @@ def _without_cut_arrays(data: bytes) -> tuple[bytes, int]:
     header = json.loads(data[8:size])
     names = ["centre", "step", "base.positions", "base.faces"]
     numbers = range(LARGEST_VERTICES.bit_length())
-    names += [_group_name(number) for number in numbers]
-    names += ["device.base", *(_group_name(number, DEVICE) for number in numbers)]
+    names += [group_name(number) for number in numbers]
+    names += ["device.base", *(group_name(number, DEVICE) for number in numbers)]
     try:
         ends = {name: int(header[name]["data_offsets"][1]) for name in names if name in header}
     except (KeyError, TypeError, ValueError, IndexError, OverflowError) as cause:
@@ -258,7 +238,7 @@ def _without_cut_arrays(data: bytes) -> tuple[bytes, int]:
         ) from cause
     whole = {name: header[name] for name, end in ends.items() if end <= len(data) - size}
     groups = 0
-    while _group_name(groups) in whole:
+    while group_name(groups) in whole:
         groups += 1
     body = data[size : size + max((ends[name] for name in whole), default=0)]
     return _assembled(whole, body), groups
@@ -354,8 +334,8 @@ def _packed_device_values(
         return None
     section = device_section(metadata[DEVICE])
     channels, scale, _ = section
-    groups = _groups(vertices)
-    wanted = ["device.base", *(_group_name(number, DEVICE) for number in range(len(groups)))]
+    groups = groups_of(vertices)
+    wanted = ["device.base", *(group_name(number, DEVICE) for number in range(len(groups)))]
     if partial and any(name not in arrays for name in wanted):
         return None
     base = _taken(arrays, "device.base", "I32", (4, len(channels))).astype(np.int32)
@@ -381,7 +361,10 @@ def _packed_device_values(
 def _history(
     arrays: Mapping[str, NDArray[np.generic]], vertices: int, device: PackedDeviceValues | None
 ) -> History:
-    """Check the arrays and replay the splits; nothing is allocated that the file does not fill."""
+    """Check the arrays but for what is in the streams, which must be long enough for their splits.
+
+    So nothing is allocated that the file does not fill.
+    """
     centre = cast("FloatArray", _taken(arrays, "centre", "F64", (3,))).astype(np.float64)
     step = float(cast("FloatArray", _taken(arrays, "step", "F64", (1,)))[0])
     if not np.isfinite(centre).all():
@@ -394,10 +377,10 @@ def _history(
             where={"field": "step"},
             remedy="a power of two from 2^-149 to 2^103",
         )
-    groups = _groups(vertices)
+    groups = groups_of(vertices)
     streams = []
     for number, (start, end) in enumerate(groups):
-        name = _group_name(number)
+        name = group_name(number)
         stream = cast("ByteArray", _taken(arrays, name, "U8", (None,)))
         if 8 * stream.size < 1 + MINIMUM_SPLIT_BITS * (end - start):
             raise HistoryFileError(
@@ -407,50 +390,10 @@ def _history(
                 remedy=DAMAGED,
             )
         streams.append(stream)
-    positions, base_faces = _base(arrays, centre, step)
-    replay = replay_of(positions, base_faces, vertices)
-    contexts = first_contexts()
-    fixed, growing = empty_columns(vertices - 4)
-    for number, (start, end) in enumerate(groups):
-        reader = reader_of(streams[number])
-        fault, slot, replay, growing = read_group(
-            reader, contexts, replay, fixed, growing, start, end, centre, step
-        )
-        where: dict[str, str | int | float | list[str]] = {"field": _group_name(number)}
-        if fault:
-            raise HistoryFileError(
-                f"in the split that adds slot {slot}, {FAULTS[fault]}",
-                where={**where, "slot": int(slot)},
-                remedy=DAMAGED,
-            )
-        left = reader.length - int(reader.place[0])
-        if left >= 8 or read_bits(reader, left):
-            raise HistoryFileError(
-                f"the last split of a group leaves {left} bits over",
-                where=where,
-                remedy="zeros up to the end of a byte",
-            )
-    shifted = growing.shifted[: growing.used[SHIFTED]]
-    order = ascending_in_parts(fixed.shifted_end, shifted)
-    splits = Splits(
-        (positions * step).astype(np.float32),
-        base_faces,
-        *fixed[:4],
-        fixed.faces.reshape(-1, 2, 3),
-        fixed.moved_end,
-        growing.moved[: growing.used[MOVED]].copy(),
-        fixed.shifted_end,
-        shifted[order],
-        growing.shifted_coarse[order],
-        growing.shifted_fine[order],
-    )
-    if device is None:
-        return History(splits, centre, step)
-
-    def unpacked(splits: Splits) -> DeviceHistory:
-        return unpacked_device_values(device, splits, step, groups)
-
-    return History(splits, centre, step, unpacked)
+    positions, faces = _base(arrays, centre, step)
+    splits = PackedSplits(streams, positions, faces, vertices, centre, step)
+    values = None if device is None else device_history_in(device, vertices, step)
+    return History(splits, centre, step, values)
 
 
 def _base(

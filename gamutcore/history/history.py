@@ -5,28 +5,33 @@ The splits are the history; beside them a `History` keeps snapshots of the level
 coarser than it: its vertices differ by what the splits in between did to their parents, and each
 corner follows the parents of its slot until one of the level is reached. That touches less than
 twice the level's own vertices and faces, whatever the size of the full mesh, and the snapshots
-together hold less than three times the full mesh.
+together hold less than three times the full mesh. Of a history from a file, splits and snapshots
+are there as far as levels were asked for, so the first one takes time in proportion to itself too.
 """
 
 from __future__ import annotations
 
+import threading
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.arrays import Float32Array, FloatArray, IndexArray
 from gamutcore.errors import TriangleCountError
-from gamutcore.history.device_history import DeviceHistory, device_history_of
-from gamutcore.history.prefix_order import Splits, slots_of_vertices, splits_in_prefix_order
-from gamutcore.history.stepping import LevelCursor, refine
-from gamutcore.kernels import kernel
+from gamutcore.history.device_history import device_history_of
+from gamutcore.history.groups import groups_of
+from gamutcore.history.packed_splits import PackedSplits
+from gamutcore.history.prefix_order import slots_of_vertices, splits_in_prefix_order
+from gamutcore.history.stepping import LevelCursor, level_from_snapshot, refine
 from gamutcore.mesh import TriangleMesh
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
+    from gamutcore.arrays import FloatArray
     from gamutcore.decimation import Decimation
     from gamutcore.device_values import DeviceValues
+    from gamutcore.history.device_history import DeviceHistory
+    from gamutcore.history.prefix_order import Splits
 
 __all__ = ["MINIMUM_TRIANGLES", "History", "history_of"]
 
@@ -37,36 +42,39 @@ MINIMUM_TRIANGLES = 4
 class History:
     """All levels of a gamut, from four triangles to the full boundary.
 
+    Several threads may read it at the same time.
+
     Parameters
     ----------
-    splits : Splits
-        In prefix order, and consistent: what `history_of` arranges or a checked file holds.
+    splits : Splits or PackedSplits
+        In prefix order, and consistent: what `history_of` arranges or a file holds.
     centre : (3,) float64
         What every level is star-shaped about.
     step : float
         Of the grid that all positions lie on: a power of two.
-    device : DeviceHistory or callable, optional
-        The device values of all levels, or what makes them from the splits when they are first
-        asked for; none of bare colours.
+    device : DeviceHistory, optional
+        The device values of all levels; none of bare colours.
     """
 
     def __init__(
         self,
-        splits: Splits,
+        splits: Splits | PackedSplits,
         centre: FloatArray,
         step: float,
-        device: DeviceHistory | Callable[[Splits], DeviceHistory] | None = None,
+        device: DeviceHistory | None = None,
     ) -> None:
-        self.splits = splits
         self.centre = centre
         self.step = step
-        self._device = device
-        self._levels, self._positions, self._corners = _snapshots(splits)
-
-    @property
-    def vertices(self) -> int:
+        self.vertices = splits.vertices
         """Number of vertices of the full boundary."""
-        return self.splits.vertices
+        self._packed = splits if isinstance(splits, PackedSplits) else None
+        self._splits = splits.splits if isinstance(splits, PackedSplits) else splits
+        self._device = device
+        self._groups = groups_of(self.vertices)
+        self._snapshots = [TriangleMesh(self._splits.base_positions, self._splits.base_faces)]
+        self._unpacking = threading.Lock()
+        if self._packed is None:
+            self._reach(len(self._groups))
 
     @property
     def triangles(self) -> int:
@@ -75,13 +83,24 @@ class History:
 
     @property
     def nbytes(self) -> int:
-        """Memory held, in bytes; device values count once they have been asked for."""
-        device = self._device.nbytes if isinstance(self._device, DeviceHistory) else 0
-        return device + sum(
-            array.nbytes
-            for arrays in (self.splits, self._positions, self._corners)
-            for array in arrays
+        """Memory held, in bytes; of a file's history it grows with the levels asked for."""
+        splits = self._packed or self._splits
+        nbytes = splits.nbytes + (self._device.nbytes if self._device is not None else 0)
+        return nbytes + sum(
+            mesh.vertices.nbytes + mesh.faces.nbytes for mesh in list(self._snapshots)
         )
+
+    @property
+    def splits(self) -> Splits:
+        """All splits.
+
+        Raises
+        ------
+        HistoryFileError
+            If those of a file turn out to be damaged.
+        """
+        self._reach(len(self._groups))
+        return self._splits
 
     @property
     def device(self) -> DeviceHistory | None:
@@ -90,11 +109,51 @@ class History:
         Raises
         ------
         HistoryFileError
-            When they are first asked for, if those of a file turn out to be damaged.
+            If those of a file turn out to be damaged.
         """
-        if callable(self._device):
-            self._device = self._device(self.splits)
+        if self._device is not None:
+            self._reach_device(self._device, len(self._groups))
         return self._device
+
+    def is_unpacked(self, triangles: int) -> bool:
+        """Whether a level, with its device values, can be read without unpacking more of a file.
+
+        Parameters
+        ----------
+        triangles : int
+            As for `level`.
+
+        Raises
+        ------
+        TriangleCountError
+            If there is no such level.
+        """
+        group = self._group_of(self._vertices_of_level(triangles))
+        unpacked = len(self._snapshots) - 1
+        if self._device is not None:
+            unpacked = min(unpacked, self._device.unpacked)
+        return group <= unpacked
+
+    def unpack(self, triangles: int | None = None) -> None:
+        """Unpack and check all that a level needs, and its device values; nothing if that is done.
+
+        Parameters
+        ----------
+        triangles : int, optional
+            As for `level`; without it, the full boundary.
+
+        Raises
+        ------
+        TriangleCountError
+            If there is no such level.
+        HistoryFileError
+            If what a file holds turns out to be damaged.
+        """
+        count = self.triangles if triangles is None else triangles
+        group = self._group_of(self._vertices_of_level(count))
+        self._reach(group)
+        if self._device is not None:
+            self._reach_device(self._device, group)
 
     def level(self, triangles: int) -> TriangleMesh:
         """Return the mesh with at most so many triangles.
@@ -114,19 +173,23 @@ class History:
         ------
         TriangleCountError
             If there is no such level.
+        HistoryFileError
+            If what a file holds of it turns out to be damaged.
         """
         vertices = self._vertices_of_level(triangles)
-        index = min((vertices - 1).bit_length() - 2, len(self._levels) - 1)
-        positions, faces = _level_from_snapshot(
+        group = self._group_of(vertices)
+        self._reach(group)
+        snapshot, splits = self._snapshots[group], self._splits
+        positions, faces = level_from_snapshot(
             vertices,
-            self._levels[index],
-            self._positions[index],
-            self._corners[index],
-            self.splits.parent,
-            self.splits.coarse,
-            self.splits.shifted_end,
-            self.splits.shifted,
-            self.splits.shifted_coarse,
+            len(snapshot.vertices),
+            snapshot.vertices,
+            snapshot.faces,
+            splits.parent,
+            splits.coarse,
+            splits.shifted_end,
+            splits.shifted,
+            splits.shifted_coarse,
         )
         return TriangleMesh(positions, faces)
 
@@ -145,14 +208,51 @@ class History:
 
         Raises
         ------
-        TriangleCountError
-            If there is no such level.
-        HistoryFileError
-            As of `device`.
+        TriangleCountError, HistoryFileError
+            As of `level`.
         """
         vertices = self._vertices_of_level(triangles)
-        device = self.device
-        return None if device is None else device.level(vertices)
+        if self._device is None:
+            return None
+        self._reach_device(self._device, self._group_of(vertices))
+        return self._device.level(vertices)
+
+    def _group_of(self, vertices: int) -> int:
+        """How many groups lead to the smallest snapshot that is not coarser than a level."""
+        return min((vertices - 1).bit_length() - 2, len(self._groups))
+
+    def _reach(self, group: int) -> None:
+        """Have the snapshots of so many groups."""
+        if group < len(self._snapshots):
+            return
+        with self._unpacking:
+            while len(self._snapshots) <= group:
+                self._take_snapshot()
+
+    def _take_snapshot(self) -> None:
+        done = len(self._snapshots) - 1
+        if self._packed is not None:
+            if self._packed.unpacked == done:
+                self._packed.unpack()
+            self._splits = self._packed.splits
+        start, end = self._groups[done]
+        positions = np.empty((end, 3), np.float32)
+        faces = np.empty((2 * end - 4, 3), np.int32)
+        before = self._snapshots[done]
+        positions[:start], faces[: 2 * start - 4] = before.vertices, before.faces
+        refine(self._splits, positions, faces.reshape(-1), start, end)
+        if end == self.vertices:
+            self._packed = None
+        self._snapshots.append(TriangleMesh(positions, faces))
+
+    def _reach_device(self, device: DeviceHistory, group: int) -> None:
+        """Have the device values of so many groups."""
+        if group <= device.unpacked:
+            return
+        self._reach(group)
+        with self._unpacking:
+            while device.unpacked < group:
+                device.unpack(self._splits)
 
     def _vertices_of_level(self, triangles: int) -> int:
         whole = isinstance(triangles, int | np.integer) and not isinstance(triangles, bool)
@@ -208,51 +308,3 @@ def history_of(decimation: Decimation, device: DeviceValues | None = None) -> Hi
         return History(splits, decimation.centre, decimation.step)
     values = device_history_of(device, slots_of_vertices(decimation), splits)
     return History(splits, decimation.centre, decimation.step, values)
-
-
-def _snapshots(splits: Splits) -> tuple[list[int], list[Float32Array], list[IndexArray]]:
-    """Levels with 4, 8, 16, ... vertices and the full boundary: counts, positions and faces."""
-    total = splits.vertices
-    positions = np.empty((total, 3), np.float32)
-    faces = np.empty((2 * total - 4, 3), np.int32)
-    positions[:4], faces[:4] = splits.base_positions, splits.base_faces
-    counts, all_positions, all_faces = [4], [positions[:4].copy()], [faces[:4].copy()]
-    while counts[-1] < total:
-        count = min(2 * counts[-1], total)
-        refine(splits, positions, faces.reshape(-1), counts[-1], count)
-        counts.append(count)
-        all_positions.append(positions[:count].copy())
-        all_faces.append(faces[: 2 * count - 4].copy())
-    return counts, all_positions, all_faces
-
-
-@kernel
-def _level_from_snapshot(
-    vertices: int,
-    snapshot_vertices: int,
-    snapshot_positions: Float32Array,
-    snapshot_faces: IndexArray,
-    parent: IndexArray,
-    coarse: Float32Array,
-    shifted_end: IndexArray,
-    shifted: IndexArray,
-    shifted_coarse: Float32Array,
-) -> tuple[Float32Array, IndexArray]:
-    positions = snapshot_positions[:vertices].copy()
-    for slot in range(snapshot_vertices - 1, vertices - 1, -1):
-        above = parent[slot - 4]
-        if above < vertices:
-            for axis in range(3):
-                positions[above, axis] = coarse[slot - 4, axis]
-        for index in range(shifted_end[slot - 5] if slot > 4 else 0, shifted_end[slot - 4]):
-            if shifted[index] < vertices:
-                for axis in range(3):
-                    positions[shifted[index], axis] = shifted_coarse[index, axis]
-    faces = np.empty((2 * vertices - 4, 3), np.int32)
-    for face in range(len(faces)):
-        for place in range(3):
-            slot = snapshot_faces[face, place]
-            while slot >= vertices:
-                slot = parent[slot - 4]
-            faces[face, place] = slot
-    return positions, faces

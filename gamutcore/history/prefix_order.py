@@ -75,6 +75,11 @@ class Splits(NamedTuple):
         """Number of vertices of the full boundary."""
         return len(self.parent) + 4
 
+    @property
+    def nbytes(self) -> int:
+        """Memory held, in bytes."""
+        return sum(array.nbytes for array in self)
+
 
 def splits_in_prefix_order(decimation: Decimation) -> Splits:
     """Turn collapses as they happened into splits in prefix order.

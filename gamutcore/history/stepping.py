@@ -3,7 +3,8 @@
 A split writes the parent's new position, the new slot's position, those of neighbours that move
 with them, the new slot into the corners that pass to it, and two faces. A collapse writes the old
 positions and the parent back into the same corners; what lies behind the level's end is simply not
-part of it any more.
+part of it any more. A level that is not to be stepped on is taken from a snapshot of a finer one,
+without writing to that.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from gamutcore.mesh import TriangleMesh
 if TYPE_CHECKING:
     from gamutcore.history.prefix_order import Splits
 
-__all__ = ["LevelCursor", "coarsen", "refine"]
+__all__ = ["LevelCursor", "coarsen", "level_from_snapshot", "refine"]
 
 
 def refine(
@@ -189,3 +190,52 @@ def _coarsen(
                 positions[shifted[index], axis] = shifted_position[index, axis]
         for index in range(moved_end[split - 1] if split > 0 else 0, moved_end[split]):
             corners[moved[index]] = above
+
+
+@kernel
+def level_from_snapshot(
+    vertices: int,
+    snapshot_vertices: int,
+    snapshot_positions: Float32Array,
+    snapshot_faces: IndexArray,
+    parent: IndexArray,
+    coarse: Float32Array,
+    shifted_end: IndexArray,
+    shifted: IndexArray,
+    shifted_coarse: Float32Array,
+) -> tuple[Float32Array, IndexArray]:
+    """Return a level from a snapshot of one that is not coarser.
+
+    Parameters
+    ----------
+    vertices : int
+        Of the level.
+    snapshot_vertices : int
+    snapshot_positions : (snapshot_vertices, 3) float32
+    snapshot_faces : (2 snapshot_vertices − 4, 3) int32
+    parent, coarse, shifted_end, shifted, shifted_coarse
+        Of `Splits`, of which the rows up to the snapshot are read.
+
+    Returns
+    -------
+    positions : (vertices, 3) float32
+    faces : (2 vertices − 4, 3) int32
+    """
+    positions = snapshot_positions[:vertices].copy()
+    for slot in range(snapshot_vertices - 1, vertices - 1, -1):
+        above = parent[slot - 4]
+        if above < vertices:
+            for axis in range(3):
+                positions[above, axis] = coarse[slot - 4, axis]
+        for index in range(shifted_end[slot - 5] if slot > 4 else 0, shifted_end[slot - 4]):
+            if shifted[index] < vertices:
+                for axis in range(3):
+                    positions[shifted[index], axis] = shifted_coarse[index, axis]
+    faces = np.empty((2 * vertices - 4, 3), np.int32)
+    for face in range(len(faces)):
+        for place in range(3):
+            slot = snapshot_faces[face, place]
+            while slot >= vertices:
+                slot = parent[slot - 4]
+            faces[face, place] = slot
+    return positions, faces

@@ -270,14 +270,20 @@ class TestFile:
         history, _ = history_from_bytes(file, partial=True)
         assert history.device_values(30) == inked[0].device_values(30)
 
-    def test_is_unpacked_when_it_is_asked_for(self, file):
+    def test_is_unpacked_as_far_as_it_is_asked_for(self, file):
         history, _ = history_from_bytes(file)
-        before = history.nbytes
         history.level(30)
-        assert history.nbytes == before
-        device = history.device
-        assert history.nbytes == before + device.nbytes
-        assert history.device is device
+        assert not history.is_unpacked(30)
+        before = history.nbytes
+        values = history.device_values(30)
+        assert history.is_unpacked(30)
+        assert not history.is_unpacked(history.triangles)
+        assert before < history.nbytes
+        history.unpack()
+        assert history.is_unpacked(history.triangles)
+        assert history.device_values(30) == values
+        geometry = History(history.splits, history.centre, history.step)
+        assert history.nbytes == geometry.nbytes + history.device.nbytes
 
     def test_a_press_takes_less_than_24_bits_for_each_vertex(self, fogra39_gamut):
         header, _ = header_of(fogra39_gamut.to_bytes())
@@ -418,12 +424,19 @@ class TestDamage:
             assert (values.values >= 0).all()
             assert (values.values <= 1).all()
 
-    def test_a_gamut_notices_it_when_it_is_read(self, fogra39):
+    def test_a_gamut_notices_it_when_it_is_asked_for(self, fogra39):
         built = build_gamut(fogra39, Options(surface_samples=1000))
         data = built.to_bytes()
         read = Gamut.from_bytes(data)
         assert read.level(100) == built.level(100)
-        last = max(name for name in safetensors.numpy.load(data) if name.startswith("device."))
-        stream = safetensors.numpy.load(data)[last]
-        with pytest.raises(HistoryFileError):
-            Gamut.from_bytes(tampered(data, **{last.replace(".", "__"): stream[:-8]}))
+        arrays = safetensors.numpy.load(data)
+        last = max(name for name in arrays if name.startswith("device.") and name[-1].isdecimal())
+        stream = arrays[last]
+        damaged = Gamut.from_bytes(tampered(data, **{last.replace(".", "__"): stream[:-8]}))
+        assert damaged.level(100) == built.level(100)
+        for _ in range(2):
+            with pytest.raises(HistoryFileError) as caught:
+                damaged.level(damaged.history.triangles)
+            assert caught.value.where["field"] == last
+        assert damaged.history.full() == built.history.full()
+        assert damaged.level(100) == built.level(100)

@@ -194,6 +194,7 @@ class TestLayout:
         data[int(place * len(data))] ^= flip
         try:
             history, _ = history_from_bytes(bytes(data), partial=True)
+            history.unpack()
         except HistoryFileError:
             return
         assert_readable(history)
@@ -262,6 +263,7 @@ class TestDamage:
     def assert_refused_or(data, check):
         try:
             history, _ = history_from_bytes(bytes(data))
+            history.unpack()
         except HistoryFileError:
             return
         check(history)
@@ -273,6 +275,7 @@ class TestDamage:
             data[stream_of(file, 3)[1] - 2] ^= 1 << bit
             try:
                 history, _ = history_from_bytes(bytes(data))
+                history.unpack()
             except HistoryFileError:
                 continue
             assert_readable(history)

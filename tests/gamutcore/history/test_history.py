@@ -10,6 +10,7 @@ from gamutcore.decimation import COSTS, decimated
 from gamutcore.errors import TriangleCountError
 from gamutcore.export import encoded_mesh
 from gamutcore.history import MINIMUM_TRIANGLES, History, history_of
+from gamutcore.mesh import TriangleMesh
 
 UNUSED_BY_LEVELS = ("fine", "added", "faces", "moved_end", "moved", "shifted_fine")
 READERS = [("glb", "trimesh"), ("glb", "pygltflib"), ("ply", "trimesh"), ("ply", "meshio")]
@@ -183,13 +184,11 @@ class TestWorkFollowsTheLevel:
         parent, coarse = splits.parent.copy(), splits.coarse.copy()
         parent[2 * vertices - 4 :], coarse[2 * vertices - 4 :] = 0, np.nan
         others = {name: np.zeros_like(getattr(splits, name)) for name in UNUSED_BY_LEVELS}
-        history.splits = splits._replace(parent=parent, coarse=coarse, **others)
-        used = next(number for number in history._levels if number >= vertices)
-        assert used < 2 * vertices
-        for index, snapshot in enumerate(history._levels):
-            if snapshot != used:
-                history._positions[index][:] = np.nan
-                history._corners[index][:] = 0
+        history._splits = splits._replace(parent=parent, coarse=coarse, **others)
+        used = next(each for each in history._snapshots if len(each.vertices) >= vertices)
+        assert len(used.vertices) < 2 * vertices
+        nothing = TriangleMesh(np.full((4, 3), np.nan), np.zeros((4, 3), np.int32))
+        history._snapshots = [each if each is used else nothing for each in history._snapshots]
         assert history.level(count) == expected
 
     def test_memory_is_less_than_four_times_the_full_mesh_and_its_splits(self, fogra39_gamut):

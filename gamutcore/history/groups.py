@@ -1,0 +1,70 @@
+"""The groups that a history file stores its splits in, each one stream of bits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from gamutcore.errors import HistoryFileError
+from gamutcore.history.bit_codes import read_bits
+
+if TYPE_CHECKING:
+    from gamutcore.history.bit_codes import BitReader
+
+__all__ = ["DAMAGED", "DEVICE", "SPLITS", "group_name", "groups_of", "refuse_bits_left"]
+
+SPLITS, DEVICE = "splits", "device"
+"""What a stream tells of its splits: their geometry, or the device values at them."""
+
+DAMAGED = "the file as it was delivered, unchanged"
+"""What would be right in place of a stream that is not as a writer leaves it."""
+
+
+def groups_of(vertices: int) -> list[tuple[int, int]]:
+    """Return the groups of a history, which double the number of vertices.
+
+    Parameters
+    ----------
+    vertices : int
+        Of the full boundary.
+
+    Returns
+    -------
+    list of (int, int)
+        Slots that each group adds, the first and the one behind the last: [4, 8), [8, 16), ..., the
+        last one cut at the vertex count.
+    """
+    groups = []
+    start = 4
+    while start < vertices:
+        groups.append((start, min(2 * start, vertices)))
+        start *= 2
+    return groups
+
+
+def group_name(number: int, kind: str = SPLITS) -> str:
+    """Return the name of a group's array in the file."""
+    return f"{kind}.{number:02d}"
+
+
+def refuse_bits_left(reader: BitReader, name: str) -> None:
+    """Check that a stream ends where its last split does.
+
+    Parameters
+    ----------
+    reader : BitReader
+        At the end of that split.
+    name : str
+        Of the array that holds the stream.
+
+    Raises
+    ------
+    HistoryFileError
+        If more is left than the zeros that fill its last byte.
+    """
+    left = reader.length - int(reader.place[0])
+    if left >= 8 or read_bits(reader, left):
+        raise HistoryFileError(
+            f"the last split of a group leaves {left} bits over",
+            where={"field": name},
+            remedy="zeros up to the end of a byte",
+        )

@@ -1,0 +1,45 @@
+"""The groups of splits in a history file."""
+
+import numpy as np
+import pytest
+
+from gamutcore.errors import HistoryFileError
+from gamutcore.history.bit_codes import read_bits, reader_of
+from gamutcore.history.groups import DEVICE, group_name, groups_of, refuse_bits_left
+
+
+@pytest.mark.parametrize("vertices", [4, 5, 7, 8, 9, 16, 17, 1000, 2**25])
+def test_groups_double_the_vertices_and_leave_none_out(vertices):
+    groups = groups_of(vertices)
+    assert [start for start, _ in groups] == [4 * 2**number for number in range(len(groups))]
+    assert [end for _, end in groups[:-1]] == [start for start, _ in groups[1:]]
+    assert (groups[-1][1] if groups else 4) == vertices
+
+
+def test_names_sort_as_the_groups_do():
+    names = [group_name(number, DEVICE) for number in range(len(groups_of(2**25)))]
+    assert names == sorted(names)
+    assert names[0] == "device.00"
+
+
+@pytest.mark.parametrize(
+    ("read", "stream", "right"),
+    [
+        (16, [255, 255], True),
+        (9, [255, 128], True),
+        (9, [255, 129], False),
+        (8, [255, 0], False),
+        (0, [0], False),
+        (0, [], True),
+    ],
+)
+def test_a_stream_ends_with_less_than_a_byte_of_zeros(read, stream, right):
+    reader = reader_of(np.array(stream, np.uint8))
+    for _ in range(read):
+        read_bits(reader, 1)
+    if right:
+        refuse_bits_left(reader, "splits.03")
+    else:
+        with pytest.raises(HistoryFileError, match="bits over") as caught:
+            refuse_bits_left(reader, "splits.03")
+        assert caught.value.where == {"field": "splits.03"}

@@ -1,0 +1,134 @@
+"""Histories from files: unpacked as far as levels are asked for, each level as if all were."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gamutcore.errors import HistoryFileError
+from gamutcore.history import history_bytes, history_from_bytes, packed_splits
+from gamutcore.history.groups import groups_of
+
+
+def opened(data):
+    history, _ = history_from_bytes(data)
+    return history
+
+
+def groups_unpacked(history):
+    """By what it says of every level."""
+    ends = [2 * end - 4 for _, end in groups_of(history.vertices)]
+    known = [history.is_unpacked(end) for end in ends]
+    assert known == sorted(known, reverse=True)
+    return sum(known)
+
+
+@pytest.fixture(scope="module")
+def large(fogra39_gamut):
+    """A history with device values, and its file."""
+    return fogra39_gamut.history, history_bytes(fogra39_gamut.history)
+
+
+class TestUnpacking:
+    def test_nothing_is_at_first(self, large):
+        built, data = large
+        history = opened(data)
+        assert history.level(4) == built.level(4)
+        assert groups_unpacked(history) == 0
+        assert history.nbytes < 1.1 * len(data)
+
+    def test_is_as_far_as_a_level_needs(self, large):
+        built, data = large
+        history = opened(data)
+        sizes = [history.nbytes]
+        for number, (start, end) in enumerate(groups_of(built.vertices)):
+            assert not history.is_unpacked(2 * start - 2)
+            history.unpack(2 * start - 2)
+            assert groups_unpacked(history) == number + 1
+            assert history.is_unpacked(2 * end - 4)
+            sizes.append(history.nbytes)
+        assert sizes[:-1] == sorted(sizes[:-1])
+        assert history.nbytes == opened_whole(data).nbytes
+        # a level of a hundredth of the triangles holds a small part of all that could be held
+        coarse = opened(data)
+        coarse.unpack(built.triangles // 100)
+        assert coarse.nbytes - len(data) < history.nbytes / 20
+
+    @settings(max_examples=60, deadline=None)
+    @given(st.data())
+    def test_levels_are_the_same_in_any_order(self, file, shifting_history, data):
+        for built in (opened(file), shifting_history):
+            history = opened(history_bytes(built))
+            counts = st.lists(st.integers(4, built.triangles), min_size=1, max_size=6)
+            for count in data.draw(counts):
+                assert history.level(count) == built.level(count)
+
+    def test_several_threads_get_the_same(self, large):
+        built, data = large
+        counts = np.geomspace(4, built.triangles, 24).astype(int).tolist()
+        expected = {count: (built.level(count), built.device_values(count)) for count in counts}
+        for seed in range(3):
+            history = opened(data)
+            order = np.random.default_rng(seed).permutation(counts * 4).tolist()
+            with ThreadPoolExecutor(8) as threads:
+                found = threads.map(lambda n, h=history: (h.level(n), h.device_values(n)), order)
+                for count, (level, values) in zip(order, found, strict=True):
+                    assert level == expected[count][0]
+                    assert values == expected[count][1]
+            for array, built_array in zip(history.splits, built.splits, strict=True):
+                np.testing.assert_array_equal(array, built_array)
+
+
+class TestDamage:
+    def test_leaves_coarser_levels(self, small_history, damaged):
+        data, group = damaged
+        history = opened(data)
+        good = 2 * groups_of(history.vertices)[group][0] - 4
+        for _ in range(2):
+            with pytest.raises(HistoryFileError) as caught:
+                history.full()
+            assert caught.value.where["field"] == f"splits.{group:02d}"
+            assert history.level(good) == small_history.level(good)
+            with pytest.raises(HistoryFileError):
+                _ = history.splits
+            with pytest.raises(HistoryFileError):
+                history.level(good + 2)
+            assert groups_unpacked(history) == group
+
+    def test_a_group_that_was_given_up_is_not_read_on_from_the_middle(self, file, monkeypatch):
+        history = opened(file)
+        coarse = history.level(12)
+        real = packed_splits.read_group
+
+        def interrupted(*args):
+            real(*args)
+            raise MemoryError
+
+        monkeypatch.setattr(packed_splits, "read_group", interrupted)
+        with pytest.raises(MemoryError):
+            history.full()
+        monkeypatch.undo()
+        with pytest.raises(MemoryError):
+            history.full()
+        assert history.level(12) == coarse
+
+
+@pytest.fixture
+def damaged(file):
+    """A file of which one stream's last bits are wrong, and which."""
+    group = 3
+    data = bytearray(file)
+    place = bytes(file).index(b'"splits.03"')
+    text = file[place : file.index(b"}", place)]
+    end = int(text.rsplit(b",", 1)[1].strip(b"]"))
+    begin = 8 + int.from_bytes(file[:8], "little")
+    data[begin + end - 1] ^= 255
+    return bytes(data), group
+
+
+def opened_whole(data):
+    history = opened(data)
+    history.unpack()
+    return history
