@@ -56,14 +56,14 @@ class ByteBoundedCache(Generic[Key, Value]):
         """Keep a value of `nbytes` bytes; the least recently used leave until all fit."""
         self.misses += 1
         self.discard(key)
-        if nbytes > self.capacity:
-            return
-        self._entries[key] = (value, nbytes)
-        self.nbytes += nbytes
-        while self.nbytes > self.capacity:
-            _, (_, freed) = self._entries.popitem(last=False)
-            self.nbytes -= freed
-            self.evictions += 1
+        self._keep(key, value, nbytes)
+
+    def resize(self, key: Key, value: Value, nbytes: int) -> None:
+        """Say that a value takes another number of bytes by now; nothing happens if it is gone."""
+        entry = self._entries.get(key)
+        if entry is not None and entry[0] is value:
+            self.discard(key)
+            self._keep(key, value, nbytes)
 
     def discard(self, key: Key) -> None:
         """Forget a key; nothing happens if it is not there."""
@@ -75,3 +75,13 @@ class ByteBoundedCache(Generic[Key, Value]):
         """Forget every key that fulfils a condition."""
         for key in [key for key in self._entries if condition(key)]:
             self.discard(key)
+
+    def _keep(self, key: Key, value: Value, nbytes: int) -> None:
+        if nbytes > self.capacity:
+            return
+        self._entries[key] = (value, nbytes)
+        self.nbytes += nbytes
+        while self.nbytes > self.capacity:
+            _, (_, freed) = self._entries.popitem(last=False)
+            self.nbytes -= freed
+            self.evictions += 1

@@ -1,8 +1,9 @@
-"""The gamuts that are open: read, verified and parsed once, then kept in memory.
+"""The gamuts that are open: read and verified once, then kept in memory.
 
-Opening takes tens of milliseconds and blocks on the disk, so it happens in a few threads, and
-requests that want the same gamut at the same time wait for the same opening. What is kept is
-bounded in bytes. Everything here belongs to the event loop's thread, except what says otherwise.
+Opening blocks on the disk, and unpacking the levels that are asked for takes up to tens of
+milliseconds, so both happen in a few threads, and requests that want the same gamut at the same
+time wait for the same opening. What is kept is bounded in bytes. Everything here belongs to the
+event loop's thread, except what says otherwise.
 """
 
 from __future__ import annotations
@@ -18,7 +19,6 @@ from gamutcore.gamut import Gamut
 from service.cache import ByteBoundedCache
 from service.server_timing import timed
 from service.single_flight import SingleFlight
-from service.storage.gamuts import GamutNotStoredError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -32,7 +32,8 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 _THREADS = 2
-"""Histories opened, or large meshes encoded, at the same time; it bounds their memory as well."""
+"""Histories opened or unpacked, or large meshes encoded, at the same time; it bounds their memory
+as well."""
 
 
 @dataclass(frozen=True)
@@ -89,12 +90,42 @@ class Library:
         Raises
         ------
         GamutNotStoredError
-            There is none of this id.
+            There is none of this id, or it is damaged.
         """
         found = self.opened(gamut_id)
         if found is not None:
             return found
         return await self._opening.value(gamut_id, lambda: self._open_and_keep(gamut_id))
+
+    async def unpack(self, gamut_id: str, opened: OpenGamut, triangles: int) -> None:
+        """Have a level of an open gamut ready to be read.
+
+        Parameters
+        ----------
+        gamut_id : str
+        opened : OpenGamut
+        triangles : int
+            Of a level that the gamut has.
+
+        Raises
+        ------
+        GamutDamagedError
+            If what the file holds of it turns out to be damaged.
+        """
+        history = opened.gamut.history
+        if history.is_unpacked(triangles):
+            return
+        with timed("open"):
+            try:
+                await self.in_thread(history.unpack, triangles)
+            except Exception as error:
+                # It cannot be unpacked any further.
+                self._open.discard(gamut_id)
+                if not isinstance(error, HistoryFileError):
+                    raise
+                reason = str(error)
+                raise await self.in_thread(self._store.set_aside, gamut_id, reason) from error
+        self._open.resize(gamut_id, opened, opened.gamut.nbytes)
 
     async def record(self, gamut_id: str) -> Record:
         """Return a gamut's record; `GamutNotStoredError` if there is none."""
@@ -128,8 +159,7 @@ class Library:
         try:
             gamut = Gamut.from_bytes(content)
         except HistoryFileError as error:
-            self._store.set_aside(gamut_id, str(error))
-            raise GamutNotStoredError(gamut_id) from error
+            raise self._store.set_aside(gamut_id, str(error)) from error
         provenance = mesh_provenance(gamut.id, gamut.description)
         return OpenGamut(gamut, provenance, gamut.colour_space)
 

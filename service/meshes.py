@@ -1,8 +1,8 @@
 """Encoded meshes: any level of a gamut in any format and coding, made once and kept in memory.
 
 A level of a gamut in a format and a content coding is immutable content, named by its `MeshKey`.
-Small ones are made on the spot, on the event loop; large ones, and those whose gamut is not open,
-in a thread.
+Small ones are made on the spot, on the event loop; large ones, and those whose level is not
+unpacked yet, in a thread.
 """
 
 from __future__ import annotations
@@ -177,7 +177,8 @@ class Meshes:
         Returns
         -------
         EncodedMesh or None
-            None for all else: the gamut is not open, the mesh is large, or there is no such mesh.
+            None for all else: the gamut is not open, its level not unpacked, the mesh is large, or
+            there is no such mesh.
         """
         opened = self._library.opened(gamut_id)
         if opened is None:
@@ -190,7 +191,8 @@ class Meshes:
             return None
         key = _key(gamut_id, count, format_name, coding)
         mesh = self._cache.get(key)
-        if mesh is None and key.triangles <= _INLINE_TRIANGLES.get(format_name, 0):
+        small = key.triangles <= _INLINE_TRIANGLES.get(format_name, 0)
+        if mesh is None and small and opened.gamut.history.is_unpacked(key.triangles):
             mesh = self._encoded_and_kept(opened, key)
         return mesh
 
@@ -202,7 +204,7 @@ class Meshes:
         Raises
         ------
         GamutNotStoredError
-            There is no such gamut.
+            There is no such gamut, or it is damaged.
         TriangleCountError
             The gamut has no such level.
         """
@@ -235,6 +237,7 @@ class Meshes:
 
     async def _encode_and_keep(self, opened: OpenGamut, key: MeshKey) -> EncodedMesh:
         if key.coding == IDENTITY:
+            await self._library.unpack(key.gamut_id, opened, key.triangles)
             with timed("encode"):
                 mesh = await self._library.in_thread(_encoded, opened, key)
         else:

@@ -21,6 +21,22 @@ def test_a_value_above_the_bound_is_not_kept_and_drives_nothing_out():
     assert cache.get("b") is None
 
 
+def test_a_value_that_grows_drives_others_out_and_in_the_end_itself():
+    cache = ByteBoundedCache(30)
+    values = {key: [key] for key in "abc"}
+    for key, value in values.items():
+        cache.put(key, value, 10)
+    misses = cache.misses
+    cache.resize("a", values["a"], 20)
+    assert [cache.get(key) for key in "abc"] == [["a"], None, ["c"]]
+    cache.resize("b", values["b"], 5)
+    cache.resize("c", ["c"], 5)  # an equal value, but not the one that is kept
+    assert (cache.nbytes, cache.misses) == (30, misses)
+    cache.resize("a", values["a"], 31)
+    assert [cache.get(key) for key in "abc"] == [None, None, ["c"]]
+    assert cache.nbytes == 10
+
+
 def test_keys_are_discarded_by_condition():
     cache = ByteBoundedCache(100)
     for key in range(6):

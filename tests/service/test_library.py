@@ -10,8 +10,9 @@ from gamutcore.colours.spaces import SPACES
 from gamutcore.errors import OptionError
 from gamutcore.export import encoded_mesh
 from gamutcore.gamut import Options, build_gamut
+from gamutcore.history import packed_splits
 from service.library import Library, mesh_provenance
-from service.storage.gamuts import GamutNotStoredError
+from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 from service.storage.records import Record
 
 
@@ -41,9 +42,15 @@ def test_no_more_is_kept_than_fits(filled_store, built):
     library = Library(filled_store, max(gamut.nbytes for gamut in built))
 
     async def scenario():
-        for gamut in built:
-            await library.gamut(gamut.id)
+        opened = [await library.gamut(gamut.id) for gamut in built]
+        assert [library.opened(gamut.id) for gamut in built] == opened
+        for one, gamut in zip(opened, built, strict=True):
+            await library.unpack(gamut.id, one, gamut.history.triangles)
         assert [library.opened(gamut.id) is None for gamut in built] == [True, False]
+        # what is no longer kept can still be read by whoever holds it
+        await library.unpack(built[0].id, opened[0], 4)
+        assert opened[0].gamut.history.full() == built[0].history.full()
+        assert library.opened(built[0].id) is None
 
     run(library, scenario())
 
@@ -73,6 +80,54 @@ def test_a_file_that_is_no_history_is_set_aside(filled_store):
         with pytest.raises(GamutNotStoredError):
             await library.gamut(record.id)
         assert list(filled_store.blobs.keys("quarantine/"))
+
+    run(library, scenario())
+
+
+def test_a_file_with_a_damaged_stream_is_set_aside_when_that_is_asked_for(filled_store, built):
+    """Its digest is right: it was written like that."""
+    content = bytearray(built[0].to_bytes())
+    content[-1] ^= 255
+    digest = hashlib.sha256(content).hexdigest()
+    record = Record("a" * 64, digest, len(content), "", built[0].description)
+    path = filled_store.scratch(".gamut")
+    path.write_bytes(content)
+    filled_store.publish(record, path)
+    library = Library(filled_store, 10**9)
+    triangles = built[0].history.triangles
+
+    async def scenario():
+        opened = await library.gamut(record.id)
+        await library.unpack(record.id, opened, 10)
+        assert opened.gamut.level(10) == built[0].level(10)
+        wanted = (library.unpack(record.id, opened, triangles) for _ in range(3))
+        errors = await asyncio.gather(*wanted, return_exceptions=True)
+        assert all(isinstance(error, GamutDamagedError) for error in errors)
+        assert library.opened(record.id) is None
+        assert list(filled_store.blobs.keys("quarantine/"))
+        with pytest.raises(GamutNotStoredError):
+            await library.gamut(record.id)
+
+    run(library, scenario())
+
+
+def test_a_gamut_that_could_not_be_unpacked_is_opened_anew(filled_store, built, monkeypatch):
+    library = Library(filled_store, 10**9)
+    triangles = built[0].history.triangles
+
+    def no_memory(*_):
+        raise MemoryError
+
+    async def scenario():
+        opened = await library.gamut(built[0].id)
+        monkeypatch.setattr(packed_splits, "read_group", no_memory)
+        with pytest.raises(MemoryError):
+            await library.unpack(built[0].id, opened, triangles)
+        monkeypatch.undo()
+        again = await library.gamut(built[0].id)
+        await library.unpack(built[0].id, again, triangles)
+        assert again.gamut.history.full() == built[0].history.full()
+        assert not list(filled_store.blobs.keys("quarantine/"))
 
     run(library, scenario())
 

@@ -28,11 +28,13 @@ def test_every_format_has_a_media_type_and_a_suffix_of_its_own():
     assert next(iter(MEDIA_TYPES)) == "model/gltf-binary"
 
 
-def test_a_mesh_is_at_hand_once_its_gamut_is_open(run, built):
+def test_a_mesh_is_at_hand_once_its_level_is_unpacked(run, built):
     async def scenario(library, meshes):
         name = built[0].id
         assert meshes.at_once(name, Wanted(100), "glb") is None
-        await library.gamut(name)
+        opened = await library.gamut(name)
+        assert meshes.at_once(name, Wanted(100), "glb") is None
+        await library.unpack(name, opened, 100)
         mesh = meshes.at_once(name, Wanted(101), "glb")
         assert mesh is meshes.at_once(name, Wanted(100), "glb")
         assert mesh is await meshes.mesh(name, Wanted(100), "glb")
@@ -54,6 +56,20 @@ def test_a_mesh_outlives_its_closed_gamut_but_not_its_deleted_one(run, built):
     run(scenario)
 
 
+def test_a_coarse_mesh_leaves_the_finer_levels_packed(run, built):
+    async def scenario(library, meshes):
+        name = built[0].id
+        assert triangles(await meshes.mesh(name, Wanted(10), "ply")) == 10
+        opened = library.opened(name)
+        assert not opened.gamut.history.is_unpacked(built[0].history.triangles)
+        before = library.cache.nbytes
+        await meshes.mesh(name, Wanted(built[0].history.triangles), "ply")
+        assert library.opened(name) is opened
+        assert opened.gamut.nbytes == library.cache.nbytes > before
+
+    run(scenario)
+
+
 class TestLimits:
     """A limit is kept with the fewest triangles that promise it, by the described curve."""
 
@@ -64,7 +80,8 @@ class TestLimits:
         levels = built[0].description["levels"]
 
         async def scenario(library, meshes):
-            await library.gamut(built[0].id)
+            opened = await library.gamut(built[0].id)
+            await library.unpack(built[0].id, opened, opened.gamut.history.triangles)
             for level in levels:
                 limit = level[bound]
                 expected = min(each["triangles"] for each in levels if each[bound] <= limit)
