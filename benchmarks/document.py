@@ -355,7 +355,8 @@ def _speed(measured: Measured) -> str:
     storage = [
         [
             f"`{row['cost']}`", f"{row['triangles']:,}", f"{row['bytes']:,}",
-            f"{row['bits_per_vertex']:.1f}", f"{row['first_level_ms']:.1f}",
+            f"{row['bits_per_vertex']:.1f}", f"{row['first_level_ms']:.2f}",
+            f"{row['common_level_ms']:.2f}", f"{row['all_levels_ms']:.0f}",
         ]
         for row in measured["storage"]
     ]  # fmt: skip
@@ -399,9 +400,15 @@ From {million["points"]:,} surface colours to a boundary of {
         million["history_s"]:.1f} s
 more: {million["total_s"]:.1f} s.
 
-History files, and the time from their bytes to the first level:
+History files, and the times from their bytes to the first level, to the one of {LEVEL:,}
+triangles, and to the full boundary, by which all levels are unpacked and checked, in ms:
 
-{table(["cost", "triangles", "bytes", "bits per vertex", "first level, ms"], storage)}
+{
+        table(
+            ["cost", "triangles", "bytes", "bits per vertex", "first", f"{LEVEL:,}", "full"],
+            storage,
+        )
+    }
 """
 
 

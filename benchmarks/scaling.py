@@ -77,7 +77,7 @@ class Measured:
     answer_bytes : float
         Bytes of a mesh of 1,000 triangles.
     opening_seconds : float
-        From the bytes of a history to its first level.
+        From the bytes of a history, whose digest is compared, to a level of 1000 triangles.
     history_bytes, record_bytes, input_bytes, open_bytes : float
         Of one gamut: its history file, the description, what it was built from, and in memory.
     build_seconds : float
@@ -213,20 +213,20 @@ def _measured(
         ["mesh from an open history", f"{figures.encoded:,.0f} requests/s of one API process",
          "results.json, `meshes`, uncached"],
         ["bytes of such a mesh", f"{figures.answer_bytes:,.0f}", "results.json, `meshes`"],
-        ["a history opened, to its first level", f"{1e3 * figures.opening_seconds:.0f} ms of one core",
+        ["a history opened, to 1,000 triangles", f"{1e3 * figures.opening_seconds:.1f} ms of one core",
          "gamuts.json, `opening_s`, mean"],
         ["a gamut built, POST to 201", f"{figures.build_seconds:.2f} s of one core",
          "results.json, `inputs`, `http_s`, mean"],
         ["history file", f"{figures.history_bytes:,.0f} bytes", "gamuts.json, mean"],
         ["description", f"{figures.record_bytes:,.0f} bytes", "gamuts.json, mean"],
         ["input", f"{figures.input_bytes:,.0f} bytes", "gamuts.json, mean"],
-        ["open history", f"{_size(figures.open_bytes)} of memory", "gamuts.json, mean"],
+        ["open history, to 1,000 triangles", f"{_size(figures.open_bytes)} of memory", "gamuts.json, mean"],
     ]  # fmt: skip
     each = [
         [
             row["input"], f"{row['triangles']:,}", f"{row['history_bytes']:,}",
             f"{row['record_bytes']:,}", f"{row['input_bytes']:,}", _size(row["open_bytes"]),
-            f"{1e3 * row['opening_s']:.0f}",
+            f"{1e3 * row['opening_s']:.1f}",
         ]
         for row in gamuts
     ]  # fmt: skip
@@ -324,7 +324,7 @@ What the CDN does not have comes from an API replica, by one of three ways:
 | --- | --- |
 | the mesh is in memory | 1 ÷ {figures.repeated:,.0f} = {1e6 * best:.0f} µs |
 | its history is open | 1 ÷ {figures.encoded:,.0f} = {1e6 / figures.encoded:.0f} µs |
-| neither | {1e6 / figures.encoded:.0f} µs + {1e3 * figures.opening_seconds:.0f} ms = {
+| neither | {1e6 / figures.encoded:.0f} µs + {1e3 * figures.opening_seconds:.1f} ms = {
         1e3 * worst:.1f} ms, and {figures.history_bytes:,.0f} bytes out of the bucket |
 
 With its default settings a replica keeps {settings.mesh_cache_bytes:,} ÷ {
@@ -376,8 +376,8 @@ In this order:
 1. **Cold gamuts.** A replica that has a gamut open answers {
         warm:,.0f} requests/s of one core, and {
         hot:,.0f}/s of a mesh that it has in memory; one that has to open it first, {
-        cold:,.0f}/s: the {1e3 * figures.opening_seconds:.0f} ms of opening are {
-        figures.opening_seconds * figures.encoded:,.0f} times the rest. Only {
+        cold:,.0f}/s: the {1e3 * figures.opening_seconds:.1f} ms of opening are {
+        figures.opening_seconds * figures.encoded:,.1f} times the rest. Only {
         histories_kept:,.0f} fit into
    `GAMUT_HISTORY_CACHE_BYTES` of {_size(settings.history_cache_bytes)}; all {
         load.gamuts:,} would need {

@@ -38,7 +38,7 @@ SIZES = (105_000, 380_000, 1_750_000)
 """Surface colours that give boundaries of about 150,000, 500,000 and 2,000,000 triangles."""
 
 LEVEL = 1000
-"""Triangles that the other libraries are asked for."""
+"""Triangles that the other libraries are asked for, and most clients of a history."""
 
 SRGB = ROOT / "tests" / "data" / "sRGB-v4.icc"
 
@@ -145,13 +145,16 @@ def million_points() -> dict[str, Any]:
 
 
 def storage(runs: int) -> list[dict[str, Any]]:
-    """Size of history files of about 200,000 triangles, and the time to their first level."""
+    """Size of history files of about 200,000 triangles, and the times to their levels."""
     boundary = srgb_boundary(115_000)
     rows = []
     for cost in COSTS:
         history = history_of(decimated(boundary.mesh, boundary.centre, cost))
         data = history_bytes(history)
-        opening = shortest_and_median(lambda d=data: history_from_bytes(d)[0].level(4), runs)
+        opening, common, whole = (
+            shortest_and_median(lambda d=data, n=count: history_from_bytes(d)[0].level(n), runs)
+            for count in (4, LEVEL, history.triangles)
+        )
         rows.append(
             {
                 "cost": cost,
@@ -159,6 +162,8 @@ def storage(runs: int) -> list[dict[str, Any]]:
                 "bytes": len(data),
                 "bits_per_vertex": 8 * len(data) / history.vertices,
                 "first_level_ms": 1e3 * opening[0],
+                "common_level_ms": 1e3 * common[0],
+                "all_levels_ms": 1e3 * whole[0],
             }
         )
     return rows

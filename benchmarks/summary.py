@@ -226,7 +226,7 @@ def _storage_goals(measured: Measured) -> list[tuple[str, str, bool]]:
         found += [
             (f"history file, `{row['cost']}` ≤ 110 bits per vertex", f"{bits:.1f}", bits <= 110),
             (f"first level of {row['triangles']:,} triangles, `{row['cost']}` ≤ 60 ms",
-             f"{opening:.1f} ms", opening <= 60),
+             f"{opening:.2f} ms", opening <= 60),
         ]  # fmt: skip
     found += [
         (f"error curve ≤ 30 % of the decimation, `{row['cost']}`",
