@@ -8,10 +8,11 @@ A code, once released, never changes its meaning.
 from __future__ import annotations
 
 import errno
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 from gamutcore import errors
+from gamutcore.options import Options
 from service.core_problems import CORE_KINDS, Kind
 from service.responses import JsonResponse
 
@@ -26,6 +27,7 @@ __all__ = [
     "Problem",
     "ProblemError",
     "problem_response",
+    "sentence",
 ]
 
 MEDIA_TYPE = "application/problem+json"
@@ -334,8 +336,20 @@ BUILD_PROBLEMS = tuple(
 )
 """Codes of what can be wrong with the content that a build is asked for."""
 
+_OPTIONS = frozenset(each.name for each in fields(Options))
+
 KINDS: dict[str, Kind] = {kind.code: kind for kind in _ROWS}
 """All kinds of problems by their code."""
+
+
+def sentence(text: str) -> str:
+    """Return what an exception says as a sentence: they may say it without capital and full stop.
+
+    A text that begins with the name of an option keeps it as it is written.
+    """
+    if text.partition(" ")[0] not in _OPTIONS:
+        text = text[:1].upper() + text[1:]
+    return text + "." if text and text[-1] not in ".:!?" else text
 
 
 @dataclass(frozen=True)
@@ -364,8 +378,8 @@ class Problem:
 
     @classmethod
     def from_error(cls, error: errors.GamutError) -> Problem:
-        """Return the problem that an error of `gamutcore` is for a client."""
-        return cls(error.code, error.message, error.where, error.remedy)
+        """Return the problem that an error of `gamutcore` is for a client, told in sentences."""
+        return cls(error.code, sentence(error.message), error.where, sentence(error.remedy))
 
     @classmethod
     def from_errno(cls, number: int | None) -> Problem | None:

@@ -25,7 +25,7 @@ from service.building.process import (
     ProcessDiedError,
 )
 from service.jobs import JobCancelledError, JobDocument, LeaseLostError, now
-from service.problems import Problem
+from service.problems import Problem, sentence
 from service.storage.blobs import BlobNotFoundError, StoreUnavailableError
 from service.storage.records import Record
 
@@ -383,7 +383,10 @@ class Performer:
         """Return what the process found wrong; None if it has built the gamut."""
         if event["event"] == "refused":
             return Problem(
-                event["code"], event["message"], where=event["where"], remedy=event["remedy"]
+                event["code"],
+                sentence(event["message"]),
+                where=event["where"],
+                remedy=sentence(event["remedy"]),
             )
         if event["event"] == "exhausted":
             return self._memory_problem()

@@ -3,7 +3,7 @@ import json
 import pytest
 
 from gamutcore import errors
-from service.problems import KINDS, Problem, problem_response
+from service.problems import KINDS, Problem, problem_response, sentence
 
 ERRORS = [getattr(errors, name) for name in errors.__all__]
 
@@ -13,7 +13,22 @@ def test_every_error_of_gamutcore_is_a_client_error_with_its_own_row(error):
     assert 400 <= KINDS[error.code].status < 500
     document = Problem.from_error(error("m", where={"line": 3}, remedy="r")).document()
     assert document["type"] == f"/problems/{error.code}"
-    assert (document["detail"], document["where"], document["remedy"]) == ("m", {"line": 3}, "r")
+    assert (document["detail"], document["where"], document["remedy"]) == ("M.", {"line": 3}, "R.")
+
+
+@pytest.mark.parametrize(
+    ("said", "told"),
+    [
+        ("the points are flat", "The points are flat."),
+        ("surface_samples is 3", "surface_samples is 3."),
+        ("'x' is no cost", "'x' is no cost."),
+        ("Send the whole file.", "Send the whole file."),
+        ("one of:", "One of:"),
+        ("", ""),
+    ],
+)
+def test_what_exceptions_say_is_told_in_sentences(said, told):
+    assert sentence(said) == sentence(told) == told
 
 
 def test_codes_are_distinct_names_for_addresses():

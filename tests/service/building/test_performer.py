@@ -114,7 +114,7 @@ def test_what_the_process_reports_is_a_problem_and_the_process_goes_on(
 def test_the_place_and_the_remedy_of_a_refusal_are_kept(performer, accept):
     accept("refuse")
     problem = performer().perform(JOB).document.problem
-    assert (problem["detail"], problem["where"], problem["remedy"]) == ("m", {"column": "L"}, "r")
+    assert (problem["detail"], problem["where"], problem["remedy"]) == ("M.", {"column": "L"}, "R.")
 
 
 @pytest.mark.parametrize(

@@ -202,7 +202,7 @@ def test_segments_that_do_not_surround_the_centre_are_a_problem(server, assert_p
     answer = server.client.post("/v1/gamuts", json={"samples": corners, "options": options})
     document = assert_problem(answer, 422, "boundary-failed")
     assert document["where"] == {"field": "subdivisions"}
-    assert "more subdivisions" in document["remedy"]
+    assert "More subdivisions" in document["remedy"]
 
 
 def test_a_real_press_is_built_while_the_client_waits(server):

@@ -104,10 +104,12 @@ def test_what_the_worker_did_arrives(start_server, sphere, slow_build):
     # a worker that dies is seen, and so is the one that takes its place
     accepted = server.client.post("/v1/gamuts", **slow_build(), headers={"prefer": "respond-async"})
     job = server.client.get(accepted.headers["location"])
-    server.wait_for(lambda: figures(server)["gamut_builds_running", ()] == 1)
+    address = f"/v1/jobs/{job.json()['id']}"
+    server.wait_for(lambda: server.client.get(address).json()["stage"] in STAGES)
+    assert figures(server)["gamut_builds_running", ()] == 1
     for worker in (server.worker(1), server.worker(2)):
         os.kill(worker, signal.SIGKILL)
-    finished = server.finished_job(f"/v1/jobs/{job.json()['id']}")
+    finished = server.finished_job(address)
     assert finished["state"] == "succeeded"
     after = figures(server)
     assert after["gamut_builds_total", (("outcome", "crashed"),)] == 1
