@@ -35,7 +35,14 @@ from gamutcore.history.device_codes import (
     split_values,
     write_values,
 )
-from gamutcore.history.groups import DAMAGED, DEVICE, group_name, groups_of, refuse_bits_left
+from gamutcore.history.groups import (
+    DAMAGED,
+    DEVICE,
+    group_name,
+    groups_of,
+    lengthened,
+    refuse_bits_left,
+)
 from gamutcore.history.nearest_values import nearest_values
 from gamutcore.history.stepping import refine
 
@@ -120,14 +127,14 @@ class PackedStreams(NamedTuple):
         As the groups that are unpacked have left them.
     step : float
         Of the grid that positions lie on.
-    values : (V, k) int16
-        Filled up to the finest level that is unpacked: the values of that one.
+    vertices : int
+        Of the full boundary.
     """
 
     streams: Sequence[ByteArray]
     contexts: Contexts
     step: float
-    values: ShortArray
+    vertices: int
 
 
 class DeviceHistory:
@@ -141,7 +148,7 @@ class DeviceHistory:
     splits : SplitValues
     edges : SplitEdges
     packed : PackedStreams, optional
-        What the rows of both are to be filled from, group by group; None if they are filled.
+        What more rows of both are to be unpacked from; None if all are there.
     """
 
     def __init__(
@@ -157,12 +164,12 @@ class DeviceHistory:
         self.splits = splits
         self.edges = edges
         self._packed = packed
-        self._groups = groups_of(len(edges.parent) + 4)
+        vertices = len(edges.parent) + 4 if packed is None else packed.vertices
+        self._groups = groups_of(vertices)
         self._snapshots = [base]
         self._fault: BaseException | None = None
         if packed is None:
-            values = np.empty((len(edges.parent) + 4, len(section.channels)), np.int16)
-            values[:4] = base
+            values = lengthened(base, vertices)
             for start, end in self._groups:
                 split_values(values, edges, splits, start, end)
                 self._snapshots.append(values[:end].copy())
@@ -175,15 +182,10 @@ class DeviceHistory:
     @property
     def nbytes(self) -> int:
         """Memory held, in bytes."""
-        packed = self._packed
-        arrays = (*self.splits[:3], self.edges.place, self.edges.length)
-        rows = len(self._snapshots[-1]) - 4
-        row = sum(array.nbytes for array in arrays) // max(len(self.edges.parent), 1)
-        kept = sum(array.nbytes for array in (*self.splits[3:], *self._snapshots))
-        if packed is None:
-            return rows * row + kept
-        left = sum(stream.nbytes for stream in packed.streams[self.unpacked :])
-        return rows * row + kept + left + self._snapshots[-1].nbytes
+        packed, snapshots = self._packed, list(self._snapshots)
+        left = packed.streams[len(snapshots) - 1 :] if packed is not None else ()
+        edges = self.edges.place.nbytes + self.edges.length.nbytes
+        return edges + sum(array.nbytes for array in (*self.splits, *snapshots, *left))
 
     def unpack(self, geometry: Splits) -> None:
         """Unpack and check the next group.
@@ -191,7 +193,7 @@ class DeviceHistory:
         Parameters
         ----------
         geometry : Splits
-            Filled at least to the end of that group.
+            At least to the end of that group.
 
         Raises
         ------
@@ -234,9 +236,12 @@ class DeviceHistory:
         number = self.unpacked
         start, end = self._groups[number]
         name = group_name(number, DEVICE)
-        edges = self.edges
-        edges = edges._replace(
-            parent=geometry.parent, shifted_end=geometry.shifted_end, shifted=geometry.shifted
+        edges = self.edges._replace(
+            parent=geometry.parent,
+            place=lengthened(self.edges.place, end - 4),
+            length=lengthened(self.edges.length, end - 4),
+            shifted_end=geometry.shifted_end,
+            shifted=geometry.shifted,
         )
         _fill_edges(edges, geometry, packed.step, slice(start - 4, end - 4))
         before, moves = _moves(edges, start), _moves(edges, end)
@@ -249,13 +254,9 @@ class DeviceHistory:
                 where={"field": name},
                 remedy=DAMAGED,
             )
-        room = np.empty((moves - before, len(channels)), np.int16)
-        splits = self.splits
-        splits = splits._replace(
-            shifted_coarse=np.concatenate([splits.shifted_coarse, room]),
-            shifted_fine=np.concatenate([splits.shifted_fine, room]),
-        )
-        values = packed.values
+        rows = (*(end - 4,) * 3, moves, moves)
+        splits = SplitValues(*map(lengthened, self.splits, rows))
+        values = lengthened(self._snapshots[-1], end)
         faulty = read_values(reader, packed.contexts, edges, scale, values, splits, start, end)
         if faulty:
             raise HistoryFileError(
@@ -266,7 +267,7 @@ class DeviceHistory:
             )
         refuse_bits_left(reader, name)
         self.edges, self.splits = edges, splits
-        return values[:end].copy()
+        return values
 
 
 def device_history_of(device: DeviceValues, slots: IndexArray, splits: Splits) -> DeviceHistory:
@@ -358,14 +359,10 @@ def device_history_in(packed: PackedDeviceValues, vertices: int, step: float) ->
     DeviceHistory
     """
     channels = len(packed.section.channels)
-    splits = vertices - 4
-    edges = _empty_edges(splits, packed.section.corrected)
-    rows = (splits, splits, splits, 0, 0)
-    columns = SplitValues(*(np.empty((count, channels), np.int16) for count in rows))
-    values = np.empty((vertices, channels), np.int16)
-    values[:4] = packed.base
-    streams = PackedStreams(packed.streams, first_value_contexts(channels), step, values)
-    return DeviceHistory(packed.section, values[:4].copy(), columns, edges, streams)
+    edges = _empty_edges(0, _corrected_splits(packed.section.corrected, vertices - 4))
+    columns = SplitValues(*(np.empty((0, channels), np.int16) for _ in SplitValues._fields))
+    streams = PackedStreams(packed.streams, first_value_contexts(channels), step, vertices)
+    return DeviceHistory(packed.section, packed.base.astype(np.int16), columns, edges, streams)
 
 
 def device_section(text: str) -> DeviceSection:
@@ -416,20 +413,26 @@ def _moves(edges: SplitEdges, end: int) -> int:
 
 
 def _empty_edges(splits: int, corrected: int) -> SplitEdges:
-    """Return edges of which nothing is known yet but how many have corrections."""
+    """Return edges of so many splits, of which nothing is known yet but how many are corrected."""
     return SplitEdges(
         np.empty(splits, np.int32),
         np.empty(splits),
         np.empty(splits, np.uint8),
         np.empty(splits, np.int32),
         np.empty(0, np.int32),
-        min(max(corrected - 4, 0), splits),
+        corrected,
     )
+
+
+def _corrected_splits(corrected: int, splits: int) -> int:
+    """How many splits, from the first one on, lead to levels with fewer vertices than that."""
+    return min(max(corrected - 4, 0), splits)
 
 
 def _split_edges(splits: Splits, step: float, corrected: int) -> SplitEdges:
     """Return what device values are told by, of all splits."""
-    edges = _empty_edges(len(splits.parent), corrected)._replace(
+    count = len(splits.parent)
+    edges = _empty_edges(count, _corrected_splits(corrected, count))._replace(
         parent=splits.parent, shifted_end=splits.shifted_end, shifted=splits.shifted
     )
     _fill_edges(edges, splits, step, slice(None))

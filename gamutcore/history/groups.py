@@ -2,15 +2,29 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
 
 from gamutcore.errors import HistoryFileError
 from gamutcore.history.bit_codes import read_bits
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from gamutcore.history.bit_codes import BitReader
 
-__all__ = ["DAMAGED", "DEVICE", "SPLITS", "group_name", "groups_of", "refuse_bits_left"]
+__all__ = [
+    "DAMAGED",
+    "DEVICE",
+    "SPLITS",
+    "group_name",
+    "groups_of",
+    "lengthened",
+    "refuse_bits_left",
+]
+
+Scalar = TypeVar("Scalar", bound="np.generic[Any]")
 
 SPLITS, DEVICE = "splits", "device"
 """What a stream tells of its splits: their geometry, or the device values at them."""
@@ -44,6 +58,16 @@ def groups_of(vertices: int) -> list[tuple[int, int]]:
 def group_name(number: int, kind: str = SPLITS) -> str:
     """Return the name of a group's array in the file."""
     return f"{kind}.{number:02d}"
+
+
+def lengthened(array: NDArray[Scalar], rows: int) -> NDArray[Scalar]:
+    """Return a copy of an array with room for so many rows, the new ones not filled.
+
+    With groups that double, what is copied in all is as much as what is there in the end.
+    """
+    longer: NDArray[Scalar] = np.empty((rows, *array.shape[1:]), array.dtype)
+    longer[: len(array)] = array
+    return longer
 
 
 def refuse_bits_left(reader: BitReader, name: str) -> None:

@@ -12,11 +12,24 @@ import numpy as np
 
 from gamutcore.errors import HistoryFileError
 from gamutcore.history.bit_codes import reader_of
-from gamutcore.history.groups import DAMAGED, group_name, groups_of, refuse_bits_left
+from gamutcore.history.groups import (
+    DAMAGED,
+    group_name,
+    groups_of,
+    lengthened,
+    refuse_bits_left,
+)
 from gamutcore.history.prefix_order import Splits, ascending_in_parts
-from gamutcore.history.replay import replay_of
+from gamutcore.history.replay import replay_for, replay_of
 from gamutcore.history.split_codes import first_contexts
-from gamutcore.history.split_reader import FAULTS, MOVED, SHIFTED, empty_columns, read_group
+from gamutcore.history.split_reader import (
+    FAULTS,
+    MOVED,
+    SHIFTED,
+    FixedColumns,
+    empty_columns,
+    read_group,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -44,6 +57,8 @@ class PackedSplits:
 
     Attributes
     ----------
+    vertices : int
+        Of the full boundary.
     unpacked : int
         How many groups are.
     """
@@ -58,20 +73,15 @@ class PackedSplits:
         step: float,
     ) -> None:
         self.unpacked = 0
+        self.vertices = vertices
         self._streams = streams
         self._groups = groups_of(vertices)
         self._base = (positions * step).astype(np.float32), faces
         self._centre, self._step = centre, step
-        self._replay = replay_of(positions, faces, vertices)
+        self._replay = replay_of(positions, faces)
         self._contexts = first_contexts()
-        # the rows of groups that are not asked for are never touched, so they take no memory
-        self._fixed, self._growing = empty_columns(vertices - 4)
+        self._fixed, self._growing = empty_columns(0)
         self._fault: BaseException | None = None
-
-    @property
-    def vertices(self) -> int:
-        """Number of vertices of the full boundary."""
-        return len(self._fixed.parent) + 4
 
     @property
     def complete(self) -> bool:
@@ -81,12 +91,9 @@ class PackedSplits:
     @property
     def nbytes(self) -> int:
         """Memory held, in bytes, by what is unpacked and by what is not."""
-        rows = self._groups[self.unpacked - 1][1] - 4 if self.unpacked else 0
-        fixed = sum(array.nbytes for array in self._fixed) // max(len(self._fixed.parent), 1)
-        replay = (rows + 4) * 4 * 6 + int(self._replay.filled[0]) * 8
-        growing = int(self._growing.used[MOVED]) * 4 + int(self._growing.used[SHIFTED]) * 28
+        unpacked = (self._replay, self._contexts, self._fixed, self._growing)
         left = sum(stream.nbytes for stream in self._streams[self.unpacked :])
-        return rows * fixed + growing + replay + left
+        return left + sum(array.nbytes for arrays in unpacked for array in arrays)
 
     def unpack(self) -> None:
         """Unpack and check the next group.
@@ -108,9 +115,9 @@ class PackedSplits:
 
     @property
     def splits(self) -> Splits:
-        """The splits; only the rows of groups that are unpacked are filled, unless all are.
+        """The splits of the groups that are unpacked, with some room behind them unless all are.
 
-        What is unpacked later goes behind what is filled now.
+        Nobody writes to what they hold any more.
         """
         fixed, growing = self._fixed, self._growing
         shifts, moves = growing.used[SHIFTED], growing.used[MOVED]
@@ -142,14 +149,16 @@ class PackedSplits:
         name = group_name(self.unpacked)
         reader = reader_of(self._streams[self.unpacked])
         first = int(self._growing.used[SHIFTED])
+        self._fixed = FixedColumns._make(lengthened(each, end - 4) for each in self._fixed)
         fault, slot, self._replay, self._growing = read_group(
             reader,
             self._contexts,
-            self._replay,
+            replay_for(self._replay, end),
             self._fixed,
             self._growing,
             start,
             end,
+            self.vertices,
             self._centre,
             self._step,
         )

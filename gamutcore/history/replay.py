@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
+from gamutcore.history.groups import lengthened
 from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 
 __all__ = [
@@ -25,6 +26,7 @@ __all__ = [
     "copy_ring",
     "frame_of",
     "has_room",
+    "replay_for",
     "replay_of",
     "ring_of",
     "sees_centre_after_split",
@@ -43,7 +45,7 @@ CLASSES = LARGEST_CLASS + 1
 
 
 class Replay(NamedTuple):
-    """A level in arrays that have room for the full boundary.
+    """A level in arrays that have room for finer ones.
 
     Its connectivity is the ring of each slot: the faces around it, counter-clockwise, each as its
     corner at the slot and the slot that follows in it. Everything that a split changes is then in a
@@ -95,7 +97,7 @@ class Frame(NamedTuple):
     height: int
 
 
-def replay_of(positions: IndexArray, faces: IndexArray, vertices: int) -> Replay:
+def replay_of(positions: IndexArray, faces: IndexArray, vertices: int = 4) -> Replay:
     """Return the coarsest level, ready to be refined.
 
     Parameters
@@ -104,8 +106,8 @@ def replay_of(positions: IndexArray, faces: IndexArray, vertices: int) -> Replay
         In steps.
     faces : (4, 3) int32
         A closed, oriented tetrahedron.
-    vertices : int
-        Of the full boundary.
+    vertices : int, optional
+        That there is to be room for.
 
     Returns
     -------
@@ -114,7 +116,7 @@ def replay_of(positions: IndexArray, faces: IndexArray, vertices: int) -> Replay
     replay = Replay(
         np.empty((vertices, 3), np.int32),
         np.empty((vertices, 3), np.int32),
-        np.empty((SMALLEST_ROOM * vertices + 64, 2), np.int32),
+        np.empty((_entries_for(vertices), 2), np.int32),
         np.zeros(1, np.int64),
     )
     replay.position[:4] = positions
@@ -130,6 +132,20 @@ def replay_of(positions: IndexArray, faces: IndexArray, vertices: int) -> Replay
         replay.span[slot] = SMALLEST_ROOM * slot, 3, SMALLEST_ROOM
     replay.filled[0] = 4 * SMALLEST_ROOM
     return replay
+
+
+def replay_for(replay: Replay, vertices: int) -> Replay:
+    """Return the same level with room for so many vertices and for rings of the usual length."""
+    return Replay(
+        lengthened(replay.position, vertices),
+        lengthened(replay.span, vertices),
+        lengthened(replay.entries, max(_entries_for(vertices), len(replay.entries))),
+        replay.filled,
+    )
+
+
+def _entries_for(vertices: int) -> int:
+    return SMALLEST_ROOM * vertices + 64
 
 
 @inlined_kernel

@@ -143,6 +143,7 @@ def read_group(
     growing: GrowingColumns,
     start: int,
     end: int,
+    vertices: int,
     centre: FloatArray,
     step: float,
 ) -> tuple[int, int, Replay, GrowingColumns]:
@@ -154,12 +155,14 @@ def read_group(
     contexts : Contexts
         As the group before left them.
     replay : Replay
-        The level with `start` vertices; becomes that with `end`.
+        The level with `start` vertices, with room for `end`; becomes that with `end`.
     fixed : FixedColumns
-        Of all groups; the rows of this one are filled.
+        With rows up to the end of this group, which are filled.
     growing : GrowingColumns
         With what the groups before hold.
     start, end : int
+    vertices : int
+        Of the full boundary.
     centre : (3,) float64
     step : float
 
@@ -204,6 +207,7 @@ def read_group(
             degree,
             kept,
             shifts,
+            vertices,
             centre,
             step,
         )
@@ -227,6 +231,7 @@ def _read_split(
     degree: int,
     kept: int,
     shifts: bool,
+    vertices: int,
     centre: FloatArray,
     step: float,
 ) -> int:
@@ -256,7 +261,7 @@ def _read_split(
     used[RINGS] += split_slot(replay, parent, slot, ring, degree, kept)
     if used[RINGS] > LARGEST_RINGS:
         return LONG_RINGS
-    if used[MOVED] > MOVED_PER_VERTEX * (fixed.parent.size + 4):
+    if used[MOVED] > MOVED_PER_VERTEX * vertices:
         return MANY_MOVED
     valid = sees_centre_after_split(replay, parent, slot, ring, degree, kept, centre, step)
     for index in range(shifted_before, used[SHIFTED]):

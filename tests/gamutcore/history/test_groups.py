@@ -5,7 +5,7 @@ import pytest
 
 from gamutcore.errors import HistoryFileError
 from gamutcore.history.bit_codes import read_bits, reader_of
-from gamutcore.history.groups import DEVICE, group_name, groups_of, refuse_bits_left
+from gamutcore.history.groups import DEVICE, group_name, groups_of, lengthened, refuse_bits_left
 
 
 @pytest.mark.parametrize("vertices", [4, 5, 7, 8, 9, 16, 17, 1000, 2**25])
@@ -20,6 +20,16 @@ def test_names_sort_as_the_groups_do():
     names = [group_name(number, DEVICE) for number in range(len(groups_of(2**25)))]
     assert names == sorted(names)
     assert names[0] == "device.00"
+
+
+@pytest.mark.parametrize("shape", [(0, 3), (5, 3), (5,)])
+def test_what_is_lengthened_keeps_its_rows_and_leaves_the_old_array_alone(shape):
+    array = np.arange(np.prod(shape), dtype=np.int16).reshape(shape)
+    longer = lengthened(array, 9)
+    assert (longer.shape, longer.dtype) == ((9, *shape[1:]), array.dtype)
+    np.testing.assert_array_equal(longer[: len(array)], array)
+    longer[:] = -1
+    assert (array >= 0).all()
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from gamutcore.history.replay import (
     copy_ring,
     frame_of,
     has_room,
+    replay_for,
     replay_of,
     ring_of,
     sees_centre_after_split,
@@ -55,9 +56,9 @@ def assert_rings(replay, faces):
         assert [tuple(entry) for entry in copied.tolist()] == ring
 
 
-def replayed(replay, splits, until):
+def replayed(replay, splits, until, since=4):
     """Apply the splits up to a number of vertices, and yield what leads to each."""
-    for split in range(until - 4):
+    for split in range(since - 4, until - 4):
         slot, parent = split + 4, int(splits.parent[split])
         degree, _ = ring_of(replay, parent)
         neighbours = [neighbour for _, neighbour in ring_in(replay, parent)]
@@ -75,6 +76,16 @@ def test_the_coarsest_level():
     replay = replay_of(np.zeros((4, 3), np.int32), TETRAHEDRON, 9)
     assert_rings(replay, TETRAHEDRON)
     assert len(replay.position) == 9
+
+
+def test_room_for_more_is_made_between_splits(small_history):
+    splits = small_history.splits
+    replay = replay_of(np.zeros((4, 3), np.int32), splits.base_faces)
+    for slot in range(4, splits.vertices):
+        if slot == len(replay.position):
+            replay = replay_for(replay, min(2 * slot, splits.vertices))
+        for replay, *_ in replayed(replay, splits, slot + 1, slot):  # noqa: B020
+            assert_rings(replay, small_history.level(2 * slot - 2).faces)
 
 
 def test_rings_agree_with_the_faces_of_every_level(small_history):

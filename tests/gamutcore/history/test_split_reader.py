@@ -27,7 +27,7 @@ def decoded(stream, vertices):
     reader = reader_of(np.frombuffer(stream, np.uint8))
     replay = replay_of(POSITIONS, FACES, vertices)
     fault, slot, _, growing = read_group(
-        reader, first_contexts(), replay, fixed, growing, 4, vertices, CENTRE, STEP
+        reader, first_contexts(), replay, fixed, growing, 4, vertices, vertices, CENTRE, STEP
     )
     return fault, slot, fixed, growing, int(reader.place[0])
 
