@@ -184,8 +184,8 @@ class DeviceHistory:
         """Memory held, in bytes."""
         packed, snapshots = self._packed, list(self._snapshots)
         left = packed.streams[len(snapshots) - 1 :] if packed is not None else ()
-        edges = self.edges.place.nbytes + self.edges.length.nbytes
-        return edges + sum(array.nbytes for array in (*self.splits, *snapshots, *left))
+        held = (self.splits, snapshots, left, (self.edges.place, self.edges.length))
+        return sum(array.nbytes for arrays in held for array in arrays)
 
     def unpack(self, geometry: Splits) -> None:
         """Unpack and check the next group.
