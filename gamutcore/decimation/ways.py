@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.decimation.record import empty_record
-from gamutcore.decimation.stages import UNDISTURBED, carried_out, compacted, copied
+from gamutcore.decimation.stages import NOTHING_KNOWN, UNDISTURBED, carried_out, compacted, copied
 
 if TYPE_CHECKING:
-    from gamutcore.arrays import LongArray
+    from gamutcore.arrays import FloatArray, LongArray
     from gamutcore.decimation.plan import Fork, Plan
     from gamutcore.decimation.record import Record
     from gamutcore.decimation.stages import Passage, Stage
@@ -74,16 +74,18 @@ def way_down(stage: Stage, plan: Plan, record: Record, done: LongArray) -> list[
 
 def _best_way(stage: Stage, plan: Plan, fork: Fork) -> list[Passage]:
     """Go several ways and return the one whose levels deviate least, by the mean of logarithms."""
-    best = _way(stage, plan, fork, UNDISTURBED)
+    # all ways begin with the same errors, which differ by how they are disturbed only
+    known = np.full(len(stage.surface.corner_facing), np.nan)
+    best = _way(stage, plan, fork, UNDISTURBED, known)
     for number in range(1, fork.ways):
-        other = _way(stage, plan, fork, (number, DISTURBANCE))
+        other = _way(stage, plan, fork, (number, DISTURBANCE), known)
         if other[0] < best[0]:
             best = other
     return best[1]
 
 
 def _way(
-    stage: Stage, plan: Plan, fork: Fork, way: tuple[int, float]
+    stage: Stage, plan: Plan, fork: Fork, way: tuple[int, float], known: FloatArray
 ) -> tuple[float, list[Passage]]:
     """Go one way; with how much its levels deviate, infinitely if it does not reach the last."""
     passages: list[Passage] = []
@@ -91,8 +93,9 @@ def _way(
     at, done = copied(stage), np.zeros(1, np.int64)
     for until in (count for count in fork.compared if count < len(stage.delivered)):
         if passages:
-            at = compacted(at, plan)
-        passages.append(carried_out(at, until, empty_record(len(at.delivered)), done, way=way))
+            at, known = compacted(at, plan), NOTHING_KNOWN
+        record = empty_record(len(at.delivered))
+        passages.append(carried_out(at, until, record, done, way=way, known=known))
         if passages[-1].left != until:
             return np.inf, passages
         deviations.append(plan.deviation(at.state))
