@@ -42,6 +42,17 @@ def swung(opposite: IndexArray, corner: int) -> int:
     return following(opposite[following(corner)])
 
 
+@leaf_kernel
+def _counterpart(end_of: IndexArray, facing: IndexArray, begin: int, end: int, start: int) -> int:
+    """Corner facing the one edge, of those from a vertex, that ends where another starts; or −1."""
+    found, matches = -1, 0
+    for place in range(begin, end):
+        if end_of[place] == start:
+            found = facing[place]
+            matches += 1
+    return found if matches == 1 else -1
+
+
 @kernel
 def opposite_corners(faces: IndexArray, vertex_count: int) -> IndexArray:
     """Opposite corner of every corner of a closed, oriented mesh.
@@ -80,12 +91,8 @@ def opposite_corners(faces: IndexArray, vertex_count: int) -> IndexArray:
             end = end_of[edge]
             if end < start:  # found from its other end
                 continue
-            found, matches = -1, 0
-            for place in range(offset[end], offset[end + 1]):
-                if end_of[place] == start:
-                    found = facing[place]
-                    matches += 1
-            if matches == 1:
+            found = _counterpart(end_of, facing, offset[end], offset[end + 1], start)
+            if found >= 0:
                 opposite[facing[edge]] = found
                 # an edge used twice in one direction would be found twice from the other one
                 known = opposite[found] != UNKNOWN and found != facing[edge]

@@ -43,7 +43,7 @@ samples say little about moves along a flat surface, but what they say of curved
 
 @inlined_kernel
 def _write_pairs(deviation: Deviation, position: FloatArray, place: FloatArray) -> None:
-    """Write the planes of the faces around a place, and what fills the last of them up to four."""
+    """Write the planes of the faces around a place, and what fills them up for `_compare`."""
     plane, pairs = deviation.pair_plane, deviation.counts[0]
     x, y, z = place[0], place[1], place[2]
     for index in range(pairs):
@@ -65,13 +65,11 @@ def _write_pairs(deviation: Deviation, position: FloatArray, place: FloatArray) 
         plane[index, 7] = scale * (az * bx - ax * bz)
         plane[index, 8] = scale * (ax * by - ay * bx)
         plane[index, 9] = scale * np.sqrt(nx * nx + ny * ny + nz * nz)
-    # the last face ends where the first begins; those behind it are never the deepest
+    # the last face ends where the first one begins; nothing is deep in what is behind it
     for column in range(3):
         plane[pairs, column] = plane[0, column]
-        for index in range(pairs + 1, pairs + TOGETHER + 1):
+        for index in range(pairs + 1, pairs + TOGETHER):
             plane[index, column] = np.nan
-    for index in range(pairs, pairs + TOGETHER):
-        plane[index, 3] = plane[index, 4] = plane[index, 5] = 0.0
 
 
 @inlined_kernel
@@ -124,9 +122,20 @@ def _lesser(one: float, other: float) -> float:
 
 @inlined_kernel
 def _compare(deviation: Deviation, first: int, begins: bool, four: bool) -> None:
-    """Compare all samples with the cones of two or four faces around the place.
+    """Compare all samples with the cones of some faces around the place, from one of them on.
 
-    Two faces that follow each other share a plane, so five planes do for four cones.
+    Two faces that follow each other share a plane, with its sides exchanged, so five planes do for
+    the cones of `TOGETHER` faces.
+
+    Parameters
+    ----------
+    deviation : Deviation
+    first : int
+        The first of the faces.
+    begins : bool
+        Whether there are none before it.
+    four : bool
+        False: only two of them.
     """
     plane, depth, pair = deviation.pair_plane, deviation.side, deviation.pair
     xs, ys, zs = deviation.asked_x, deviation.asked_y, deviation.asked_z
@@ -138,9 +147,9 @@ def _compare(deviation: Deviation, first: int, begins: bool, four: bool) -> None
         ex, ey, ez = _row(plane, first + 4, 0)
     for number in range(deviation.counts[5]):
         x, y, z = xs[number], ys[number], zs[number]
-        one, two = ax * x + ay * y + az * z, bx * x + by * y + bz * z
-        three = cx * x + cy * y + cz * z
-        least = _lesser(one, -two)
+        begin, second = ax * x + ay * y + az * z, bx * x + by * y + bz * z
+        third = cx * x + cy * y + cz * z
+        least = _lesser(begin, -second)
         if begins:
             deepest, chosen = least, first
         else:
@@ -148,17 +157,17 @@ def _compare(deviation: Deviation, first: int, begins: bool, four: bool) -> None
             deeper = least > deepest
             deepest = least if deeper else deepest
             chosen = first if deeper else chosen
-        least = _lesser(two, -three)
+        least = _lesser(second, -third)
         deeper = least > deepest
         deepest = least if deeper else deepest
         chosen = first + 1 if deeper else chosen
         if four:
-            following_one, last = dx * x + dy * y + dz * z, ex * x + ey * y + ez * z
-            least = _lesser(three, -following_one)
+            fourth, fifth = dx * x + dy * y + dz * z, ex * x + ey * y + ez * z
+            least = _lesser(third, -fourth)
             deeper = least > deepest
             deepest = least if deeper else deepest
             chosen = first + 2 if deeper else chosen
-            least = _lesser(following_one, -last)
+            least = _lesser(fourth, -fifth)
             deeper = least > deepest
             deepest = least if deeper else deepest
             chosen = first + 3 if deeper else chosen
@@ -175,10 +184,10 @@ def _choose_pairs(deviation: Deviation) -> None:
     """
     pairs = deviation.counts[0]
     _compare(deviation, 0, True, True)
-    first = 4
-    while first + 2 < pairs:
+    first = TOGETHER
+    while first + TOGETHER // 2 < pairs:
         _compare(deviation, first, False, True)
-        first += 4
+        first += TOGETHER
     if first < pairs:
         _compare(deviation, first, False, False)
 
@@ -202,7 +211,7 @@ def _error_around_place(deviation: Deviation) -> float:
     """Sum over the samples asked for as if the faces around the place were there."""
     weights, inverses, norms = deviation.asked_weight, deviation.inverse, deviation.norm
     errors, apart, areas = deviation.term, deviation.other_term, deviation.third_term
-    # the terms first, several at a time; the sums in their order, because another has other roundings
+    # the terms first, several at a time; then their sums, in order: another one rounds otherwise
     for number in range(deviation.counts[5]):
         inverse, weight = inverses[number], weights[number]
         inside = inverse > 0.0
@@ -354,7 +363,7 @@ def _add_steps(deviation: Deviation, soft: float) -> None:
         inside = inverse > 0.0
         e = (inverse - 1.0) * (1.0 / norm)
         away = abs(e)
-        size = away if away > soft else soft
+        size = away if away > soft else soft  # noqa: FURB136
         # 1 ÷ both, for there is time for one division only
         reciprocal = 1.0 / (inverse * size)
         part = squares[number] * (reciprocal * size)

@@ -50,7 +50,8 @@ LANES = 8
 """Samples that the compiler takes at a time, at most: a vector of eight numbers."""
 
 TOGETHER = 4
-"""Faces around a place that samples are compared with at a time."""
+"""Faces around a place that samples are compared with at a time; of the last ones, maybe half as
+many."""
 
 
 class Deviation(NamedTuple):
@@ -73,7 +74,7 @@ class Deviation(NamedTuple):
         on.
     link : (LARGEST_RING, 2) int32
         Scratch: the edges opposite a place, in the order in which they go around it.
-    pair_plane : (LARGEST_RING + TOGETHER + 1, 10) float64
+    pair_plane : (LARGEST_RING + TOGETHER, 10) float64
         Scratch, for each face (p, a, b) of the place p and one of them, counter-clockwise: p × a,
         between which and that of the next face its cone lies, N such that N·q = 1 on the face,
         a × b ÷ det(p, a, b), and |N|.
@@ -141,7 +142,7 @@ def no_deviation(samples: int, faces: int) -> Deviation:
         place=np.zeros(faces, np.int64),
         vanished=np.zeros((2, 2), np.int64),
         link=np.empty((LARGEST_RING, 2), np.int32),
-        pair_plane=np.empty((LARGEST_RING + TOGETHER + 1, 10)),
+        pair_plane=np.empty((LARGEST_RING + TOGETHER, 10)),
         pair_sum=np.empty((LARGEST_RING, 2)),
         face=np.empty(LARGEST_RING, np.int32),
         asked_x=np.empty(samples + LANES),

@@ -155,7 +155,7 @@ def mark_changed(surface: Surface, work: Workspace, kept: int, collapses: int) -
     spoke = first
     while True:
         work.changed[surface.vertex[following(spoke)]] = collapses
-        spoke = surface.swing[spoke]
+        spoke = surface.swing[np.uint64(spoke)]
         if spoke == first:
             break
 
