@@ -104,18 +104,23 @@ def decimated(
     opposite = opposite_corners(faces, len(positions))
     _check(mesh, faces, opposite, positions)
     steps = len(positions) - 4
-    whole = Stage(
-        module.state(positions, faces),
-        surface_of(positions, faces, opposite),
-        delivered,
-        origin,
-        step / unit,
-        np.arange(len(positions), dtype=np.int32),
-        np.arange(len(faces), dtype=np.int32),
-    )
     record, course = empty_record(len(positions)), course_of(module.PLAN, len(positions))
     with watched(course.done, progress):
-        passages = way_down(whole, module.PLAN, record, course)
+        # no name for the stage: its state is let go of when it is not needed any more
+        passages = way_down(
+            Stage(
+                module.state(positions, faces),
+                surface_of(positions, faces, opposite),
+                delivered,
+                origin,
+                step / unit,
+                np.arange(len(positions), dtype=np.int32),
+                np.arange(len(faces), dtype=np.int32),
+            ),
+            module.PLAN,
+            record,
+            course,
+        )
     record, vertex, delivered = joined(record, passages)
     if len(record.kept) < steps:
         raise DecimationError(

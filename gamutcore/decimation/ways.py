@@ -128,6 +128,8 @@ def way_down(stage: Stage, plan: Plan, record: Record, course: Course) -> list[P
     for leg in legs(plan, len(stage.delivered)):
         if passages:
             stage = compacted(passages[-1].stage, plan)
+            # what is left of the cost is in the new stage; of a large boundary it is a lot
+            passages[-1] = passages[-1]._replace(stage=passages[-1].stage._replace(state=None))
         done = course.next_part()
         if leg.fork is None:
             room = empty_record(len(stage.delivered)) if passages else record
