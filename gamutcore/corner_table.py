@@ -17,6 +17,9 @@ from gamutcore.kernels import kernel, leaf_kernel
 __all__ = ["following", "opposite_corners", "preceding", "swung"]
 
 
+UNKNOWN, TWICE = -1, -2
+"""Of an edge whose counterpart has not been found, and of one that is that of several."""
+
 ZERO, TWO, THREE = np.uint64(0), np.uint64(2), np.uint64(3)
 """Unsigned: the remainder of a number that may be negative takes three times the instructions."""
 
@@ -37,6 +40,17 @@ def preceding(corner: int) -> int:
 def swung(opposite: IndexArray, corner: int) -> int:
     """Corner at the same vertex in the face across the edge to the preceding corner."""
     return following(opposite[following(corner)])
+
+
+@leaf_kernel
+def _counterpart(end_of: IndexArray, facing: IndexArray, begin: int, end: int, start: int) -> int:
+    """Corner facing the one edge, of those from a vertex, that ends where another starts; or −1."""
+    found, matches = -1, 0
+    for place in range(begin, end):
+        if end_of[place] == start:
+            found = facing[place]
+            matches += 1
+    return found if matches == 1 else -1
 
 
 @kernel
@@ -71,17 +85,19 @@ def opposite_corners(faces: IndexArray, vertex_count: int) -> IndexArray:
             end_of[filled[start]] = faces[face, (place + 1) % 3]
             facing[filled[start]] = 3 * face + (place + 2) % 3
             filled[start] += 1
-    opposite = np.full(count, -1, np.int32)
+    opposite = np.full(count, UNKNOWN, np.int32)
     for start in range(vertex_count):
         for edge in range(offset[start], offset[start + 1]):
-            end, found, matches = end_of[edge], -1, 0
-            for place in range(offset[end], offset[end + 1]):
-                if end_of[place] == start:
-                    found = facing[place]
-                    matches += 1
-            if matches == 1:
+            end = end_of[edge]
+            if end < start:  # found from its other end
+                continue
+            found = _counterpart(end_of, facing, offset[end], offset[end + 1], start)
+            if found >= 0:
                 opposite[facing[edge]] = found
-    for corner in range(count):  # an edge used twice in one direction leaves an asymmetric pair
-        if opposite[corner] >= 0 and opposite[opposite[corner]] != corner:
+                # an edge used twice in one direction would be found twice from the other one
+                known = opposite[found] != UNKNOWN and found != facing[edge]
+                opposite[found] = TWICE if known else facing[edge]
+    for corner in range(count):
+        if opposite[corner] < 0 or opposite[opposite[corner]] != corner:
             opposite[corner] = -1
     return opposite

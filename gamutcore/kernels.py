@@ -134,7 +134,9 @@ def inlined_kernel(function: Kernel) -> Kernel:
 
     For small functions that take several arrays and are called for every number of a stream:
     handing the arrays over takes longer than what they do (reading a history in less than half the
-    time, measured). Others grow the machine code and the time to compile it for nothing.
+    time, measured). So it is for larger ones that take dozens of arrays, such as those of a
+    collapse, and are called from one or two places. Others grow the machine code and the time to
+    compile it for nothing.
 
     Parameters
     ----------

@@ -168,11 +168,16 @@ def _refresh(
 def _queue_all(cost: Any, surface: Surface, work: Workspace, collapses: int) -> None:  # noqa: ANN401
     """Queue all edges that are left, each with the error of its optimum."""
     queue, queued = work.queue, 0
+    keeps = collapses == 0 and work.known.size > 0
     for edge in range(queue.place.size):
         queue.place[edge] = -1
         corner = surface.corner_facing[edge]
         if corner >= 0:
-            value = optimum(cost, surface, corner, work.place)
+            value = work.known[edge] if keeps else np.nan
+            if np.isnan(value):
+                value = optimum(cost, surface, corner, work.place)
+                if keeps:
+                    work.known[edge] = value
             queue.priority[edge] = _disturbed(work, edge, value)
             work.choice[edge], work.evaluated[edge] = 0, collapses
             queue.heap[queued] = edge
@@ -191,6 +196,7 @@ def collapse_all(
     record: Record,
     done: LongArray,
     way: FloatArray,
+    known: FloatArray,
     until: int,
     sweeping: bool,
 ) -> Record:
@@ -213,6 +219,9 @@ def collapse_all(
         Counts up with each collapse.
     way : (2,) float64
         The number of a way, and by what part of themselves errors are disturbed on it, at most.
+    known : (E,) or (0,) float64
+        Errors of the edges before the first collapse, as far as they are known, else NaN: written.
+        Without room for them they are not kept.
     until : int
         Vertices to leave: 4 or more.
     sweeping : bool
@@ -224,7 +233,7 @@ def collapse_all(
         The collapses that have been made: V − `until` if there were so many valid ones.
     """
     wanted = len(delivered) - until
-    work = workspace(surface.corner_facing.size, len(delivered), done, way)
+    work = workspace(surface.corner_facing.size, len(delivered), done, way, known)
     ring = np.empty((LONGEST_RING, 2), np.int32)
     collapses = 0
     reach(cost, surface, len(delivered))

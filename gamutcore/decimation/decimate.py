@@ -12,7 +12,7 @@ from gamutcore.decimation.record import Record, empty_record
 from gamutcore.decimation.stages import Stage, joined
 from gamutcore.decimation.star import surface_of
 from gamutcore.decimation.watching import watched
-from gamutcore.decimation.ways import way_down
+from gamutcore.decimation.ways import course_of, way_down
 from gamutcore.errors import DecimationError, MeshError
 from gamutcore.grid import mesh_grid_step, rounded_to_grid
 from gamutcore.star_shape import faces_not_seeing_centre
@@ -74,7 +74,7 @@ def decimated(
     cost : str, optional
         What makes a collapse cheap; one of `gamutcore.decimation.costs.COSTS`.
     progress : callable, optional
-        Called with the part of the collapses that has been made, ten times a second, from another
+        Called with the part of the work that has been done, about, ten times a second, from another
         thread.
 
     Returns
@@ -104,18 +104,23 @@ def decimated(
     opposite = opposite_corners(faces, len(positions))
     _check(mesh, faces, opposite, positions)
     steps = len(positions) - 4
-    whole = Stage(
-        module.state(positions, faces),
-        surface_of(positions, faces, opposite),
-        delivered,
-        origin,
-        step / unit,
-        np.arange(len(positions), dtype=np.int32),
-        np.arange(len(faces), dtype=np.int32),
-    )
-    record, done = empty_record(len(positions)), np.zeros(1, np.int64)
-    with watched(done, steps, progress):
-        passages = way_down(whole, module.PLAN, record, done)
+    record, course = empty_record(len(positions)), course_of(module.PLAN, len(positions))
+    with watched(course.done, progress):
+        # no name for the stage: its state is let go of when it is not needed any more
+        passages = way_down(
+            Stage(
+                module.state(positions, faces),
+                surface_of(positions, faces, opposite),
+                delivered,
+                origin,
+                step / unit,
+                np.arange(len(positions), dtype=np.int32),
+                np.arange(len(faces), dtype=np.int32),
+            ),
+            module.PLAN,
+            record,
+            course,
+        )
     record, vertex, delivered = joined(record, passages)
     if len(record.kept) < steps:
         raise DecimationError(

@@ -12,7 +12,7 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray
 from gamutcore.corner_table import following, preceding
-from gamutcore.decimation.samples import LANES, LARGEST_RING, LARGEST_SHARE, Deviation
+from gamutcore.decimation.samples import LANES, LARGEST_RING, LARGEST_SHARE, TOGETHER, Deviation
 from gamutcore.decimation.star import Surface
 from gamutcore.decimation.symmetric import adjugate
 from gamutcore.kernels import inlined_kernel, leaf_kernel
@@ -43,10 +43,10 @@ samples say little about moves along a flat surface, but what they say of curved
 
 @inlined_kernel
 def _write_pairs(deviation: Deviation, position: FloatArray, place: FloatArray) -> None:
-    """Write the planes of the faces around a place."""
-    plane = deviation.pair_plane
+    """Write the planes of the faces around a place, and what fills them up for `_compare`."""
+    plane, pairs = deviation.pair_plane, deviation.counts[0]
     x, y, z = place[0], place[1], place[2]
-    for index in range(deviation.counts[0]):
+    for index in range(pairs):
         one, two = deviation.link[index, 0], deviation.link[index, 1]
         ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
         bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
@@ -55,22 +55,21 @@ def _write_pairs(deviation: Deviation, position: FloatArray, place: FloatArray) 
             z * ax - x * az,
             x * ay - y * ax,
         )
-        plane[index, 3], plane[index, 4], plane[index, 5] = (
-            by * z - bz * y,
-            bz * x - bx * z,
-            bx * y - by * x,
-        )
         ux, uy, uz = ax - x, ay - y, az - z
         vx, vy, vz = bx - x, by - y, bz - z
         nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
         determinant = nx * x + ny * y + nz * z
         scale = 1.0 / determinant if determinant > 0.0 else 0.0
-        plane[index, 6], plane[index, 7], plane[index, 8] = scale * nx, scale * ny, scale * nz
-        plane[index, 9] = scale * (ay * bz - az * by)
-        plane[index, 10] = scale * (az * bx - ax * bz)
-        plane[index, 11] = scale * (ax * by - ay * bx)
-        plane[index, 12] = scale * np.sqrt(nx * nx + ny * ny + nz * nz)
-        plane[index, 13] = 1.0 / plane[index, 12]
+        plane[index, 3], plane[index, 4], plane[index, 5] = scale * nx, scale * ny, scale * nz
+        plane[index, 6] = scale * (ay * bz - az * by)
+        plane[index, 7] = scale * (az * bx - ax * bz)
+        plane[index, 8] = scale * (ax * by - ay * bx)
+        plane[index, 9] = scale * np.sqrt(nx * nx + ny * ny + nz * nz)
+    # the last face ends where the first one begins; nothing is deep in what is behind it
+    for column in range(3):
+        plane[pairs, column] = plane[0, column]
+        for index in range(pairs + 1, pairs + TOGETHER):
+            plane[index, column] = np.nan
 
 
 @inlined_kernel
@@ -111,55 +110,122 @@ def _fill_lanes(deviation: Deviation, asked: int) -> None:
 
 
 @inlined_kernel
+def _row(plane: FloatArray, index: int, column: int) -> tuple[float, float, float]:
+    return plane[index, column], plane[index, column + 1], plane[index, column + 2]
+
+
+@inlined_kernel
+def _lesser(one: float, other: float) -> float:
+    # the processor's own minimum, which takes no branch
+    return one if one < other else other  # noqa: FURB136
+
+
+@inlined_kernel
+def _compare(deviation: Deviation, first: int, begins: bool, four: bool) -> None:
+    """Compare all samples with the cones of some faces around the place, from one of them on.
+
+    Two faces that follow each other share a plane, with its sides exchanged, so five planes do for
+    the cones of `TOGETHER` faces.
+
+    Parameters
+    ----------
+    deviation : Deviation
+    first : int
+        The first of the faces.
+    begins : bool
+        Whether there are none before it.
+    four : bool
+        False: only two of them.
+    """
+    plane, depth, pair = deviation.pair_plane, deviation.side, deviation.pair
+    xs, ys, zs = deviation.asked_x, deviation.asked_y, deviation.asked_z
+    ax, ay, az = _row(plane, first, 0)
+    bx, by, bz = _row(plane, first + 1, 0)
+    cx, cy, cz = _row(plane, first + 2, 0)
+    if four:
+        dx, dy, dz = _row(plane, first + 3, 0)
+        ex, ey, ez = _row(plane, first + 4, 0)
+    for number in range(deviation.counts[5]):
+        x, y, z = xs[number], ys[number], zs[number]
+        begin, second = ax * x + ay * y + az * z, bx * x + by * y + bz * z
+        third = cx * x + cy * y + cz * z
+        least = _lesser(begin, -second)
+        if begins:
+            deepest, chosen = least, first
+        else:
+            deepest, chosen = depth[number], pair[number]
+            deeper = least > deepest
+            deepest = least if deeper else deepest
+            chosen = first if deeper else chosen
+        least = _lesser(second, -third)
+        deeper = least > deepest
+        deepest = least if deeper else deepest
+        chosen = first + 1 if deeper else chosen
+        if four:
+            fourth, fifth = dx * x + dy * y + dz * z, ex * x + ey * y + ez * z
+            least = _lesser(third, -fourth)
+            deeper = least > deepest
+            deepest = least if deeper else deepest
+            chosen = first + 2 if deeper else chosen
+            least = _lesser(fourth, -fifth)
+            deeper = least > deepest
+            deepest = least if deeper else deepest
+            chosen = first + 3 if deeper else chosen
+        depth[number] = deepest
+        pair[number] = chosen
+
+
+@inlined_kernel
 def _choose_pairs(deviation: Deviation) -> None:
     """Write the face around the place whose cone each sample is in, or is least outside of.
 
     All faces are tried on all samples: there are few of them, and that takes no branches, so that
     several samples are compared at a time.
     """
-    plane, depth, pair = deviation.pair_plane, deviation.side, deviation.pair
+    pairs = deviation.counts[0]
+    _compare(deviation, 0, True, True)
+    first = TOGETHER
+    while first + TOGETHER // 2 < pairs:
+        _compare(deviation, first, False, True)
+        first += TOGETHER
+    if first < pairs:
+        _compare(deviation, first, False, False)
+
+
+@inlined_kernel
+def _look_up_faces(deviation: Deviation) -> None:
+    """Write N·q and |N| of the face that each sample is in."""
+    plane, pairs = deviation.pair_plane, deviation.pair
+    inverses, norms = deviation.inverse, deviation.norm
     xs, ys, zs = deviation.asked_x, deviation.asked_y, deviation.asked_z
-    count = deviation.counts[5]
-    for index in range(deviation.counts[0]):
-        px, py, pz = plane[index, 0], plane[index, 1], plane[index, 2]
-        qx, qy, qz = plane[index, 3], plane[index, 4], plane[index, 5]
-        if index == 0:
-            for number in range(count):
-                x, y, z = xs[number], ys[number], zs[number]
-                left, right = px * x + py * y + pz * z, qx * x + qy * y + qz * z
-                depth[number] = left if left < right else right  # noqa: FURB136
-                pair[number] = 0
-        else:
-            for number in range(count):
-                x, y, z = xs[number], ys[number], zs[number]
-                left, right = px * x + py * y + pz * z, qx * x + qy * y + qz * z
-                least = left if left < right else right  # noqa: FURB136
-                deepest = depth[number]
-                deeper = least > deepest
-                depth[number] = least if deeper else deepest
-                pair[number] = index if deeper else pair[number]
+    for number in range(deviation.counts[5]):
+        pair = np.uint64(pairs[number])
+        inverses[number] = (
+            plane[pair, 3] * xs[number] + plane[pair, 4] * ys[number] + plane[pair, 5] * zs[number]
+        )
+        norms[number] = plane[pair, 9]
 
 
 @inlined_kernel
 def _error_around_place(deviation: Deviation) -> float:
     """Sum over the samples asked for as if the faces around the place were there."""
-    plane, inverses = deviation.pair_plane, deviation.inverse
-    xs, ys, zs = deviation.asked_x, deviation.asked_y, deviation.asked_z
-    total, distances, areas = 0.0, 0.0, 0.0
+    weights, inverses, norms = deviation.asked_weight, deviation.inverse, deviation.norm
+    errors, apart, areas = deviation.term, deviation.other_term, deviation.third_term
+    # the terms first, several at a time; then their sums, in order: another one rounds otherwise
     for number in range(deviation.counts[5]):
-        pair, weight = np.uint64(deviation.pair[number]), deviation.asked_weight[number]
-        inverse = (
-            plane[pair, 6] * xs[number] + plane[pair, 7] * ys[number] + plane[pair, 8] * zs[number]
-        )
-        inverses[number] = inverse
-        share = LARGEST_SHARE
-        if inverse > 0.0:
-            t = 1.0 / inverse
-            share = min(abs(1.0 - t * t * t), LARGEST_SHARE)
-            distances += weight * abs(1.0 - t)
-            areas += weight * t * plane[pair, 12]
-        total += weight * share
-    deviation.residual[0], deviation.residual[1] = distances, areas
+        inverse, weight = inverses[number], weights[number]
+        inside = inverse > 0.0
+        t = 1.0 / inverse
+        share = _lesser(abs(1.0 - t * t * t), LARGEST_SHARE)
+        errors[number] = weight * (share if inside else LARGEST_SHARE)
+        apart[number] = weight * abs(1.0 - t) if inside else 0.0
+        areas[number] = weight * t * norms[number] if inside else 0.0
+    total, distance, area = 0.0, 0.0, 0.0
+    for number in range(deviation.counts[5]):
+        total += errors[number]
+        distance += apart[number]
+        area += areas[number]
+    deviation.residual[0], deviation.residual[1] = distance, area
     return total
 
 
@@ -251,6 +317,7 @@ def change_at(deviation: Deviation, surface: Surface, place: FloatArray) -> floa
     """
     _write_pairs(deviation, surface.position, place)
     _choose_pairs(deviation)
+    _look_up_faces(deviation)
     return _error_around_place(deviation) - deviation_around(deviation)
 
 
@@ -277,6 +344,36 @@ def shortness(deviation: Deviation, surface: Surface, corner: int) -> float:
         difference = position[one, axis] - position[two, axis]
         squared += difference * difference
     return FLATNESS * deviation.residual[1] * np.sqrt(squared)
+
+
+@inlined_kernel
+def _add_steps(deviation: Deviation, soft: float) -> None:
+    """Sum up for each face what its samples add to the normal equations of a step."""
+    plane, pairs, weights = deviation.pair_plane, deviation.pair, deviation.asked_weight
+    inverses, norms, sums = deviation.inverse, deviation.norm, deviation.pair_sum
+    xs, ys, zs = deviation.asked_x, deviation.asked_y, deviation.asked_z
+    squares, pulls = deviation.term, deviation.other_term
+    for number in range(deviation.counts[5]):
+        pair = np.uint64(pairs[number])
+        squares[number] = (
+            plane[pair, 6] * xs[number] + plane[pair, 7] * ys[number] + plane[pair, 8] * zs[number]
+        )
+    for number in range(deviation.counts[5]):
+        inverse, norm = inverses[number], norms[number]
+        inside = inverse > 0.0
+        e = (inverse - 1.0) * (1.0 / norm)
+        away = abs(e)
+        size = away if away > soft else soft  # noqa: FURB136
+        # 1 ÷ both, for there is time for one division only
+        reciprocal = 1.0 / (inverse * size)
+        part = squares[number] * (reciprocal * size)
+        weight = weights[number] * part * norm * reciprocal
+        squares[number] = weight * part if inside else 0.0
+        pulls[number] = weight * e if inside else 0.0
+    for number in range(deviation.counts[5]):
+        pair = np.uint64(pairs[number])
+        sums[pair, 0] += squares[number]
+        sums[pair, 1] += pulls[number]
 
 
 @leaf_kernel
@@ -308,30 +405,15 @@ def step_towards_reference(deviation: Deviation, place: FloatArray, better: Floa
     soft = SOFTNESS * deviation.residual[0] / deviation.residual[1]
     for around in range(pairs):
         sums[around, 0] = sums[around, 1] = 0.0
-    for number in range(deviation.counts[5]):
-        inverse = deviation.inverse[number]
-        if inverse > 0.0:
-            pair = np.uint64(deviation.pair[number])
-            e = (inverse - 1.0) * plane[pair, 13]
-            size = max(abs(e), soft)
-            # 1 ÷ both, for there is time for one division only
-            reciprocal = 1.0 / (inverse * size)
-            part = (
-                plane[pair, 9] * deviation.asked_x[number]
-                + plane[pair, 10] * deviation.asked_y[number]
-                + plane[pair, 11] * deviation.asked_z[number]
-            ) * (reciprocal * size)
-            weight = deviation.asked_weight[number] * part * plane[pair, 12] * reciprocal
-            sums[pair, 0] += weight * part
-            sums[pair, 1] += weight * e
+    _add_steps(deviation, soft)
     a00, a01, a02, a11, a12, a22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     b0, b1, b2 = 0.0, 0.0, 0.0
     for around in range(pairs):
-        distance = plane[around, 13]
+        distance = 1.0 / plane[around, 9]
         nx, ny, nz = (
-            plane[around, 6] * distance,
-            plane[around, 7] * distance,
-            plane[around, 8] * distance,
+            plane[around, 3] * distance,
+            plane[around, 4] * distance,
+            plane[around, 5] * distance,
         )
         square, pulled = sums[around, 0], sums[around, 1]
         if not square > 0.0:

@@ -38,6 +38,8 @@ __all__ = [
     "renew_planes",
 ]
 
+THREE = np.uint64(3)
+
 REGULARISATION = 1e-5
 """Weight of the midpoint in the solve, as a part of the quadric's trace; decides on flat sides."""
 
@@ -143,7 +145,9 @@ def _sum_up(planes: Memoryless, surface: Surface, centre: int) -> None:
     first = surface.corner_at[centre]
     at = first
     while True:
-        face = at // 3
+        # a number without a sign needs no test for a negative one, in a loop that waits for each
+        corner = np.uint64(at)
+        face = corner // THREE
         nx, ny, nz = area_vector[face, 0], area_vector[face, 1], area_vector[face, 2]
         weight = area_vector[face, 3]
         wx, wy, wz = weight * nx, weight * ny, weight * nz
@@ -156,7 +160,7 @@ def _sum_up(planes: Memoryless, surface: Surface, centre: int) -> None:
         g0 += nx
         g1 += ny
         g2 += nz
-        at = surface.swing[at]
+        at = surface.swing[corner]
         if at == first:
             break
     sums[centre, 0], sums[centre, 1], sums[centre, 2] = a00, a01, a02
@@ -348,6 +352,6 @@ def renew_planes(planes: Memoryless, surface: Surface, centre: int) -> None:
         one, two = vertex[following(at)], vertex[preceding(at)]
         _write_area_vector(planes.area_vector, at // 3, surface.position, centre, one, two)
         planes.fresh[one] = 0
-        at = surface.swing[at]
+        at = surface.swing[np.uint64(at)]
         if at == first:
             break

@@ -32,6 +32,7 @@ __all__ = [
     "LANES",
     "LARGEST_RING",
     "LARGEST_SHARE",
+    "TOGETHER",
     "Deviation",
     "deviation_on",
     "no_deviation",
@@ -47,6 +48,10 @@ LARGEST_SHARE = 8.0
 
 LANES = 8
 """Samples that the compiler takes at a time, at most: a vector of eight numbers."""
+
+TOGETHER = 4
+"""Faces around a place that samples are compared with at a time; of the last ones, maybe half as
+many."""
 
 
 class Deviation(NamedTuple):
@@ -69,10 +74,10 @@ class Deviation(NamedTuple):
         on.
     link : (LARGEST_RING, 2) int32
         Scratch: the edges opposite a place, in the order in which they go around it.
-    pair_plane : (LARGEST_RING, 14) float64
-        Scratch, for each face (p, a, b) of the place p and one of them, counter-clockwise: p × a
-        and b × p, between which the cone of the face lies, N such that N·q = 1 on the face, a × b ÷
-        det(p, a, b), |N| and 1 ÷ |N|.
+    pair_plane : (LARGEST_RING + TOGETHER, 10) float64
+        Scratch, for each face (p, a, b) of the place p and one of them, counter-clockwise: p × a,
+        between which and that of the next face its cone lies, N such that N·q = 1 on the face,
+        a × b ÷ det(p, a, b), and |N|.
     pair_sum : (LARGEST_RING, 2) float64
         Scratch, for each of them: sums over its samples.
     face : (LARGEST_RING,) int32
@@ -83,8 +88,10 @@ class Deviation(NamedTuple):
     pair : (S + LANES,) int64
         Scratch: the face around the place that each of them is in; where they are put into faces, a
         corner of the one that each goes to.
-    side, inverse : (S + LANES,) float64
-        Scratch: how deep each of them is in the cone of a face, and N·q for its face.
+    side, inverse, norm : (S + LANES,) float64
+        Scratch: how deep each of them is in the cone of a face, and N·q and |N| of that face.
+    term, other_term, third_term : (S + LANES,) float64
+        Scratch: what each of them adds to a sum.
     counts : (6,) int64
         Entries of `link`, entries of `face`; samples in use; where the next ones go, 0 as long as
         they are in no faces; where the half of the arrays begins that they are in; samples asked
@@ -114,6 +121,10 @@ class Deviation(NamedTuple):
     pair: LongArray
     side: FloatArray
     inverse: FloatArray
+    norm: FloatArray
+    term: FloatArray
+    other_term: FloatArray
+    third_term: FloatArray
     counts: LongArray
     residual: FloatArray
 
@@ -131,7 +142,7 @@ def no_deviation(samples: int, faces: int) -> Deviation:
         place=np.zeros(faces, np.int64),
         vanished=np.zeros((2, 2), np.int64),
         link=np.empty((LARGEST_RING, 2), np.int32),
-        pair_plane=np.empty((LARGEST_RING, 14)),
+        pair_plane=np.empty((LARGEST_RING + TOGETHER, 10)),
         pair_sum=np.empty((LARGEST_RING, 2)),
         face=np.empty(LARGEST_RING, np.int32),
         asked_x=np.empty(samples + LANES),
@@ -141,6 +152,10 @@ def no_deviation(samples: int, faces: int) -> Deviation:
         pair=np.empty(samples + LANES, np.int64),
         side=np.empty(samples + LANES),
         inverse=np.empty(samples + LANES),
+        norm=np.empty(samples + LANES),
+        term=np.empty(samples + LANES),
+        other_term=np.empty(samples + LANES),
+        third_term=np.empty(samples + LANES),
         counts=np.zeros(6, np.int64),
         residual=np.zeros(2),
     )

@@ -25,6 +25,9 @@ __all__ = ["UNDISTURBED", "Passage", "Stage", "carried_out", "compacted", "copie
 UNDISTURBED = (0, 0.0)
 """The way on which all edges have the errors that they have."""
 
+NOTHING_KNOWN = np.empty(0)
+"""No errors are known, nor to be kept."""
+
 
 class Stage(NamedTuple):
     """A surface to be decimated, and what its vertices and faces are in the full boundary.
@@ -81,6 +84,7 @@ def carried_out(
     done: LongArray,
     *,
     way: tuple[int, float] = UNDISTURBED,
+    known: FloatArray = NOTHING_KNOWN,
     sweeping: bool = False,
 ) -> Passage:
     """Decimate a surface to a number of vertices.
@@ -91,7 +95,7 @@ def carried_out(
         Changed.
     until : int
         Vertices to leave.
-    record, done, way, sweeping
+    record, done, way, known, sweeping
         As for `collapse_all`.
 
     Returns
@@ -108,6 +112,7 @@ def carried_out(
         record,
         done,
         np.array(way, np.float64),
+        known,
         until,
         sweeping,
     )

@@ -128,7 +128,7 @@ def link_condition_holds(surface: Surface, kept: int, dead: int, query: int) -> 
     corner = first
     while True:
         mark[vertex[following(corner)]] = query
-        corner = surface.swing[corner]
+        corner = surface.swing[np.uint64(corner)]
         if corner == first:
             break
     common = 0
@@ -137,7 +137,7 @@ def link_condition_holds(surface: Surface, kept: int, dead: int, query: int) -> 
     while True:
         if mark[vertex[following(corner)]] == query:
             common += 1
-        corner = surface.swing[corner]
+        corner = surface.swing[np.uint64(corner)]
         if corner == first:
             break
     return common == 2
@@ -173,7 +173,7 @@ def ring_faces(surface: Surface, kept: int, dead: int, ring: IndexArray) -> int:
                     ring[count, 0] = one
                     ring[count, 1] = two
                 count += 1
-            corner = surface.swing[corner]
+            corner = surface.swing[np.uint64(corner)]
             if corner == first:
                 break
     return count
@@ -190,7 +190,7 @@ def vertex_ring(surface: Surface, centre: int, ring: IndexArray) -> int:
             ring[count, 0] = surface.vertex[following(corner)]
             ring[count, 1] = surface.vertex[preceding(corner)]
         count += 1
-        corner = surface.swing[corner]
+        corner = surface.swing[np.uint64(corner)]
         if corner == first:
             break
     return count
@@ -251,7 +251,7 @@ def star_volume(surface: Surface, kept: int, dead: int) -> float:
                 ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
                 bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
                 total += x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
-            corner = surface.swing[corner]
+            corner = surface.swing[np.uint64(corner)]
             if corner == first:
                 break
     return total

@@ -23,7 +23,7 @@ from gamutcore.decimation.costs.interface import merge, preserves_volume, settle
 from gamutcore.decimation.edge_queue import EdgeQueue, dequeue, empty_queue
 from gamutcore.decimation.record import Record, record_moved_corners, write_collapse
 from gamutcore.decimation.star import Surface, keeps_star_shape, star_volume, volume_slope
-from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 
 __all__ = [
     "EXACT_ROUNDING",
@@ -73,6 +73,8 @@ class Workspace(NamedTuple):
         Number of collapses so far, for whoever looks on from another thread.
     way : (2,) float64
         Number of the way down, and by what part of themselves errors are disturbed on it.
+    known : (E,) or (0,) float64
+        Errors of all edges before the first collapse, undisturbed; NaN where they are not known.
     """
 
     queue: EdgeQueue
@@ -87,10 +89,13 @@ class Workspace(NamedTuple):
     before: Float32Array
     done: LongArray
     way: FloatArray
+    known: FloatArray
 
 
 @kernel
-def workspace(edges: int, vertices: int, done: LongArray, way: FloatArray) -> Workspace:
+def workspace(
+    edges: int, vertices: int, done: LongArray, way: FloatArray, known: FloatArray
+) -> Workspace:
     """Return what is kept beside a surface, with no edge queued yet."""
     return Workspace(
         empty_queue(edges),
@@ -105,6 +110,7 @@ def workspace(edges: int, vertices: int, done: LongArray, way: FloatArray) -> Wo
         np.empty((LONGEST_RING + 1, 3), np.float32),
         done,
         way,
+        known,
     )
 
 
@@ -149,7 +155,7 @@ def mark_changed(surface: Surface, work: Workspace, kept: int, collapses: int) -
     spoke = first
     while True:
         work.changed[surface.vertex[following(spoke)]] = collapses
-        spoke = surface.swing[spoke]
+        spoke = surface.swing[np.uint64(spoke)]
         if spoke == first:
             break
 
@@ -207,7 +213,7 @@ def rounded_place_is_valid(
     )
 
 
-@leaf_kernel
+@inlined_kernel
 def _contract(
     surface: Surface,
     delivered: Float32Array,
@@ -238,7 +244,7 @@ def _contract(
         dequeue(work.queue, gone)
 
 
-@leaf_kernel
+@inlined_kernel
 def collapse_edge(
     cost: Any,  # noqa: ANN401
     surface: Surface,

@@ -92,7 +92,7 @@ def faces_left():
 
 def _workspace(surface):
     edges = len(surface.corner_facing)
-    work = workspace(edges, len(surface.position), np.zeros(1, np.int64), np.zeros(2))
+    work = workspace(edges, len(surface.position), np.zeros(1, np.int64), np.zeros(2), np.empty(0))
     work.queue.heap[:] = np.arange(edges)
     work.queue.priority[:] = np.arange(edges)
     fill_queue(work.queue, edges)

@@ -27,7 +27,7 @@ def run(bumpy_mesh):
         done = np.zeros(1, np.int64)
         way = np.zeros(2)
         record = collapse_all(
-            state, surface, delivered, np.zeros(3), step, record, done, way, 4, True
+            state, surface, delivered, np.zeros(3), step, record, done, way, np.empty(0), 4, True
         )
         collapses = len(record.kept)
         assert done[0] == collapses

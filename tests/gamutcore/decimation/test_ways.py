@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.decimation import decimated, ways
+from gamutcore.decimation import decimate, decimated, ways
 from gamutcore.decimation.costs import COSTS, cost_module, finest, volume
 from gamutcore.decimation.plan import Fork
+from gamutcore.decimation.stages import NOTHING_KNOWN
 from gamutcore.errors import DecimationError
 from gamutcore.history import history_of
 from gamutcore.metric import mismatch
@@ -90,6 +91,57 @@ def test_a_way_that_ends_too_early_is_not_taken(monkeypatch, planned, icosphere)
     blocked = {0}
     with pytest.raises(DecimationError, match="triangles left"):
         decimated(mesh, CENTRE)
+
+
+@pytest.mark.parametrize("cost", ["volume", "finest"])
+def test_progress_moves_on_while_ways_are_tried(monkeypatch, planned, icosphere, cost):
+    courses, told = [], []
+    carried_out, course_of = ways.carried_out, decimate.course_of
+
+    def kept(plan, size):
+        courses.append(course_of(plan, size))
+        return courses[0]
+
+    def looked_at(*arguments, **options):
+        passage = carried_out(*arguments, **options)
+        told.append(courses[0].done())
+        return passage
+
+    monkeypatch.setattr(decimate, "course_of", kept)
+    monkeypatch.setattr(ways, "carried_out", looked_at)
+    planned(cost_module(cost), forks=(Fork(60, 5, (40, 27)), Fork(27, 3, (12,))))
+    decimated(icosphere(2), CENTRE, cost)
+    # to the first fork, five ways in two stages, three in one, and what is left
+    assert len(told) == 1 + 5 * 2 + 3 + 1
+    assert (np.diff(told) > 0).all()
+    assert told[-1] == pytest.approx(1)
+
+
+@pytest.mark.parametrize("module", [volume, finest])
+def test_errors_that_are_known_lead_the_same_way(monkeypatch, planned, icosphere, module):
+    """As those that each way evaluates for itself."""
+    planned(module, forks=(Fork(100, 3, (27,)),))
+    cost, carried_out = module.__name__.rpartition(".")[2], ways.carried_out
+    mesh, ways_gone = icosphere(3), []
+    for keeping in (True, False):
+        records = []
+
+        def carried(*arguments, keeping=keeping, records=records, **options):
+            known = options.pop("known", NOTHING_KNOWN)
+            if len(known):
+                options["known"] = known if keeping else np.full(len(known), np.nan)
+            passage = carried_out(*arguments, **options)
+            records.append(passage.record)
+            assert not np.isnan(known).any() or not keeping
+            return passage
+
+        monkeypatch.setattr(ways, "carried_out", carried)
+        decimated(mesh, CENTRE, cost)
+        ways_gone.append(records)
+    assert len(ways_gone[0]) >= 5
+    for one, other in zip(*ways_gone, strict=True):
+        for array, same in zip(one, other, strict=True):
+            np.testing.assert_array_equal(array, same)
 
 
 def test_all_collapses_are_told_once(icosphere):
