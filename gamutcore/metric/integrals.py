@@ -15,16 +15,14 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray
 from gamutcore.kernels import inlined_kernel, leaf_kernel
+from gamutcore.metric.cones import INDEX
 
 __all__ = ["CAPACITY", "Queue", "differences", "drained", "put", "put_three", "queue"]
 
 CAPACITY = 256
 """Triangles in a queue: with their integrals 20 kB, which stay in the first cache."""
 
-INDEX = np.uint64
-"""Unsigned: indices that may be negative keep loops from becoming vector instructions."""
-
-ONE, TWO, THREE, FOUR, FIVE, SIX = (np.uint64(row * CAPACITY) for row in range(1, 7))
+ONE, TWO, THREE, FOUR, FIVE, SIX = (INDEX(row * CAPACITY) for row in range(1, 7))
 """Where the rows of a queue begin, after the first."""
 
 

@@ -448,7 +448,7 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
                         u, v = piece[number, 0], piece[number, 1]
                         for axis in range(3):
                             triangle[row, axis] = (
-                                frame[0, axis] + u * frame[1, axis] + v * frame[2, axis]
+                                frame[axis] + u * frame[3 + axis] + v * frame[6 + axis]
                             )
                         triangle[row, 3] = piece[number, 2]
                     _raise_bounds(triangle, stack, reference, face, other, through, bounds, off)
