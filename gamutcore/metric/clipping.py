@@ -13,7 +13,7 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.kernels import inlined_kernel, leaf_kernel
-from gamutcore.metric.cones import Cones
+from gamutcore.metric.cones import INDEX, Cones
 
 __all__ = ["Clipping", "begin", "clipping", "next_piece"]
 
@@ -24,6 +24,9 @@ CORNERS = 24
 """Corners that a part can have."""
 
 
+ROW = 2 * CORNERS
+"""Numbers that a part takes."""
+
 TRYING_ALL = 2**30
 """In place of the number of moves: the cones of all faces are tried, one after the other."""
 
@@ -33,10 +36,12 @@ class Clipping(NamedTuple):
 
     Attributes
     ----------
-    frame : (3, 3) float64
+    frame : (9,) float64
         a, U and V of the face.
-    part : (rows, corners, 2) float64
-        Parts that wait on a stack, and below its top the one at work.
+    source : (`ROW`,) float64
+        The part that is being split: u and v of its corners, the first one once more at the end.
+    part : (rows × `ROW`,) float64
+        Parts that wait on a stack, and above its top the one at work: u and v of their corners.
     corners, face, came, moves : (rows,) int32
         Corners of a part; the face whose cone is cut off next; the face that passed the part on to
         that one, or −1; how often it was passed on whole.
@@ -49,6 +54,7 @@ class Clipping(NamedTuple):
     """
 
     frame: FloatArray
+    source: FloatArray
     part: FloatArray
     corners: IndexArray
     face: IndexArray
@@ -63,8 +69,9 @@ def clipping() -> Clipping:
     """Return work space for one face at a time."""
     rows = PARTS + 4
     return Clipping(
-        frame=np.empty((3, 3)),
-        part=np.empty((rows, CORNERS, 2)),
+        frame=np.empty(9),
+        source=np.empty(ROW),
+        part=np.empty(rows * ROW),
         corners=np.empty(rows, np.int32),
         face=np.empty(rows, np.int32),
         came=np.empty(rows, np.int32),
@@ -78,56 +85,59 @@ def clipping() -> Clipping:
 @inlined_kernel
 def begin(work: Clipping, position: FloatArray, one: int, two: int, three: int, face: int) -> int:
     """Put a face on the stack, to be cut from the cone of `face` on; returns the stack's height."""
+    frame, part = work.frame, work.part
     for axis in range(3):
-        work.frame[0, axis] = position[one, axis]
-        work.frame[1, axis] = position[two, axis] - position[one, axis]
-        work.frame[2, axis] = position[three, axis] - position[one, axis]
-    work.part[0, 0, 0], work.part[0, 0, 1] = 0.0, 0.0
-    work.part[0, 1, 0], work.part[0, 1, 1] = 1.0, 0.0
-    work.part[0, 2, 0], work.part[0, 2, 1] = 0.0, 1.0
+        frame[axis] = position[INDEX(one), axis]
+        frame[3 + axis] = position[INDEX(two), axis] - position[INDEX(one), axis]
+        frame[6 + axis] = position[INDEX(three), axis] - position[INDEX(one), axis]
+    part[0], part[1] = 0.0, 0.0
+    part[2], part[3] = 1.0, 0.0
+    part[4], part[5] = 0.0, 1.0
     work.corners[0], work.face[0], work.came[0], work.moves[0] = 3, face, -1, 0
     return 1
 
 
 @leaf_kernel
 def _copy(part: FloatArray, source: int, first: int, last: int, target: int, start: int) -> None:
-    for index in range(first, last):
-        part[target, start + index - first, 0] = part[source, index, 0]
-        part[target, start + index - first, 1] = part[source, index, 1]
+    for number in range(2 * (last - first)):
+        part[INDEX(ROW * target + 2 * start + number)] = part[
+            INDEX(ROW * source + 2 * first + number)
+        ]
 
 
 @inlined_kernel
-def _split(part: FloatArray, value: FloatArray, row: int, count: int) -> tuple[int, int]:
+def _split(
+    part: FloatArray, source: FloatArray, value: FloatArray, row: int, count: int
+) -> tuple[int, int]:
     """Split a part by the signs of its values: what is outside stays, the inside goes to row + 1.
 
-    Returns the corners of both. No corner is overwritten before it is read, as at most one more is
-    written than was read.
+    All is written without a branch, and what does not belong there is overwritten by the next
+    corner. Returns the corners of both.
     """
-    kept, cut = 0, 0
-    first_u, first_v = part[row, 0, 0], part[row, 0, 1]
-    u, v, here = first_u, first_v, value[0]
-    for index in range(count):
-        if index < count - 1:
-            next_u, next_v = part[row, index + 1, 0], part[row, index + 1, 1]
-            there = value[index + 1]
-        else:
-            next_u, next_v, there = first_u, first_v, value[0]
-        if here >= 0.0:
-            part[row + 1, kept, 0], part[row + 1, kept, 1] = u, v
-            kept += 1
-        if here <= 0.0:
-            part[row, cut, 0], part[row, cut, 1] = u, v
-            cut += 1
-        if (here > 0.0 and there < 0.0) or (here < 0.0 and there > 0.0):
-            share = here / (here - there)
-            u += share * (next_u - u)
-            v += share * (next_v - v)
-            part[row + 1, kept, 0], part[row + 1, kept, 1] = u, v
-            part[row, cut, 0], part[row, cut, 1] = u, v
-            kept += 1
-            cut += 1
+    outside, inside = ROW * row, ROW * (row + 1)
+    first_inside, first_outside = inside, outside
+    u, v, here = source[0], source[1], value[0]
+    source[INDEX(2 * count)], source[INDEX(2 * count + 1)], value[INDEX(count)] = u, v, here
+    for index in range(1, count + 1):
+        next_u, next_v, there = (
+            source[INDEX(2 * index)],
+            source[INDEX(2 * index + 1)],
+            value[INDEX(index)],
+        )
+        part[INDEX(inside)], part[INDEX(inside + 1)] = u, v
+        inside += 2 if here >= 0.0 else 0
+        part[INDEX(outside)], part[INDEX(outside + 1)] = u, v
+        outside += 2 if here <= 0.0 else 0
+        share = here / (here - there)
+        u += share * (next_u - u)
+        v += share * (next_v - v)
+        part[INDEX(inside)], part[INDEX(inside + 1)] = u, v
+        part[INDEX(outside)], part[INDEX(outside + 1)] = u, v
+        crossed = 2 if ((here > 0.0) & (there < 0.0)) | ((here < 0.0) & (there > 0.0)) else 0
+        inside += crossed
+        outside += crossed
         u, v, here = next_u, next_v, there
-    return kept, cut
+    return (inside - first_inside) // 2, (outside - first_outside) // 2
 
 
 @inlined_kernel
@@ -157,9 +167,14 @@ def next_piece(  # noqa: C901, PLR0912  # the time is in these branches
         Height of the stack.
     """
     part, value, frame, planes = work.part, work.value, work.frame, cones.planes
+    source, neighbour = work.source, cones.neighbour
     while top > 0:
         base = top - 1
-        face, count, moved = work.face[base], work.corners[base], work.moves[base]
+        face, count, moved = (
+            work.face[INDEX(base)],
+            work.corners[INDEX(base)],
+            work.moves[INDEX(base)],
+        )
         if count > CORNERS - 4:
             # two parts are as good as one with many corners
             half = count // 2
@@ -172,7 +187,7 @@ def next_piece(  # noqa: C901, PLR0912  # the time is in these branches
         if moved != TRYING_ALL and (moved > moves or top >= PARTS):
             face, moved = 0, TRYING_ALL
         exhaustive = moved == TRYING_ALL
-        row, came = base, work.came[base]
+        row, came = base, work.came[INDEX(base)]
         if exhaustive:
             came = -1
             # the part stays on the stack until all cones have been tried
@@ -182,45 +197,50 @@ def next_piece(  # noqa: C901, PLR0912  # the time is in these branches
             work.face[base], work.moves[base] = face + 1, moved
             row = top
             _copy(part, base, 0, count, row, 0)
-        tolerance = cones.rounding[face] * reach
+        tolerance = cones.rounding[INDEX(face)] * reach
         for place in range(3):
             # the other side of the plane that cut the part off: all of it is inside
-            if cones.neighbour[face, place] == came:
+            if neighbour[INDEX(face), place] == came:
                 continue
-            x = planes[face, 3 * place]
-            y = planes[face, 3 * place + 1]
-            z = planes[face, 3 * place + 2]
-            constant = x * frame[0, 0] + y * frame[0, 1] + z * frame[0, 2]
-            along_u = x * frame[1, 0] + y * frame[1, 1] + z * frame[1, 2]
-            along_v = x * frame[2, 0] + y * frame[2, 1] + z * frame[2, 2]
+            x = planes[INDEX(face), 3 * place]
+            y = planes[INDEX(face), 3 * place + 1]
+            z = planes[INDEX(face), 3 * place + 2]
+            constant = x * frame[0] + y * frame[1] + z * frame[2]
+            along_u = x * frame[3] + y * frame[4] + z * frame[5]
+            along_v = x * frame[6] + y * frame[7] + z * frame[8]
             lowest, highest = np.inf, -np.inf
+            start = ROW * row
             for index in range(count):
-                side = constant + along_u * part[row, index, 0] + along_v * part[row, index, 1]
+                u, v = part[INDEX(start + 2 * index)], part[INDEX(start + 2 * index + 1)]
+                side = constant + along_u * u + along_v * v
                 lowest = min(lowest, side)
                 highest = max(highest, side)
-                value[index] = side if abs(side) > tolerance else 0.0
+                value[INDEX(index)] = side if abs(side) > tolerance else 0.0
+                source[INDEX(2 * index)], source[INDEX(2 * index + 1)] = u, v
             if lowest < -tolerance:
-                work.face[row] = cones.neighbour[face, place]
-                work.came[row], work.moves[row] = face, moved + 1
+                work.face[INDEX(row)] = neighbour[INDEX(face), place]
+                work.came[INDEX(row)], work.moves[INDEX(row)] = face, moved + 1
                 if highest <= tolerance:
-                    work.corners[row] = count
+                    work.corners[INDEX(row)] = count
                     count = 0
                     row += 1
                     break
-                count, work.corners[row] = _split(part, value, row, count)
+                count, work.corners[INDEX(row)] = _split(part, source, value, row, count)
                 row += 1
         top = base + 1 if exhaustive else row
         if count >= 3:
             for waiting in range(base, top):
                 if not exhaustive:
-                    work.moves[waiting] = 0
-            x, y, z = cones.normal[face, 0], cones.normal[face, 1], cones.normal[face, 2]
-            constant = x * frame[0, 0] + y * frame[0, 1] + z * frame[0, 2] - 1.0
-            along_u = x * frame[1, 0] + y * frame[1, 1] + z * frame[1, 2]
-            along_v = x * frame[2, 0] + y * frame[2, 1] + z * frame[2, 2]
+                    work.moves[INDEX(waiting)] = 0
+            normal, piece = cones.normal, work.piece
+            x, y, z = normal[INDEX(face), 0], normal[INDEX(face), 1], normal[INDEX(face), 2]
+            constant = x * frame[0] + y * frame[1] + z * frame[2] - 1.0
+            along_u = x * frame[3] + y * frame[4] + z * frame[5]
+            along_v = x * frame[6] + y * frame[7] + z * frame[8]
+            start = ROW * row
             for index in range(count):
-                u, v = part[row, index, 0], part[row, index, 1]
-                work.piece[index, 0], work.piece[index, 1] = u, v
-                work.piece[index, 2] = constant + along_u * u + along_v * v
+                u, v = part[INDEX(start + 2 * index)], part[INDEX(start + 2 * index + 1)]
+                piece[INDEX(index), 0], piece[INDEX(index), 1] = u, v
+                piece[INDEX(index), 2] = constant + along_u * u + along_v * v
             return face, count, top
     return -1, 0, 0

@@ -18,11 +18,15 @@ from gamutcore.kernels import inlined_kernel, kernel
 if TYPE_CHECKING:
     from gamutcore.metric.farthest import Faces
 
-__all__ = ["MOVES", "Cones", "Places", "cones_of", "crossing", "located"]
+__all__ = ["INDEX", "MOVES", "Cones", "Places", "cones_of", "crossing", "located"]
 
 ROUNDING = 1e-15
 """A determinant of three points counts as zero up to this part of the product of their lengths: it
 is computed to a few times 2⁻⁵³ of it."""
+
+INDEX = np.uint64
+"""Of numbers that index arrays and are not negative: whether they are need not be tested then, and
+loops can become vector instructions."""
 
 MOVES = 1000
 """Steps of a walk before all cones are tried: walks can go in circles where a triangulation is not
@@ -152,14 +156,18 @@ def _located(
     count = len(position)
     face, beyond, along = np.empty(count, np.int32), np.empty(count), np.empty(count)
     for index in range(count):
-        point = order[index]
-        x, y, z = position[point, 0], position[point, 1], position[point, 2]
+        point = order[INDEX(index)]
+        x, y, z = position[INDEX(point), 0], position[INDEX(point), 1], position[INDEX(point), 2]
         radius = np.sqrt(x * x + y * y + z * z)
-        start = face[near[point]] if index > 0 else 0
+        start = face[INDEX(near[INDEX(point)])] if index > 0 else 0
         found = _walk(x, y, z, radius, start, cones, moves)
-        ratio = cones.normal[found, 0] * x + cones.normal[found, 1] * y + cones.normal[found, 2] * z
-        face[point], beyond[point] = found, ratio - 1.0
-        along[point] = abs(1.0 - 1.0 / ratio) * radius
+        ratio = (
+            cones.normal[INDEX(found), 0] * x
+            + cones.normal[INDEX(found), 1] * y
+            + cones.normal[INDEX(found), 2] * z
+        )
+        face[INDEX(point)], beyond[INDEX(point)] = found, ratio - 1.0
+        along[INDEX(point)] = abs(1.0 - 1.0 / ratio) * radius
     return face, beyond, along
 
 
@@ -168,22 +176,22 @@ def _walk(x: float, y: float, z: float, radius: float, face: int, cones: Cones, 
     """Face in whose cone a point is; each step crosses the plane that it is furthest behind."""
     planes = cones.planes
     for _ in range(moves):
-        one = planes[face, 0] * x + planes[face, 1] * y + planes[face, 2] * z
-        two = planes[face, 3] * x + planes[face, 4] * y + planes[face, 5] * z
-        three = planes[face, 6] * x + planes[face, 7] * y + planes[face, 8] * z
+        one = planes[INDEX(face), 0] * x + planes[INDEX(face), 1] * y + planes[INDEX(face), 2] * z
+        two = planes[INDEX(face), 3] * x + planes[INDEX(face), 4] * y + planes[INDEX(face), 5] * z
+        three = planes[INDEX(face), 6] * x + planes[INDEX(face), 7] * y + planes[INDEX(face), 8] * z
         through, least = 0, one
         if two < least:
             through, least = 1, two
         if three < least:
             through, least = 2, three
-        if least >= -cones.rounding[face] * radius:
+        if least >= -cones.rounding[INDEX(face)] * radius:
             return face
-        face = cones.neighbour[face, through]
+        face = cones.neighbour[INDEX(face), through]
     chosen, best = face, -np.inf
     for face in range(len(planes)):
-        one = planes[face, 0] * x + planes[face, 1] * y + planes[face, 2] * z
-        two = planes[face, 3] * x + planes[face, 4] * y + planes[face, 5] * z
-        three = planes[face, 6] * x + planes[face, 7] * y + planes[face, 8] * z
+        one = planes[INDEX(face), 0] * x + planes[INDEX(face), 1] * y + planes[INDEX(face), 2] * z
+        two = planes[INDEX(face), 3] * x + planes[INDEX(face), 4] * y + planes[INDEX(face), 5] * z
+        three = planes[INDEX(face), 6] * x + planes[INDEX(face), 7] * y + planes[INDEX(face), 8] * z
         least = min(one, two, three) / (abs(one) + abs(two) + abs(three))
         if least > best:
             chosen, best = face, least
@@ -194,9 +202,9 @@ def _walk(x: float, y: float, z: float, radius: float, face: int, cones: Cones, 
 def _side(planes: FloatArray, face: int, place: int, position: FloatArray, vertex: int) -> float:
     """Product of a vertex with one of a cone's planes, positive on the side of the cone."""
     side: float = (
-        planes[face, 3 * place] * position[vertex, 0]
-        + planes[face, 3 * place + 1] * position[vertex, 1]
-        + planes[face, 3 * place + 2] * position[vertex, 2]
+        planes[INDEX(face), INDEX(3 * place)] * position[INDEX(vertex), 0]
+        + planes[INDEX(face), INDEX(3 * place + 1)] * position[INDEX(vertex), 1]
+        + planes[INDEX(face), INDEX(3 * place + 2)] * position[INDEX(vertex), 2]
     )
     return side
 
@@ -217,7 +225,7 @@ def crossing(
     """
     place = -1
     for candidate in range(3):
-        if cones.neighbour[face, candidate] == beyond:
+        if cones.neighbour[INDEX(face), candidate] == beyond:
             place = candidate
     if place < 0:
         return False, 0.0, 0.0

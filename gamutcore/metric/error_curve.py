@@ -23,7 +23,7 @@ from gamutcore.metric.radial_overlay import Distances, overlaid, volume_within
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
-    from gamutcore.arrays import FloatArray, IndexArray
+    from gamutcore.arrays import Float32Array, FloatArray, IndexArray
     from gamutcore.history import History
     from gamutcore.mesh import TriangleMesh
     from gamutcore.metric.farthest import Faces
@@ -228,20 +228,22 @@ def _even(count: float) -> int:
 
 def _arranged(level: TriangleMesh, history: History) -> tuple[Faces, IndexArray]:
     """Return a level about the origin, what is near in space near in memory, and parents in it."""
-    positions = level.vertices.astype(np.float64) - history.centre
-    position, corner, near = _in_preorder(positions, level.faces, history.splits.parent)
+    position, corner, near = _in_preorder(
+        level.vertices, np.asarray(history.centre, np.float64), level.faces, history.splits.parent
+    )
     return faces_of(position, corner), near
 
 
 @kernel
 def _in_preorder(
-    positions: FloatArray, faces: IndexArray, parent: IndexArray
+    vertices: Float32Array, centre: FloatArray, faces: IndexArray, parent: IndexArray
 ) -> tuple[FloatArray, IndexArray, IndexArray]:
     """Put each slot before those that were split from it, and these before all others.
 
     Parameters
     ----------
-    positions : (V, 3) float64
+    vertices : (V, 3) float32
+    centre : (3,) float64
     faces : (F, 3) int32
         Of a level: two of them are added with each slot from 4 on.
     parent : (≥ V − 4,) int32
@@ -250,11 +252,12 @@ def _in_preorder(
     Returns
     -------
     position : (V, 3) float64
+        About the centre.
     corner : (3 F,) int32
     near : (V,) int32
         The parent of each vertex, which comes before it; 0 of the first ones.
     """
-    count = len(positions)
+    count = len(vertices)
     size = np.ones(count, np.int32)
     for slot in range(count - 1, 3, -1):
         size[parent[slot - 4]] += size[slot]
@@ -273,7 +276,7 @@ def _in_preorder(
             near[place[slot]] = place[above]
         filled[slot] = place[slot] + 1
         for axis in range(3):
-            position[place[slot], axis] = positions[slot, axis]
+            position[place[slot], axis] = np.float64(vertices[slot, axis]) - centre[axis]
     # the first four faces with the first four slots, two with each other one
     slot_at = np.empty(count, np.int32)
     for slot in range(count):

@@ -128,10 +128,11 @@ def _fans(corner: IndexArray, vertices: int) -> tuple[IndexArray, IndexArray]:
         end[vertex] = total
         total += count
     fan = np.empty(len(corner), np.int32)
-    for index in range(len(corner)):
-        vertex = corner[index]
-        fan[end[vertex]] = index // 3
-        end[vertex] += 1
+    for face in range(len(corner) // 3):
+        for place in range(3):
+            vertex = corner[3 * face + place]
+            fan[end[vertex]] = face
+            end[vertex] += 1
     return end, fan
 
 
@@ -209,21 +210,26 @@ def nearest_face(x: float, y: float, z: float, surface: Faces, face: int) -> tup
     No face that has a vertex in common with it is nearer. That is the nearest one of all, or
     another one that a concave place keeps from being left: its distance is an upper bound.
     """
+    corner, fan_end, fan = surface.corner, surface.fan_end, surface.fan
     least = squared_distance(x, y, z, surface, face)
+    before_one, before_two, before_three = -1, -1, -1
     while True:
         best = face
         for place in range(3):
-            vertex = surface.corner[3 * face + place]
-            for index in range(
-                surface.fan_end[vertex - 1] if vertex > 0 else 0, surface.fan_end[vertex]
-            ):
-                other = surface.fan[index]
+            vertex = corner[3 * face + place]
+            # all faces at a vertex of the face before have been looked at
+            if vertex in (before_one, before_two, before_three):
+                continue
+            for index in range(fan_end[vertex - 1] if vertex > 0 else 0, fan_end[vertex]):
+                other = fan[index]
                 if other != face:
                     distance = squared_distance(x, y, z, surface, other)
                     if distance < least:
                         least, best = distance, other
         if best == face:
             return face, least
+        before_one, before_two = corner[3 * face], corner[3 * face + 1]
+        before_three = corner[3 * face + 2]
         face = best
 
 

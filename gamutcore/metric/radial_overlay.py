@@ -28,6 +28,7 @@ from gamutcore.metric.farthest import (
     squared_distance,
     star_shaped_faces,
 )
+from gamutcore.metric.integrals import CAPACITY, Queue, drained, put, put_three, queue
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -150,7 +151,7 @@ def overlaid(
     bounds = np.array([0.0, 0.0, 0.0, 0.0, halvings_for(reference)])
     off = np.zeros(len(other.off))
     volume, area, difference, first, second = _overlaid(
-        reference, other, cones, places, clipping(), np.empty(STACK), bounds, off, moves
+        reference, other, cones, places, clipping(), queue(), np.empty(STACK), bounds, off, moves
     )
     other_volume, other_area = _size(other)
     found = RadialDifference(
@@ -217,49 +218,6 @@ def _extent(position: FloatArray, one: int, two: int, three: int) -> tuple[float
     cx, cy, cz = position[three, 0] - ax, position[three, 1] - ay, position[three, 2] - az
     x, y, z = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
     return (ax * x + ay * y + az * z) / 6.0, 0.5 * np.sqrt(x * x + y * y + z * z)
-
-
-@leaf_kernel
-def _differences(one: float, two: float, three: float) -> tuple[float, float, float]:
-    """Integrals over a triangle that is seen through one face, each per volume below the triangle.
-
-    With d = N · p − 1 at its corners and t = 1 ÷ (N · p), the other surface's part of the same
-    cone has t₁ t₂ t₃ times the volume.
-
-    Returns
-    -------
-    difference : float
-        Volume between the triangle and the face.
-    first : float
-        Mean of |d| over the triangle.
-    second : float
-        Mean of |t − 1| over the part of the face through which it is seen, times t₁ t₂ t₃.
-    """
-    product = 1.0 / ((1.0 + one) * (1.0 + two) * (1.0 + three))
-    if (one >= 0.0) == (two >= 0.0) and (two >= 0.0) == (three >= 0.0):
-        t_sum = product * (
-            (1.0 + two) * (1.0 + three) + (1.0 + one) * (1.0 + three) + (1.0 + one) * (1.0 + two)
-        )
-        return (
-            abs(1.0 - product),
-            abs(one + two + three) / 3.0,
-            product * abs(t_sum - 3.0) / 3.0,
-        )
-    # turned so that the first corner is alone on its side of the face; the cut is where d = 0
-    if (one >= 0.0) == (two >= 0.0):
-        one, two, three = three, one, two
-    elif (one >= 0.0) == (three >= 0.0):
-        one, two, three = two, three, one
-    part = one * one / ((one - two) * (one - three))
-    t = 1.0 / (1.0 + one)
-    corner = part * (1.0 - t)
-    difference = abs(1.0 - product - corner) + abs(corner)
-    corner = part * one / 3.0
-    first = abs((one + two + three) / 3.0 - corner) + abs(corner)
-    one, two, three = one * t, two / (1.0 + two), three / (1.0 + three)
-    corner = one * one * one / ((one - two) * (one - three) * 3.0)
-    second = product * (abs((one + two + three) / 3.0 - corner) + abs(corner))
-    return difference, first, second
 
 
 @leaf_kernel
@@ -356,6 +314,7 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
     cones: Cones,
     places: Places,
     work: Clipping,
+    waiting: Queue,
     stack: FloatArray,
     bounds: FloatArray,
     off: FloatArray,
@@ -367,6 +326,8 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
     ----------
     places : Places
         Where the reference's vertices are in the other's cones.
+    waiting : Queue
+        Work space, empty.
     bounds : (5,) float64
         Written: lower and upper bound of the distances from the reference, and to it. Last, how
         often pieces may be halved.
@@ -387,7 +348,11 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
     beyond, along, slope = places.beyond, places.along, cones.slope
     reach = _attained(reference, other, places, bounds)
     volume, area, difference, first, second = 0.0, 0.0, 0.0, 0.0, 0.0
+    queued = 0
     for face in range(len(corner) // 3):
+        if queued > CAPACITY - 3:
+            difference, first, second = drained(waiting, queued, difference, first, second)
+            queued = 0
         one, two, three = corner[3 * face], corner[3 * face + 1], corner[3 * face + 2]
         # turned so that the first two are seen through the same face if any two are
         if places.face[two] == places.face[three]:
@@ -399,15 +364,13 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
         volume += part
         area += whole
         # of the integral over a piece, per volume below it and per plane that it is seen through
-        weight, height = 3.0 * part, 3.0 * part / whole
+        weight = 3.0 * part * (3.0 * part / whole)
         d1, d2, d3 = beyond[one], beyond[two], beyond[three]
         own = reference.off[face]
         pending = own + max(along[one], along[two], along[three])
         if through == last == places.face[two]:
-            gap, mean, mean_back = _differences(d1, d2, d3)
-            difference += part * gap
-            first += whole * mean / slope[through]
-            second += weight * height * mean_back * slope[through]
+            weights = (part, whole, weight)
+            queued = put(waiting, queued, (d1, d2, d3), weights, slope[through])
             if pending > min(bounds[1], bounds[3]):
                 _corner(triangle, 0, position, one, d1)
                 _corner(triangle, 1, position, two, d2)
@@ -426,19 +389,13 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
                 normal = cones.normal
                 d = normal[through, 0] * x + normal[through, 1] * y + normal[through, 2] * z - 1.0
                 d4, d5 = d2 + from_two * (d - d2), d1 + from_one * (d - d1)
-                gap1, mean1, back1 = _differences(d1, d2, d4)
-                gap2, mean2, back2 = _differences(d1, d4, d5)
-                gap3, mean3, back3 = _differences(d4, d3, d5)
-                share1, share2 = from_two, from_one * (1.0 - from_two)
-                share3 = (1.0 - from_two) * (1.0 - from_one)
-                difference += part * (share1 * gap1 + share2 * gap2 + share3 * gap3)
-                first += whole * (
-                    (share1 * mean1 + share2 * mean2) / slope[through]
-                    + share3 * mean3 / slope[last]
-                )
-                second += (weight * height) * (
-                    (share1 * back1 + share2 * back2) * slope[through]
-                    + share3 * back3 * slope[last]
+                queued = put_three(
+                    waiting,
+                    queued,
+                    (d1, d2, d3, d4, d5),
+                    (from_two, from_one * (1.0 - from_two), (1.0 - from_two) * (1.0 - from_one)),
+                    (part, whole, weight),
+                    (slope[through], slope[last]),
                 )
                 away = own + radius * max(abs(d4) / (1.0 + d4), abs(d5) / (1.0 + d5))
                 pending = max(pending, away)
@@ -461,30 +418,39 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
             through, count, top = next_piece(work, top, cones, reach, moves)
             if through < 0:
                 break
-            pending = 0.0
+            largest, least = 0.0, np.inf
             for index in range(count):
-                pending = max(pending, abs(piece[index, 2]) / (1.0 + piece[index, 2]))
-            pending = own + radius * pending
-            if pending <= min(bounds[1], bounds[3]):
-                off[through] = max(off[through], pending)
+                largest = max(largest, abs(piece[index, 2]))
+                least = min(least, piece[index, 2])
+            # at least as much as is found below; mostly that already changes nothing
+            pending = own + radius * (largest / (1.0 + least))
+            accepted = min(bounds[1], bounds[3])
+            if not pending <= min(accepted, off[through]):
+                pending = 0.0
+                for index in range(count):
+                    pending = max(pending, abs(piece[index, 2]) / (1.0 + piece[index, 2]))
+                pending = own + radius * pending
+                if pending <= accepted:
+                    off[through] = max(off[through], pending)
             for index in range(1, count - 1):
                 share = (piece[index, 0] - piece[0, 0]) * (piece[index + 1, 1] - piece[0, 1]) - (
                     piece[index, 1] - piece[0, 1]
                 ) * (piece[index + 1, 0] - piece[0, 0])
-                gap, mean, mean_back = _differences(
-                    piece[0, 2], piece[index, 2], piece[index + 1, 2]
-                )
-                difference += part * share * gap
-                first += whole * share * mean / slope[through]
-                second += weight * height * share * mean_back * slope[through]
+                if queued == CAPACITY:
+                    difference, first, second = drained(waiting, queued, difference, first, second)
+                    queued = 0
+                corners = (piece[0, 2], piece[index, 2], piece[index + 1, 2])
+                weights = (part * share, whole * share, weight * share)
+                queued = put(waiting, queued, corners, weights, slope[through])
                 if pending > min(bounds[1], bounds[3]):
                     for row in range(3):
                         number = 0 if row == 0 else index + row - 1
                         u, v = piece[number, 0], piece[number, 1]
                         for axis in range(3):
                             triangle[row, axis] = (
-                                frame[0, axis] + u * frame[1, axis] + v * frame[2, axis]
+                                frame[axis] + u * frame[3 + axis] + v * frame[6 + axis]
                             )
                         triangle[row, 3] = piece[number, 2]
                     _raise_bounds(triangle, stack, reference, face, other, through, bounds, off)
+    difference, first, second = drained(waiting, queued, difference, first, second)
     return volume, area, difference, first, second
