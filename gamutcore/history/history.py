@@ -155,6 +155,21 @@ class History:
         if self._device is not None:
             self._reach_device(self._device, group)
 
+    def triangles_of(self, triangles: int) -> int:
+        """Return how many triangles the level has that is meant by a number of them.
+
+        Parameters
+        ----------
+        triangles : int
+            As for `level`.
+
+        Raises
+        ------
+        TriangleCountError
+            If there is no such level.
+        """
+        return 2 * self._vertices_of_level(triangles) - 4
+
     def level(self, triangles: int) -> TriangleMesh:
         """Return the mesh with at most so many triangles.
 

@@ -162,7 +162,7 @@ def error_curve(
     volume = volume_within(surfaces[full.triangles][0])
     curve = {full.triangles: LevelError(full.triangles, volume, 0.0, 0.0, 0.0, none, none)}
     mismatch_bound = distance_bound = 0.0
-    asked = sorted({history.level(count).triangles for count in counts})
+    asked = sorted({history.triangles_of(count) for count in counts})
     work = sum(count for count in asked if count < full.triangles)
     done = 0
     for count in reversed(asked):

@@ -10,14 +10,14 @@ Most faces are seen through one face or cross a single edge; the rest is cut as 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 from gamutcore.metric.clipping import Clipping, begin, clipping, next_piece
-from gamutcore.metric.cones import MOVES, Cones, Places, cones_of, crossing, located
+from gamutcore.metric.cones import INDEX, MOVES, Cones, Places, cones_of, crossing, located
 from gamutcore.metric.farthest import (
     SLACK,
     STACK,
@@ -187,7 +187,15 @@ def _breadth_first(surface: Faces) -> tuple[IndexArray, IndexArray]:
 
 def volume_within(surface: Faces) -> float:
     """Volume within a surface that is star-shaped about the origin."""
-    return _size(surface)[0]
+    return _volume(surface)
+
+
+@leaf_kernel
+def _volume(surface: Faces) -> float:
+    volume = 0.0
+    for face in range(len(surface.corner) // 3):
+        volume += _extent(surface.position, *_corners(surface.corner, face))[0]
+    return volume
 
 
 @leaf_kernel
@@ -196,12 +204,18 @@ def _size(surface: Faces) -> tuple[float, float]:
     position, corner = surface.position, surface.corner
     volume, area = 0.0, 0.0
     for face in range(len(corner) // 3):
-        part, whole = _extent(
-            position, corner[3 * face], corner[3 * face + 1], corner[3 * face + 2]
-        )
+        one, two, three = _corners(corner, face)
+        part, whole = _extent(position, one, two, three)
         volume += part
         area += whole
     return volume, area
+
+
+@inlined_kernel
+def _corners(corner: IndexArray, face: int) -> tuple[Any, Any, Any]:
+    """Vertices of a face, unsigned: a number that may be negative takes more instructions."""
+    at = INDEX(3 * face)
+    return INDEX(corner[at]), INDEX(corner[at + INDEX(1)]), INDEX(corner[at + INDEX(2)])
 
 
 @leaf_kernel
@@ -230,11 +244,12 @@ def _attained(reference: Faces, other: Faces, places: Places, bounds: FloatArray
     for vertex in range(len(position)):
         x, y, z = position[vertex, 0], position[vertex, 1], position[vertex, 2]
         reach = max(reach, x * x + y * y + z * z)
-        face = reference.fan[reference.fan_end[vertex] - 1]
-        if places.along[vertex] + off[face] > bounds[0]:
+        face = reference.fan[INDEX(reference.fan_end[vertex] - 1)]
+        own = off[INDEX(face)]
+        if places.along[vertex] + own > bounds[0]:
             _, squared = nearest_face(x, y, z, other, places.face[vertex])
-            bounds[0] = max(bounds[0], np.sqrt(squared) + off[face])
-        if places.along[vertex] + off[face] > bounds[2]:
+            bounds[0] = max(bounds[0], np.sqrt(squared) + own)
+        if places.along[vertex] + own > bounds[2]:
             t = 1.0 / (1.0 + places.beyond[vertex])
             face, squared = nearest_face(t * x, t * y, t * z, reference, face)
             bounds[2] = max(bounds[2], np.sqrt(squared) + off[face])
@@ -353,7 +368,7 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
         if queued > CAPACITY - 3:
             difference, first, second = drained(waiting, queued, difference, first, second)
             queued = 0
-        one, two, three = corner[3 * face], corner[3 * face + 1], corner[3 * face + 2]
+        one, two, three = _corners(corner, face)
         # turned so that the first two are seen through the same face if any two are
         if places.face[two] == places.face[three]:
             one, two, three = two, three, one
@@ -370,14 +385,14 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
         pending = own + max(along[one], along[two], along[three])
         if through == last == places.face[two]:
             weights = (part, whole, weight)
-            queued = put(waiting, queued, (d1, d2, d3), weights, slope[through])
+            queued = put(waiting, queued, (d1, d2, d3), weights, slope[INDEX(through)])
             if pending > min(bounds[1], bounds[3]):
                 _corner(triangle, 0, position, one, d1)
                 _corner(triangle, 1, position, two, d2)
                 _corner(triangle, 2, position, three, d3)
                 _raise_bounds(triangle, stack, reference, face, other, through, bounds, off)
             else:
-                off[through] = max(off[through], pending)
+                off[INDEX(through)] = max(off[INDEX(through)], pending)
             continue
         radius = np.sqrt(
             max(_square(position, one), _square(position, two), _square(position, three))
@@ -387,7 +402,8 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
             if single:
                 x, y, z = position[three, 0], position[three, 1], position[three, 2]
                 normal = cones.normal
-                d = normal[through, 0] * x + normal[through, 1] * y + normal[through, 2] * z - 1.0
+                at = INDEX(through)
+                d = normal[at, 0] * x + normal[at, 1] * y + normal[at, 2] * z - 1.0
                 d4, d5 = d2 + from_two * (d - d2), d1 + from_one * (d - d1)
                 queued = put_three(
                     waiting,
@@ -395,7 +411,7 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
                     (d1, d2, d3, d4, d5),
                     (from_two, from_one * (1.0 - from_two), (1.0 - from_two) * (1.0 - from_one)),
                     (part, whole, weight),
-                    (slope[through], slope[last]),
+                    (slope[at], slope[INDEX(last)]),
                 )
                 away = own + radius * max(abs(d4) / (1.0 + d4), abs(d5) / (1.0 + d5))
                 pending = max(pending, away)
@@ -409,8 +425,9 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
                     _corner(triangle, 0, position, three, d3)
                     _raise_bounds(triangle, stack, reference, face, other, last, bounds, off)
                 else:
-                    off[through] = max(off[through], own + along[one], own + along[two], away)
-                    off[last] = max(off[last], own + along[three], away)
+                    off[at] = max(off[at], own + along[one], own + along[two], away)
+                    at = INDEX(last)
+                    off[at] = max(off[at], own + along[three], away)
                 continue
         top = begin(work, position, one, two, three, through)
         piece, frame = work.piece, work.frame
@@ -420,18 +437,19 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
                 break
             largest, least = 0.0, np.inf
             for index in range(count):
-                largest = max(largest, abs(piece[index, 2]))
-                least = min(least, piece[index, 2])
+                largest = max(largest, abs(piece[INDEX(index), 2]))
+                least = min(least, piece[INDEX(index), 2])
             # at least as much as is found below; mostly that already changes nothing
             pending = own + radius * (largest / (1.0 + least))
             accepted = min(bounds[1], bounds[3])
-            if not pending <= min(accepted, off[through]):
+            at = INDEX(through)
+            if not pending <= min(accepted, off[at]):
                 pending = 0.0
                 for index in range(count):
                     pending = max(pending, abs(piece[index, 2]) / (1.0 + piece[index, 2]))
                 pending = own + radius * pending
                 if pending <= accepted:
-                    off[through] = max(off[through], pending)
+                    off[at] = max(off[at], pending)
             for index in range(1, count - 1):
                 share = (piece[index, 0] - piece[0, 0]) * (piece[index + 1, 1] - piece[0, 1]) - (
                     piece[index, 1] - piece[0, 1]
@@ -441,7 +459,7 @@ def _overlaid(  # noqa: C901, PLR0912  # the time is in these branches
                     queued = 0
                 corners = (piece[0, 2], piece[index, 2], piece[index + 1, 2])
                 weights = (part * share, whole * share, weight * share)
-                queued = put(waiting, queued, corners, weights, slope[through])
+                queued = put(waiting, queued, corners, weights, slope[at])
                 if pending > min(bounds[1], bounds[3]):
                     for row in range(3):
                         number = 0 if row == 0 else index + row - 1
