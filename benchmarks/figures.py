@@ -99,7 +99,7 @@ def measure(*, again: bool) -> dict[str, Any]:
         "disagreement": max(each["disagreement"] for each in found),
         "sphere": kept("sphere", paper.sphere_rows),
         "million": kept("million", speed.million_points),
-        "history": kept("history", lambda: speed.history_times(5)),
+        "history": kept("history", lambda: speed.history_times(15)),
         "storage": kept("storage", lambda: speed.storage(25)),
         "scaling": kept("scaling", lambda: speed.scaling(3)),
     }
