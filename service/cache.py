@@ -60,9 +60,7 @@ class ByteBoundedCache(Generic[Key, Value]):
 
     def resize(self, key: Key, value: Value, nbytes: int) -> None:
         """Say that a value takes another number of bytes by now; nothing happens if it is gone."""
-        entry = self._entries.get(key)
-        if entry is not None and entry[0] is value:
-            self.discard(key)
+        if self.discard_value(key, value):
             self._keep(key, value, nbytes)
 
     def discard(self, key: Key) -> None:
@@ -70,6 +68,14 @@ class ByteBoundedCache(Generic[Key, Value]):
         entry = self._entries.pop(key, None)
         if entry is not None:
             self.nbytes -= entry[1]
+
+    def discard_value(self, key: Key, value: Value) -> bool:
+        """Forget a key if it is this very value that is kept under it; whether it was."""
+        entry = self._entries.get(key)
+        if entry is None or entry[0] is not value:
+            return False
+        self.discard(key)
+        return True
 
     def discard_where(self, condition: Callable[[Key], bool]) -> None:
         """Forget every key that fulfils a condition."""

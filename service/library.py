@@ -42,6 +42,8 @@ class OpenGamut:
 
     Attributes
     ----------
+    record : Record
+        What its bytes were read by: another may have the id by now.
     gamut : Gamut
         With its history.
     provenance : dict of str
@@ -50,6 +52,7 @@ class OpenGamut:
         What its coordinates are in.
     """
 
+    record: Record
     gamut: Gamut
     provenance: dict[str, str]
     space: ColourSpace
@@ -97,12 +100,11 @@ class Library:
             return found
         return await self._opening.value(gamut_id, lambda: self._open_and_keep(gamut_id))
 
-    async def unpack(self, gamut_id: str, opened: OpenGamut, triangles: int) -> None:
+    async def unpack(self, opened: OpenGamut, triangles: int) -> None:
         """Have a level of an open gamut ready to be read.
 
         Parameters
         ----------
-        gamut_id : str
         opened : OpenGamut
         triangles : int
             Of a level that the gamut has.
@@ -112,20 +114,20 @@ class Library:
         GamutDamagedError
             If what the file holds of it turns out to be damaged.
         """
-        history = opened.gamut.history
+        record, history = opened.record, opened.gamut.history
         if history.is_unpacked(triangles):
             return
         with timed("open"):
             try:
                 await self.in_thread(history.unpack, triangles)
             except Exception as error:
-                # It cannot be unpacked any further.
-                self._open.discard(gamut_id)
+                # It cannot be unpacked any further. One that was built since then can.
+                self._open.discard_value(record.id, opened)
                 if not isinstance(error, HistoryFileError):
                     raise
                 reason = str(error)
-                raise await self.in_thread(self._store.set_aside, gamut_id, reason) from error
-        self._open.resize(gamut_id, opened, opened.gamut.nbytes)
+                raise await self.in_thread(self._store.set_aside, record, reason) from error
+        self._open.resize(record.id, opened, opened.gamut.nbytes)
 
     async def record(self, gamut_id: str) -> Record:
         """Return a gamut's record; `GamutNotStoredError` if there is none."""
@@ -155,13 +157,13 @@ class Library:
         return opened
 
     def _opened_from_store(self, gamut_id: str) -> OpenGamut:
-        _, content = self._store.content(gamut_id)
+        record, content = self._store.content(gamut_id)
         try:
             gamut = Gamut.from_bytes(content)
         except HistoryFileError as error:
-            raise self._store.set_aside(gamut_id, str(error)) from error
+            raise self._store.set_aside(record, str(error)) from error
         provenance = mesh_provenance(gamut.id, gamut.description)
-        return OpenGamut(gamut, provenance, gamut.colour_space)
+        return OpenGamut(record, gamut, provenance, gamut.colour_space)
 
 
 def mesh_provenance(gamut_id: str, description: dict[str, Any]) -> dict[str, str]:

@@ -237,7 +237,7 @@ class Meshes:
 
     async def _encode_and_keep(self, opened: OpenGamut, key: MeshKey) -> EncodedMesh:
         if key.coding == IDENTITY:
-            await self._library.unpack(key.gamut_id, opened, key.triangles)
+            await self._library.unpack(opened, key.triangles)
             with timed("encode"):
                 mesh = await self._library.in_thread(_encoded, opened, key)
         else:

@@ -22,7 +22,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from itertools import islice
+from itertools import islice, takewhile
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -206,10 +206,7 @@ class GamutStore:
 
     def stored(self, gamut_id: str) -> bool:
         """Whether there is an undamaged gamut of this id; nobody has asked for it by that."""
-        try:
-            return bool(self._cached.get(gamut_id) or self._read_record(gamut_id))
-        except GamutNotStoredError:
-            return False
+        return self._listed(gamut_id) is not None
 
     def content(self, gamut_id: str) -> tuple[Record, bytes]:
         """Return a gamut's record and its history file, compared with the record's digest.
@@ -246,7 +243,7 @@ class GamutStore:
             reason = "a record without its history file"
             if isinstance(error, BlobDamagedError):
                 reason = "the history file does not match its digest"
-            raise self._damaged(gamut_id, reason, record) from error
+            raise self.set_aside(record, reason) from error
 
     def delete(self, gamut_id: str) -> bool:
         """Remove a gamut and its input; whether there was one."""
@@ -294,18 +291,22 @@ class GamutStore:
             if key.endswith(".record"):
                 yield id_of(key)
 
-    def set_aside(self, gamut_id: str, reason: str) -> GamutDamagedError:
+    def set_aside(self, record: Record, reason: str) -> GamutDamagedError:
         """Move a gamut to the quarantine, where it can be looked at but is not served.
+
+        Parameters
+        ----------
+        record : Record
+            What it was read by. If another gamut has the id by now, that one stays.
+        reason : str
+            What is wrong with it.
 
         Returns
         -------
         GamutDamagedError
             To be raised.
         """
-        record = None
-        with contextlib.suppress(GamutNotStoredError):
-            record = self._read_record(gamut_id)
-        return self._damaged(gamut_id, reason, record)
+        return self._damaged(record.id, reason, record)
 
     def keep_input(self, gamut_id: str, data: bytes, options: dict[str, Any] | None = None) -> None:
         """Store the input of a gamut, durably, with the options that it is built with."""
@@ -474,12 +475,8 @@ class GamutStore:
     def _keys_of(self, gamut_id: str) -> list[str]:
         """Return the keys of all that is published of one gamut, without its input."""
         folder = record_key(gamut_id).rpartition("/")[0] + "/"
-        found = []
-        for key in self.blobs.keys(folder, folder + gamut_id):
-            if id_of(key) != gamut_id:
-                break
-            found.append(key)
-        return found
+        keys = self.blobs.keys(folder, folder + gamut_id)
+        return list(takewhile(lambda key: id_of(key) == gamut_id, keys))
 
     def _nbytes_of(self, gamut_id: str) -> int:
         total = self._inputs.nbytes(gamut_id)
@@ -490,9 +487,9 @@ class GamutStore:
 
 
 def _is_still(now: bytes, record: Record | None, data: bytes | None) -> bool:
-    """Whether a record's bytes are those, or the record that, which was found wanting."""
-    if data is not None or record is None:
-        return data is None or now == data
+    """Whether a record's bytes are those, or else the record that, which was found wanting."""
+    if data is not None:
+        return now == data
     try:
         return Record.from_bytes(now) == record
     except (ValueError, TypeError):

@@ -378,7 +378,7 @@ def test_finished_jobs_are_paged_and_forgotten_with_inputs_nobody_needs(deployme
             assert [job.id[0] for job in await builds.page("a" * 64, 1)] == ["b"]
             assert builds.retry_after(deployment.book.read("b" * 64)) >= 1
         # It is to be built again, by whoever asks for it next.
-        deployment.store.set_aside("a" * 64, "a test")
+        deployment.store.set_aside(deployment.store.record("a" * 64), "a test")
         async with deployment.replica(job_retention_seconds=0) as builds:
             async with asyncio.timeout(30):
                 while await builds.page("", 9):  # noqa: ASYNC110 - a task of its own

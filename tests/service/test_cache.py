@@ -37,6 +37,18 @@ def test_a_value_that_grows_drives_others_out_and_in_the_end_itself():
     assert cache.nbytes == 10
 
 
+def test_a_value_is_discarded_only_while_it_is_the_one_that_is_kept():
+    cache = ByteBoundedCache(30)
+    old, new = ["a"], ["a"]
+    cache.put("a", old, 10)
+    cache.put("a", new, 20)
+    assert not cache.discard_value("a", old)
+    assert not cache.discard_value("b", old)
+    assert (cache.get("a") is new, cache.nbytes) == (True, 20)
+    assert cache.discard_value("a", new)
+    assert (cache.get("a"), cache.nbytes) == (None, 0)
+
+
 def test_keys_are_discarded_by_condition():
     cache = ByteBoundedCache(100)
     for key in range(6):

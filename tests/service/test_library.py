@@ -15,12 +15,29 @@ from service.library import Library, mesh_provenance
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 from service.storage.records import Record
 
+NAME = "a" * 64
+
 
 def run(library, scenario):
     try:
         asyncio.run(scenario)
     finally:
         library.close()
+
+
+def published(store, content, description=None):
+    """The record of some bytes, which are in the store from now on."""
+    digest = hashlib.sha256(content).hexdigest()
+    path = store.scratch(".gamut")
+    path.write_bytes(content)
+    return store.publish(Record(NAME, digest, len(content), "", description or {}), path)
+
+
+def of_a_damaged_stream(gamut):
+    """The bytes of a gamut, except for the last of its finest levels."""
+    content = bytearray(gamut.to_bytes())
+    content[-1] ^= 255
+    return bytes(content)
 
 
 def test_a_gamut_is_opened_once_for_all_who_ask(filled_store, built, monkeypatch):
@@ -44,12 +61,12 @@ def test_no_more_is_kept_than_fits(filled_store, built):
     async def scenario():
         opened = [await library.gamut(gamut.id) for gamut in built]
         assert [library.opened(gamut.id) for gamut in built] == opened
-        await library.unpack(built[0].id, opened[0], built[0].history.triangles)
+        await library.unpack(opened[0], built[0].history.triangles)
         assert [library.opened(gamut.id) is None for gamut in built] == [False, True]
         await library.gamut(built[1].id)
         assert [library.opened(gamut.id) is None for gamut in built] == [True, False]
         # what is no longer kept can still be read by whoever holds it
-        await library.unpack(built[0].id, opened[0], 4)
+        await library.unpack(opened[0], 4)
         assert opened[0].gamut.history.full() == built[0].history.full()
         assert library.opened(built[0].id) is None
 
@@ -70,11 +87,7 @@ def test_what_is_deleted_while_it_is_being_opened_is_not_kept(filled_store, buil
 
 
 def test_a_file_that_is_no_history_is_set_aside(filled_store):
-    content = b"intact, but of another kind"
-    record = Record("a" * 64, hashlib.sha256(content).hexdigest(), len(content), "", {})
-    path = filled_store.scratch(".gamut")
-    path.write_bytes(content)
-    filled_store.publish(record, path)
+    record = published(filled_store, b"intact, but of another kind")
     library = Library(filled_store, 10**9)
 
     async def scenario():
@@ -87,27 +100,68 @@ def test_a_file_that_is_no_history_is_set_aside(filled_store):
 
 def test_a_file_with_a_damaged_stream_is_set_aside_when_that_is_asked_for(filled_store, built):
     """Its digest is right: it was written like that."""
-    content = bytearray(built[0].to_bytes())
-    content[-1] ^= 255
-    digest = hashlib.sha256(content).hexdigest()
-    record = Record("a" * 64, digest, len(content), "", built[0].description)
-    path = filled_store.scratch(".gamut")
-    path.write_bytes(content)
-    filled_store.publish(record, path)
+    record = published(filled_store, of_a_damaged_stream(built[0]), built[0].description)
     library = Library(filled_store, 10**9)
     triangles = built[0].history.triangles
 
     async def scenario():
         opened = await library.gamut(record.id)
-        await library.unpack(record.id, opened, 10)
+        await library.unpack(opened, 10)
         assert opened.gamut.level(10) == built[0].level(10)
-        wanted = (library.unpack(record.id, opened, triangles) for _ in range(3))
+        wanted = (library.unpack(opened, triangles) for _ in range(3))
         errors = await asyncio.gather(*wanted, return_exceptions=True)
         assert all(isinstance(error, GamutDamagedError) for error in errors)
         assert library.opened(record.id) is None
         assert list(filled_store.blobs.keys("quarantine/"))
         with pytest.raises(GamutNotStoredError):
             await library.gamut(record.id)
+
+    run(library, scenario())
+
+
+def test_a_reader_of_a_damaged_gamut_leaves_the_one_that_replaced_it(filled_store, built):
+    """Two requests hold it; by the time of the second it has been set aside, mended and opened."""
+    published(filled_store, of_a_damaged_stream(built[0]))
+    library = Library(filled_store, 10**9)
+    triangles = built[0].history.triangles
+
+    async def scenario():
+        damaged = await library.gamut(NAME)
+        with pytest.raises(GamutDamagedError):
+            await library.unpack(damaged, triangles)
+        record = published(filled_store, built[0].to_bytes())
+        mended = await library.gamut(NAME)
+        with pytest.raises(GamutDamagedError):
+            await library.unpack(damaged, triangles)
+        assert library.opened(NAME) is mended
+        assert filled_store.record(NAME) == record
+        assert filled_store.corruptions == 1
+        await library.unpack(mended, triangles)
+        assert mended.gamut.history.full() == built[0].history.full()
+
+    run(library, scenario())
+
+
+def test_what_replaced_a_file_that_is_no_history_while_it_was_read_stays(
+    filled_store, built, monkeypatch
+):
+    published(filled_store, b"intact, but of another kind")
+    library, content, mended = Library(filled_store, 10**9), filled_store.content, []
+
+    def replaced_when_read(gamut_id):
+        found = content(gamut_id)
+        filled_store.delete(gamut_id)
+        mended.append(published(filled_store, built[0].to_bytes()))
+        return found
+
+    async def scenario():
+        with monkeypatch.context() as patch:
+            patch.setattr(filled_store, "content", replaced_when_read)
+            with pytest.raises(GamutDamagedError):
+                await library.gamut(NAME)
+        assert [filled_store.record(NAME)] == mended
+        assert filled_store.corruptions == 0
+        assert (await library.gamut(NAME)).record == mended[0]
 
     run(library, scenario())
 
@@ -123,10 +177,10 @@ def test_a_gamut_that_could_not_be_unpacked_is_opened_anew(filled_store, built, 
         opened = await library.gamut(built[0].id)
         monkeypatch.setattr(packed_splits, "read_group", no_memory)
         with pytest.raises(MemoryError):
-            await library.unpack(built[0].id, opened, triangles)
+            await library.unpack(opened, triangles)
         monkeypatch.undo()
         again = await library.gamut(built[0].id)
-        await library.unpack(built[0].id, again, triangles)
+        await library.unpack(again, triangles)
         assert again.gamut.history.full() == built[0].history.full()
         assert not list(filled_store.blobs.keys("quarantine/"))
 

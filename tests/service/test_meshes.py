@@ -34,7 +34,7 @@ def test_a_mesh_is_at_hand_once_its_level_is_unpacked(run, built):
         assert meshes.at_once(name, Wanted(100), "glb") is None
         opened = await library.gamut(name)
         assert meshes.at_once(name, Wanted(100), "glb") is None
-        await library.unpack(name, opened, 100)
+        await library.unpack(opened, 100)
         mesh = meshes.at_once(name, Wanted(101), "glb")
         assert mesh is meshes.at_once(name, Wanted(100), "glb")
         assert mesh is await meshes.mesh(name, Wanted(100), "glb")
@@ -81,7 +81,7 @@ class TestLimits:
 
         async def scenario(library, meshes):
             opened = await library.gamut(built[0].id)
-            await library.unpack(built[0].id, opened, opened.gamut.history.triangles)
+            await library.unpack(opened, opened.gamut.history.triangles)
             for level in levels:
                 limit = level[bound]
                 expected = min(each["triangles"] for each in levels if each[bound] <= limit)

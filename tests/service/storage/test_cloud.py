@@ -198,6 +198,21 @@ class TestGamuts:
         there._cached.discard(record.id)
         assert there.content(record.id)[0] == mended
 
+    def test_only_the_gamut_that_was_read_is_set_aside(self, stores, publish):
+        """Also by the one who remembers its record, while another replica has built it again."""
+        here, there = stores
+        record = publish(here)
+        there.delete(record.id)
+        mended = publish(there)
+        assert here.content(record.id)[0] == mended
+        here.set_aside(record, "no history")
+        assert here.content(record.id)[0] == mended
+        assert here.corruptions == 0
+        there.set_aside(mended, "no history")
+        assert there.corruptions == 1
+        with pytest.raises(GamutNotStoredError):
+            here.content(record.id)
+
     def test_a_damaged_input_is_none(self, stores, identity):
         here, there = stores
         here.keep_input(identity(1), b"data")

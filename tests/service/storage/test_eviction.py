@@ -57,11 +57,11 @@ def test_inputs_of_finished_gamuts_go_before_gamuts(limited, publish, identity):
 
 
 def test_what_is_in_quarantine_goes_before_gamuts(limited, publish):
-    damaged, sound = (publish(limited, number, bytes(40_000)).id for number in range(2))
+    damaged, sound = (publish(limited, number, bytes(40_000)) for number in range(2))
     limited.set_aside(damaged, "for the test")
     publish(limited, 3, bytes(40_000))
     assert limited.evictions == 0
-    assert sound in stored(limited)
+    assert sound.id in stored(limited)
     assert not any(".gamut." in key for key in limited.blobs.keys("quarantine/"))
 
 

@@ -234,9 +234,17 @@ def test_a_sound_gamut_is_not_set_aside_for_what_its_predecessor_was(store, publ
         store.record(record.id)
     mended = publish(store)
     store._damaged(record.id, "found by the second reader", None, damaged)
-    store._damaged(record.id, "found by the second reader", record)
+    assert isinstance(store.set_aside(record, "found by the second reader"), GamutDamagedError)
     assert store.content(record.id) == (mended, CONTENT)
     assert store.corruptions == 1
+
+
+def test_nothing_is_set_aside_for_a_gamut_that_was_deleted(store, publish):
+    record = publish(store)
+    store.delete(record.id)
+    store.set_aside(record, "no history")
+    assert store.corruptions == 0
+    assert list(store.blobs.keys("")) == []
 
 
 def test_a_damaged_gamut_without_its_input_says_so(store, publish):
@@ -259,7 +267,7 @@ def test_a_record_under_another_name_is_not_believed(store, publish):
 
 def test_a_gamut_can_be_set_aside_for_what_is_in_it(store, publish):
     record = publish(store)
-    error = store.set_aside(record.id, "no history")
+    error = store.set_aside(record, "no history")
     assert isinstance(error, GamutDamagedError)
     assert files(store, record.id) == []
     with pytest.raises(GamutNotStoredError):
