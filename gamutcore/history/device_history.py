@@ -38,7 +38,9 @@ from gamutcore.history.device_codes import (
 from gamutcore.history.groups import (
     DAMAGED,
     DEVICE,
+    Unbroken,
     group_name,
+    groups_leading_to,
     groups_of,
     lengthened,
     refuse_bits_left,
@@ -167,7 +169,7 @@ class DeviceHistory:
         vertices = len(edges.parent) + 4 if packed is None else packed.vertices
         self._groups = groups_of(vertices)
         self._snapshots = [base]
-        self._fault: BaseException | None = None
+        self._unbroken = Unbroken()
         if packed is None:
             values = lengthened(base, vertices)
             for start, end in self._groups:
@@ -200,14 +202,8 @@ class DeviceHistory:
         HistoryFileError
             If it is damaged; from then on, whenever it is asked for.
         """
-        if self._fault is not None:
-            raise self._fault.with_traceback(None)
-        try:
+        with self._unbroken:
             snapshot = self._next_snapshot(geometry)
-        except BaseException as fault:
-            # the values stand somewhere within the group: nothing more may be read with them
-            self._fault = fault
-            raise
         self._snapshots.append(snapshot)
         if self.unpacked == len(self._groups):
             self._packed = None
@@ -225,8 +221,8 @@ class DeviceHistory:
         DeviceValues
             float32, slot by slot.
         """
-        index = min((vertices - 1).bit_length() - 2, len(self._groups))
-        values = level_values(vertices, self._snapshots[index], self.edges, self.splits)
+        snapshot = self._snapshots[groups_leading_to(vertices)]
+        values = level_values(vertices, snapshot, self.edges, self.splits)
         channels, scale, _ = self.section
         return DeviceValues(channels, (values / scale).astype(np.float32))
 
@@ -315,9 +311,7 @@ def device_history_of(device: DeviceValues, slots: IndexArray, splits: Splits) -
     return DeviceHistory(section, values[:4].copy(), columns, edges)
 
 
-def packed_device_values(
-    device: DeviceHistory, splits: Splits, step: float, groups: Sequence[tuple[int, int]]
-) -> PackedDeviceValues:
+def packed_device_values(device: DeviceHistory, splits: Splits, step: float) -> PackedDeviceValues:
     """Return device values as a history file holds them.
 
     Parameters
@@ -326,8 +320,6 @@ def packed_device_values(
     splits : Splits
     step : float
         Of the grid that positions lie on.
-    groups : sequence of (int, int)
-        The slots that each group adds: the first, and the one behind the last.
 
     Returns
     -------
@@ -338,7 +330,7 @@ def packed_device_values(
     contexts = first_value_contexts(len(channels))
     streams = [
         written(write_values(contexts, edges, scale, device.splits, start, end))
-        for start, end in groups
+        for start, end in groups_of(splits.vertices)
     ]
     return PackedDeviceValues(device.section, device.base.astype("<i4"), streams)
 

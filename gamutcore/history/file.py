@@ -119,8 +119,7 @@ def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -
     }
     described.pop(DEVICE, None)
     if history.device is not None:
-        groups = groups_of(splits.vertices)
-        packed = packed_device_values(history.device, history.splits, history.step, groups)
+        packed = packed_device_values(history.device, history.splits, history.step)
         channels, steps, corrected = packed.section
         section = {"channels": channels, "steps": steps, "corrected": corrected}
         described[DEVICE] = json.dumps(section, separators=(",", ":"))

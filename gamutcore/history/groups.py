@@ -10,6 +10,8 @@ from gamutcore.errors import HistoryFileError
 from gamutcore.history.bit_codes import read_bits
 
 if TYPE_CHECKING:
+    from types import TracebackType
+
     from numpy.typing import NDArray
 
     from gamutcore.history.bit_codes import BitReader
@@ -18,7 +20,9 @@ __all__ = [
     "DAMAGED",
     "DEVICE",
     "SPLITS",
+    "Unbroken",
     "group_name",
+    "groups_leading_to",
     "groups_of",
     "lengthened",
     "refuse_bits_left",
@@ -53,6 +57,23 @@ def groups_of(vertices: int) -> list[tuple[int, int]]:
         groups.append((start, min(2 * start, vertices)))
         start *= 2
     return groups
+
+
+def groups_leading_to(vertices: int) -> int:
+    """Return how many groups have to be there for a level to be read.
+
+    Parameters
+    ----------
+    vertices : int
+        Of the level.
+
+    Returns
+    -------
+    int
+        The last of them ends at the level or behind it: they lead to the smallest snapshot of a
+        history that is not coarser.
+    """
+    return (vertices - 1).bit_length() - 2
 
 
 def group_name(number: int, kind: str = SPLITS) -> str:
@@ -92,3 +113,26 @@ def refuse_bits_left(reader: BitReader, name: str) -> None:
             where={"field": name},
             remedy="zeros up to the end of a byte",
         )
+
+
+class Unbroken:
+    """Surrounds steps each of which goes on from where the one before has ended.
+
+    What fails stands somewhere within its step, and nothing may go on from there: after a first
+    fault, of whatever kind, every further step begins and ends with that same fault.
+    """
+
+    def __init__(self) -> None:
+        self._fault: BaseException | None = None
+
+    def __enter__(self) -> None:
+        if self._fault is not None:
+            raise self._fault.with_traceback(None)
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        fault: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._fault = fault

@@ -18,7 +18,7 @@ import numpy as np
 
 from gamutcore.errors import TriangleCountError
 from gamutcore.history.device_history import device_history_of
-from gamutcore.history.groups import groups_of
+from gamutcore.history.groups import groups_leading_to, groups_of
 from gamutcore.history.packed_splits import PackedSplits
 from gamutcore.history.prefix_order import slots_of_vertices, splits_in_prefix_order
 from gamutcore.history.stepping import LevelCursor, level_from_snapshot, refine
@@ -128,7 +128,7 @@ class History:
         TriangleCountError
             If there is no such level.
         """
-        group = self._group_of(self._vertices_of_level(triangles))
+        group = groups_leading_to(self._vertices_of_level(triangles))
         unpacked = len(self._snapshots) - 1
         if self._device is not None:
             unpacked = min(unpacked, self._device.unpacked)
@@ -150,7 +150,7 @@ class History:
             If what a file holds turns out to be damaged.
         """
         count = self.triangles if triangles is None else triangles
-        group = self._group_of(self._vertices_of_level(count))
+        group = groups_leading_to(self._vertices_of_level(count))
         self._reach(group)
         if self._device is not None:
             self._reach_device(self._device, group)
@@ -192,7 +192,7 @@ class History:
             If what a file holds of it turns out to be damaged.
         """
         vertices = self._vertices_of_level(triangles)
-        group = self._group_of(vertices)
+        group = groups_leading_to(vertices)
         self._reach(group)
         snapshot, splits = self._snapshots[group], self._splits
         positions, faces = level_from_snapshot(
@@ -229,12 +229,8 @@ class History:
         vertices = self._vertices_of_level(triangles)
         if self._device is None:
             return None
-        self._reach_device(self._device, self._group_of(vertices))
+        self._reach_device(self._device, groups_leading_to(vertices))
         return self._device.level(vertices)
-
-    def _group_of(self, vertices: int) -> int:
-        """How many groups lead to the smallest snapshot that is not coarser than a level."""
-        return min((vertices - 1).bit_length() - 2, len(self._groups))
 
     def _reach(self, group: int) -> None:
         """Have the snapshots of so many groups."""

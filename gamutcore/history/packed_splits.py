@@ -14,6 +14,7 @@ from gamutcore.errors import HistoryFileError
 from gamutcore.history.bit_codes import reader_of
 from gamutcore.history.groups import (
     DAMAGED,
+    Unbroken,
     group_name,
     groups_of,
     lengthened,
@@ -81,7 +82,7 @@ class PackedSplits:
         self._replay = replay_of(positions, faces)
         self._contexts = first_contexts()
         self._fixed, self._growing = empty_columns(0)
-        self._fault: BaseException | None = None
+        self._unbroken = Unbroken()
 
     @property
     def complete(self) -> bool:
@@ -103,14 +104,8 @@ class PackedSplits:
         HistoryFileError
             If it is damaged; from then on, whenever it is asked for.
         """
-        if self._fault is not None:
-            raise self._fault.with_traceback(None)
-        try:
+        with self._unbroken:
             self._unpack()
-        except BaseException as fault:
-            # the replay stands somewhere within the group: nothing more may be read with it
-            self._fault = fault
-            raise
         self.unpacked += 1
 
     @property
