@@ -32,10 +32,14 @@ from gamutcore.history import History, history_bytes, history_from_bytes, histor
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric.error_curve import curve_counts, error_curve
 
-__all__ = ["LEVEL", "history_times", "measured_histories", "million_points", "scaling", "storage"]
+__all__ = ["LEVEL", "few_triangles", "history_times", "measured_histories", "million_points", "scaling", "storage"]
 
 SIZES = (105_000, 380_000, 1_750_000)
 """Surface colours that give boundaries of about 150,000, 500,000 and 2,000,000 triangles."""
+
+FEW = (30, 100, 400, 1200, 3400, 10_000, 32_000)
+"""Surface colours that give boundaries of about 50 to 60,000 triangles, where the coarse end, which
+takes as long whatever there was before it, is most of the time."""
 
 LEVEL = 1000
 """Triangles that the other libraries are asked for, and most clients of a history."""
@@ -125,6 +129,11 @@ def scaling(runs: int) -> list[dict[str, Any]]:
             print(f"  {row}", flush=True)
         rows += timed
     return rows
+
+
+def few_triangles(runs: int) -> list[dict[str, Any]]:
+    """Times of complete histories of smaller boundaries: rows as of `measured_histories`."""
+    return [row for points in FEW for row in measured_histories(srgb_boundary(points), runs)[1]]
 
 
 def million_points() -> dict[str, Any]:

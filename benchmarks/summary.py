@@ -187,6 +187,17 @@ def _peer_goals(measured: Measured) -> list[tuple[str, str, bool]]:
     return found
 
 
+def _times_of_finest(measured: Measured) -> list[float]:
+    """Times of `finest` relative to `volume`: devices, sRGB, small and large boundaries."""
+    rows = [row for device in measured["devices"] for row in device["histories"]]
+    rows += [row for part in ("history", "few", "scaling") for row in measured[part]]
+    # each is timed with all costs, one after the other
+    volume, finest = (
+        [row["seconds"] for row in rows if row.get("cost") == cost] for cost in ("volume", "finest")
+    )
+    return [slow / fast for slow, fast in zip(finest, volume, strict=True)]
+
+
 def _speed_goals(measured: Measured) -> list[tuple[str, str, bool]]:
     found = []
     times = {row["cost"]: row["seconds"] for row in measured["history"] if "cost" in row}
@@ -202,8 +213,12 @@ def _speed_goals(measured: Measured) -> list[tuple[str, str, bool]]:
              times["volume"] < vtk[0])
         )  # fmt: skip
     if "finest" in times:
-        part = times["finest"] / times["volume"]
-        found.append(("`finest` ≤ 10 × the time of `volume`", f"{part:.1f} ×", part <= 10))
+        parts = _times_of_finest(measured)
+        shown = f"{times['finest'] / times['volume']:.1f} × on sRGB, {min(parts):.1f} to"
+        found.append(
+            (f"`finest` ≤ 10 × the time of `volume`, on all {len(parts)} boundaries measured",
+             f"{shown} {max(parts):.1f} ×", max(parts) <= 10)
+        )  # fmt: skip
     rows = [row for row in measured["scaling"] if row["cost"] == "volume"]
     each = [row["us_per_triangle"] for row in rows]
     memory = [row["bytes_per_triangle"] for row in rows]

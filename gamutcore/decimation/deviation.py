@@ -22,6 +22,7 @@ __all__ = [
     "ask_for_vertex",
     "change_at",
     "deviation_around",
+    "evaluate_present",
     "shortness",
     "step_towards_reference",
 ]
@@ -319,6 +320,35 @@ def change_at(deviation: Deviation, surface: Surface, place: FloatArray) -> floa
     _choose_pairs(deviation)
     _look_up_faces(deviation)
     return _error_around_place(deviation) - deviation_around(deviation)
+
+
+@leaf_kernel
+def evaluate_present(deviation: Deviation, surface: Surface, place: FloatArray) -> None:
+    """Leave for `step_towards_reference` what `change_at` leaves, for a vertex where it is.
+
+    Every sample is in the face that it was asked for with: none has to be compared.
+
+    Parameters
+    ----------
+    deviation : Deviation
+        As `ask_for_vertex` left it.
+    surface : Surface
+    place : (3,) float64
+        The vertex's own, relative to the centre.
+    """
+    _write_pairs(deviation, surface.position, place)
+    asked = 0
+    for index in range(deviation.counts[1]):
+        face = deviation.face[index]
+        count = deviation.end[face] - deviation.begin[face]
+        for number in range(asked, asked + count):
+            deviation.pair[np.uint64(number)] = index
+        asked += count
+    # those that fill up the lanes weigh nothing
+    for number in range(asked, deviation.counts[5]):
+        deviation.pair[number] = 0
+    _look_up_faces(deviation)
+    _error_around_place(deviation)
 
 
 @leaf_kernel

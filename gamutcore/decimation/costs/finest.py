@@ -20,6 +20,7 @@ from gamutcore.decimation.deviation import (
     ask_for_vertex,
     change_at,
     deviation_around,
+    evaluate_present,
     step_towards_reference,
 )
 from gamutcore.decimation.memoryless import (
@@ -81,6 +82,10 @@ REFINEMENTS = 1
 SAMPLES = 40_000
 """Samples of the reference, at least about: every face has one, larger ones have several."""
 
+SAMPLES_OF_FACE = 20
+"""Samples of a face of the reference, on average, at most: of a boundary with few faces there are
+fewer of them, for a face is flat, and what more of them tell is not worth the time they take."""
+
 MOST_SAMPLES = 160_000
 """If there would be more, half as many are chosen: not every face has one then."""
 
@@ -112,6 +117,12 @@ class FinestState(NamedTuple):
     trial: FloatArray
 
 
+@leaf_kernel
+def _samples_of(faces: int) -> int:
+    """Return about how many samples there are at least of a reference of so many faces."""
+    return min(SAMPLES, SAMPLES_OF_FACE * faces)
+
+
 def state(positions: FloatArray, faces: IndexArray) -> FinestState:
     """Return the state before the first collapse.
 
@@ -127,7 +138,7 @@ def state(positions: FloatArray, faces: IndexArray) -> FinestState:
     return FinestState(
         memoryless(positions, faces),
         no_deviation(
-            min(room_for_samples(SAMPLES, len(faces)), MOST_SAMPLES),
+            min(room_for_samples(_samples_of(len(faces)), len(faces)), MOST_SAMPLES),
             len(faces),
         ),
         np.full(1, len(positions), np.int32),
@@ -150,11 +161,11 @@ def _deviation(state: FinestState) -> float:
 
 PLAN = Plan(
     compacted=(COMPARED_VERTICES,),
-    forks=(Fork(200, 12, (52, 27)), Fork(27, 8, (12,))),
+    forks=(Fork(200, 6, (52, 27)), Fork(27, 4, (12,))),
     state_on=_state_on,
     deviation=_deviation,
 )
-"""Twelve ways from 400 triangles on are compared at 100 and 50, and eight from there on at 20."""
+"""Six ways from 400 triangles on are compared at 100 and 50, and four from there on at 20."""
 
 
 @leaf_kernel
@@ -193,7 +204,7 @@ def _settle(cost: FinestState, surface: Surface, at: int) -> None:
 def _reach(cost: FinestState, surface: Surface, at: int) -> bool:
     if cost.deviation.counts[2] == 0:
         # in fine levels nothing depends on what is in which face
-        take_samples(cost.deviation, surface, SAMPLES, at <= COMPARED_VERTICES)
+        take_samples(cost.deviation, surface, _samples_of(2 * at - 4), at <= COMPARED_VERTICES)
     begins = at <= COMPARED_VERTICES and cost.vertices[0] > COMPARED_VERTICES
     cost.vertices[0] = at
     if at > COMPARED_VERTICES:
@@ -213,7 +224,7 @@ def _improve(cost: FinestState, surface: Surface, at: int, place: FloatArray) ->
     place[0], place[1], place[2] = x, y, z
     if not ask_for_vertex(deviation, surface, at):
         return False
-    change_at(deviation, surface, place)
+    evaluate_present(deviation, surface, place)
     present = deviation_around(deviation)
     if not step_towards_reference(deviation, place, trial):
         return False

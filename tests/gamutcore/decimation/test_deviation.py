@@ -11,6 +11,7 @@ from gamutcore.decimation.deviation import (
     ask_for_vertex,
     change_at,
     deviation_around,
+    evaluate_present,
     step_towards_reference,
 )
 from gamutcore.decimation.redistribution import redistribute_samples
@@ -185,6 +186,29 @@ def test_steps_lower_the_deviation_of_a_noisy_sphere(icosphere, surface_from):
             surface.position[vertex] = better
             redistribute_samples(deviation, surface, vertex)
     assert deviation.error.sum() < 0.35 * start
+
+
+@settings(max_examples=10)
+@given(seed=st.integers(0, 10**6))
+def test_a_step_from_where_a_vertex_is_needs_no_comparison(deviating, faces_left, seed):
+    """Samples are in the faces that `change_at` would find for them."""
+    deviation, surface = deviating(seed)
+    compared, known, steps = np.empty(3), np.empty(3), 0
+    for vertex in np.unique(faces_left(surface)[1]).tolist():
+        place = surface.position[vertex].copy()
+        change_by_move(deviation, surface, vertex, place)
+        if not deviation.side[: deviation.counts[5]].min() > 1e-3:
+            continue  # a sample on an edge is in either face
+        found = step_towards_reference(deviation, place, compared)
+        deviation.residual[:] = np.nan
+        deviation.pair[:] = -1
+        assert ask_for_vertex(deviation, surface, vertex)
+        evaluate_present(deviation, surface, place)
+        assert step_towards_reference(deviation, place, known) == found
+        if found:
+            np.testing.assert_allclose(known, compared, rtol=1e-9)
+            steps += 1
+    assert steps > 5
 
 
 def patch():
