@@ -32,7 +32,15 @@ from gamutcore.history import History, history_bytes, history_from_bytes, histor
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric.error_curve import curve_counts, error_curve
 
-__all__ = ["LEVEL", "few_triangles", "history_times", "measured_histories", "million_points", "scaling", "storage"]
+__all__ = [
+    "LEVEL",
+    "few_triangles",
+    "history_times",
+    "measured_histories",
+    "million_points",
+    "scaling",
+    "storage",
+]
 
 SIZES = (105_000, 380_000, 1_750_000)
 """Surface colours that give boundaries of about 150,000, 500,000 and 2,000,000 triangles."""
