@@ -7,6 +7,7 @@ repository itself has, and every document says which they were.
 
 from __future__ import annotations
 
+import argparse
 import importlib.util
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,12 +19,22 @@ import numpy as np
 from gamutcore.boundary import Boundary, modified_convex_hull
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
+from gamutcore.decimation import COSTS, decimated
 from gamutcore.errors import MeshError
+from gamutcore.history import History, history_of
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import mismatch
 from gamutcore.metric.radial_overlay import radial_difference
 
-__all__ = ["Device", "devices", "disagreement", "exact_mismatch", "faults", "sphere"]
+__all__ = [
+    "Device",
+    "asked_devices",
+    "devices",
+    "disagreement",
+    "exact_mismatch",
+    "faults",
+    "sphere",
+]
 
 ROOT = Path(__file__).parent.parent
 SHARED = ROOT.parent / "shared" / "data"
@@ -55,6 +66,12 @@ class Device:
         return surface_colours(characterisation(self.path.read_bytes())).points
 
     @cached_property
+    def histories(self) -> dict[str, History]:
+        """Its boundary's histories, by the name of the cost."""
+        mesh, centre = self.boundary.mesh, self.boundary.centre
+        return {cost: history_of(decimated(mesh, centre, cost)) for cost in COSTS}
+
+    @cached_property
     def boundary(self) -> Boundary:
         """The modified convex hull of those with γ = 0.2: what everything is measured against."""
         return modified_convex_hull(self.points)
@@ -82,6 +99,28 @@ FALLBACK = (
 def devices() -> tuple[Device, ...]:
     """Return the devices whose files are there: all of them, or the repository's own."""
     return DEVICES if all(device.path.exists() for device in DEVICES) else FALLBACK
+
+
+def asked_devices(description: str | None) -> list[Device]:
+    """Return the devices that a program's command line names, all of them if none.
+
+    Parameters
+    ----------
+    description : str or None
+        Of the program.
+    """
+    there = {device.name: device for device in devices()}
+    parser = argparse.ArgumentParser(
+        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "device", nargs="*", help=f"{', '.join(map(repr, there))}; all of them if none is named"
+    )
+    names: list[str] = parser.parse_args().device or list(there)
+    for name in names:
+        if name not in there:
+            parser.error(f"there is no device {name!r}")
+    return [there[name] for name in names]
 
 
 def sphere(vertices: int, *, random: bool = False) -> TriangleMesh:

@@ -101,7 +101,7 @@ def measure(*, again: bool) -> dict[str, Any]:
         "million": kept("million", speed.million_points),
         "history": kept("history", lambda: speed.history_times(15)),
         "storage": kept("storage", lambda: speed.storage(25)),
-        "few": kept("few", lambda: speed.few_triangles(9)),
+        "few": kept("few", lambda: speed.few_triangles(7)),
         "scaling": kept("scaling", lambda: speed.scaling(3)),
     }
 

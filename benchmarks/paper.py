@@ -6,6 +6,9 @@ equal triangle counts by relative volume mismatch. Here are the same methods: de
 its sizes, segment maxima, the convex hull, and the modified hull of a subsample of the colours.
 Each of the other methods has sizes of its own, so decimation is read at exactly the triangle count
 that the other method came out with: any count can be read out of a history.
+
+``python -m benchmarks.paper [DEVICE ...]`` prints the comparison of some devices; ``make figures``
+makes the whole document.
 """
 
 from __future__ import annotations
@@ -15,7 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.devices import Device, FloatArray, exact_mismatch, sphere
+from benchmarks.devices import Device, FloatArray, asked_devices, exact_mismatch, sphere
+from benchmarks.markdown import percent, table
 from gamutcore.boundary import Boundary, modified_convex_hull
 from gamutcore.boundary.segment_maxima import segment_maxima
 from gamutcore.boundary.usv import BASES, usv
@@ -213,3 +217,25 @@ def _subsamples(points: FloatArray, centre: FloatArray, triangles: int) -> Itera
             found += 1
         if found == DRAWS:
             return
+
+
+def main() -> None:
+    """Print the other methods of each device, and decimation at the same triangle counts."""
+    for device in asked_devices(__doc__):
+        rows = [
+            [
+                row["method"],
+                f"{row['size']:,}",
+                f"{row['triangles']:,}",
+                percent(row["mismatch"]),
+                *(percent(row["decimated"][cost]) for cost in COSTS),
+            ]
+            for row in other_rows(device, device.histories, [])
+        ]
+        print(f"\n{device.name}, mismatch in per cent\n")
+        head = ["method", "size", "triangles", "mismatch", *(f"{cost} there" for cost in COSTS)]
+        print(table(head, rows), flush=True)
+
+
+if __name__ == "__main__":
+    main()

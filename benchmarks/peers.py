@@ -6,6 +6,9 @@ processor time of one core, which other work on the machine changes little.
 They give one level for each run; a history gives all of them at once, and reading a level out of
 it is timed beside. GPL (PyMeshLab) and non-commercial (MeshLib) libraries are measured here and
 used nowhere else: the packages of the project import none of them.
+
+``python -m benchmarks.peers [DEVICE ...]`` prints the comparison of some devices; ``make figures``
+makes the whole document.
 """
 
 from __future__ import annotations
@@ -17,7 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.devices import Device, FloatArray, exact_mismatch, faults
+from benchmarks.devices import Device, FloatArray, asked_devices, exact_mismatch, faults
+from benchmarks.markdown import percent, table
 from gamutcore.history import History
 from gamutcore.mesh import TriangleMesh
 
@@ -283,3 +287,30 @@ PEERS: dict[str, tuple[str, Peer]] = {
     "Manifold": ("manifold3d", _manifold),
 }
 """Name in tables → package and function."""
+
+
+def main() -> None:
+    """Print what our costs and the installed libraries make of each device."""
+    if missing():
+        print(f"not installed, so not compared: {', '.join(missing())}")
+    for device in asked_devices(__doc__):
+        rows = [
+            [
+                row["method"],
+                f"{row['asked']:,}",
+                f"{row['triangles']:,}"
+                if row["reached"]
+                else f"{row['triangles']:,} (not reached)",
+                percent(row["mismatch"]),
+                ", ".join(row["faults"]) or "none",
+                f"{1e3 * row['seconds']:.2f}",
+            ]
+            for row in [*level_rows(device, device.histories), *peer_rows(device)]
+        ]
+        print(f"\n{device.name}; for the costs, ms to read the level out of a history\n")
+        head = ["method", "asked", "triangles", "mismatch, %", "faults", "ms"]
+        print(table(head, rows), flush=True)
+
+
+if __name__ == "__main__":
+    main()

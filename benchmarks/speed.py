@@ -140,8 +140,19 @@ def scaling(runs: int) -> list[dict[str, Any]]:
 
 
 def few_triangles(runs: int) -> list[dict[str, Any]]:
-    """Times of complete histories of smaller boundaries: rows as of `measured_histories`."""
-    return [row for points in FEW for row in measured_histories(srgb_boundary(points), runs)[1]]
+    """Time and memory of decimations of smaller boundaries, their error curves and their files."""
+    found = []
+    for points in FEW:
+        boundary = srgb_boundary(points)
+        histories, rows = measured_histories(boundary, runs)
+        for row in rows:
+            history = histories[row["cost"]]
+            curve = functools.partial(error_curve, history, curve_counts(history.triangles))
+            row["curve_s"] = shortest_and_median(curve, runs)[0]
+            row["bytes_per_triangle"] = growth(boundary, row["cost"]) / row["triangles"]
+            row["bits_per_vertex"] = 8 * len(history_bytes(history)) / history.vertices
+        found += rows
+    return found
 
 
 def million_points() -> dict[str, Any]:

@@ -32,7 +32,6 @@ from gamutcore.colours.stated_space import (
     stated_space,
 )
 from gamutcore.decimation import decimated
-from gamutcore.decimation.costs import cost_module
 from gamutcore.errors import FlatPointsError, HistoryFileError, OptionError
 from gamutcore.history import (
     MINIMUM_TRIANGLES,
@@ -279,10 +278,8 @@ def build_gamut(
             "constructed": int((boundary.sources < 0).sum()),
         },
         "volume": boundary.mesh.volume,
-        "volume_preserved": cost_module(options.cost).PRESERVES_VOLUME
-        and all(
-            abs(level.volume / boundary.mesh.volume - 1) <= VOLUME_TOLERANCE for level in curve
-        ),
+        "volume_preserved": decimation.volume_error is not None
+        and decimation.volume_error <= VOLUME_TOLERANCE * boundary.mesh.volume,
         "grid_step": history.step,
         "area": boundary.mesh.area,
         "centre": boundary.centre.tolist(),

@@ -109,7 +109,7 @@ class GamutOptions(BaseModel):
         Field(
             description="What decides which edge is collapsed next: `volume` preserves the volume "
             "at every level, `finest` orders by the mismatch and moves vertices as well, which is "
-            "more accurate and takes about seven times as long to decimate, `quadric` is the "
+            "more accurate and takes five to nine times as long to decimate, `quadric` is the "
             "published error metric.",
             json_schema_extra={"enum": list(COSTS)},
         ),
@@ -397,7 +397,8 @@ class GamutDescription(GamutSummary):
         bool,
         Field(
             description="Whether the levels have this volume, to 0.00001 of it: so they do "
-            "with the cost `volume`, unless the gamut is extremely thin."
+            "with the cost `volume`, unless the gamut is extremely thin or "
+            "far from the origin. All levels count, not only those of the error curve."
         ),
     ]
     grid_step: Annotated[

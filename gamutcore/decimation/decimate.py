@@ -47,6 +47,9 @@ class Decimation(NamedTuple):
         What every level is star-shaped about.
     step : float
         Of the grid that the positions of all levels lie on.
+    volume_error : float or None
+        How much the volume of any level differs from the full boundary's at most; None if the cost
+        does not preserve it.
     """
 
     record: Record
@@ -54,6 +57,7 @@ class Decimation(NamedTuple):
     positions: Float32Array
     centre: FloatArray
     step: float
+    volume_error: float | None
 
 
 def decimated(
@@ -131,7 +135,10 @@ def decimated(
     for places in (record.position, record.shift, delivered):
         # by a power of two: nothing is rounded
         np.multiply(places, np.float32(unit), out=places)
-    return Decimation(record, vertex, delivered, middle, step)
+    volume_error = None
+    if module.PRESERVES_VOLUME:
+        volume_error = float(passages[-1].stage.surface.deficit[1]) / 6.0 * unit**3
+    return Decimation(record, vertex, delivered, middle, step, volume_error)
 
 
 def _check_numbers(mesh: TriangleMesh, centre: FloatArray) -> None:

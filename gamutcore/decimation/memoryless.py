@@ -339,6 +339,7 @@ def account_for_volume(
     edge = planes.edge
     x, y, z = place[0] - edge[14], place[1] - edge[15], place[2] - edge[16]
     surface.deficit[0] = edge[13] - (edge[10] * x + edge[11] * y + edge[12] * z)
+    surface.deficit[1] = max(surface.deficit[1], abs(surface.deficit[0]))
 
 
 @leaf_kernel

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from gamutcore.arrays import Float32Array, FloatArray, IndexArray
-from gamutcore.corner_table import following
 from gamutcore.decimation.candidates import rounded_as_delivered
 from gamutcore.decimation.costs.interface import improve, settle
 from gamutcore.decimation.record import Record, record_shift
@@ -15,7 +14,7 @@ from gamutcore.decimation.star import Surface, keeps_star_shape, vertex_ring
 from gamutcore.decimation.workspace import Workspace, mark_changed
 from gamutcore.kernels import leaf_kernel
 
-__all__ = ["RELAXATIONS", "relax", "stays_fat"]
+__all__ = ["relax"]
 
 FATNESS = 0.05
 """A move must leave no face whose solid angle is less than this part of the mean around the vertex,
@@ -45,23 +44,10 @@ def _thinnest(
 
 
 @leaf_kernel
-def stays_fat(
+def _stays_fat(
     position: FloatArray, ring: IndexArray, count: int, vertex: int, place: FloatArray
 ) -> bool:
-    """Whether a move leaves no sliver that was not there before, and does not reach far.
-
-    Parameters
-    ----------
-    position : (V, 3) float64
-        Relative to the centre.
-    ring : (m, 2) int32
-        The edges opposite the vertex, as `vertex_ring` writes them.
-    count : int
-        How many they are.
-    vertex : int
-    place : (3,) float64
-        Where it would go.
-    """
+    """Whether a move leaves no sliver that was not there before, and does not reach far."""
     x, y, z = position[vertex, 0], position[vertex, 1], position[vertex, 2]
     before, _ = _thinnest(position, ring, count, x, y, z)
     after, mean = _thinnest(position, ring, count, place[0], place[1], place[2])
@@ -74,28 +60,6 @@ def stays_fat(
         squared_radius = max(squared_radius, dx * dx + dy * dy + dz * dz)
     dx, dy, dz = place[0] - x, place[1] - y, place[2] - z
     return dx * dx + dy * dy + dz * dz <= squared_radius
-
-
-@leaf_kernel
-def _may_move(surface: Surface, work: Workspace, index: int, neighbours: int) -> bool:
-    """Whether one of the vertices has moved last time, or something around it has since.
-
-    Otherwise what has been found is found again: that it stays where it is.
-    """
-    around, moved = work.around, work.moved
-    since = moved[index, 1]
-    if since < 0:
-        return True
-    first = surface.corner_at[around[index]]
-    corner = first
-    while True:
-        vertex = surface.vertex[following(corner)]
-        for other in range(neighbours + 1):
-            if around[other] == vertex and moved[other, 0] > since:
-                return True
-        corner = surface.swing[np.uint64(corner)]
-        if corner == first:
-            return False
 
 
 @leaf_kernel
@@ -128,7 +92,7 @@ def relax(
     ring : (m, 2) int32
         Scratch.
     """
-    place, around, before, moved = work.place, work.around, work.before, work.moved
+    place, around, before = work.place, work.around, work.before
     neighbours = vertex_ring(surface, kept, ring)
     if neighbours > len(ring) or neighbours >= len(around):
         return
@@ -138,15 +102,10 @@ def relax(
     for index in range(neighbours + 1):
         for axis in range(3):
             before[index, axis] = delivered[around[index], axis]
-        moved[index, 0], moved[index, 1] = 0, -1
-    moves = 0
     for _ in range(RELAXATIONS):
         still = True
         for index in range(neighbours + 1):
             vertex = around[index]
-            if not _may_move(surface, work, index, neighbours):
-                continue
-            moved[index, 1] = moves
             if not improve(cost, surface, vertex, place):
                 continue
             if not rounded_as_delivered(place, centre, step, work.rounded):
@@ -155,15 +114,13 @@ def relax(
             if (
                 count > len(ring)
                 or not keeps_star_shape(surface.position, ring, count, place[0], place[1], place[2])
-                or not stays_fat(surface.position, ring, count, vertex, place)
+                or not _stays_fat(surface.position, ring, count, vertex, place)
             ):
                 continue
             for axis in range(3):
                 surface.position[vertex, axis] = place[axis]
                 delivered[vertex, axis] = work.rounded[axis]
             settle(cost, surface, vertex)
-            moves += 1
-            moved[index, 0], moved[index, 1] = moves, -1
             still = False
         if still:
             break

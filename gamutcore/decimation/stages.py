@@ -151,7 +151,7 @@ def compacted(stage: Stage, plan: Plan) -> Stage:
     small = surface_of(
         surface.position[vertices], name[named], 3 * number[opposite // 3] + opposite % 3
     )
-    small.deficit[0] = surface.deficit[0]
+    small.deficit[:] = surface.deficit
     return Stage(
         plan.state_on(stage.state, vertices, faces),
         small,

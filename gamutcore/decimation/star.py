@@ -54,8 +54,9 @@ class Surface(NamedTuple):
         One of the two corners that face an edge; −1: the edge is gone.
     mark : (V,) int64
         Scratch: the last query that touched a vertex.
-    deficit : (1,) float64
-        Six times the volume that is missing to the one to be preserved.
+    deficit : (2,) float64
+        Six times the volume that is missing to the one to be preserved: now, and at most so far,
+        whether too little or too much.
     """
 
     position: FloatArray
@@ -113,7 +114,7 @@ def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -
         edge_of,
         corner_facing,
         mark,
-        np.zeros(1, np.float64),
+        np.zeros(2, np.float64),
     )
 
 

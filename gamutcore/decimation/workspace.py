@@ -69,9 +69,6 @@ class Workspace(NamedTuple):
         Scratch: a vertex and its neighbours.
     before : (n, 3) float32
         Scratch: where they were.
-    moved : (n, 2) int32
-        Scratch, for each of them: the number of its last move, and how many there had been when it
-        was last found to stay where it is, or -1.
     done : (1,) int64
         Number of collapses so far, for whoever looks on from another thread.
     way : (2,) float64
@@ -90,7 +87,6 @@ class Workspace(NamedTuple):
     slope: FloatArray
     around: IndexArray
     before: Float32Array
-    moved: IndexArray
     done: LongArray
     way: FloatArray
     known: FloatArray
@@ -112,7 +108,6 @@ def workspace(
         np.empty(3, np.float64),
         np.empty(LONGEST_RING + 1, np.int32),
         np.empty((LONGEST_RING + 1, 3), np.float32),
-        np.empty((LONGEST_RING + 1, 2), np.int32),
         done,
         way,
         known,

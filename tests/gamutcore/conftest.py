@@ -155,6 +155,12 @@ def fogra39_boundary(fogra39_points: np.ndarray) -> Boundary:
 
 
 @pytest.fixture(scope="session")
+def fogra39_finest(fogra39_boundary: Boundary) -> History:
+    """Return the history of FOGRA39L whose vertices are moved."""
+    return history_of(decimated(fogra39_boundary.mesh, fogra39_boundary.centre, "finest"))
+
+
+@pytest.fixture(scope="session")
 def fogra39_quadric(fogra39_boundary: Boundary) -> History:
     """Return the history of FOGRA39L by the published cost."""
     return history_of(decimated(fogra39_boundary.mesh, fogra39_boundary.centre, "quadric"))

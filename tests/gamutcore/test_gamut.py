@@ -233,6 +233,25 @@ class TestBuild:
         for level in gamut.history.levels():
             assert_every_invariant(level, gamut.description["centre"], level.triangles)
 
+    def test_says_of_all_levels_whether_they_have_the_volume(self):
+        """Thinner and thinner: of some, levels are off that are not in the error curve."""
+        said = set()
+        for thickness in (1.0, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4):
+            for seed in range(4):
+                points = np.random.default_rng(seed).normal(size=(120, 3))
+                points *= (50, 50, 50 * thickness) / np.linalg.norm(points, axis=1)[:, np.newaxis]
+                gamut = build_gamut(bare(points + np.array([50.0, 0.0, 0.0])), Options())
+                whole = gamut.history.full().volume
+                worst = max(abs(level.volume - whole) for level in gamut.history.levels())
+                assert gamut.description["volume_preserved"] is bool(worst <= 1e-5 * whole)
+                said.add(gamut.description["volume_preserved"])
+        assert said == {True, False}
+
+    @pytest.mark.parametrize("cost", ["quadric", "finest"])
+    def test_says_which_costs_do_not_keep_the_volume(self, random_cloud, cost):
+        gamut = build_gamut(bare(random_cloud(70)), Options(cost=cost))
+        assert gamut.description["volume_preserved"] is False
+
     def test_reruns_are_byte_identical(self, fogra39_gamut, fogra39):
         assert build_gamut(fogra39, Options()).to_bytes() == fogra39_gamut.to_bytes()
 

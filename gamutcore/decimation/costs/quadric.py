@@ -7,6 +7,11 @@ the sum over its faces, a collapse adds the quadrics of its two ends.
 
 Each vertex's quadric is kept relative to the vertex itself and moved to the edge's midpoint for a
 collapse: the same polynomial, without the cancellation that absolute coordinates bring.
+
+Beyond the publication, so that every level is valid: `REGULARISATION` and `FLATNESS`, below; and
+where the best place is not, or lies more than `REACH` star radii from the edge
+(`gamutcore.decimation.candidates`), the midpoint or an end is taken instead, moved towards or away
+from the centre so that the collapse preserves the volume.
 """
 
 from __future__ import annotations

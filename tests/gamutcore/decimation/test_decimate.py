@@ -123,6 +123,31 @@ class TestEveryLevel:
                 assert change <= allowed
         assert level.triangles == boundary.mesh.triangles
 
+    @settings(max_examples=20)
+    @given(
+        seed=st.integers(0, 2**32),
+        count=st.integers(8, 200),
+        thickness=st.sampled_from([1.0, 1e-2, 1e-3, 1e-4]),
+        shift=st.sampled_from([0.0, 100.0]),
+    )
+    def test_volumes_are_as_far_off_as_is_said(self, seed, count, thickness, shift):
+        """Of thin bodies, and of some far from the origin, whose volume the grid cannot keep."""
+        points = directions(np.random.default_rng(seed), count) * (50, 50, 50 * thickness) + shift
+        try:
+            boundary = modified_convex_hull(points)
+        except FlatPointsError:
+            reject()
+        decimation = decimated(boundary.mesh, boundary.centre)
+        history = history_of(decimation)
+        whole = history.full().volume
+        worst = max(abs(level.volume - whole) for level in history.levels())
+        assert decimation.volume_error == pytest.approx(worst, rel=1e-6, abs=1e-11 * whole)
+
+    @pytest.mark.parametrize("cost", ["quadric", "finest"])
+    def test_no_volume_is_promised_where_none_is_preserved(self, cost):
+        boundary = modified_convex_hull(directions(np.random.default_rng(0), 50))
+        assert decimated(boundary.mesh, boundary.centre, cost).volume_error is None
+
     @pytest.mark.parametrize("cost", COSTS)
     def test_of_a_sphere_of_20480_triangles(self, assert_every_invariant, icosphere, cost):
         mesh = icosphere(5, 40.0, (50.0, 0.0, 0.0))

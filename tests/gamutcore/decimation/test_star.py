@@ -318,4 +318,4 @@ class TestSurface:
         surface = surface_from(positions, faces)
         counted = [len(neighbours(faces, vertex)) for vertex in range(len(positions))]
         assert surface.degree.tolist() == counted
-        assert surface.deficit.tolist() == [0.0]
+        assert surface.deficit.tolist() == [0.0, 0.0]
