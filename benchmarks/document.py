@@ -39,6 +39,10 @@ README = ROOT / "README.md"
 BEGIN, END = "<!-- decimation table -->", "<!-- end of decimation table -->"
 """The README's table is between these."""
 
+LOST = 2000
+"""The memory that the histories of fewer triangles take is not told from what a process takes for
+other things in the meantime."""
+
 
 def write(measured: Measured) -> None:
     """Write ``docs/decimation.md`` and the README's table."""
@@ -352,10 +356,16 @@ def _speed(measured: Measured) -> str:
         ]
         for row in measured["scaling"]
     ]  # fmt: skip
+    devices = measured["devices"]
+    by_cost = [{row["cost"]: row for row in device["histories"]} for device in devices]
+    sizes = [device["triangles"] for device in devices]
+    each = [rows["volume"]["us_per_triangle"] for rows in by_cost]
+    ratios = [rows["finest"]["seconds"] / rows["volume"]["seconds"] for rows in by_cost]
     few = [
         [
             f"`{row['cost']}`", f"{row['triangles']:,}", f"{1e3 * row['seconds']:.1f}",
-            f"{row['us_per_triangle']:.2f}", f"{row['bytes_per_triangle']:,.0f}",
+            f"{row['us_per_triangle']:.2f}",
+            f"{row['bytes_per_triangle']:,.0f}" if row["triangles"] > LOST else "–",
             f"{1e3 * row['curve_s']:.1f}", f"{row['bits_per_vertex']:.0f}",
         ]
         for row in measured["few"]
@@ -402,10 +412,14 @@ process at its peak, everything that the history holds included:
 
 {table(["cost", "triangles", "s", "µs per triangle", "bytes per triangle"], scaling)}
 
+Of the devices' boundaries, with {min(sizes):,} to {max(sizes):,} triangles, `volume` takes
+{min(each):.2f} to {max(each):.2f} µs per triangle, and `finest` {min(ratios):.1f} to {
+        max(ratios):.1f} times as long.
 Of small boundaries the coarse end, which is ordered by samples and gone several ways, is most of the
 work, and much the same whatever there was before it: by the triangle they take more time and memory than
 is set out for above. So do their files with `finest`, whose neighbours move in the last 3,500 splits
-of a history, and their error curves beside `quadric`, which takes hardly any time for so few:
+of a history, and their error curves beside `quadric`, which takes hardly any time for so few (what
+less than {LOST:,} triangles take of memory is lost in what else a process does):
 
 {
         table(
