@@ -19,6 +19,7 @@ from benchmarks.peers import COUNTS
 from benchmarks.speed import LEVEL
 from benchmarks.summary import (
     GOAL_COUNTS,
+    LOST,
     YARDSTICK,
     Measured,
     best_peer,
@@ -38,10 +39,6 @@ README = ROOT / "README.md"
 
 BEGIN, END = "<!-- decimation table -->", "<!-- end of decimation table -->"
 """The README's table is between these."""
-
-LOST = 2000
-"""The memory that the histories of fewer triangles take is not told from what a process takes for
-other things in the meantime."""
 
 
 def write(measured: Measured) -> None:

@@ -12,6 +12,7 @@ from typing import Any
 
 __all__ = [
     "GOAL_COUNTS",
+    "LOST",
     "best_peer",
     "costs_by_accuracy",
     "families",
@@ -25,6 +26,10 @@ Measured = dict[str, Any]
 
 GOAL_COUNTS = (1000, 500, 100, 50, 20)
 """Triangle counts that accuracy is claimed for."""
+
+LOST = 2000
+"""The memory that the histories of fewer triangles take is not told from what a process takes for
+other things in the meantime."""
 
 YARDSTICK = "quadric"
 """The published cost, which the others are compared to."""
@@ -130,6 +135,7 @@ def goals(measured: Measured) -> list[tuple[str, str, bool]]:
         *_peer_goals(measured),
         *_speed_goals(measured),
         *_storage_goals(measured),
+        *_goals_of_devices_and_small_boundaries(measured),
     ]
 
 
@@ -249,4 +255,38 @@ def _storage_goals(measured: Measured) -> list[tuple[str, str, bool]]:
         for row in measured["history"]
         if "cost" in row
     ]  # fmt: skip
+    return found
+
+
+def _goals_of_devices_and_small_boundaries(measured: Measured) -> list[tuple[str, str, bool]]:
+    """The same limits where there are fewer triangles, and what does not depend on them counts."""
+
+    def within(goal: str, values: list[float], limit: float, form: str) -> tuple[str, str, bool]:
+        return goal, f"{min(values):{form}} to {max(values):{form}}", max(values) <= limit
+
+    few = {
+        cost: [row for row in measured["few"] if row["cost"] == cost] for cost in measured["costs"]
+    }
+    sizes = [row["triangles"] for row in measured["few"]]
+    small = f"boundaries of {min(sizes):,} to {max(sizes):,} triangles"
+    on_devices = [
+        row["us_per_triangle"]
+        for device in measured["devices"]
+        for row in device["histories"]
+        if row["cost"] == "volume"
+    ]
+    memory = [row["bytes_per_triangle"] for row in few["volume"] if row["triangles"] > LOST]
+    found = [
+        within("µs per triangle ≤ 2, `volume`, devices", on_devices, 2, ".2f"),
+        within(f"µs per triangle ≤ 2, `volume`, {small}",
+               [row["us_per_triangle"] for row in few["volume"]], 2, ".1f"),
+        within(f"bytes per triangle ≤ 400, `volume`, those above {LOST:,}", memory, 400, ",.0f"),
+    ]  # fmt: skip
+    for cost, rows in few.items():
+        bits = [row["bits_per_vertex"] for row in rows]
+        curve = [100 * row["curve_s"] / row["seconds"] for row in rows]
+        found += [
+            within(f"history files ≤ 110 bits per vertex, `{cost}`, {small}", bits, 110, ".0f"),
+            within(f"error curve ≤ 30 % of the decimation, `{cost}`, {small}", curve, 30, ".0f"),
+        ]
     return found

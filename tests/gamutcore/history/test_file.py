@@ -118,10 +118,11 @@ class TestRoundTrip:
         for triangles in (4, 10, 1000, 10_001, history.triangles):
             assert history.level(triangles) == large_history.level(triangles)
 
-    def test_the_large_one_is_compact(self, large_history):
+    def test_the_large_one_is_compact(self, request, large_history):
         """Issue 3 asks for at most 110 bits per vertex; 66 and 74 (`finest`) were measured."""
+        most = {"volume": 70, "finest": 80}[request.node.callspec.params["large_history"]]
         geometry = History(large_history.splits, large_history.centre, large_history.step)
-        assert 8 * len(history_bytes(geometry)) < 80 * large_history.vertices
+        assert 8 * len(history_bytes(geometry)) < most * large_history.vertices
 
     @pytest.mark.parametrize("vertices", [4, 5, 7, 8, 9, 15, 16, 17])
     def test_of_every_way_that_groups_end(self, small_history, first_levels, vertices):

@@ -49,7 +49,7 @@ class TestOfFogra39:
         two are independent.
         """
         cost = request.node.callspec.params["fogra39_history"]
-        close = {"volume": 0.01, "finest": 0.03, "quadric": 0.03}[cost]
+        close = {"volume": 0.01, "finest": 0.02, "quadric": 0.03}[cost]
         full = fogra39_history.full()
         for level in fogra39_curve[:-1]:
             mesh = fogra39_history.level(level.triangles)
