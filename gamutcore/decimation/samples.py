@@ -78,8 +78,8 @@ class Deviation(NamedTuple):
         Scratch, for each face (p, a, b) of the place p and one of them, counter-clockwise: p × a,
         between which and that of the next face its cone lies, N such that N·q = 1 on the face,
         a × b ÷ det(p, a, b), and |N|.
-    pair_sum : (LARGEST_RING, 2) float64
-        Scratch, for each of them: sums over its samples.
+    pair_sum : (LARGEST_RING, 8) float64
+        Scratch, for each of them: two sums over its samples, in four parts.
     face : (LARGEST_RING,) int32
         Scratch: the faces around the place as they are now.
     asked_x, asked_y, asked_z, asked_weight : (S + LANES,) float64
@@ -143,7 +143,7 @@ def no_deviation(samples: int, faces: int) -> Deviation:
         vanished=np.zeros((2, 2), np.int64),
         link=np.empty((LARGEST_RING, 2), np.int32),
         pair_plane=np.empty((LARGEST_RING + TOGETHER, 10)),
-        pair_sum=np.empty((LARGEST_RING, 2)),
+        pair_sum=np.empty((LARGEST_RING, 8)),
         face=np.empty(LARGEST_RING, np.int32),
         asked_x=np.empty(samples + LANES),
         asked_y=np.empty(samples + LANES),

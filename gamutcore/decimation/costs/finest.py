@@ -2,10 +2,10 @@
 
 Points on the faces of the full boundary are samples of it from the start. Down to 16,000 faces
 edges are ordered as by `volume`. From there on an edge's error is the change of the mismatch with
-the full boundary, and from 7000 faces on the new vertex of each collapse and its neighbours are
-moved towards less of it: the history keeps these moves, so every level has them. The volume is not
-preserved then; what is inside the full boundary and outside the level is about as much as what is
-outside of the one and inside of the other.
+the full boundary, and from 7000 faces on, or a tenth of the full boundary's, the new vertex of each
+collapse and its neighbours are moved towards less of it: the history keeps these moves, so every
+level has them. The volume is not preserved then; what is inside the full boundary and outside the
+level is about as much as what is outside of the one and inside of the other.
 """
 
 from __future__ import annotations
@@ -59,7 +59,15 @@ COMPARED_VERTICES = 8000
 """Levels with so many vertices and fewer are ordered by the mismatch."""
 
 MOVED_VERTICES = 3500
-"""Vertices are moved in levels with so many of them and fewer."""
+"""Vertices are moved in levels with so many of them and fewer, if it is few of all:"""
+
+MOVED_PART = 10
+"""What part of the full boundary's vertices that is at most. A move takes 28 bits of a history, and
+six neighbours move in a split; levels with half as many vertices as the first that has moves, and
+fewer, are as accurate as if all had them (docs/decisions/costs.md)."""
+
+MOVED_AT_LEAST = 100
+"""In levels with so many vertices and fewer they are moved in any case."""
 
 WORTHWHILE = 1e-3
 """Part of the deviation around a vertex that a move has to save."""
@@ -105,8 +113,8 @@ class FinestState(NamedTuple):
     ----------
     planes : Memoryless
     deviation : Deviation
-    vertices : (1,) int32
-        How many there are at the present level.
+    vertices : (2,) int32
+        How many there are at the present level, and at the first one where they are moved.
     trial : (3,) float64
         Scratch: a place that is tried.
     """
@@ -135,13 +143,15 @@ def state(positions: FloatArray, faces: IndexArray) -> FinestState:
     -------
     FinestState
     """
+    count = len(positions)
+    moved = min(MOVED_VERTICES, max(count // MOVED_PART, MOVED_AT_LEAST))
     return FinestState(
         memoryless(positions, faces),
         no_deviation(
             min(room_for_samples(_samples_of(len(faces)), len(faces)), MOST_SAMPLES),
             len(faces),
         ),
-        np.full(1, len(positions), np.int32),
+        np.array([count, moved], np.int32),
         np.zeros(3),
     )
 
@@ -217,7 +227,7 @@ def _reach(cost: FinestState, surface: Surface, at: int) -> bool:
 
 @leaf_kernel
 def _improve(cost: FinestState, surface: Surface, at: int, place: FloatArray) -> bool:
-    if cost.vertices[0] > MOVED_VERTICES:
+    if cost.vertices[0] > cost.vertices[1]:
         return False
     deviation, position, trial = cost.deviation, surface.position, cost.trial
     x, y, z = position[at, 0], position[at, 1], position[at, 2]

@@ -5,10 +5,12 @@ import pytest
 from scipy.spatial import cKDTree
 
 from gamutcore.boundary import modified_convex_hull
+from gamutcore.characterisation import characterisation
+from gamutcore.colours import surface_colours
 from gamutcore.decimation import decimated
 from gamutcore.decimation.costs import finest
 from gamutcore.decimation.samples import LARGEST_SHARE
-from gamutcore.history import history_of
+from gamutcore.history import history_bytes, history_of
 from gamutcore.metric import mismatch
 
 COMPARED = (200, 100, 50)
@@ -26,7 +28,7 @@ def boundaries():
         radii = 40.0 + 4.0 * np.abs(np.sin(directions @ ways.T * 1.5)).sum(axis=1)
         points = directions * radii[:, np.newaxis] * (1.2, 1.0, 0.8) + (50, 0, 0)
         made.append(modified_convex_hull(points, 0.05))
-        assert 2500 < len(made[-1].mesh.vertices) < finest.MOVED_VERTICES
+        assert 2500 < len(made[-1].mesh.vertices) < 3001
     return made
 
 
@@ -62,14 +64,27 @@ def test_levels_are_closer_than_those_of_the_default_cost(boundaries, histories,
     assert means[0] <= means[1]
 
 
-def test_vertices_move_in_coarse_levels_only(icosphere):
-    """Levels of 10,242 vertices of a sphere: none moves as long as many are left."""
-    mesh = icosphere(5)
+@pytest.mark.parametrize(("divisions", "first"), [(2, 100), (4, 256), (5, 1024), (6, 3500)])
+def test_vertices_move_in_a_tenth_of_all_levels(icosphere, divisions, first):
+    """Spheres of 162, 2562, 10,242 and 40,962 vertices: how many are left when the first moves."""
+    mesh = icosphere(divisions)
     record = decimated(mesh, (0, 0, 0), "finest").record
     shifts = np.diff(record.shifted_end, prepend=0)
     left = len(mesh.vertices) - 1 - np.arange(len(shifts))
-    assert (shifts[left >= finest.MOVED_VERTICES] == 0).all()
-    assert (shifts[left < finest.MOVED_VERTICES] > 0).mean() > 0.5
+    assert (shifts[left > first] == 0).all()
+    assert (shifts[left < first] > 0).mean() > 0.5
+    assert first <= max(len(mesh.vertices) / finest.MOVED_PART, finest.MOVED_AT_LEAST)
+
+
+@pytest.mark.parametrize("colours", [8_000, 30_000])
+def test_a_history_takes_110_bits_a_vertex(fogra39, colours):
+    """Of a press, with 10,000 triangles and more: those of the moves are some of them."""
+    points = surface_colours(characterisation(fogra39), surface_samples=colours).points
+    boundary = modified_convex_hull(points)
+    assert boundary.mesh.triangles > 1.3 * colours
+    history = history_of(decimated(boundary.mesh, boundary.centre, "finest"))
+    assert (np.diff(history.splits.shifted_end, prepend=0) > 0).mean() > 0.05
+    assert 8 * len(history_bytes(history)) <= 110 * history.vertices
 
 
 @pytest.fixture(scope="module")
@@ -158,6 +173,6 @@ def test_nothing_is_proposed_in_fine_levels(state_and_surface, compiled):
     vertices = np.unique(surface.vertex[surface.corner_facing[surface.corner_facing >= 0]]).tolist()
     present = int(state.vertices[0])
     assert any(compiled.improve(state, surface, vertex, np.empty(3)) for vertex in vertices)
-    state.vertices[0] = finest.MOVED_VERTICES + 1
+    state.vertices[0] = state.vertices[1] + 1
     assert not any(compiled.improve(state, surface, vertex, np.empty(3)) for vertex in vertices)
     state.vertices[0] = present
