@@ -42,7 +42,7 @@ WORK = 9_000_000
 
 WORK_PER_TRIANGLE = 20
 """... for each triangle of the full boundary: together 0.7 s of one core for 175,000 triangles, 3 s
-for 2.5 million. Of levels nearly as fine as these, up to 2 and 40 % of the triangles could still be
+for 2.5 million. Of levels nearly as fine as these, up to 2 and 30 % of the triangles could still be
 saved when the search ends. Work is counted, not timed, so that the same question has the same
 answer everywhere."""
 
