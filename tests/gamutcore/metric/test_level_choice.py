@@ -5,9 +5,12 @@ from math import inf, isqrt
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gamutcore.boundary import modified_convex_hull
+from gamutcore.decimation import COSTS, decimated
+from gamutcore.history import history_of
 from gamutcore.metric import level_choice, mismatch, radial_difference
 from gamutcore.metric.error_curve import curve_counts, error_curve
 from gamutcore.metric.level_choice import NO_ERROR, Bounds, ChosenLevel, FullBoundary, LevelChoice
@@ -88,6 +91,28 @@ class TestOfEachLevel:
             kept = [bounds.within(limits) for bounds in small_errors.values()]
             plain += kept == sorted(kept)
         assert plain > len(LIMITS) / 2
+
+
+@settings(max_examples=12)
+@given(
+    st.integers(0, 10**6),
+    st.integers(8, 150),
+    st.sampled_from(sorted(COSTS)),
+    st.sampled_from([0.1, 0.5, 1.0]),
+    st.lists(st.tuples(st.floats(-2, 1.5), st.floats(-4, 0)), min_size=5, max_size=5),
+)
+def test_limits_are_kept_by_anything(random_cloud, distances_to, seed, count, cost, gamma, powers):
+    boundary = modified_convex_hull(random_cloud(seed, count), gamma)
+    history = history_of(decimated(boundary.mesh, boundary.centre, cost))
+    choice = LevelChoice(history.triangles, described(history))
+    full = history.full()
+    for one, other in powers:
+        for limits in (Bounds(10**one), Bounds(inf, 10**other), Bounds(10**one, 10**other)):
+            chosen = choice.found(history, limits)
+            level = history.level(chosen.triangles)
+            assert mismatch(full, level) <= limits.mismatch + 1e-9
+            assert distances_to(full.vertices, level).max() <= limits.distance + 1e-9
+            assert distances_to(level.vertices, full).max() <= limits.distance + 1e-9
 
 
 class TestOfTheEnds:
