@@ -1,9 +1,10 @@
 """Levels that keep limits to their error: found once, remembered for each gamut.
 
 What the error curve cannot tell is found by comparing levels with the full boundary, which takes
-up to a second and is work for a thread. One such search is under way at a time, however many are
-asked for, so that the other threads and cores are there for other requests; what it finds helps
-the searches after it. Everything here belongs to the event loop's thread.
+up to a second (several, of more than a million triangles) and is work for a thread. One such search
+is under way at a time, however many are asked for, so that the other threads and cores are there
+for other requests; what it finds helps the searches after it. Everything here belongs to the event
+loop's thread.
 """
 
 from __future__ import annotations

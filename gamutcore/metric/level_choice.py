@@ -41,7 +41,7 @@ WORK = 9_000_000
 """Work that a search between two levels of the curve may take whatever the gamut, and..."""
 
 WORK_PER_TRIANGLE = 20
-"""... for each triangle of the full boundary: together 0.7 s of one core for 175,000 triangles, 3 s
+"""... for each triangle of the full boundary: together 0.7 s of one core for 175,000 triangles, 4 s
 for 2.5 million. Of levels nearly as fine as these, up to 2 and 30 % of the triangles could still be
 saved when the search ends. Work is counted, not timed, so that the same question has the same
 answer everywhere."""
