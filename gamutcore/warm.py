@@ -20,6 +20,7 @@ from gamutcore.gamut import Gamut, Options, build_gamut
 from gamutcore.history import History, Splits, history_bytes, history_from_bytes, history_of
 from gamutcore.history.device_history import device_history_of
 from gamutcore.metric import mismatch, radial_difference, voxel_mismatch
+from gamutcore.metric.level_choice import Bounds, LevelChoice
 
 __all__ = ["compile_kernels", "compile_reading_kernels"]
 
@@ -56,7 +57,7 @@ def compile_kernels() -> None:
 
 
 def compile_reading_kernels() -> None:
-    """Use once what reads a history and writes its levels: all that serving built gamuts takes."""
+    """Use once all that serving built gamuts takes: reading, choosing and writing their levels."""
     corners = np.array([(50, 0, 40), (50, 40, -20), (50, -40, -20), (90, 0, 0)], np.float32)
     # a tetrahedron whose first vertex is split into itself and slot 4
     splits = Splits(
@@ -78,6 +79,7 @@ def compile_reading_kernels() -> None:
     device = device_history_of(ramp, np.arange(5, dtype=np.int32), splits)
     history = History(splits, np.array([60.0, 0.0, 0.0]), 2.0**-11, device)
     history, _ = history_from_bytes(history_bytes(history))
+    LevelChoice(history.triangles, []).found(history, Bounds(distance=1e-6))
     mesh = replace(history.level(6), device=history.device_values(6))
     for name in FORMATS:
         encoded_mesh(mesh, name)

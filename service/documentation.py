@@ -214,13 +214,11 @@ MESH_HEADERS: dict[str, Any] = {
     "Gamut-Triangles": header("Triangles of the mesh.", 510),
     "Gamut-Vertices": header("Vertices of the mesh.", 257),
     "Gamut-Max-Error": header(
-        "What the distance from the full boundary is at most, in the space's unit; only for levels "
-        "of the error curve.",
+        "What the distance from the full boundary is at most, in the space's unit; of levels by "
+        "`max_error` or `max_mismatch`, and of those of the error curve.",
         "0.355713",
     ),
-    "Gamut-Max-Mismatch": header(
-        "What the mismatch is at most; only for levels of the error curve.", "0.00132536"
-    ),
+    "Gamut-Max-Mismatch": header("What the mismatch is at most; of the same levels.", "0.00132536"),
     "ETag": header("Strong entity tag: the SHA-256 of the body as it is sent.", f'"{EXAMPLE_ID}"'),
     "Cache-Control": header("The content never changes.", "public, max-age=31536000, immutable"),
     "Vary": header("What the content depends on besides the address.", "Accept, Accept-Encoding"),

@@ -1,6 +1,7 @@
 """Encoded meshes: any level of a gamut in any format and coding, made once and kept in memory.
 
 A level of a gamut in a format and a content coding is immutable content, named by its `MeshKey`.
+Which level keeps a limit to the error is found, and remembered, by `service.choices`.
 Small ones are made on the spot, on the event loop; large ones, and those whose level is not
 unpacked yet, in a thread.
 """
@@ -8,12 +9,14 @@ unpacked yet, in a thread.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import inf
 from typing import TYPE_CHECKING, NamedTuple
 
 from gamutcore.export import FORMATS, encoded_mesh
 from gamutcore.history import MINIMUM_TRIANGLES
-from gamutcore.metric.error_curve import level_within
+from gamutcore.metric.level_choice import Bounds
 from service.cache import ByteBoundedCache
+from service.choices import Choices
 from service.compression import IDENTITY, compressed
 from service.conditional import IMMUTABLE, entity_tag, matches
 from service.server_timing import timed
@@ -66,9 +69,14 @@ class Wanted(NamedTuple):
     max_mismatch: float | None = None
 
     @property
-    def limited(self) -> bool:
-        """Whether there is a limit to the error."""
-        return self.max_error is not None or self.max_mismatch is not None
+    def limits(self) -> Bounds | None:
+        """The limits to the error; None if there are none."""
+        if self.max_error is None and self.max_mismatch is None:
+            return None
+        return Bounds(
+            inf if self.max_error is None else self.max_error,
+            inf if self.max_mismatch is None else self.max_mismatch,
+        )
 
 
 class MeshKey(NamedTuple):
@@ -105,21 +113,31 @@ class EncodedMesh:
         media_type: str,
         triangles: int,
         vertices: int,
-        promises: dict[str, str] | None = None,
+        bounds: Bounds | None = None,
     ) -> EncodedMesh:
-        """Return the encoded mesh of a file with its counts and what is promised of it."""
+        """Return the encoded mesh of a file with its counts, and what is promised of it, if so."""
         etag = entity_tag(body)
         fields = {
             "content-type": media_type,
             "content-length": str(len(body)),
             "gamut-triangles": str(triangles),
             "gamut-vertices": str(vertices),
-            **(promises or {}),
             "etag": etag,
             "cache-control": IMMUTABLE,
             "vary": "Accept, Accept-Encoding",
         }
-        return cls(body, etag, [(name.encode(), value.encode()) for name, value in fields.items()])
+        headers = [(name.encode(), value.encode()) for name, value in fields.items()]
+        mesh = cls(body, etag, headers)
+        return mesh if bounds is None else mesh.promising(bounds)
+
+    def promising(self, bounds: Bounds) -> EncodedMesh:
+        """Return the mesh with other promises: the same content, so the same entity tag."""
+        own = {
+            b"gamut-max-error": b"%g" % bounds.distance,
+            b"gamut-max-mismatch": b"%g" % bounds.mismatch,
+        }
+        headers = [item for item in self.headers if item[0] not in own]
+        return EncodedMesh(self.body, self.etag, [*headers, *own.items()])
 
     def compressed(self, coding: str) -> EncodedMesh:
         """Return the mesh in a content coding: other bytes, so another entity tag."""
@@ -151,6 +169,7 @@ class Meshes:
     def __init__(self, library: Library, capacity: int) -> None:
         self._library = library
         self._cache: ByteBoundedCache[MeshKey, EncodedMesh] = ByteBoundedCache(capacity)
+        self._choices = Choices(library)
         self._encoding: SingleFlight[MeshKey, EncodedMesh] = SingleFlight()
 
     @property
@@ -177,10 +196,16 @@ class Meshes:
         Returns
         -------
         EncodedMesh or None
-            None for all else: the gamut is not open, its level not unpacked, the mesh is large, or
-            there is no such mesh.
+            None for all else: the gamut is not open, its level not unpacked or not found yet, the
+            mesh is large, or there is no such mesh.
         """
         opened = self._library.opened(gamut_id)
+        if wanted.limits is not None:
+            level = self._choices.known(gamut_id, wanted.limits)
+            if level is None:
+                return None
+            mesh = self._at_hand(opened, MeshKey(gamut_id, level.triangles, format_name, coding))
+            return None if mesh is None else mesh.promising(level.bounds)
         if opened is None:
             # Whether an odd count is above the largest level only the gamut itself can tell.
             if wanted.triangles is None or wanted.triangles % 2:
@@ -189,12 +214,7 @@ class Meshes:
         count = _count(opened, wanted)
         if not MINIMUM_TRIANGLES <= count <= opened.gamut.history.triangles:
             return None
-        key = _key(gamut_id, count, format_name, coding)
-        mesh = self._cache.get(key)
-        small = key.triangles <= _INLINE_TRIANGLES.get(format_name, 0)
-        if mesh is None and small and opened.gamut.history.is_unpacked(key.triangles):
-            mesh = self._encoded_and_kept(opened, key)
-        return mesh
+        return self._at_hand(opened, _key(gamut_id, count, format_name, coding))
 
     async def mesh(
         self, gamut_id: str, wanted: Wanted, format_name: str, coding: str = IDENTITY
@@ -212,15 +232,32 @@ class Meshes:
         if mesh is not None:
             return mesh
         opened = await self._library.gamut(gamut_id)
-        count = _count(opened, wanted)
-        if not MINIMUM_TRIANGLES <= count <= opened.gamut.history.triangles:
-            opened.gamut.history.level(count)  # raises, and knows best what to say
-        key = _key(gamut_id, count, format_name, coding)
-        return await self._encoding.value(key, lambda: self._encode_and_keep(opened, key))
+        if wanted.limits is None:
+            count = _count(opened, wanted)
+            if not MINIMUM_TRIANGLES <= count <= opened.gamut.history.triangles:
+                opened.gamut.history.level(count)  # raises, and knows best what to say
+            return await self._encoded_once(opened, _key(gamut_id, count, format_name, coding))
+        level = await self._choices.found(opened, wanted.limits)
+        key = MeshKey(gamut_id, level.triangles, format_name, coding)
+        mesh = self._at_hand(self._library.opened(gamut_id), key)
+        if mesh is None:
+            mesh = await self._encoded_once(opened, key)
+        return mesh.promising(level.bounds)
 
     def discard_gamut(self, gamut_id: str) -> None:
-        """Forget all meshes of a gamut."""
+        """Forget all meshes of a gamut, and which of its levels keep limits."""
         self._cache.discard_where(lambda key: key.gamut_id == gamut_id)
+        self._choices.discard(gamut_id)
+
+    def _at_hand(self, opened: OpenGamut | None, key: MeshKey) -> EncodedMesh | None:
+        """Return a mesh that is kept, or a small one of an open gamut whose level is unpacked."""
+        mesh = self._cache.get(key)
+        small = key.triangles <= _INLINE_TRIANGLES.get(key.format_name, 0)
+        if mesh is not None or opened is None or not small:
+            return mesh
+        if not opened.gamut.history.is_unpacked(key.triangles):
+            return None
+        return self._encoded_and_kept(opened, key)
 
     def _encoded_and_kept(self, opened: OpenGamut, key: MeshKey) -> EncodedMesh:
         plain = key._replace(coding=IDENTITY)
@@ -234,6 +271,9 @@ class Meshes:
                 mesh = mesh.compressed(key.coding)
             self._keep(key, mesh)
         return mesh
+
+    async def _encoded_once(self, opened: OpenGamut, key: MeshKey) -> EncodedMesh:
+        return await self._encoding.value(key, lambda: self._encode_and_keep(opened, key))
 
     async def _encode_and_keep(self, opened: OpenGamut, key: MeshKey) -> EncodedMesh:
         if key.coding == IDENTITY:
@@ -255,26 +295,17 @@ class Meshes:
 
 
 def _count(opened: OpenGamut, wanted: Wanted) -> int:
-    largest = opened.gamut.history.triangles
-    if wanted.limited:
-        levels = opened.gamut.description["levels"]
-        # The full boundary keeps every limit: it has no error.
-        return level_within(levels, wanted.max_error, wanted.max_mismatch) or largest
-    return min(DEFAULT_TRIANGLES, largest) if wanted.triangles is None else wanted.triangles
+    if wanted.triangles is not None:
+        return wanted.triangles
+    return min(DEFAULT_TRIANGLES, opened.gamut.history.triangles)
 
 
-def _promises(opened: OpenGamut, triangles: int) -> dict[str, str]:
-    """Return the header fields that say what a level of the error curve promises."""
-    return {
-        name: f"{level[bound]:g}"
-        for level in opened.gamut.description["levels"]
-        if level["triangles"] == triangles
-        for name, bound in (
-            ("gamut-max-error", "distance_bound"),
-            ("gamut-max-mismatch", "mismatch_bound"),
-        )
-        if bound in level
-    }
+def _promised(opened: OpenGamut, triangles: int) -> Bounds | None:
+    """Return what the error curve promises of a level; None of a level between its own."""
+    for level in opened.gamut.description["levels"]:
+        if level["triangles"] == triangles and {"distance_bound", "mismatch_bound"} <= set(level):
+            return Bounds(level["distance_bound"], level["mismatch_bound"])
+    return None
 
 
 def _key(gamut_id: str, count: int, format_name: str, coding: str) -> MeshKey:
@@ -286,5 +317,5 @@ def _encoded(opened: OpenGamut, key: MeshKey) -> EncodedMesh:
     mesh = opened.gamut.level(key.triangles)
     body = encoded_mesh(mesh, key.format_name, opened.provenance, opened.space)
     media_type = FORMATS[key.format_name].media_type
-    promises = _promises(opened, len(mesh.faces))
-    return EncodedMesh.of(body, media_type, len(mesh.faces), len(mesh.vertices), promises)
+    bounds = _promised(opened, len(mesh.faces))
+    return EncodedMesh.of(body, media_type, len(mesh.faces), len(mesh.vertices), bounds)

@@ -21,14 +21,14 @@ from gamutcore.metric.farthest import faces_of
 from gamutcore.metric.radial_overlay import Distances, overlaid, volume_within
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable
 
     from gamutcore.arrays import Float32Array, FloatArray, IndexArray
     from gamutcore.history import History
     from gamutcore.mesh import TriangleMesh
     from gamutcore.metric.farthest import Faces
 
-__all__ = ["LevelError", "curve_counts", "error_curve", "level_within"]
+__all__ = ["LevelError", "arranged", "curve_counts", "error_curve", "rounded_up"]
 
 EVEN_UP_TO = 32
 """Up to here all levels are in the curve."""
@@ -96,8 +96,8 @@ class LevelError:
             "triangles": self.triangles,
             "volume": float(f"{self.volume:.10g}"),
             "mismatch": _rounded(self.mismatch),
-            "mismatch_bound": _rounded_up(self.mismatch_bound),
-            "distance_bound": _rounded_up(self.distance_bound),
+            "mismatch_bound": rounded_up(self.mismatch_bound),
+            "distance_bound": rounded_up(self.distance_bound),
             "from_full": _described(self.from_full),
             "to_full": _described(self.to_full),
         }
@@ -158,7 +158,7 @@ def error_curve(
     """
     full = history.full()
     none = Distances(0.0, 0.0)
-    surfaces = {full.triangles: _arranged(full, history)}
+    surfaces = {full.triangles: arranged(full, history)}
     volume = volume_within(surfaces[full.triangles][0])
     curve = {full.triangles: LevelError(full.triangles, volume, 0.0, 0.0, 0.0, none, none)}
     mismatch_bound = distance_bound = 0.0
@@ -168,7 +168,7 @@ def error_curve(
     for count in reversed(asked):
         if count == full.triangles:
             continue
-        level, parents = _arranged(history.level(count), history)
+        level, parents = arranged(history.level(count), history)
         reference = _reference(count, asked, full.triangles)
         finer, near = surfaces[reference]
         found, off = overlaid(finer, level, np.arange(len(near), dtype=np.int32), near)
@@ -192,46 +192,35 @@ def error_curve(
     return [curve[count] for count in asked]
 
 
-def level_within(
-    levels: Iterable[Mapping[str, Any]],
-    max_error: float | None = None,
-    max_mismatch: float | None = None,
-) -> int | None:
-    """Triangle count of the smallest level that promises to keep limits.
+def arranged(level: TriangleMesh, history: History) -> tuple[Faces, IndexArray]:
+    """Return a level as `overlaid` takes it, with what is near in space near in memory.
 
     Parameters
     ----------
-    levels : iterable of mapping
-        Described errors (`LevelError.to_mapping`).
-    max_error : float, optional
-        The largest distance between the surfaces that is accepted.
-    max_mismatch : float, optional
-        The largest mismatch that is accepted.
+    level : TriangleMesh
+        A level of the history.
+    history : History
 
     Returns
     -------
-    int or None
-        None if no level promises it.
+    surface : Faces
+        About the origin, its vertices in preorder of the forest of splits.
+    near : (V,) int32
+        The parent of each vertex, which comes before it; 0 of the first ones.
     """
-    counts = [
-        int(level["triangles"])
-        for level in levels
-        if (max_error is None or level.get("distance_bound", np.inf) <= max_error)
-        and (max_mismatch is None or level.get("mismatch_bound", np.inf) <= max_mismatch)
-    ]
-    return min(counts, default=None)
-
-
-def _even(count: float) -> int:
-    return int(count) // 2 * 2
-
-
-def _arranged(level: TriangleMesh, history: History) -> tuple[Faces, IndexArray]:
-    """Return a level about the origin, what is near in space near in memory, and parents in it."""
     position, corner, near = _in_preorder(
         level.vertices, np.asarray(history.centre, np.float64), level.faces, history.splits.parent
     )
     return faces_of(position, corner), near
+
+
+def rounded_up(bound: float) -> float:
+    """Return a bound in as many digits as a description has of it, never less than it is."""
+    return float(Context(DIGITS, ROUND_CEILING).create_decimal(Decimal(bound)))
+
+
+def _even(count: float) -> int:
+    return int(count) // 2 * 2
 
 
 @kernel
@@ -302,12 +291,8 @@ def _reference(count: int, counts: list[int], full: int) -> int:
 
 
 def _described(distances: Distances) -> dict[str, float]:
-    return {"mean": _rounded(distances.mean), "maximum": _rounded_up(distances.maximum)}
+    return {"mean": _rounded(distances.mean), "maximum": rounded_up(distances.maximum)}
 
 
 def _rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
-
-
-def _rounded_up(value: float) -> float:
-    return float(Context(DIGITS, ROUND_CEILING).create_decimal(Decimal(value)))

@@ -302,7 +302,8 @@ async def delete_gamut(request: Request, gamut_id: GamutId) -> Response:
     operation_id="describeLevels",
     summary="Read the error curve",
     description="Volume, mismatch and distances in both directions by triangle count, with bounds "
-    "that hold for a level and all finer ones here: what `max_error` and `max_mismatch` choose by.",
+    "that hold for a level and all finer ones here. `max_error` and `max_mismatch` begin with "
+    "these and look at the levels between them as well.",
     responses={
         200: json_response("The error curve.", Levels, EXAMPLE_LEVELS, _ENTITY_HEADERS),
         **_NOT_MODIFIED,

@@ -59,8 +59,8 @@ MaxError = Annotated[
     float | None,
     Query(
         description="The largest distance from the full boundary that is accepted, of any point of "
-        "either surface, in the space's unit (CIELAB: ΔE). The smallest level of the error curve "
-        "that promises it is sent, and the full boundary if none does.",
+        "either surface, in the space's unit (CIELAB: ΔE). The smallest level that is found to "
+        "keep it is sent; if there is no other, as for 0, the full boundary.",
         json_schema_extra={"minimum": 0},
         examples=[0.5],
     ),
@@ -161,7 +161,7 @@ async def download_mesh_file(
 
 
 async def _mesh(request: Request, gamut_id: str, wanted: Wanted, format_name: str) -> Response:
-    if wanted.triangles is not None and wanted.limited:
+    if wanted.triangles is not None and wanted.limits is not None:
         raise ProblemError(
             Problem(
                 "invalid-parameter",

@@ -5,7 +5,6 @@ import hashlib
 import math
 import urllib.request
 from collections import Counter
-from types import SimpleNamespace
 
 import httpx
 import pytest
@@ -16,6 +15,7 @@ from prometheus_client.parser import text_string_to_metric_families as text_fami
 
 from service.application import create_app
 from service.exposition import exposition, serve_build_figures
+from service.meshes import Wanted
 from service.metrics import BuildFigures
 from service.settings import Settings
 from service.storage.records import Record
@@ -139,7 +139,7 @@ def test_the_caches_and_the_store_tell_what_happened(service, built):
     one, other = (gamut.id for gamut in built)
 
     async def asked():
-        wanted = SimpleNamespace(triangles=100, limited=False)
+        wanted = Wanted(100)
         for name in (one, one, one, other):
             await service.meshes.mesh(name, wanted, "ply")
 

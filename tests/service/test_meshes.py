@@ -4,6 +4,8 @@ import pytest
 
 from gamutcore.errors import TriangleCountError
 from gamutcore.export import FORMATS
+from gamutcore.metric import radial_difference
+from service.compression import CODINGS
 from service.library import Library
 from service.meshes import MEDIA_TYPES, SUFFIXES, EncodedMesh, Meshes, Wanted
 from service.storage.gamuts import GamutNotStoredError
@@ -71,26 +73,17 @@ def test_a_coarse_mesh_leaves_the_finer_levels_packed(run, built):
 
 
 class TestLimits:
-    """A limit is kept with the fewest triangles that promise it, by the described curve."""
+    """The level is that of `service.choices`; here is how it is sent."""
 
-    @pytest.mark.parametrize(
-        ("name", "bound"), [("max_error", "distance_bound"), ("max_mismatch", "mismatch_bound")]
-    )
-    def test_that_levels_promise_exactly(self, run, built, name, bound):
-        levels = built[0].description["levels"]
-
-        async def scenario(library, meshes):
-            opened = await library.gamut(built[0].id)
-            await library.unpack(opened, opened.gamut.history.triangles)
-            for level in levels:
-                limit = level[bound]
-                expected = min(each["triangles"] for each in levels if each[bound] <= limit)
-                mesh = meshes.at_once(built[0].id, Wanted(**{name: limit}), "glb")
-                assert mesh is meshes.at_once(built[0].id, Wanted(expected), "glb")
-                # a little less is promised by finer levels only
-                if limit > 0:
-                    closer = Wanted(**{name: limit * (1 - 1e-9)})
-                    assert triangles(meshes.at_once(built[0].id, closer, "glb")) > expected
+    def test_are_kept_by_what_the_headers_promise(self, run, built):
+        async def scenario(_library, meshes):
+            for name, limits in (("max_error", (20, 5, 0.7)), ("max_mismatch", (0.2, 0.01))):
+                counts = []
+                for limit in limits:
+                    mesh = await meshes.mesh(built[0].id, Wanted(**{name: limit}), "glb")
+                    assert promised(mesh)[name] <= limit
+                    counts.append(triangles(mesh))
+                assert counts == sorted(set(counts))
 
         run(scenario)
 
@@ -100,13 +93,16 @@ class TestLimits:
         mismatches = [level["mismatch_bound"] for level in levels[2::3]]
 
         async def count(meshes, *limits):
-            return triangles(await meshes.mesh(built[0].id, Wanted(None, *limits), "glb"))
+            mesh = await meshes.mesh(built[0].id, Wanted(None, *limits), "glb")
+            for found, limit in zip(promised(mesh).values(), limits, strict=True):
+                assert limit is None or found <= limit
+            return triangles(mesh)
 
         async def scenario(_library, meshes):
             for error in errors:
                 for mismatch in mismatches:
                     alone = await count(meshes, error, None), await count(meshes, None, mismatch)
-                    assert await count(meshes, error, mismatch) == max(alone)
+                    assert await count(meshes, error, mismatch) >= max(alone)
 
         run(scenario)
 
@@ -115,17 +111,56 @@ class TestLimits:
             for wanted in (Wanted(max_error=0.0), Wanted(max_mismatch=0.0)):
                 mesh = await meshes.mesh(built[0].id, wanted, "glb")
                 assert triangles(mesh) == built[0].history.triangles
+                assert promised(mesh) == {"max_error": 0, "max_mismatch": 0}
 
         run(scenario)
 
-    def test_without_a_curve_that_promises_anything_give_the_full_boundary(self, run, built):
+    def test_share_the_content_with_the_level_by_its_count(self, run, built):
+        """Which promises nothing, if the curve does not have it."""
+
+        async def scenario(_library, meshes):
+            wanted = Wanted(max_error=0.7)
+            limited = await meshes.mesh(built[0].id, wanted, "glb")
+            plain = await meshes.mesh(built[0].id, Wanted(triangles(limited)), "glb")
+            assert limited.body is plain.body
+            assert limited.etag == plain.etag
+            assert triangles(limited) not in {
+                level["triangles"] for level in built[0].description["levels"]
+            }
+            assert promised(plain) == {}
+            for coding in CODINGS:
+                coded = await meshes.mesh(built[0].id, wanted, "glb", coding)
+                assert promised(coded) == promised(limited)
+                assert meshes.at_once(built[0].id, wanted, "glb", coding) == coded
+            assert len(meshes.cache) == 1 + len(CODINGS)
+
+        run(scenario)
+
+    def test_are_found_once_and_then_at_hand(self, run, built):
+        async def scenario(library, meshes):
+            wanted = Wanted(max_error=0.7, max_mismatch=0.02)
+            assert meshes.at_once(built[0].id, wanted, "glb") is None
+            mesh = await meshes.mesh(built[0].id, wanted, "glb")
+            assert meshes.at_once(built[0].id, wanted, "glb") == mesh
+            library.discard(built[0].id)
+            assert meshes.at_once(built[0].id, wanted, "glb") == mesh
+            assert meshes.at_once(built[0].id, wanted, "ply") is None
+            meshes.discard_gamut(built[0].id)
+            assert meshes.at_once(built[0].id, wanted, "glb") is None
+
+        run(scenario)
+
+    def test_are_kept_without_a_curve_that_promises_anything(self, run, built):
         async def scenario(library, meshes):
             opened = await library.gamut(built[0].id)
             for level in opened.gamut.description["levels"]:
                 del level["distance_bound"], level["mismatch_bound"]
-            mesh = await meshes.mesh(built[0].id, Wanted(max_error=50.0), "ply")
-            assert triangles(mesh) == built[0].history.triangles
-            assert b"gamut-max-error" not in dict(mesh.headers)
+            mesh = await meshes.mesh(built[0].id, Wanted(max_error=2.0), "ply")
+            assert promised(mesh)["max_error"] <= 2
+            full, level = opened.gamut.history.full(), opened.gamut.level(triangles(mesh))
+            direct = radial_difference(full, level, opened.gamut.history.centre)
+            assert promised(mesh)["max_mismatch"] == pytest.approx(direct.mismatch, rel=1e-5)
+            assert promised(await meshes.mesh(built[0].id, Wanted(100), "ply")) == {}
 
         run(scenario)
 
@@ -149,6 +184,13 @@ class TestLimits:
 
 def triangles(mesh):
     return int(dict(mesh.headers)[b"gamut-triangles"])
+
+
+def promised(mesh):
+    """What the header fields promise, by the names of the parameters."""
+    headers = dict(mesh.headers)
+    fields = {"max_error": b"gamut-max-error", "max_mismatch": b"gamut-max-mismatch"}
+    return {name: float(headers[field]) for name, field in fields.items() if field in headers}
 
 
 def test_levels_that_are_not_there_are_never_answered(run, built):

@@ -13,7 +13,7 @@ from gamutcore.decimation import COSTS, decimated
 from gamutcore.errors import TriangleCountError
 from gamutcore.history import history_of
 from gamutcore.metric import mismatch
-from gamutcore.metric.error_curve import LevelError, curve_counts, error_curve, level_within
+from gamutcore.metric.error_curve import LevelError, curve_counts, error_curve
 from gamutcore.metric.radial_overlay import Distances, radial_difference
 
 
@@ -238,39 +238,3 @@ class TestCurveCounts:
     @pytest.mark.parametrize(("full", "most"), [(2_000, 50), (20_000, 50), (10**7, 75)])
     def test_are_not_many(self, full, most):
         assert len(curve_counts(full)) <= most
-
-
-class TestLevelWithin:
-    LEVELS = (
-        {"triangles": 4, "distance_bound": 80.0, "mismatch_bound": 0.5},
-        {"triangles": 20, "distance_bound": 5.0, "mismatch_bound": 0.05},
-        {"triangles": 50, "distance_bound": 5.0, "mismatch_bound": 0.02},
-        {"triangles": 900, "distance_bound": 0.0, "mismatch_bound": 0.0},
-    )
-
-    @pytest.mark.parametrize(
-        ("error", "mismatched", "expected"),
-        [
-            (None, None, 4),
-            (100.0, None, 4),
-            (80.0, None, 4),
-            (79.999, None, 20),
-            (5.0, None, 20),
-            (4.9, None, 900),
-            (0.0, None, 900),
-            (None, 0.5, 4),
-            (None, 0.02, 50),
-            (None, 0.0, 900),
-            (100.0, 0.02, 50),
-            (5.0, 1.0, 20),
-            (1.0, 1.0, 900),
-        ],
-    )
-    def test_is_the_smallest_that_keeps_all_limits(self, error, mismatched, expected):
-        assert level_within(self.LEVELS, error, mismatched) == expected
-        assert level_within(reversed(self.LEVELS), error, mismatched) == expected
-
-    def test_is_none_if_none_keeps_them(self):
-        assert level_within(self.LEVELS[:2], 1.0) is None
-        assert level_within([{"triangles": 4}], 100.0) is None
-        assert level_within([{"triangles": 4}], None, 1.0) is None

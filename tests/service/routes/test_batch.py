@@ -36,6 +36,21 @@ def test_several_levels_of_several_gamuts_are_what_they_are_alone(server, gamut,
     assert answer.headers["gamut-failures"] == "0"
 
 
+def test_what_is_promised_of_limits_is_in_the_index_and_the_parts(server, gamut):
+    query = f"gamuts={gamut['id']}&max_error=0.9,9&max_mismatch=0.03"
+    answers = [server.client.get(f"{BATCH}?{query}") for _ in range(2)]
+    assert answers[0].headers["etag"] == answers[1].headers["etag"]
+    index = json.loads(archive_of(answers[0]).read("index.json"))["meshes"]
+    message = server.client.get(f"{BATCH}?{query}", headers={"Accept": "multipart/mixed"}).content
+    for entry in index:
+        name = "max_error" if "max_error" in entry else "max_mismatch"
+        assert entry["promises"][name] <= entry[name]
+        alone = server.client.get(f"{gamut['links']['mesh']}?{name}={entry[name]}")
+        field = f"Gamut-Max-{name.removeprefix('max_').title()}"
+        assert float(alone.headers[field]) == entry["promises"][name]
+        assert f"{field}: {alone.headers[field]}\r\n".encode() in message
+
+
 def test_an_answer_never_changes_and_has_its_digest(server, gamut):
     address = f"{BATCH}?gamuts={gamut['id']}&triangles=10,100"
     first, second = server.client.get(address), server.client.get(address)

@@ -1,5 +1,6 @@
 import hashlib
 import io
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -58,17 +59,51 @@ def test_without_a_count_it_is_a_thousand_or_all(server, gamut, sphere):
     assert answer.headers["gamut-triangles"] == "1000"
 
 
-def test_a_limit_chooses_the_smallest_level_that_promises_it(server, gamut):
+@pytest.mark.parametrize("name", ["max_error", "max_mismatch"])
+def test_a_limit_is_kept_with_no_more_triangles_than_the_curve_would_take(server, gamut, name):
     levels = server.client.get(gamut["links"]["levels"]).json()["levels"]
-    for name, bound in (("max_error", "distance_bound"), ("max_mismatch", "mismatch_bound")):
-        limit = levels[5][bound] * 1.01
-        expected = min(level["triangles"] for level in levels if level[bound] <= limit)
+    bound = {"max_error": "distance_bound", "max_mismatch": "mismatch_bound"}[name]
+    field = f"gamut-{name.replace('_', '-')}"
+    for limit in (levels[5][bound] * 1.01, levels[-3][bound] * 0.99, levels[-2][bound] * 0.99):
+        most = min(level["triangles"] for level in levels if level[bound] <= limit)
         for address in (gamut["links"]["mesh"], gamut["links"]["mesh"] + ".ply"):
-            answer = server.client.get(address, params={name: limit})
-            assert answer.headers["gamut-triangles"] == str(expected)
-            assert float(answer.headers[f"gamut-{name.replace('_', '-')}"]) <= limit
-            same = server.client.get(address, params={"triangles": expected})
-            assert (same.content, same.headers["etag"]) == (answer.content, answer.headers["etag"])
+            # the route finds it, the front answers from then on
+            first, second = (server.client.get(address, params={name: limit}) for _ in range(2))
+            assert float(first.headers[field]) <= limit
+            triangles = first.headers["gamut-triangles"]
+            assert int(triangles) <= most
+            same = server.client.get(address, params={"triangles": triangles})
+            for answer in (second, same):
+                assert answer.content == first.content
+                assert answer.headers["etag"] == first.headers["etag"]
+            fields = {"gamut-triangles", "gamut-max-error", "gamut-max-mismatch", "cache-control"}
+            assert {each: second.headers[each] for each in fields} == {
+                each: first.headers[each] for each in fields
+            }
+            known = {"If-None-Match": first.headers["etag"]}
+            answer = server.client.get(address, params={name: limit}, headers=known)
+            assert answer.status_code == 304
+            assert answer.headers[field] == first.headers[field]
+
+
+def test_limits_at_the_same_time_are_all_answered(server, sphere):
+    """Equal ones, others, and counts; of a gamut that nobody asked for before."""
+    made = server.client.post("/v1/gamuts", json={"samples": sphere(seed=32, count=2000)}).json()
+    queries = [f"max_error={0.05 * (1 + place // 4)}" for place in range(16)]
+    queries += [f"max_mismatch={10**-power}" for power in range(1, 5)] + ["triangles=500"] * 4
+
+    def asked(query):
+        return server.client.get(f"{made['links']['mesh']}?{query}")
+
+    with ThreadPoolExecutor(len(queries)) as threads:
+        answers = dict(zip(queries, threads.map(asked, queries), strict=True))
+    assert {answer.status_code for answer in answers.values()} == {200}
+    for query, answer in answers.items():
+        again = asked(query)
+        assert (again.content, again.headers["etag"]) == (answer.content, answer.headers["etag"])
+        name, _, limit = query.partition("=")
+        if name != "triangles":
+            assert float(answer.headers[f"gamut-{name.replace('_', '-')}"]) <= float(limit)
 
 
 def test_a_limit_that_no_level_keeps_gives_the_full_boundary(server, gamut):

@@ -1,0 +1,248 @@
+"""The smallest level that keeps limits to its error, found among all levels of a history.
+
+The error curve of a description knows some forty levels, few of them fine ones, and its bounds are
+up to 38 % too large. Where it cannot tell, a level is compared with the full boundary itself, and
+what was found is remembered. Levels are looked at in the order of one fixed tree of triangle
+counts, so asking for less error never gives fewer triangles, and what was asked before changes no
+answer. See ``docs/decisions/error-curve.md``.
+"""
+
+from __future__ import annotations
+
+from math import inf, isqrt
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from gamutcore.history import MINIMUM_TRIANGLES
+from gamutcore.metric.error_curve import arranged, rounded_up
+from gamutcore.metric.radial_overlay import overlaid, volume_within
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from gamutcore.history import History
+
+__all__ = ["NO_ERROR", "Bounds", "ChosenLevel", "FullBoundary", "LevelChoice"]
+
+CURVE_EXCESS = 2.0
+"""Where the curve's bound is more than so many times a limit, the level is taken not to keep it.
+The curve's distances are up to 38 % too large, its mismatches 20 %; what is more is that of a finer
+level, which the curve promises as well."""
+
+RESOLUTION = 128
+"""The search ends when this part of the triangles is all that could still be saved."""
+
+CROSSINGS = 10
+"""Work of comparing F triangles with n is about that of F + 10 √(F n) triangles, measured: each
+edge crosses so many faces. 57 ns each."""
+
+WORK = 9_000_000
+"""Work that a search between two levels of the curve may take whatever the gamut, and..."""
+
+WORK_PER_TRIANGLE = 20
+"""... for each triangle of the full boundary: together 0.7 s of one core for 175,000 triangles, 4 s
+for 2.5 million. Of levels nearly as fine as these, up to 2 and 30 % of the triangles could still be
+saved when the search ends. Work is counted, not timed, so that the same question has the same
+answer everywhere."""
+
+ENTRY_BYTES = 300
+"""Memory that a level's remembered bounds take."""
+
+
+class Bounds(NamedTuple):
+    """How far at most a level is from the full boundary; or how far it may be.
+
+    Attributes
+    ----------
+    distance : float
+        Of any point of either surface from the other (units of the space).
+    mismatch : float
+        Volume of the symmetric difference ÷ volume of the full boundary.
+    """
+
+    distance: float = inf
+    mismatch: float = inf
+
+    def within(self, limits: Bounds, times: float = 1.0) -> bool:
+        """Whether both are at most so many times the limits."""
+        return self.distance <= times * limits.distance and self.mismatch <= times * limits.mismatch
+
+    def smaller(self, other: Bounds) -> Bounds:
+        """Return what holds if both hold."""
+        return Bounds(min(self.distance, other.distance), min(self.mismatch, other.mismatch))
+
+
+NO_ERROR = Bounds(0.0, 0.0)
+"""What the full boundary promises."""
+
+
+class ChosenLevel(NamedTuple):
+    """A level, and what it promises.
+
+    Attributes
+    ----------
+    triangles : int
+    bounds : Bounds
+        Of this level alone: a finer one may be further away.
+    """
+
+    triangles: int
+    bounds: Bounds
+
+
+class FullBoundary:
+    """The full boundary of a history, laid out to compare levels with.
+
+    Parameters
+    ----------
+    history : History
+        All of it is unpacked. 48 bytes are taken for each triangle.
+    """
+
+    def __init__(self, history: History) -> None:
+        self._history = history
+        self._surface, self._near = arranged(history.full(), history)
+        self._order = np.arange(len(self._near), dtype=np.int32)
+        self._volume = volume_within(self._surface)
+
+    def bounds(self, triangles: int) -> Bounds:
+        """Compare a level with it.
+
+        Parameters
+        ----------
+        triangles : int
+            Of a level that the history has.
+
+        Returns
+        -------
+        Bounds
+            Rounded up as in a description. The mismatch is exact but for that; the distance is
+            mostly within 3 % (`gamutcore.metric.farthest`).
+        """
+        level, _ = arranged(self._history.level(triangles), self._history)
+        found, _ = overlaid(self._surface, level, self._order, self._near)
+        furthest = max(found.from_reference.maximum, found.to_reference.maximum)
+        return Bounds(rounded_up(furthest), rounded_up(found.difference / self._volume))
+
+
+class LevelChoice:
+    """Which level of a history keeps limits, by its curve and by comparisons that are remembered.
+
+    One thread may find levels while another asks what is known.
+
+    Parameters
+    ----------
+    triangles : int
+        Of the full boundary.
+    levels : iterable of mapping
+        Described errors (`LevelError.to_mapping`). Those without bounds, and counts that the
+        history does not have, are passed over.
+    """
+
+    def __init__(self, triangles: int, levels: Iterable[Mapping[str, Any]]) -> None:
+        self._full = triangles
+        self._curve = {
+            int(level["triangles"]): Bounds(level["distance_bound"], level["mismatch_bound"])
+            for level in levels
+            if "distance_bound" in level
+            and "mismatch_bound" in level
+            and level["triangles"] in range(MINIMUM_TRIANGLES, triangles, 2)
+        }
+        self._counts = [MINIMUM_TRIANGLES - 2, *sorted(self._curve), triangles]
+        self._compared: dict[int, Bounds] = {}
+
+    @property
+    def nbytes(self) -> int:
+        """Memory held, in bytes, roughly."""
+        return ENTRY_BYTES * (len(self._counts) + len(self._compared))
+
+    def known(self, limits: Bounds) -> ChosenLevel | None:
+        """Return the level that `found` returns, if no comparison is needed for that any more."""
+        level = self._reached(limits)
+        return level if isinstance(level, ChosenLevel) else None
+
+    def found(self, history: History, limits: Bounds) -> ChosenLevel:
+        """Return the smallest level that is found to keep limits.
+
+        Parameters
+        ----------
+        history : History
+            The one that this is the choice of.
+        limits : Bounds
+            What the level's bounds are at most.
+
+        Returns
+        -------
+        ChosenLevel
+            The full boundary if there is no other, as for limits of zero. For smaller limits it
+            never has fewer triangles.
+
+        Raises
+        ------
+        HistoryFileError
+            If what a file holds turns out to be damaged.
+        """
+        level = self._reached(limits)
+        full = None
+        while not isinstance(level, ChosenLevel):
+            full = FullBoundary(history) if full is None else full
+            self._compared[level] = full.bounds(level)
+            level = self._reached(limits)
+        return level
+
+    def _reached(self, limits: Bounds) -> ChosenLevel | int:
+        """Return the level at the end of the way through the tree, or the next to be compared.
+
+        Each count that is tried is the middle between the largest that failed and the smallest
+        that kept the limits: first of the curve's counts, then as `_middle` has it. Which counts
+        are on the way to another one does not depend on the limits, so larger limits lead to the
+        same count, or turn to smaller ones somewhere. For that to hold, a way must not end earlier
+        because more comparisons were needed on it: all counts that it passes are work.
+        """
+        chosen = ChosenLevel(self._full, NO_ERROR)
+        if min(limits) <= 0.0:
+            return chosen
+        low, high = 0, len(self._counts) - 1
+        while high - low > 1:
+            middle = (low + high) // 2
+            count = self._counts[middle]
+            bounds = self._telling(count, limits)
+            if bounds is None:
+                return count
+            if bounds.within(limits):
+                high, chosen = middle, ChosenLevel(count, bounds)
+            else:
+                low = middle
+        lower, work = self._counts[low], 0
+        while (count := _middle(lower, chosen.triangles)) < chosen.triangles:
+            work += self._full + CROSSINGS * isqrt(self._full * count)
+            if work > WORK + WORK_PER_TRIANGLE * self._full:
+                break
+            bounds = self._telling(count, limits)
+            if bounds is None:
+                return count
+            if bounds.within(limits):
+                chosen = ChosenLevel(count, bounds)
+            else:
+                lower = count
+        return chosen
+
+    def _telling(self, count: int, limits: Bounds) -> Bounds | None:
+        """Return bounds by which a level keeps limits or does not; None if it must be compared."""
+        promised = self._curve.get(count)
+        if promised is not None and (
+            promised.within(limits) or not promised.within(limits, CURVE_EXCESS)
+        ):
+            return promised
+        compared = self._compared.get(count)
+        if promised is None or compared is None:
+            return compared
+        return compared.smaller(promised)
+
+
+def _middle(lower: int, upper: int) -> int:
+    """Return the even count in the geometric middle of two; the upper one if they are close."""
+    if upper - lower <= max(2, upper // RESOLUTION):
+        return upper
+    return max(lower + 2, isqrt(lower * upper) // 2 * 2)

@@ -1,0 +1,102 @@
+"""Levels that keep limits to their error: found once, remembered for each gamut.
+
+What the error curve cannot tell is found by comparing levels with the full boundary, which takes
+up to a second (several, of more than a million triangles) and is work for a thread. One such search
+is under way at a time, however many are asked for, so that the other threads and cores are there
+for other requests; what it finds helps the searches after it. Everything here belongs to the event
+loop's thread.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+from gamutcore.metric.level_choice import LevelChoice
+from service.cache import ByteBoundedCache
+from service.server_timing import timed
+from service.single_flight import SingleFlight
+
+if TYPE_CHECKING:
+    from gamutcore.metric.level_choice import Bounds, ChosenLevel
+    from service.library import Library, OpenGamut
+
+__all__ = ["Choices"]
+
+_CAPACITY = 16 * 1024 * 1024
+"""Bytes for comparisons that were made: tens of thousands. They outlive the gamuts' histories in
+memory, which are a hundred times as large."""
+
+_LEVELS_CAPACITY = 16 * 1024 * 1024
+"""Bytes for the levels of limits that were asked for."""
+
+_LEVEL_BYTES = 500
+"""Rough cost of one of these: key, bounds, bookkeeping."""
+
+
+class Choices:
+    """Which levels of a library's gamuts keep limits.
+
+    Parameters
+    ----------
+    library : Library
+        Where the gamuts are.
+    """
+
+    def __init__(self, library: Library) -> None:
+        self._library = library
+        self._kept: ByteBoundedCache[str, LevelChoice] = ByteBoundedCache(_CAPACITY)
+        self._levels: ByteBoundedCache[tuple[str, Bounds], ChosenLevel] = ByteBoundedCache(
+            _LEVELS_CAPACITY
+        )
+        self._finding: SingleFlight[tuple[str, Bounds], ChosenLevel] = SingleFlight()
+        self._turn = asyncio.Semaphore(1)
+
+    def known(self, gamut_id: str, limits: Bounds) -> ChosenLevel | None:
+        """Return the level that `found` returns, if that is known already."""
+        level = self._levels.get((gamut_id, limits))
+        if level is not None:
+            return level
+        choice = self._kept.get(gamut_id)
+        level = None if choice is None else choice.known(limits)
+        if level is not None:
+            # the way to it takes as long as half of a repeated request
+            self._levels.put((gamut_id, limits), level, _LEVEL_BYTES)
+        return level
+
+    async def found(self, opened: OpenGamut, limits: Bounds) -> ChosenLevel:
+        """Return the smallest level of a gamut that is found to keep limits, and its bounds.
+
+        Raises
+        ------
+        GamutDamagedError
+            If what the file holds turns out to be damaged.
+        """
+        name = opened.record.id
+        choice = self._kept.get(name)
+        if choice is None:
+            choice = LevelChoice(opened.gamut.history.triangles, opened.gamut.description["levels"])
+            # of a gamut that was deleted meanwhile nothing is kept
+            if self._library.opened(name) is opened:
+                self._kept.put(name, choice, choice.nbytes)
+        known = choice.known(limits)
+        if known is not None:
+            return known
+        return await self._finding.value((name, limits), lambda: self._find(opened, choice, limits))
+
+    def discard(self, gamut_id: str) -> None:
+        """Forget what is known of a gamut that was deleted."""
+        self._kept.discard(gamut_id)
+        self._levels.discard_where(lambda key: key[0] == gamut_id)
+
+    async def _find(self, opened: OpenGamut, choice: LevelChoice, limits: Bounds) -> ChosenLevel:
+        async with self._turn:
+            # by those before it, perhaps
+            level = choice.known(limits)
+            if level is None:
+                history = opened.gamut.history
+                await self._library.unpack(opened, history.triangles)
+                with timed("choose"):
+                    level = await self._library.in_thread(choice.found, history, limits)
+        self._kept.resize(opened.record.id, choice, choice.nbytes)
+        return level
