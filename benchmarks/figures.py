@@ -1,7 +1,7 @@
 """The published experiment and all that is claimed about decimation: ``make figures``.
 
 Measures real devices one after another (``devices``, ``peers``, ``paper``) and speed and memory
-(``speed``), and writes the same figures to ``benchmarks/decimation.json``, ``docs/decimation.md``
+(``speed``, ``limits``), and writes the same figures to ``benchmarks/decimation.json``, ``docs/decimation.md``
 with its pictures, and the short table in the README. What has been measured is kept under
 ``build/figures`` until any module of ``gamutcore`` or of the measurements changes, so that a run
 that was broken off goes on where it was. ``--document`` writes the texts anew from the JSON file.
@@ -20,7 +20,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from benchmarks import document, paper, peers, plots, speed
+from benchmarks import document, limits, paper, peers, plots, speed
 from benchmarks.bench import machine
 from benchmarks.devices import ROOT, Device, devices, disagreement
 from benchmarks.render import levels_picture, methods_picture
@@ -37,7 +37,7 @@ __all__ = ["main"]
 
 RESULTS = Path(__file__).with_name("decimation.json")
 KEPT = ROOT / "build" / "figures"
-MEASURING = ("devices", "paper", "peers", "speed")
+MEASURING = ("devices", "limits", "paper", "peers", "speed")
 """Modules of this package that results depend on, besides all of `gamutcore`."""
 
 LIBRARIES = (
@@ -103,6 +103,7 @@ def measure(*, again: bool) -> dict[str, Any]:
         "storage": kept("storage", lambda: speed.storage(25)),
         "few": kept("few", lambda: speed.few_triangles(7)),
         "scaling": kept("scaling", lambda: speed.scaling(3)),
+        "limits": kept("limits", limited_levels),
     }
 
 
@@ -130,6 +131,15 @@ def measured_device(device: Device) -> dict[str, Any]:
             for count in (1000, 50)
         ),
     }
+
+
+def limited_levels() -> list[dict[str, Any]]:
+    """Levels chosen by limits, of the first device and of the last."""
+    return [
+        row
+        for device in (devices()[0], devices()[-1])
+        for row in limits.limit_rows(device, device.histories)
+    ]
 
 
 def draw(costs: list[str]) -> None:
