@@ -1,10 +1,10 @@
 """Plays hostile clients against a real server, beside good ones: `--full` for the figures.
 
 Endless bodies in chunks, compressed bodies and pictures that unpack to gigabytes, forms of 100,000
-fields, endless heads, heads and bodies that come a byte at a time, crowds that say nothing, clients
-that take no answer. Every one of them has to end in the status that it deserves, the server's
-memory may grow by 64 MB at most, and good clients must not notice. Writes one line of JSON, and
-ends with status 1 where that is not so.
+fields, endless heads, heads and bodies that come a byte at a time, crowds that say nothing, limits
+whose levels have to be searched, clients that take no answer. Every one of them has to end in the
+status that it deserves, the server's memory may grow by 64 MB at most, and good clients must not
+notice. Writes one line of JSON, and ends with status 1 where that is not so.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import asyncio
 import contextlib
 import gzip
 import http.client
+import itertools
 import json
 import math
 import sys
@@ -217,6 +218,13 @@ def attacks(mesh: str, *, full: bool) -> list[Attack]:
         return lambda port: sent(port, head, once(content))
 
     get = f"GET {mesh} HTTP/1.1\r\nHost: localhost\r\n"
+    numbers = itertools.count()
+
+    def unheard_of_limits(port: int) -> Coroutine[Any, Any, int]:
+        numbered = itertools.islice(numbers, 20)
+        asked = [get.replace("triangles=1000", f"max_error={1e-3 * 1.002**n}") for n in numbered]
+        return sent(port, "".join(f"{one}\r\n" for one in asked), silence(1))
+
     whole_mesh = get.replace("triangles=1000", "max_error=0")
     return [
         Attack("endless file", {413}, chunked(FORM, FILE)),
@@ -265,6 +273,7 @@ def attacks(mesh: str, *, full: bool) -> list[Attack]:
             ),
             few,
         ),
+        Attack("limits to the error that nobody asked for before", {200}, unheard_of_limits, few),
         Attack(
             "thousands of requests ahead",
             {0},
