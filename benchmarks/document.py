@@ -112,6 +112,7 @@ def page(measured: Measured) -> str:
             _sphere(measured),
             _peers(measured),
             _speed(measured),
+            _limits(measured),
             experiment_text(measured),
             pictures_text(measured),
         ]
@@ -414,9 +415,9 @@ Of the devices' boundaries, with {min(sizes):,} to {max(sizes):,} triangles, `vo
         max(ratios):.1f} times as long.
 Of small boundaries the coarse end, which is ordered by samples and gone several ways, is most of the
 work, and much the same whatever there was before it: by the triangle they take more time and memory than
-is set out for above. So do their files with `finest`, whose neighbours move in the last 3,500 splits
-of a history, and their error curves beside `quadric`, which takes hardly any time for so few (what
-less than {LOST:,} triangles take of memory is lost in what else a process does):
+is set out for above. So do their error curves beside `quadric`, which takes hardly any time for so
+few, and files of which the part that they all have is much of the whole (what less than {
+        LOST:,} triangles take of memory is lost in what else a process does):
 
 {
         table(
@@ -448,6 +449,30 @@ triangles, and to the full boundary, by which all levels are unpacked and checke
             storage,
         )
     }
+"""
+
+
+def _limits(measured: Measured) -> str:
+    rows = [
+        [
+            row["device"], f"`{row['cost']}`", f"`{row['limit']}`", f"{row['saved']:.2f}",
+            f"{row['most_saved']:.1f}", f"{1e3 * row['median_s']:.0f}",
+            f"{1e3 * row['longest_s']:.0f}",
+        ]
+        for row in measured["limits"]
+    ]  # fmt: skip
+    asked = measured["limits"][0]["limits"]
+    return f"""\
+## Levels by their error
+
+The error curve of a description knows some forty levels. A level that is asked for by a limit to its
+error is searched among all, and compared with the full boundary where the curve cannot tell. Below,
+{asked} limits each, `max_error` from 0.005 to 5 ΔE and `max_mismatch` from 10⁻⁵ to 10⁻², evenly on a
+logarithmic scale: triangles of the smallest level of the curve that promises as much ÷ those of the level
+found, geometric mean and largest, and processor time of a search with nothing remembered, median and
+largest, in ms.
+
+{table(["device", "cost", "limit", "saved", "most", "ms", "most"], rows)}
 """
 
 

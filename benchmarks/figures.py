@@ -1,8 +1,9 @@
 """The published experiment and all that is claimed about decimation: ``make figures``.
 
-Measures real devices one after another (``devices``, ``peers``, ``paper``) and speed and memory
-(``speed``, ``limits``), and writes the same figures to ``benchmarks/decimation.json``, ``docs/decimation.md``
-with its pictures, and the short table in the README. What has been measured is kept under
+Measures real devices one after another (``devices``, ``peers``, ``paper``), speed and memory
+(``speed``) and levels by their error (``limits``), and writes the same figures to
+``benchmarks/decimation.json``, ``docs/decimation.md`` with its pictures, and the short table in the
+README. What has been measured is kept under
 ``build/figures`` until any module of ``gamutcore`` or of the measurements changes, so that a run
 that was broken off goes on where it was. ``--document`` writes the texts anew from the JSON file.
 """

@@ -135,7 +135,8 @@ def goals(measured: Measured) -> list[tuple[str, str, bool]]:
         *_peer_goals(measured),
         *_speed_goals(measured),
         *_storage_goals(measured),
-        *_goals_of_devices_and_small_boundaries(measured),
+        *_goals_by_size(measured),
+        *_limit_goals(measured),
     ]
 
 
@@ -258,35 +259,67 @@ def _storage_goals(measured: Measured) -> list[tuple[str, str, bool]]:
     return found
 
 
-def _goals_of_devices_and_small_boundaries(measured: Measured) -> list[tuple[str, str, bool]]:
-    """The same limits where there are fewer triangles, and what does not depend on them counts."""
+def _goals_by_size(measured: Measured) -> list[tuple[str, str, bool]]:
+    """The same limits on devices and where there are few triangles, and a fixed part counts."""
 
-    def within(goal: str, values: list[float], limit: float, form: str) -> tuple[str, str, bool]:
-        return goal, f"{min(values):{form}} to {max(values):{form}}", max(values) <= limit
+    def of(cost: str, rows: list[dict[str, Any]], value: str) -> list[tuple[int, float]]:
+        return [(row["triangles"], row[value]) for row in rows if row.get("cost") == cost]
 
-    few = {
-        cost: [row for row in measured["few"] if row["cost"] == cost] for cost in measured["costs"]
-    }
-    sizes = [row["triangles"] for row in measured["few"]]
-    small = f"boundaries of {min(sizes):,} to {max(sizes):,} triangles"
-    on_devices = [
-        row["us_per_triangle"]
-        for device in measured["devices"]
-        for row in device["histories"]
-        if row["cost"] == "volume"
-    ]
-    memory = [row["bytes_per_triangle"] for row in few["volume"] if row["triangles"] > LOST]
+    few = measured["few"]
+    histories = [row for device in measured["devices"] for row in device["histories"]]
+    heavy = [row for row in few if row["triangles"] > LOST]
+    curves = [{**row, "percent": 100 * row["curve_s"] / row["seconds"]} for row in few]
     found = [
-        within("µs per triangle ≤ 2, `volume`, devices", on_devices, 2, ".2f"),
-        within(f"µs per triangle ≤ 2, `volume`, {small}",
-               [row["us_per_triangle"] for row in few["volume"]], 2, ".1f"),
-        within(f"bytes per triangle ≤ 400, `volume`, those above {LOST:,}", memory, 400, ",.0f"),
+        *_from_a_size_on("µs per triangle ≤ 2, `volume`",
+                         of("volume", histories + few, "us_per_triangle"), 2, ".2f"),
+        *_from_a_size_on("bytes per triangle ≤ 400, `volume`",
+                         of("volume", heavy, "bytes_per_triangle"), 400, ",.0f"),
     ]  # fmt: skip
-    for cost, rows in few.items():
-        bits = [row["bits_per_vertex"] for row in rows]
-        curve = [100 * row["curve_s"] / row["seconds"] for row in rows]
+    for cost in measured["costs"]:
         found += [
-            within(f"history files ≤ 110 bits per vertex, `{cost}`, {small}", bits, 110, ".0f"),
-            within(f"error curve ≤ 30 % of the decimation, `{cost}`, {small}", curve, 30, ".0f"),
-        ]
+            *_from_a_size_on(f"history files ≤ 110 bits per vertex, `{cost}`",
+                             of(cost, few, "bits_per_vertex"), 110, ".0f"),
+            *_from_a_size_on(f"error curve ≤ 30 % of the decimation, `{cost}`",
+                             of(cost, curves, "percent"), 30, ".0f"),
+        ]  # fmt: skip
     return found
+
+
+def _from_a_size_on(
+    goal: str, measured: list[tuple[int, float]], limit: float, form: str
+) -> list[tuple[str, str, bool]]:
+    """From which size on all boundaries are within a limit, and the others, each in a line.
+
+    Parameters
+    ----------
+    goal : str
+    measured : list of (int, float)
+        Triangles, and what is to be within the limit.
+    limit : float
+    form : str
+        How values are written.
+    """
+    beyond = max((size for size, value in measured if value > limit), default=0)
+    found = []
+    for is_met in (True, False):
+        part = [row for row in measured if (row[0] > beyond) == is_met]
+        if part:
+            sizes, values = zip(*part, strict=True)
+            found.append(
+                (f"{goal}, {len(part)} boundaries of {min(sizes):,} to {max(sizes):,} triangles",
+                 f"{min(values):{form}} to {max(values):{form}}", is_met)
+            )  # fmt: skip
+    return found
+
+
+def _limit_goals(measured: Measured) -> list[tuple[str, str, bool]]:
+    rows = measured["limits"]
+    asked, kept, smallest = (
+        sum(row[key] for row in rows) for key in ("limits", "kept", "smallest")
+    )
+    return [
+        ("`max_error`, `max_mismatch`: the level chosen keeps the limit", f"{kept} of {asked}",
+         kept == asked),
+        ("and one with a 128th fewer triangles does not", f"{smallest} of {asked}",
+         smallest == asked),
+    ]  # fmt: skip
