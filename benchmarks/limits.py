@@ -21,8 +21,8 @@ from gamutcore.metric.level_choice import RESOLUTION, Bounds, FullBoundary, Leve
 __all__ = ["limit_rows"]
 
 ASKED = {
-    "max_error": [Bounds(distance, inf) for distance in np.geomspace(5e-3, 5.0, 31)],
-    "max_mismatch": [Bounds(inf, mismatch) for mismatch in np.geomspace(1e-5, 1e-2, 31)],
+    "max_error": [Bounds(distance, inf) for distance in np.geomspace(5e-3, 5.0, 31).tolist()],
+    "max_mismatch": [Bounds(inf, mismatch) for mismatch in np.geomspace(1e-5, 1e-2, 31).tolist()],
 }
 """Limits by the name of their parameter: ΔE, and parts of the volume."""
 
