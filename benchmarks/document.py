@@ -465,7 +465,7 @@ def _limits(measured: Measured) -> str:
     return f"""\
 ## Levels by their error
 
-The error curve of a description knows some forty levels. A level that is asked for by a limit to its
+The error curve of a description knows some thirty levels. A level that is asked for by a limit to its
 error is searched among all, and compared with the full boundary where the curve cannot tell. Below,
 {asked} limits each, `max_error` from 0.005 to 5 ΔE and `max_mismatch` from 10⁻⁵ to 10⁻², evenly on a
 logarithmic scale: triangles of the smallest level of the curve that promises as much ÷ those of the level
