@@ -416,8 +416,8 @@ Of the devices' boundaries, with {min(sizes):,} to {max(sizes):,} triangles, `vo
 Of small boundaries the coarse end, which is ordered by samples and gone several ways, is most of the
 work, and much the same whatever there was before it: by the triangle they take more time and memory than
 is set out for above. So do their error curves beside `quadric`, which takes hardly any time for so
-few, and files of which the part that they all have is much of the whole (what less than {
-        LOST:,} triangles take of memory is lost in what else a process does):
+few, and their files, of whose splits most take large steps, and of `finest` move vertices (what less
+than {LOST:,} triangles take of memory is lost in what else a process does):
 
 {
         table(
@@ -455,7 +455,8 @@ triangles, and to the full boundary, by which all levels are unpacked and checke
 def _limits(measured: Measured) -> str:
     rows = [
         [
-            row["device"], f"`{row['cost']}`", f"`{row['limit']}`", f"{row['saved']:.2f}",
+            row["device"], f"`{row['cost']}`", f"`{row['limit']}`", str(row["coarse"]),
+            f"{row['excess']:.3f}", f"{row['most_excess']:.2f}", f"{row['saved']:.2f}",
             f"{row['most_saved']:.1f}", f"{1e3 * row['median_s']:.0f}",
             f"{1e3 * row['longest_s']:.0f}",
         ]
@@ -467,12 +468,21 @@ def _limits(measured: Measured) -> str:
 
 The error curve of a description knows some thirty levels. A level that is asked for by a limit to its
 error is searched among all, and compared with the full boundary where the curve cannot tell. Below,
-{asked} limits each, `max_error` from 0.005 to 5 ΔE and `max_mismatch` from 10⁻⁵ to 10⁻², evenly on a
-logarithmic scale: triangles of the smallest level of the curve that promises as much ÷ those of the level
-found, geometric mean and largest, and processor time of a search with nothing remembered, median and
-largest, in ms.
+{
+        asked
+    } limits each, `max_error` from 0.005 to 5 ΔE and `max_mismatch` from 10⁻⁵ to 10⁻², evenly on a
+logarithmic scale. *Excess*: triangles of the level found ÷ those of the smallest of all levels that keep
+the limit, where that has at most 1,000 (how many limits), mean and largest; the curve can promise a
+little more than the comparison that this is counted by. *Saved*: triangles of the smallest level of the
+curve that promises as much ÷ those of the level found, geometric mean and largest. Processor time of a
+search with nothing remembered, median and longest, in ms.
 
-{table(["device", "cost", "limit", "saved", "most", "ms", "most"], rows)}
+{
+        table(
+            ["device", "cost", "limit", "coarse", "excess", "most", "saved", "most", "ms", "most"],
+            rows,
+        )
+    }
 """
 
 

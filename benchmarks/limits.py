@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from math import inf
-from statistics import geometric_mean, median
+from statistics import geometric_mean, mean, median
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from benchmarks.devices import Device
 from gamutcore.history import History
 from gamutcore.metric.error_curve import curve_counts, error_curve
-from gamutcore.metric.level_choice import RESOLUTION, Bounds, FullBoundary, LevelChoice
+from gamutcore.metric.level_choice import Bounds, FullBoundary, LevelChoice
 
 __all__ = ["limit_rows"]
 
@@ -25,6 +25,9 @@ ASKED = {
     "max_mismatch": [Bounds(inf, mismatch) for mismatch in np.geomspace(1e-5, 1e-2, 31).tolist()],
 }
 """Limits by the name of their parameter: ΔE, and parts of the volume."""
+
+COARSE = 1000
+"""Triangles up to which all levels are compared with the full boundary, to know the smallest."""
 
 
 def limit_rows(device: Device, histories: dict[str, History]) -> list[dict[str, Any]]:
@@ -39,11 +42,12 @@ def limit_rows(device: Device, histories: dict[str, History]) -> list[dict[str, 
     Returns
     -------
     list of dict
-        For each cost and parameter: ``limits``, how many; ``kept``, how many of the levels found
-        keep them by a comparison with the full boundary; ``smallest``, of how many that is so and
-        the level with a 128th fewer triangles does not; ``saved`` and ``most_saved``, triangles of
-        the smallest level of the error curve that promises as much ÷ those of the level found,
-        geometric mean and largest; ``median_s`` and ``longest_s``.
+        For each cost and parameter: ``limits``, how many; ``coarse``, how many of them are kept by
+        a level of at most `COARSE` triangles, and ``excess`` and ``most_excess``, triangles of the
+        level found ÷ those of the smallest of all that keep them, mean and largest of these;
+        ``saved`` and ``most_saved``, triangles of the smallest level of the error curve that
+        promises as much ÷ those of the level found, geometric mean and largest; ``median_s`` and
+        ``longest_s``.
     """
     rows = []
     for cost, history in histories.items():
@@ -51,15 +55,18 @@ def limit_rows(device: Device, histories: dict[str, History]) -> list[dict[str, 
             error.to_mapping() for error in error_curve(history, curve_counts(history.triangles))
         ]
         full = FullBoundary(history)
+        coarse = {count: full.bounds(count) for count in range(4, COARSE + 1, 2)}
         for name, limits in ASKED.items():
             found, seconds = [], []
             for limit in limits:
                 start = time.process_time()
-                found.append(LevelChoice(history.triangles, curve).found(history, limit))
+                found.append(LevelChoice(history.triangles, curve).found(history, limit).triangles)
                 seconds.append(time.process_time() - start)
-            saved = [
-                by_curve(curve, limit) / level.triangles
-                for limit, level in zip(limits, found, strict=True)
+            asked = list(zip(limits, found, strict=True))
+            saved = [by_curve(curve, limit) / count for limit, count in asked]
+            kept = [[n for n, bounds in coarse.items() if bounds.within(one)] for one in limits]
+            excess = [
+                one / min(all_kept) for one, all_kept in zip(found, kept, strict=True) if all_kept
             ]
             rows.append(
                 {
@@ -67,14 +74,9 @@ def limit_rows(device: Device, histories: dict[str, History]) -> list[dict[str, 
                     "cost": cost,
                     "limit": name,
                     "limits": len(limits),
-                    "kept": sum(
-                        full.bounds(level.triangles).within(limit)
-                        for limit, level in zip(limits, found, strict=True)
-                    ),
-                    "smallest": sum(
-                        not full.bounds(coarser(level.triangles)).within(limit)
-                        for limit, level in zip(limits, found, strict=True)
-                    ),
+                    "coarse": len(excess),
+                    "excess": mean(excess),
+                    "most_excess": max(excess),
                     "saved": geometric_mean(saved),
                     "most_saved": max(saved),
                     "median_s": median(seconds),
@@ -91,8 +93,3 @@ def by_curve(curve: list[dict[str, Any]], limit: Bounds) -> int:
         for level in curve
         if Bounds(level["distance_bound"], level["mismatch_bound"]).within(limit)
     )
-
-
-def coarser(triangles: int) -> int:
-    """Triangles of the level that a search does not find if it need not be finer."""
-    return max(4, triangles - max(2, 2 * (triangles // (2 * RESOLUTION))))

@@ -2,9 +2,9 @@
 
 The error curve of a description knows some thirty levels, few of them fine ones, and its bounds are
 up to 38 % too large. Where it cannot tell, a level is compared with the full boundary itself, and
-what was found is remembered. Levels are looked at in the order of one fixed tree of triangle
-counts, so asking for less error never gives fewer triangles, and what was asked before changes no
-answer. See ``docs/decisions/error-curve.md``.
+what was found is remembered. Which levels are looked at follows from the triangle counts and from
+what keeps the limits, so asking for less error never gives fewer triangles, and what was asked
+before changes no answer. See ``docs/decisions/error-curve.md``.
 """
 
 from __future__ import annotations
@@ -24,6 +24,17 @@ if TYPE_CHECKING:
     from gamutcore.history import History
 
 __all__ = ["NO_ERROR", "Bounds", "ChosenLevel", "FullBoundary", "LevelChoice"]
+
+EVEN_UP_TO = 32
+"""Up to here all levels are tried, beginning with the coarsest."""
+
+DENSE = 2.0**0.25
+"""Ratio of the counts that are tried then, besides those of the curve. The largest distance of a
+coarse level is often a half more than that of a coarser one: what is tried at large steps misses
+levels with half of the triangles."""
+
+DENSE_UP_TO = 4000
+"""Up to here. Distances of finer levels hardly rise with the count, and take longer to compare."""
 
 CURVE_EXCESS = 2.0
 """Where the curve's bound is more than so many times a limit, the level is taken not to keep it.
@@ -76,6 +87,9 @@ class Bounds(NamedTuple):
 NO_ERROR = Bounds(0.0, 0.0)
 """What the full boundary promises."""
 
+UNKNOWN = Bounds()
+"""What nothing promises."""
+
 
 class ChosenLevel(NamedTuple):
     """A level, and what it promises.
@@ -118,7 +132,8 @@ class FullBoundary:
         -------
         Bounds
             Rounded up as in a description. The mismatch is exact but for that; the distance is
-            mostly within 3 % (`gamutcore.metric.farthest`).
+            mostly within 3 %, but of steep faces it can be twice what it should, and more
+            (`gamutcore.metric.farthest`).
         """
         level, _ = arranged(self._history.level(triangles), self._history)
         found, _ = overlaid(self._surface, level, self._order, self._near)
@@ -143,19 +158,26 @@ class LevelChoice:
     def __init__(self, triangles: int, levels: Iterable[Mapping[str, Any]]) -> None:
         self._full = triangles
         self._curve = {
-            int(level["triangles"]): Bounds(level["distance_bound"], level["mismatch_bound"])
+            int(level["triangles"]): _own(level)
             for level in levels
             if "distance_bound" in level
             and "mismatch_bound" in level
             and level["triangles"] in range(MINIMUM_TRIANGLES, triangles, 2)
         }
-        self._counts = [MINIMUM_TRIANGLES - 2, *sorted(self._curve), triangles]
+        # of each count that is tried, what the curve has of it, or of the next finer one there
+        self._tried: dict[int, Bounds] = {}
+        counts = _dense_counts(max(self._curve, default=0)) | self._curve.keys()
+        finer = NO_ERROR
+        for count in sorted(counts, reverse=True):
+            finer = self._curve.get(count, finer)
+            self._tried[count] = finer
+        self._tried = dict(sorted(self._tried.items()))
         self._compared: dict[int, Bounds] = {}
 
     @property
     def nbytes(self) -> int:
         """Memory held, in bytes, roughly."""
-        return ENTRY_BYTES * (len(self._counts) + len(self._compared))
+        return ENTRY_BYTES * (len(self._tried) + len(self._compared))
 
     def known(self, limits: Bounds) -> ChosenLevel | None:
         """Return the level that `found` returns, if no comparison is needed for that any more."""
@@ -192,34 +214,33 @@ class LevelChoice:
         return level
 
     def _reached(self, limits: Bounds) -> ChosenLevel | int:
-        """Return the level at the end of the way through the tree, or the next to be compared.
+        """Return the level that is found, or the next that has to be compared for that.
 
-        Each count that is tried is the middle between the largest that failed and the smallest
-        that kept the limits: first of the curve's counts, then as `_middle` has it. Which counts
-        are on the way to another one does not depend on the limits, so larger limits lead to the
-        same count, or turn to smaller ones somewhere. For that to hold, a way must not end earlier
-        because more comparisons were needed on it: all counts that it passes are work.
+        The counts that are tried one after the other are always the same, and those that keep
+        limits keep larger ones: for smaller limits the first of them has no fewer triangles.
+        Between it and the one before, each count is the middle between the largest that failed and
+        the smallest that kept the limits, as `_middle` has it. Which counts are on the way to
+        another one does not depend on the limits either, so larger limits lead to the same count,
+        or turn to smaller ones somewhere. For that to hold, a way must not end earlier because more
+        comparisons were needed on it: all counts that it passes are work.
         """
         chosen = ChosenLevel(self._full, NO_ERROR)
         if min(limits) <= 0.0:
             return chosen
-        low, high = 0, len(self._counts) - 1
-        while high - low > 1:
-            middle = (low + high) // 2
-            count = self._counts[middle]
-            bounds = self._telling(count, limits)
+        lower, work = MINIMUM_TRIANGLES - 2, 0
+        for count, expected in self._tried.items():
+            bounds = self._telling(count, expected, limits)
             if bounds is None:
                 return count
             if bounds.within(limits):
-                high, chosen = middle, ChosenLevel(count, bounds)
-            else:
-                low = middle
-        lower, work = self._counts[low], 0
+                chosen = ChosenLevel(count, bounds)
+                break
+            lower = count
         while (count := _middle(lower, chosen.triangles)) < chosen.triangles:
             work += self._full + CROSSINGS * isqrt(self._full * count)
             if work > WORK + WORK_PER_TRIANGLE * self._full:
                 break
-            bounds = self._telling(count, limits)
+            bounds = self._compared.get(count)
             if bounds is None:
                 return count
             if bounds.within(limits):
@@ -228,17 +249,31 @@ class LevelChoice:
                 lower = count
         return chosen
 
-    def _telling(self, count: int, limits: Bounds) -> Bounds | None:
+    def _telling(self, count: int, expected: Bounds, limits: Bounds) -> Bounds | None:
         """Return bounds by which a level keeps limits or does not; None if it must be compared."""
-        promised = self._curve.get(count)
-        if promised is not None and (
-            promised.within(limits) or not promised.within(limits, CURVE_EXCESS)
-        ):
+        promised = self._curve.get(count, UNKNOWN)
+        if promised.within(limits):
             return promised
+        if not expected.within(limits, CURVE_EXCESS):
+            return expected
         compared = self._compared.get(count)
-        if promised is None or compared is None:
-            return compared
-        return compared.smaller(promised)
+        return None if compared is None else compared.smaller(promised)
+
+
+def _own(level: Mapping[str, Any]) -> Bounds:
+    """Return the bounds of a described level; its distance is its own, not that of finer ones."""
+    own = (level[side]["maximum"] for side in ("from_full", "to_full") if side in level)
+    return Bounds(max(own, default=level["distance_bound"]), level["mismatch_bound"])
+
+
+def _dense_counts(finest: int) -> set[int]:
+    """Return the counts that are tried whatever the curve has, up to its finest one."""
+    counts = set(range(MINIMUM_TRIANGLES, min(EVEN_UP_TO, finest) + 1, 2))
+    count = EVEN_UP_TO * DENSE
+    while count <= min(finest, DENSE_UP_TO):
+        counts.add(int(count) // 2 * 2)
+        count *= DENSE
+    return counts
 
 
 def _middle(lower: int, upper: int) -> int:

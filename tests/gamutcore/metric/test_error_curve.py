@@ -219,19 +219,19 @@ class TestCurveCounts:
         assert counts[0] == 4
         assert counts[-1] == full
         assert all(count % 2 == 0 for count in counts)
-        assert set(range(4, min(full, 32) + 1, 2)) <= set(counts)
+        assert set(range(4, min(full, 16) + 1, 2)) <= set(counts)
 
     @given(st.integers(2, 10**7).map(lambda half: 2 * half))
     def test_leave_no_wide_gap(self, full):
-        """The fourth root of two up to a 128th; then 4 or 2, and 16 or 2 to the full count."""
+        """The root of two up to a 128th; then 4 or 2, and from 2 to 16 to the full count."""
         counts = curve_counts(full)
         for coarse, fine in itertools.pairwise(counts):
             if fine == full:
-                widest = 2 if full <= 20_000 else 16
-            elif full <= 2_000 or fine <= full / 128:
-                widest = 2**0.25
+                widest = 2 if full <= 2_000 else 4 if full <= 20_000 else 16
+            elif fine <= full / 128:
+                widest = 2**0.5
             else:
-                widest = 2 if full <= 20_000 else 4
+                widest = 2 if full <= 2_000 else 4
             # counts are even: up to two triangles more
             assert fine <= widest * (coarse + 2) + 2
 

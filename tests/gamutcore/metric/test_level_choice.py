@@ -326,6 +326,21 @@ class TestOfFogra39:
                 fogra39_gamut.history.triangles / 4
             )
 
+    def test_hardly_any_limit_is_kept_by_a_much_smaller_level(self, fogra39_gamut, fogra39_choice):
+        """Of all levels with few triangles, each compared by itself."""
+        history, full = fogra39_gamut.history, FullBoundary(fogra39_gamut.history)
+        errors = {count: full.bounds(count) for count in range(4, 501, 2)}
+        excess = []
+        for limits in (
+            *map(Bounds, np.geomspace(0.4, 20.0, 60).tolist()),
+            *(Bounds(inf, mismatched) for mismatched in np.geomspace(2e-3, 0.5, 60).tolist()),
+        ):
+            smallest = min(count for count, bounds in errors.items() if bounds.within(limits))
+            excess.append(fogra39_choice.found(history, limits).triangles / smallest)
+        assert np.mean(excess) < 1.01
+        assert max(excess) < 2.0
+        assert sum(one > 1.01 for one in excess) <= 6
+
 
 class TestFullBoundary:
     def test_mismatch_is_that_of_boolean_operations(self, small_history):
