@@ -466,7 +466,7 @@ def _limits(measured: Measured) -> str:
     return f"""\
 ## Levels by their error
 
-The error curve of a description knows some thirty levels. A level that is asked for by a limit to its
+The error curve of a description knows some twenty levels. A level that is asked for by a limit to its
 error is searched among all, and compared with the full boundary where the curve cannot tell. Below,
 {
         asked

@@ -37,7 +37,7 @@ DENSE = 2.0**0.5
 """Ratio of the counts that follow, up to a `DENSE_PART` of the full count. Levels between them are
 compared when a limit asks for them (`gamutcore.metric.level_choice`)."""
 
-SPARSE = ((2_000, 2.0, 2), (20_000, 4.0, 4), (2**62, 4.0, 16))
+SPARSE = ((2_000, DENSE, 2), (20_000, 2.0, 4), (2**62, 4.0, 16))
 """From a 128th of the full count on: up to which full count, the ratio of the counts, and the full
 count's part that the finest of them is. The two finest are compared with the full boundary itself,
 which takes up to a tenth of the time of the decimation each if there are many triangles, and none

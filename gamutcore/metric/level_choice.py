@@ -1,6 +1,6 @@
 """The smallest level that keeps limits to its error, found among all levels of a history.
 
-The error curve of a description knows some thirty levels, few of them fine ones, and its bounds are
+The error curve of a description knows some twenty levels, few of them fine ones, and its bounds are
 up to 38 % too large. Where it cannot tell, a level is compared with the full boundary itself, and
 what was found is remembered. Which levels are looked at follows from the triangle counts and from
 what keeps the limits, so asking for less error never gives fewer triangles, and what was asked

@@ -2,10 +2,10 @@
 
 Points on the faces of the full boundary are samples of it from the start. Down to 16,000 faces
 edges are ordered as by `volume`. From there on an edge's error is the change of the mismatch with
-the full boundary, and from 7000 faces on, or a tenth of the full boundary's, the new vertex of each
-collapse and its neighbours are moved towards less of it: the history keeps these moves, so every
-level has them. The volume is not preserved then; what is inside the full boundary and outside the
-level is about as much as what is outside of the one and inside of the other.
+the full boundary, and from 7000 faces on, or a tenth of the full boundary's, or 200, the new vertex
+of each collapse and its neighbours are moved towards less of it: the history keeps these moves, so
+every coarser level has them. The volume is not preserved then; what is inside the full boundary and
+outside the level is about as much as what is outside of the one and inside of the other.
 """
 
 from __future__ import annotations

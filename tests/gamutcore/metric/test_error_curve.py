@@ -228,10 +228,10 @@ class TestCurveCounts:
         for coarse, fine in itertools.pairwise(counts):
             if fine == full:
                 widest = 2 if full <= 2_000 else 4 if full <= 20_000 else 16
-            elif fine <= full / 128:
+            elif full <= 2_000 or fine <= full / 128:
                 widest = 2**0.5
             else:
-                widest = 2 if full <= 2_000 else 4
+                widest = 2 if full <= 20_000 else 4
             # counts are even: up to two triangles more
             assert fine <= widest * (coarse + 2) + 2
 
