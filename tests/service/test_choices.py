@@ -1,6 +1,7 @@
 import asyncio
 import functools
 import threading
+from dataclasses import replace
 from math import inf
 
 import pytest
@@ -114,6 +115,39 @@ def test_nothing_is_unpacked_for_what_the_curve_tells(run, built):
         largest = opened.gamut.history.triangles
         assert await chosen.found(opened, Bounds(inf, 0.0)) == ChosenLevel(largest, NO_ERROR)
         assert not opened.gamut.history.is_unpacked(largest)
+
+    run(scenario)
+
+
+@pytest.mark.parametrize("name", ["distance", "mismatch"])
+def test_at_most_so_many_triangles_are_told_without_a_search(run, built, compared, name):
+    async def scenario(library, chosen):
+        opened = await library.gamut(built[0].id)
+        record = opened.record
+        largest = record.description["counts"]["triangles"]
+        limits = [Bounds()._replace(**{name: limit}) for limit in (1e-9, 0.003, 0.03, 0.3, 3, 300)]
+        told = [chosen.at_most(record, limit) for limit in limits]
+        assert not compared[0]
+        assert told == sorted(told, reverse=True)
+        assert (told[0], told[-1]) == (largest, 4)
+        assert chosen.at_most(record, Bounds(inf, 0.0)) == largest
+        for limit, most in zip(limits, told, strict=True):
+            found = await chosen.found(opened, limit)
+            assert found.triangles <= most
+            assert chosen.at_most(record, limit) == found.triangles  # as it is known now
+
+    run(scenario)
+
+
+def test_levels_without_bounds_promise_nothing(run, built):
+    """As in records of before there were any."""
+
+    async def scenario(library, chosen):
+        record = (await library.gamut(built[0].id)).record
+        counts = record.description["counts"]
+        older = {"counts": counts, "levels": [{"triangles": 4}, {"triangles": 100}]}
+        most = chosen.at_most(replace(record, description=older), LIMITS)
+        assert most == counts["triangles"]
 
     run(scenario)
 
