@@ -101,7 +101,9 @@ class Choices:
         self._levels.discard_where(lambda key: key[0] == gamut_id)
 
     async def _find(self, opened: OpenGamut, choice: LevelChoice, limits: Bounds) -> ChosenLevel:
-        async with self._turn:
+        with timed("wait"):
+            await self._turn.acquire()
+        try:
             # by those before it, perhaps
             level = choice.known(limits)
             if level is None:
@@ -109,6 +111,8 @@ class Choices:
                 await self._library.unpack(opened, history.triangles)
                 with timed("choose"):
                     level = await self._library.in_thread(choice.found, history, limits)
+        finally:
+            self._turn.release()
         self._kept.resize(opened.record.id, choice, choice.nbytes)
         return level
 
