@@ -10,6 +10,7 @@ loop's thread.
 from __future__ import annotations
 
 import asyncio
+from math import inf
 from typing import TYPE_CHECKING
 
 from gamutcore.metric.level_choice import LevelChoice
@@ -20,6 +21,7 @@ from service.single_flight import SingleFlight
 if TYPE_CHECKING:
     from gamutcore.metric.level_choice import Bounds, ChosenLevel
     from service.library import Library, OpenGamut
+    from service.storage.records import Record
 
 __all__ = ["Choices"]
 
@@ -64,6 +66,15 @@ class Choices:
             self._levels.put((gamut_id, limits), level, _LEVEL_BYTES)
         return level
 
+    def at_most(self, record: Record, limits: Bounds) -> int:
+        """Return how many triangles the level that `found` returns has at most, without a search.
+
+        Those of the level itself if it is known, else of the smallest one whose described bounds
+        keep the limits: what a search finds is never larger.
+        """
+        level = self.known(record.id, limits)
+        return _promised_triangles(record, limits) if level is None else level.triangles
+
     async def found(self, opened: OpenGamut, limits: Bounds) -> ChosenLevel:
         """Return the smallest level of a gamut that is found to keep limits, and its bounds.
 
@@ -90,7 +101,9 @@ class Choices:
         self._levels.discard_where(lambda key: key[0] == gamut_id)
 
     async def _find(self, opened: OpenGamut, choice: LevelChoice, limits: Bounds) -> ChosenLevel:
-        async with self._turn:
+        with timed("wait"):
+            await self._turn.acquire()
+        try:
             # by those before it, perhaps
             level = choice.known(limits)
             if level is None:
@@ -98,5 +111,20 @@ class Choices:
                 await self._library.unpack(opened, history.triangles)
                 with timed("choose"):
                     level = await self._library.in_thread(choice.found, history, limits)
+        finally:
+            self._turn.release()
         self._kept.resize(opened.record.id, choice, choice.nbytes)
         return level
+
+
+def _promised_triangles(record: Record, limits: Bounds) -> int:
+    largest: int = record.description["counts"]["triangles"]
+    if min(limits) <= 0.0:
+        return largest  # as in the search: only the full boundary is without any error
+    keeping = (
+        level["triangles"]
+        for level in record.description["levels"]
+        if level.get("distance_bound", inf) <= limits.distance
+        and level.get("mismatch_bound", inf) <= limits.mismatch
+    )
+    return min(keeping, default=largest)

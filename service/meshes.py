@@ -24,6 +24,7 @@ from service.single_flight import SingleFlight
 
 if TYPE_CHECKING:
     from service.library import Library, OpenGamut
+    from service.storage.records import Record
 
 __all__ = [
     "DEFAULT_TRIANGLES",
@@ -211,7 +212,7 @@ class Meshes:
             if wanted.triangles is None or wanted.triangles % 2:
                 return None
             return self._cache.get(MeshKey(gamut_id, wanted.triangles, format_name, coding))
-        count = _count(opened, wanted)
+        count = _count(opened.gamut.history.triangles, wanted)
         if not MINIMUM_TRIANGLES <= count <= opened.gamut.history.triangles:
             return None
         return self._at_hand(opened, _key(gamut_id, count, format_name, coding))
@@ -233,7 +234,7 @@ class Meshes:
             return mesh
         opened = await self._library.gamut(gamut_id)
         if wanted.limits is None:
-            count = _count(opened, wanted)
+            count = _count(opened.gamut.history.triangles, wanted)
             if not MINIMUM_TRIANGLES <= count <= opened.gamut.history.triangles:
                 opened.gamut.history.level(count)  # raises, and knows best what to say
             return await self._encoded_once(opened, _key(gamut_id, count, format_name, coding))
@@ -243,6 +244,15 @@ class Meshes:
         if mesh is None:
             mesh = await self._encoded_once(opened, key)
         return mesh.promising(level.bounds)
+
+    def most_triangles(self, record: Record, wanted: Wanted) -> int:
+        """Return how many triangles a mesh of a gamut may have, told without making it.
+
+        A count that is asked for is returned as it is, whether or not there is such a level.
+        """
+        if wanted.limits is not None:
+            return self._choices.at_most(record, wanted.limits)
+        return _count(record.description["counts"]["triangles"], wanted)
 
     def discard_gamut(self, gamut_id: str) -> None:
         """Forget all meshes of a gamut, and which of its levels keep limits."""
@@ -294,10 +304,10 @@ class Meshes:
         self._cache.put(key, mesh, len(mesh.body) + _ENTRY_BYTES)
 
 
-def _count(opened: OpenGamut, wanted: Wanted) -> int:
+def _count(largest: int, wanted: Wanted) -> int:
     if wanted.triangles is not None:
         return wanted.triangles
-    return min(DEFAULT_TRIANGLES, opened.gamut.history.triangles)
+    return min(DEFAULT_TRIANGLES, largest)
 
 
 def _promised(opened: OpenGamut, triangles: int) -> Bounds | None:

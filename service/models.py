@@ -109,8 +109,8 @@ class GamutOptions(BaseModel):
         Field(
             description="What decides which edge is collapsed next: `volume` preserves the volume "
             "at every level, `finest` orders by the mismatch and moves vertices as well, which is "
-            "more accurate and takes five to nine times as long to decimate, `quadric` is the "
-            "published error metric.",
+            "more accurate where levels are coarse and takes four to nine times as long to "
+            "decimate, `quadric` is the published error metric.",
             json_schema_extra={"enum": list(COSTS)},
         ),
     ] = "volume"

@@ -31,6 +31,13 @@ entity tag."""
 _COUNT = re.compile(r"[0-9]{1,9}\Z")
 _LIMIT = re.compile(DECIMAL_PATTERN + r"\Z")
 
+_READ: dict[str, Callable[[str], Any]] = {
+    "triangles": int,
+    "max_error": float,
+    "max_mismatch": float,
+}
+"""What reads a value of each parameter."""
+
 
 def _numbers(what: str, example: str) -> Any:  # noqa: ANN401 - FastAPI's own
     return Query(description=what, max_length=1000, examples=[example])
@@ -147,9 +154,9 @@ class _Batch:
         most = self._service.settings.max_batch_triangles
         if triangles > most:
             _refuse(
-                f"The meshes have {triangles} triangles together.",
-                "triangles",
-                f"Ask for at most {most} at once.",
+                f"The meshes may have up to {triangles} triangles together.",
+                "gamuts",
+                f"Ask for at most {most} triangles at once.",
             )
         headers = {
             "Cache-Control": "no-store" if failed else IMMUTABLE,
@@ -178,8 +185,8 @@ class _Batch:
     async def _foreseen(self) -> tuple[dict[Asked, Problem], int]:
         """Return what cannot be had, and how many triangles the rest may have together.
 
-        Told from the records, before anything is encoded: what is streamed cannot take back that
-        it began well.
+        Told from the records, before anything is searched or encoded: what is streamed cannot take
+        back that it began well.
         """
         failed: dict[Asked, Problem] = {}
         triangles = 0
@@ -195,8 +202,8 @@ class _Batch:
                 continue
             largest = record.description["counts"]["triangles"]
             for one in wanted:
-                count = int(one.value) if one.name == "triangles" else largest
-                if one.name == "triangles" and not 4 <= count <= largest:
+                count = self._service.meshes.most_triangles(record, _wanted(one))
+                if not 4 <= count <= largest:
                     failed[one] = Problem(
                         "triangle-count",
                         f"{count} triangles were asked for; the gamut has from 4 to {largest}.",
@@ -222,10 +229,12 @@ class _Batch:
             yield piece
 
     async def _item(self, one: Asked) -> Item:
-        number: Callable[[str], Any] = int if one.name == "triangles" else float
-        wanted = Wanted(**{one.name: number(one.value)})
-        mesh = await self._service.meshes.mesh(one.gamut_id, wanted, one.format_name)
+        mesh = await self._service.meshes.mesh(one.gamut_id, _wanted(one), one.format_name)
         return Item(one, mesh)
+
+
+def _wanted(one: Asked) -> Wanted:
+    return Wanted(**{one.name: _READ[one.name](one.value)})
 
 
 async def _chained(parts: list[bytes], rest: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
@@ -244,14 +253,15 @@ def _joined(parts: list[bytes]) -> tuple[bytes, str]:
 def _list(
     name: str, text: str | None, pattern: re.Pattern[str], example: str
 ) -> list[tuple[str, str]]:
-    """Return a parameter's name with each of its values, once."""
+    """Return a parameter's name with each of its values, once: as it is written first."""
     if text is None:
         return []
-    values = text.split(",")
-    for value in values:
+    written: dict[Any, str] = {}
+    for value in text.split(","):
         if not pattern.match(value):
             _refuse(f"{value[:40]!r} is not a number here.", name, f"Give {example}.")
-    return [(name, value) for value in dict.fromkeys(values)]
+        written.setdefault(_READ[name](value), value)
+    return [(name, value) for value in written.values()]
 
 
 def _not_found(gamut_id: str) -> Problem:

@@ -163,7 +163,9 @@ def gcs():
 @pytest.fixture(scope="session")
 def server(start_server):
     """The server that most tests share; every test brings gamuts of its own."""
-    started = start_server(max_body_bytes=2_000_000, max_inline_bytes=2_000_000)
+    started = start_server(
+        max_body_bytes=2_000_000, max_inline_bytes=2_000_000, max_batch_triangles=1_000_000
+    )
     started.wait_ready()
     return started
 

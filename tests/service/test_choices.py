@@ -1,8 +1,12 @@
 import asyncio
 import functools
+import re
 import threading
+import time
+from dataclasses import replace
 from math import inf
 
+import httpx
 import pytest
 
 from gamutcore.errors import HistoryFileError
@@ -11,6 +15,7 @@ from gamutcore.metric.level_choice import NO_ERROR, Bounds, ChosenLevel
 from service import choices
 from service.choices import Choices
 from service.library import Library
+from service.server_timing import ServerTiming
 from service.storage.gamuts import GamutDamagedError
 
 LIMITS = Bounds(0.7, 0.02)
@@ -107,6 +112,37 @@ def test_others_are_served_while_a_level_is_searched(run, built, monkeypatch):
     run(scenario)
 
 
+def test_the_wait_for_other_searches_is_told_by_itself(run, built, monkeypatch):
+    found = level_choice.LevelChoice.found
+
+    def slow(self, history, limits):
+        time.sleep(0.05)
+        return found(self, history, limits)
+
+    monkeypatch.setattr(level_choice.LevelChoice, "found", slow)
+
+    async def scenario(library, chosen):
+        opened = [await library.gamut(gamut.id) for gamut in built]
+        await asyncio.gather(*(library.unpack(one, one.gamut.history.triangles) for one in opened))
+
+        async def app(scope, _receive, send):
+            await chosen.found(opened[int(scope["path"][1:])], LIMITS)
+            await send({"type": "http.response.start", "status": 200, "headers": []})
+            await send({"type": "http.response.body", "body": b""})
+
+        transport = httpx.ASGITransport(ServerTiming(app))
+        async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
+            answers = await asyncio.gather(client.get("/0"), client.get("/1"))
+        texts = [answer.headers["server-timing"] for answer in answers]
+        return [dict(re.findall(r"([a-z]+);dur=([0-9.]+)", text)) for text in texts]
+
+    first, second = run(scenario)
+    assert list(first) == list(second) == ["total", "wait", "choose"]
+    assert float(first["wait"]) < 40 <= float(second["wait"])
+    assert float(second["choose"]) >= 40
+    assert float(second["total"]) >= float(second["wait"]) + float(second["choose"]) - 0.1
+
+
 def test_nothing_is_unpacked_for_what_the_curve_tells(run, built):
     async def scenario(library, chosen):
         opened = await library.gamut(built[0].id)
@@ -114,6 +150,39 @@ def test_nothing_is_unpacked_for_what_the_curve_tells(run, built):
         largest = opened.gamut.history.triangles
         assert await chosen.found(opened, Bounds(inf, 0.0)) == ChosenLevel(largest, NO_ERROR)
         assert not opened.gamut.history.is_unpacked(largest)
+
+    run(scenario)
+
+
+@pytest.mark.parametrize("name", ["distance", "mismatch"])
+def test_at_most_so_many_triangles_are_told_without_a_search(run, built, compared, name):
+    async def scenario(library, chosen):
+        opened = await library.gamut(built[0].id)
+        record = opened.record
+        largest = record.description["counts"]["triangles"]
+        limits = [Bounds()._replace(**{name: limit}) for limit in (1e-9, 0.003, 0.03, 0.3, 3, 300)]
+        told = [chosen.at_most(record, limit) for limit in limits]
+        assert not compared[0]
+        assert told == sorted(told, reverse=True)
+        assert (told[0], told[-1]) == (largest, 4)
+        assert chosen.at_most(record, Bounds(inf, 0.0)) == largest
+        for limit, most in zip(limits, told, strict=True):
+            found = await chosen.found(opened, limit)
+            assert found.triangles <= most
+            assert chosen.at_most(record, limit) == found.triangles  # as it is known now
+
+    run(scenario)
+
+
+def test_levels_without_bounds_promise_nothing(run, built):
+    """As in records of before there were any."""
+
+    async def scenario(library, chosen):
+        record = (await library.gamut(built[0].id)).record
+        counts = record.description["counts"]
+        older = {"counts": counts, "levels": [{"triangles": 4}, {"triangles": 100}]}
+        most = chosen.at_most(replace(record, description=older), LIMITS)
+        assert most == counts["triangles"]
 
     run(scenario)
 

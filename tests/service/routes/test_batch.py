@@ -132,11 +132,46 @@ def test_nothing_else_is_sent(server, gamut, assert_problem):
     assert_problem(answer, 406, "not-acceptable")
 
 
-def test_large_answers_are_streamed(server, slow_build):
-    posted = server.client.post("/v1/gamuts", **slow_build(60_000))
-    gamut = posted.json()
-    counts = ",".join(str(gamut["counts"]["triangles"] - 2 * number) for number in range(5))
-    answer = server.client.get(f"{BATCH}?gamuts={gamut['id']}&triangles={counts}")
+def test_equal_values_are_one_mesh(server, gamut):
+    query = f"gamuts={gamut['id']}&triangles=10,010,11&max_error=0.5,0.50,5e-1,1&max_mismatch=1"
+    index = json.loads(archive_of(server.client.get(f"{BATCH}?{query}")).read("index.json"))
+    assert [entry.get("triangles") for entry in index["meshes"]] == [10, 11, None, None, None]
+    assert [entry.get("max_error") for entry in index["meshes"]] == [None, None, 0.5, 1.0, None]
+
+
+@pytest.fixture(scope="module")
+def large(server, slow_build):
+    """A gamut of which the shared server sends eleven full boundaries at once, not thirty."""
+    made = server.client.post("/v1/gamuts", **slow_build(60_000)).json()
+    assert 1_000_000 / 30 < made["counts"]["triangles"] < 1_000_000 / 11
+    return made
+
+
+def test_limits_count_as_the_levels_that_keep_them(server, large):
+    limits = ",".join(f"{0.5 + 0.01 * place:.2f}" for place in range(30))
+    answer = server.client.get(f"{BATCH}?gamuts={large['id']}&max_error={limits}&format=stl")
+    index = json.loads(archive_of(answer).read("index.json"))["meshes"]
+    assert len(index) == 30
+    assert sum(entry["counts"]["triangles"] for entry in index) < 30_000
+
+
+@pytest.mark.parametrize("name", ["triangles", "max_mismatch"])
+def test_more_triangles_than_are_sent_at_once_are_refused(server, large, assert_problem, name):
+    largest = large["counts"]["triangles"]
+    values = {
+        "triangles": [str(largest - 2 * place) for place in range(30)],
+        "max_mismatch": [f"1e-{10 + place}" for place in range(30)],
+    }
+    query = f"gamuts={large['id']}&{name}={','.join(values[name])}"
+    document = assert_problem(server.client.get(f"{BATCH}?{query}"), 422, "invalid-parameter")
+    total = 30 * largest - (870 if name == "triangles" else 0)
+    assert document["detail"] == f"The meshes may have up to {total} triangles together."
+    assert "1000000" in document["remedy"]
+
+
+def test_large_answers_are_streamed(server, large):
+    counts = ",".join(str(large["counts"]["triangles"] - 2 * number) for number in range(5))
+    answer = server.client.get(f"{BATCH}?gamuts={large['id']}&triangles={counts}")
     assert "etag" not in answer.headers
     assert answer.headers["transfer-encoding"] == "chunked"
     archive = archive_of(answer)
