@@ -111,7 +111,8 @@ class FullBoundary:
     Parameters
     ----------
     history : History
-        All of it is unpacked. 48 bytes are taken for each triangle.
+        All of it is unpacked. 36 bytes are taken for each triangle, and more
+        by comparisons with fine levels.
     """
 
     def __init__(self, history: History) -> None:
