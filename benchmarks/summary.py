@@ -307,7 +307,7 @@ def _from_a_size_on(
             sizes, values = zip(*part, strict=True)
             found.append(
                 (f"{goal}, {_sizes(sizes)}",
-                 f"{min(values):{form}} to {max(values):{form}}", is_met)
+                 " to ".join(dict.fromkeys(f"{end(values):{form}}" for end in (min, max))), is_met)
             )  # fmt: skip
     return found
 
