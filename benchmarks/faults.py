@@ -224,9 +224,10 @@ def hostile(scale: float) -> list[Row]:
         Row(
             "hostile-clients",
             "hostile",
-            "10 GB chunked, decompression bombs, large forms, slow heads, bodies and readers: "
+            "10 GB chunked, decompression bombs, large forms, slow heads, bodies and readers, "
+            "searches for levels: "
             f"{len(figures['attacks'])} attacks",
-            "413, 415 or 408; memory grows by ≤ 64 MB; good clients unharmed",
+            "413, 415, 408 or their levels; memory grows by ≤ 64 MB; good clients unharmed",
             f"{len(wrong)} answered otherwise; + {figures['growth_mb']:.0f} MB; "
             f"{figures['good_requests']:,} good requests, {len(figures['good_failures'])} failed, "
             f"p99 {figures['good_p99_ms']:.0f} ms",
