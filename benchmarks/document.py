@@ -28,6 +28,7 @@ from benchmarks.summary import (
     level_errors,
     mean_errors,
     ratios,
+    smaller_boundaries,
 )
 from gamutcore.version import ALGORITHM_VERSION
 
@@ -167,10 +168,22 @@ modified convex hull (γ = 0.2) of about 100,000 colours of its surface:
 
 def _goals(measured: Measured) -> str:
     rows = [[goal, found, "yes" if met else "**no**"] for goal, found, met in goals(measured)]
+    sizes = {row["triangles"] for row in measured["few"]}
+    smaller = [
+        [limit, "–" if size is None else f"{size:,}", kept, broken]
+        for limit, size, kept, broken in smaller_boundaries(measured)
+    ]
     return f"""\
 ## What was set out for
 
 {table(["goal", "measured", "met"], rows)}
+
+Those by the triangle, by the vertex and by the part of the time are for gamuts as devices have them, and
+larger ones. A boundary of some thousand triangles takes a tenth of a second and two megabytes whatever it
+has, and its file a header. {len(sizes)} boundaries of {min(sizes):,} to {max(sizes):,} triangles say from how many triangles
+on each of these limits is kept, and what was measured from there on and below:
+
+{table(["limit", "from triangles", "there", "below"], smaller)}
 """
 
 
@@ -376,6 +389,11 @@ def _speed(measured: Measured) -> str:
         ]
         for row in measured["storage"]
     ]  # fmt: skip
+    hubs = {
+        cost: {row["ring"]: row["seconds"] for row in measured["hubs"] if row["cost"] == cost}
+        for cost in ("volume", "finest")
+    }
+    parts = [hubs["finest"][ring] / seconds for ring, seconds in hubs["volume"].items()]
     million = measured["million"]
     others = ""
     if libraries:
@@ -433,6 +451,11 @@ than {LOST:,} triangles take of memory is lost in what else a process does):
             few,
         )
     }
+
+Double pyramids, two poles and a ring of {min(hubs["volume"])} to {
+        max(hubs["volume"]):,} vertices, are what takes `finest`
+longest: {1e3 * min(hubs["finest"].values()):.0f} to {1e3 * max(hubs["finest"].values()):.0f} ms, {
+        min(parts):.1f} to {max(parts):.1f} times as long as `volume`.
 
 From {million["points"]:,} surface colours to a boundary of {
         million["triangles"]:,} triangles it takes

@@ -103,6 +103,7 @@ def measure(*, again: bool) -> dict[str, Any]:
         "history": kept("history", lambda: speed.history_times(15)),
         "storage": kept("storage", lambda: speed.storage(25)),
         "few": kept("few", lambda: speed.few_triangles(7)),
+        "hubs": kept("hubs", lambda: speed.hubs(7)),
         "scaling": kept("scaling", lambda: speed.scaling(3)),
         "limits": kept("limits", limited_levels),
     }

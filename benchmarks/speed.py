@@ -36,6 +36,7 @@ __all__ = [
     "LEVEL",
     "few_triangles",
     "history_times",
+    "hubs",
     "measured_histories",
     "million_points",
     "scaling",
@@ -48,6 +49,9 @@ SIZES = (105_000, 380_000, 1_750_000)
 FEW = (30, 100, 400, 1200, 3400, 10_000, 32_000)
 """Surface colours that give boundaries of about 50 to 60,000 triangles, where the coarse end, which
 takes as long whatever there was before it, is most of the time."""
+
+RINGS = (64, 100, 300, 400, 1000, 6000)
+"""Vertices between two poles: nothing that comes from a device, but what takes `finest` longest."""
 
 LEVEL = 1000
 """Triangles that the other libraries are asked for, and most clients of a history."""
@@ -152,6 +156,18 @@ def few_triangles(runs: int) -> list[dict[str, Any]]:
             row["bytes_per_triangle"] = growth(boundary, row["cost"]) / row["triangles"]
             row["bits_per_vertex"] = 8 * len(history_bytes(history)) / history.vertices
         found += rows
+    return found
+
+
+def hubs(runs: int) -> list[dict[str, Any]]:
+    """Time of decimations of double pyramids, whose vertices all hang on two hubs."""
+    found = []
+    for ring in RINGS:
+        turn = np.linspace(0, 2 * np.pi, ring, endpoint=False)
+        around = np.stack([40 * np.cos(turn), 40 * np.sin(turn), np.zeros(ring)], axis=1)
+        boundary = modified_convex_hull(np.vstack([around, [[0, 0, 50], [0, 0, -50]]]), 1.0)
+        _, rows = measured_histories(boundary, runs)
+        found += [{"ring": ring, **row} for row in rows]
     return found
 
 

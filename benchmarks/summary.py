@@ -6,13 +6,14 @@ the same tables.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from statistics import mean
-from typing import Any
+from typing import Any, NamedTuple
 
 __all__ = [
     "GOAL_COUNTS",
     "LOST",
+    "HeldFrom",
     "best_peer",
     "costs_by_accuracy",
     "families",
@@ -20,6 +21,7 @@ __all__ = [
     "level_errors",
     "mean_errors",
     "ratios",
+    "smaller_boundaries",
 ]
 
 Measured = dict[str, Any]
@@ -135,7 +137,7 @@ def goals(measured: Measured) -> list[tuple[str, str, bool]]:
         *_peer_goals(measured),
         *_speed_goals(measured),
         *_storage_goals(measured),
-        *_goals_by_size(measured),
+        *_device_goals(measured),
         *_limit_goals(measured),
     ]
 
@@ -195,9 +197,9 @@ def _peer_goals(measured: Measured) -> list[tuple[str, str, bool]]:
 
 
 def _times_of_finest(measured: Measured) -> list[float]:
-    """Times of `finest` relative to `volume`: devices, sRGB, small and large boundaries."""
+    """Times of `finest` relative to `volume`: devices, sRGB, small, hubs and large boundaries."""
     rows = [row for device in measured["devices"] for row in device["histories"]]
-    rows += [row for part in ("history", "few", "scaling") for row in measured[part]]
+    rows += [row for part in ("history", "few", "hubs", "scaling") for row in measured[part]]
     # each is timed with all costs, one after the other
     volume, finest = (
         [row["seconds"] for row in rows if row.get("cost") == cost] for cost in ("volume", "finest")
@@ -259,63 +261,70 @@ def _storage_goals(measured: Measured) -> list[tuple[str, str, bool]]:
     return found
 
 
-def _goals_by_size(measured: Measured) -> list[tuple[str, str, bool]]:
-    """The same limits on devices and where there are few triangles, and a fixed part counts."""
+def _device_goals(measured: Measured) -> list[tuple[str, str, bool]]:
+    rows = [row for device in measured["devices"] for row in device["histories"]]
+    each = [row["us_per_triangle"] for row in rows if row["cost"] == "volume"]
+    return [
+        (f"µs per triangle on {len(each)} devices ≤ 2, `volume`",
+         f"{min(each):.2f} to {max(each):.2f}", max(each) <= 2)
+    ]  # fmt: skip
+
+
+class HeldFrom(NamedTuple):
+    """From which size on a limit is kept by boundaries smaller than those of devices.
+
+    Attributes
+    ----------
+    limit : str
+    size : int or None
+        Triangles of the smallest boundary from which on all keep it; None if none does.
+    kept, broken : str
+        What was measured there, and on the smaller ones.
+    """
+
+    limit: str
+    size: int | None
+    kept: str
+    broken: str
+
+
+def smaller_boundaries(measured: Measured) -> list[HeldFrom]:
+    """Limits by the triangle, by the vertex and by the part, where fixed parts count."""
 
     def of(cost: str, rows: list[dict[str, Any]], value: str) -> list[tuple[int, float]]:
         return [(row["triangles"], row[value]) for row in rows if row.get("cost") == cost]
 
-    few = measured["few"]
-    histories = [row for device in measured["devices"] for row in device["histories"]]
+    few, devices = (
+        measured["few"],
+        [row for each in measured["devices"] for row in each["histories"]],
+    )
     heavy = [row for row in few if row["triangles"] > LOST]
     curves = [{**row, "percent": 100 * row["curve_s"] / row["seconds"]} for row in few]
     found = [
-        *_from_a_size_on("µs per triangle ≤ 2, `volume`",
-                         of("volume", histories + few, "us_per_triangle"), 2, ".2f"),
-        *_from_a_size_on("bytes per triangle ≤ 400, `volume`",
-                         of("volume", heavy, "bytes_per_triangle"), 400, ",.0f"),
+        _held_from("2 µs per triangle, `volume`",
+                   of("volume", few + devices, "us_per_triangle"), 2, ".1f"),
+        _held_from("400 bytes per triangle, `volume`",
+                   of("volume", heavy, "bytes_per_triangle"), 400, ",.0f"),
     ]  # fmt: skip
     for cost in measured["costs"]:
+        bits, percents = of(cost, few, "bits_per_vertex"), of(cost, curves, "percent")
         found += [
-            *_from_a_size_on(f"history files ≤ 110 bits per vertex, `{cost}`",
-                             of(cost, few, "bits_per_vertex"), 110, ".0f"),
-            *_from_a_size_on(f"error curve ≤ 30 % of the decimation, `{cost}`",
-                             of(cost, curves, "percent"), 30, ".0f"),
-        ]  # fmt: skip
+            _held_from(f"110 bits per vertex, `{cost}`", bits, 110, ".0f"),
+            _held_from(f"error curve 30 % of the decimation, `{cost}`", percents, 30, ".0f"),
+        ]
     return found
 
 
-def _from_a_size_on(
-    goal: str, measured: list[tuple[int, float]], limit: float, form: str
-) -> list[tuple[str, str, bool]]:
-    """From which size on all boundaries are within a limit, and the others, each in a line.
-
-    Parameters
-    ----------
-    goal : str
-    measured : list of (int, float)
-        Triangles, and what is to be within the limit.
-    limit : float
-    form : str
-        How values are written.
-    """
+def _held_from(name: str, measured: list[tuple[int, float]], limit: float, form: str) -> HeldFrom:
     beyond = max((size for size, value in measured if value > limit), default=0)
-    found = []
-    for is_met in (True, False):
-        part = [row for row in measured if (row[0] > beyond) == is_met]
-        if part:
-            sizes, values = zip(*part, strict=True)
-            found.append(
-                (f"{goal}, {_sizes(sizes)}",
-                 " to ".join(dict.fromkeys(f"{end(values):{form}}" for end in (min, max))), is_met)
-            )  # fmt: skip
-    return found
 
+    def told(keeps: bool) -> str:
+        values = [value for size, value in measured if (size > beyond) == keeps]
+        ends = dict.fromkeys(f"{end(values):{form}}" for end in (min, max)) if values else ["–"]
+        return " to ".join(ends)
 
-def _sizes(sizes: Sequence[int]) -> str:
-    if len(sizes) == 1:
-        return f"a boundary of {sizes[0]:,} triangles"
-    return f"{len(sizes)} boundaries of {min(sizes):,} to {max(sizes):,} triangles"
+    kept_from = min((size for size, _ in measured if size > beyond), default=None)
+    return HeldFrom(name, kept_from, told(True), told(False))
 
 
 def _limit_goals(measured: Measured) -> list[tuple[str, str, bool]]:

@@ -18,6 +18,7 @@ from gamutcore.decimation.symmetric import adjugate
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 
 __all__ = [
+    "HUB",
     "ask_for_edge",
     "ask_for_vertex",
     "change_at",
@@ -35,6 +36,15 @@ the present surface hold it where it is: 1e-3 instead of 1 is a tenth less accur
 FLATNESS = 1e-9
 """Weight of area times edge length in an edge's error: on flat sides, where no collapse changes the
 deviation, it keeps vertices from merging into a few hubs; elsewhere it weighs nothing."""
+
+HUB = 16
+"""A ring of more faces than this is a hub's if it has a good part of all samples..."""
+
+HUB_PART = 8
+"""... an eighth or more. Such rings are not evaluated: they take the time of a hundred others, and
+where all vertices hang on two hubs that is nearly all of the time. Of the boundaries of devices, of
+13,000 triangles and more, no level changes by it, nor do bodies with such hubs come out worse
+(docs/decisions/ways.md)."""
 
 PULL = 1e-5
 """Weight of staying in place in the solve for a move, as a part of the normal equations' trace; the
@@ -108,6 +118,13 @@ def _fill_lanes(deviation: Deviation, asked: int) -> None:
         deviation.asked_z[number] = deviation.asked_z[0]
         deviation.asked_weight[number] = 0.0
     deviation.counts[5] = filled
+
+
+@inlined_kernel
+def _is_of_a_hub(deviation: Deviation) -> bool:
+    """Whether what was asked for would take too long."""
+    links, asked, samples = deviation.counts[0], deviation.counts[5], deviation.counts[2]
+    return links > HUB and HUB_PART * asked > samples
 
 
 @inlined_kernel
@@ -269,7 +286,7 @@ def ask_for_edge(deviation: Deviation, surface: Surface, corner: int) -> bool:
     Returns
     -------
     bool
-        False for very large rings.
+        False for very large rings, and for a hub's with a good part of all samples.
     """
     vertex = surface.vertex
     one, two = vertex[following(corner)], vertex[preceding(corner)]
@@ -291,7 +308,7 @@ def ask_for_edge(deviation: Deviation, surface: Surface, corner: int) -> bool:
             _add_link(deviation, vertex[following(at)], vertex[preceding(at)])
             at = surface.swing[at]
     _fill_lanes(deviation, asked)
-    return True
+    return not _is_of_a_hub(deviation)
 
 
 @leaf_kernel
@@ -312,7 +329,7 @@ def ask_for_vertex(deviation: Deviation, surface: Surface, centre: int) -> bool:
         if at == first:
             break
     _fill_lanes(deviation, asked)
-    return True
+    return not _is_of_a_hub(deviation)
 
 
 @leaf_kernel

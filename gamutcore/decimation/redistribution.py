@@ -27,7 +27,7 @@ def locate_samples(deviation: Deviation, surface: Surface) -> None:
         As `take_samples` left it, or `deviation_on` that, with room for all faces.
     surface : Surface
     """
-    count, half = deviation.counts[2], deviation.x.size // 2
+    count, half = deviation.counts[2], deviation.counts[6]
     deviation.place[:] = 0
     at = 0
     for edge in range(surface.corner_facing.size):
@@ -271,7 +271,7 @@ def _find_faces(
 @leaf_kernel
 def _make_room(deviation: Deviation, more: int) -> None:
     """See to it that so many samples, of those in use, can be written behind the last ones."""
-    half = deviation.x.size // 2
+    half = deviation.counts[6]
     if deviation.counts[3] + more <= deviation.counts[4] + half:
         return
     deviation.counts[4] = half - deviation.counts[4]

@@ -92,10 +92,11 @@ class Deviation(NamedTuple):
         Scratch: how deep each of them is in the cone of a face, and N·q and |N| of that face.
     term, other_term, third_term : (S + LANES,) float64
         Scratch: what each of them adds to a sum.
-    counts : (6,) int64
+    counts : (7,) int64
         Entries of `link`, entries of `face`; samples in use; where the next ones go, 0 as long as
-        they are in no faces; where the half of the arrays begins that they are in; samples asked
-        for, with those without a weight.
+        they are in no faces; where the half begins that they are in; samples asked for, with those
+        without a weight; entries of either half of the arrays, of which no more are used than twice
+        as many as there are samples at first.
     residual : (2,) float64
         Scratch: the samples' distances from the faces around the place, summed over the area that
         they stand for, and that area.
@@ -156,7 +157,7 @@ def no_deviation(samples: int, faces: int) -> Deviation:
         term=np.empty(samples + LANES),
         other_term=np.empty(samples + LANES),
         third_term=np.empty(samples + LANES),
-        counts=np.zeros(6, np.int64),
+        counts=np.zeros(7, np.int64),
         residual=np.zeros(2),
     )
 
@@ -188,7 +189,7 @@ def deviation_on(deviation: Deviation, faces: IndexArray) -> Deviation:
     if used == 0:
         return no_deviation(deviation.asked_x.size - LANES, len(faces))
     copy = no_deviation(used, len(faces))
-    copy.counts[2] = used
+    copy.counts[2], copy.counts[6] = used, 2 * used
     kept = np.arange(used)
     if deviation.counts[3] > 0:
         begin, end = deviation.begin[faces], deviation.end[faces]
@@ -284,6 +285,7 @@ def take_samples(deviation: Deviation, surface: Surface, wanted: int, in_faces: 
     share = 0.0 if count <= room else whole / (room // 2)
     _gone_through(deviation, surface, part, share, in_faces)
     deviation.counts[3] = deviation.counts[2] if in_faces else 0
+    deviation.counts[6] = 2 * deviation.counts[2]
 
 
 @leaf_kernel

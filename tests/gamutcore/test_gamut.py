@@ -39,8 +39,8 @@ OCTAHEDRON = [(90, 0, 0), (10, 0, 0), (50, 40, 0), (50, -40, 0), (50, 0, 40), (5
 
 class TestId:
     def test_is_a_sha256_of_what_it_says(self):
-        question = f"gamut 8\n{Options().canonical}\n{DIGEST}\n"
-        assert gamutcore.gamut.ALGORITHM_VERSION == 8
+        question = f"gamut 9\n{Options().canonical}\n{DIGEST}\n"
+        assert gamutcore.gamut.ALGORITHM_VERSION == 9
         assert gamut_id(Options(), DIGEST) == hashlib.sha256(question.encode()).hexdigest()
 
     def test_is_the_same_for_the_same_question(self):
@@ -75,7 +75,7 @@ class TestId:
     def test_differs_with_the_input_and_the_algorithm(self, monkeypatch):
         before = gamut_id(Options(), DIGEST)
         assert gamut_id(Options(), hashlib.sha256(b"date").hexdigest()) != before
-        monkeypatch.setattr(gamutcore.gamut, "ALGORITHM_VERSION", 9)
+        monkeypatch.setattr(gamutcore.gamut, "ALGORITHM_VERSION", 10)
         assert gamut_id(Options(), DIGEST) != before
 
 

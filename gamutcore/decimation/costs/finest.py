@@ -90,7 +90,7 @@ REFINEMENTS = 1
 SAMPLES = 40_000
 """Samples of the reference, at least about: every face has one, larger ones have several."""
 
-SAMPLES_OF_FACE = 20
+SAMPLES_OF_FACE = 12
 """Samples of a face of the reference, on average, at most: of a boundary with few faces there are
 fewer of them, for a face is flat, and what more of them tell is not worth the time they take."""
 

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from gamutcore.decimation.costs import finest
 from gamutcore.decimation.deviation import (
+    HUB,
     ask_for_edge,
     ask_for_vertex,
     change_at,
@@ -31,7 +32,7 @@ from gamutcore.decimation.star import (
 
 
 def change_by_collapse(deviation, surface, corner, place):
-    """Infinite for very large rings."""
+    """Infinite for very large rings and hubs."""
     asked = ask_for_edge(deviation, surface, corner)
     return change_at(deviation, surface, place) if asked else np.inf
 
@@ -272,35 +273,73 @@ def test_there_is_no_step_without_samples(surface_from):
     assert not step_towards_reference(deviation, place, np.empty(3))
 
 
-def double_pyramid(sides):
+def lantern(sides, rows):
+    """Two poles and rings between them; the caps are small where there are several."""
     turn = np.linspace(0, 2 * np.pi, sides, endpoint=False)
-    rim = np.stack([np.cos(turn), np.sin(turn), np.zeros(sides)], axis=1)
-    after = (np.arange(sides) + 1) % sides
-    above = np.stack([np.arange(sides), after, np.full(sides, sides)], axis=1)
-    below = np.stack([after, np.arange(sides), np.full(sides, sides + 1)], axis=1)
-    return np.vstack([rim, [[0, 0, 1], [0, 0, -1]]]), np.vstack([above, below])
+    rings = [
+        np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), height], axis=1)
+        for polar in np.linspace(0, np.pi, rows + 2)[1:-1]
+        for height in [np.full(sides, np.cos(polar))]
+    ]
+    here = np.arange(sides)
+    after = (here + 1) % sides
+    faces = [
+        np.stack([here, after, np.full(sides, rows * sides)], axis=1),
+        np.stack([after, here, np.full(sides, rows * sides + 1)], axis=1),
+    ]
+    faces[1][:, :2] += (rows - 1) * sides
+    for row in range(rows - 1):
+        one, two = row * sides + here, row * sides + after
+        faces += [
+            np.stack([one, one + sides, two + sides], axis=1),
+            np.stack([one, two + sides, two], axis=1),
+        ]
+    return np.vstack([*rings, [[0, 0, 1], [0, 0, -1]]]), np.vstack(faces)
 
 
 @pytest.mark.parametrize("more", [0, 1, 200])
 def test_very_large_rings_are_not_evaluated(surface_from, corner_of, total, faces_left, more):
     """Exactly as many faces as there is room for are; one more is not, and nothing breaks."""
-    sides = LARGEST_RING + more
-    positions, faces = double_pyramid(sides)
+    sides, rows = LARGEST_RING + more, 9
+    positions, faces = lantern(sides, rows)
     surface = surface_from(positions, faces)
-    deviation = no_deviation(3 * len(positions), 2 * sides)
+    deviation = no_deviation(3 * len(positions), len(faces))
     take_samples(deviation, surface, 1, True)
-    place = np.array([0.1, 0.0, 0.9])
-    change = change_by_move(deviation, surface, sides, place)
+    pole, place = sides * rows, np.array([0.01, 0.0, 0.98])
+    change = change_by_move(deviation, surface, pole, place)
     moved = surface.position.copy()
-    moved[sides] = place
+    moved[pole] = place
     if more == 0:
         assert change == pytest.approx(total(deviation, moved, faces_left(surface)[1]), rel=1e-7)
         assert change > 0
     else:
         assert change == np.inf
-    # the edge from the apex to the rim has as many faces around it, and two from below
-    corner = corner_of(surface, sides, 0)
+    # the edge from the pole to its ring has as many faces around it, and two from below
+    corner = corner_of(surface, pole, 0)
     assert change_by_collapse(deviation, surface, corner, place) == np.inf
-    # an edge of the rim has few of its own
-    rim = change_by_collapse(deviation, surface, corner_of(surface, 0, 1), positions[0])
-    assert 0 < rim < np.inf
+    # an edge of the ring has few of its own
+    along = change_by_collapse(deviation, surface, corner_of(surface, 0, 1), positions[0])
+    assert 0 < along < np.inf
+
+
+@pytest.mark.parametrize(
+    ("sides", "rows", "evaluated"),
+    [(HUB, 1, True), (HUB + 1, 1, False), (HUB + 1, 9, True), (40, 1, False), (40, 9, True)],
+)
+def test_hubs_are_not_evaluated_if_they_have_a_good_part_of_all_samples(
+    surface_from, corner_of, sides, rows, evaluated
+):
+    """A half of them with one ring between two poles, a 36th or less with nine."""
+    positions, faces = lantern(sides, rows)
+    surface = surface_from(positions, faces)
+    deviation = no_deviation(room_for_samples(10 * len(faces), len(faces)), len(faces))
+    take_samples(deviation, surface, 10 * len(faces), True)
+    pole, better = sides * rows, np.array([0.01, 0.0, 0.98])
+    assert (change_by_move(deviation, surface, pole, better) < np.inf) == evaluated
+    # two faces vanish, and both ends have these
+    around = sides + surface.degree[0] - 4
+    edge = change_by_collapse(deviation, surface, corner_of(surface, pole, 0), better)
+    assert (edge < np.inf) == (evaluated and (around <= HUB or rows > 1))
+    for end in (0, sides - 1):
+        assert change_by_move(deviation, surface, end, positions[end]) < np.inf
+    assert change_by_collapse(deviation, surface, corner_of(surface, 0, 1), positions[0]) < np.inf
