@@ -114,7 +114,7 @@ format: .venv/.installed-lint ## let ruff format and mend what it can
 	$(python) -m ruff format .
 
 .PHONY: types
-types: .venv/.installed-lint ## mypy, strict, on both packages
+types: .venv/.installed-lint ## mypy, strict, on both packages and the benchmarks
 	$(python) -m mypy
 
 .PHONY: contracts

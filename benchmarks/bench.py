@@ -12,11 +12,13 @@ import os
 import platform
 import sys
 import time
+from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from benchmarks import compute, device_values, http, inputs, pictures, scaling
+from gamutcore.decimation import COSTS
 from gamutcore.warm import compile_kernels
 
 __all__ = ["main"]
@@ -92,9 +94,9 @@ def main() -> int:
     sizes = [10_000, 100_000] if quick else [10_000, 30_000, 100_000, 300_000, 1_000_000]
     measured: dict[str, list[dict[str, Any]]] = {"machine": [machine()]}
     print(table(measured["machine"]), flush=True)
-    for name, measure in (
+    measurements: tuple[tuple[str, Callable[[], list[dict[str, Any]]]], ...] = (
         ("build", lambda: compute.build_times(100_000, runs)),
-        ("memory", lambda: [compute.peak_memory(100_000, cost) for cost in compute.COSTS]),
+        ("memory", lambda: [compute.peak_memory(100_000, cost) for cost in COSTS]),
         ("levels", lambda: compute.level_times(sizes, 200)),
         ("accuracy", lambda: compute.accuracy([10_000, 1000, 500, 100, 50, 20, 10])),
         ("inputs", lambda: inputs.input_times(3 if quick else 7)),
@@ -102,7 +104,8 @@ def main() -> int:
         ("device_values", device_values.device_value_figures),
         ("post", lambda: [http.build_over_http(3 if quick else 7)]),
         ("meshes", lambda: http.mesh_rates(2000 if quick else 20_000, 1 if quick else 5)),
-    ):
+    )
+    for name, measure in measurements:
         measured[name] = measure()
         print(f"\n{GOALS[name]}\n\n{table(measured[name])}", flush=True)
     if not quick:

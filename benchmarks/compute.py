@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.files import device_data
 from gamutcore.boundary import Boundary, modified_convex_hull
-from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.decimation import COSTS, decimated
 from gamutcore.gamut import Options, build_gamut
@@ -50,7 +50,7 @@ def median_seconds(function: Callable[[], object], runs: int) -> float:
 
 def srgb_surface(samples: int) -> np.ndarray[Any, np.dtype[np.float64]]:
     """CIELAB colours of the surface of the sRGB cube, at most so many."""
-    device = characterisation(SRGB.read_bytes())
+    device = device_data(SRGB.read_bytes())
     return surface_colours(device, surface_samples=samples).points
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from benchmarks.compute import FOGRA39L, ROOT, SRGB
-from gamutcore.characterisation import IccProfile, characterisation
+from gamutcore.characterisation import IccProfile, Samples, characterisation
 from gamutcore.colours.media import medium_colours
 from gamutcore.colours.profile_colours import profile_colours
 from gamutcore.colours.scattered_model import scattered_model
@@ -38,6 +38,8 @@ def device_model(path: Path) -> Callable[[FloatArray], FloatArray]:
     device = characterisation(path.read_bytes())
     if isinstance(device, IccProfile):
         return lambda values: profile_colours(device, values, "relative").lab
+    if not isinstance(device, Samples):
+        raise TypeError(f"{path.name} is neither a profile nor measurements")
     lab = medium_colours(device, "relative").lab
     given = cast("FloatArray", device.device)
     values, which, counts = np.unique(given, axis=0, return_inverse=True, return_counts=True)

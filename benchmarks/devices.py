@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.files import device_data
 from gamutcore.boundary import Boundary, modified_convex_hull
-from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.decimation import COSTS, decimated
 from gamutcore.errors import MeshError
@@ -63,7 +63,7 @@ class Device:
     @cached_property
     def points(self) -> FloatArray:
         """About 100,000 CIELAB colours of its surface, (n, 3)."""
-        return surface_colours(characterisation(self.path.read_bytes())).points
+        return surface_colours(device_data(self.path.read_bytes())).points
 
     @cached_property
     def histories(self) -> dict[str, History]:

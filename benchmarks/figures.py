@@ -11,6 +11,7 @@ that was broken off goes on where it was. ``--document`` writes the texts anew f
 from __future__ import annotations
 
 import argparse
+import functools
 import hashlib
 import json
 import os
@@ -38,7 +39,7 @@ __all__ = ["main"]
 
 RESULTS = Path(__file__).with_name("decimation.json")
 KEPT = ROOT / "build" / "figures"
-MEASURING = ("devices", "limits", "paper", "peers", "speed")
+MEASURING = ("devices", "files", "limits", "paper", "peers", "speed")
 """Modules of this package that results depend on, besides all of `gamutcore`."""
 
 LIBRARIES = (
@@ -85,7 +86,7 @@ def measure(*, again: bool) -> dict[str, Any]:
         return json.loads(file.read_text())
 
     found = [
-        kept(f"device-{device.path.stem}", lambda d=device: measured_device(d))
+        kept(f"device-{device.path.stem}", functools.partial(measured_device, device))
         for device in devices()
     ]
     return {

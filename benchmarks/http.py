@@ -17,7 +17,7 @@ import sys
 import tempfile
 import time
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from statistics import median
 from typing import Any, NamedTuple
@@ -44,12 +44,12 @@ class Server(NamedTuple):
 
 
 @contextlib.contextmanager
-def server(*, pin: bool = True, **settings: str) -> Iterator[Server]:
+def server(settings: Mapping[str, str] | None = None, *, pin: bool = True) -> Iterator[Server]:
     """Run a fresh server with settings, on the first core or on all."""
     with tempfile.TemporaryDirectory() as folder:
         environment = {
             **os.environ,
-            **{f"GAMUT_{name.upper()}": value for name, value in settings.items()},
+            **{f"GAMUT_{name.upper()}": value for name, value in (settings or {}).items()},
             "GAMUT_STORE": str(Path(folder) / "data"),
             "PYTHONUNBUFFERED": "1",
             "MALLOC_ARENA_MAX": "2",  # as in the container image
@@ -98,7 +98,7 @@ def ready_port(process: subprocess.Popen[bytes], log: Path) -> int:
 
 def posted(
     port: int,
-    options: dict[str, object],
+    options: Mapping[str, object],
     data: bytes | None = None,
     prefer: str = "wait=60",
 ) -> tuple[int, float, dict[str, Any]]:
@@ -147,7 +147,7 @@ def mesh_rates(requests: int, runs: int) -> list[dict[str, Any]]:
         ("repeated, 1000 triangles", {}, ["triangles=1000"]),
         ("repeated, 1000 triangles, not modified", {}, ["triangles=1000"]),
     ):
-        with server(**settings) as found:
+        with server(settings) as found:
             mesh = f"/v1/gamuts/{posted(found.port, {})[2]['id']}/mesh"
             paths = [f"{mesh}?{query}" for query in queries]
             fields = []

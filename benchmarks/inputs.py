@@ -17,7 +17,7 @@ from typing import Any
 
 from benchmarks import http
 from benchmarks.compute import FOGRA39L, ROOT, SRGB, median_seconds
-from gamutcore.characterisation import characterisation
+from benchmarks.files import device_data
 from gamutcore.colours import SurfaceColours, surface_colours
 from gamutcore.gamut import Gamut, Options, build_gamut
 
@@ -85,7 +85,7 @@ def gamut_sizes(runs: int = 5) -> list[dict[str, Any]]:
 
 
 def _surface(data: bytes) -> SurfaceColours:
-    return surface_colours(characterisation(data))
+    return surface_colours(device_data(data))
 
 
 def found() -> Iterator[tuple[str, bytes]]:

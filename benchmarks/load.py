@@ -12,6 +12,7 @@ import ipaddress
 import json
 import time
 from collections.abc import Sequence
+from typing import cast
 
 import uvloop
 
@@ -27,7 +28,8 @@ class Connection(asyncio.Protocol):
         self.wanted = -1
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        self.transport = transport
+        # asyncio's promise for TCP; uvloop's transports keep it without being of the class
+        self.transport = cast("asyncio.Transport", transport)
         self.send()
 
     def send(self) -> None:

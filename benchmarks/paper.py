@@ -13,6 +13,7 @@ makes the whole document.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -170,14 +171,14 @@ def _boundaries(device: Device) -> Iterator[tuple[str, int, Boundary]]:
                     (
                         f"USV, {basis}",
                         size,
-                        lambda b=basis, s=splits: usv(points, b, s, USV_GAMMA, centre),
+                        functools.partial(usv, points, basis, splits, USV_GAMMA, centre),
                     )
                 )
     makers += [
         (
             "segment maxima",
             2 * polar * polar,
-            lambda p=polar: segment_maxima(points, (p, 2 * p), centre),
+            functools.partial(segment_maxima, points, (polar, 2 * polar), centre),
         )
         for polar in SEGMENTS
     ]

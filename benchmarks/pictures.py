@@ -23,6 +23,7 @@ from PIL import Image
 
 from benchmarks import http
 from benchmarks.compute import ROOT, peak_megabytes
+from gamutcore.arrays import Float32Array
 from gamutcore.gamut import Options, build_gamut
 from gamutcore.warm import compile_kernels
 
@@ -35,7 +36,7 @@ MOST_BYTES = str(320 * 2**20)
 PROFILE = ROOT / "tests" / "data" / "DisplayP3-v4.icc"
 
 
-def photograph() -> np.ndarray:
+def photograph() -> Float32Array:
     """Return (height, width, 3) float32 values from 0 to 1: six octaves of waves, 1 % of noise."""
     chance = np.random.default_rng(0)
     y, x = np.mgrid[0:HEIGHT, 0:WIDTH].astype(np.float32)
@@ -47,7 +48,8 @@ def photograph() -> np.ndarray:
             picture[:, :, channel] += waves / 1.4**octave
     picture = (picture - picture.min()) / (picture.max() - picture.min())
     picture += chance.normal(0, 0.01, picture.shape).astype(np.float32)
-    return np.clip(picture, 0, 1)
+    clipped: Float32Array = np.clip(picture, 0, 1)
+    return clipped
 
 
 def plain_tiff(samples: np.ndarray) -> bytes:
@@ -82,7 +84,8 @@ def picture_times(runs: int) -> list[dict[str, Any]]:
         "TIFF, floats": lambda: plain_tiff(picture.astype("<f4")),
     }
     rows = []
-    with tempfile.TemporaryDirectory() as folder, http.server(max_body_bytes=MOST_BYTES) as service:
+    limits = {"max_body_bytes": MOST_BYTES}
+    with tempfile.TemporaryDirectory() as folder, http.server(limits) as service:
         path = Path(folder) / "picture"
         for name, content in files.items():
             path.write_bytes(content())

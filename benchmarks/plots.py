@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import log
 from pathlib import Path
 from statistics import mean
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from benchmarks.paper import CURVE_COUNTS, SPHERE_LIMIT
 from benchmarks.peers import COUNTS
@@ -23,6 +23,9 @@ from benchmarks.summary import (
     mean_errors,
     ratios,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.typing import RcKeyType
 
 __all__ = ["PICTURES", "write"]
 
@@ -45,7 +48,7 @@ OTHER_STYLES = {
     "convex hull": {"color": "#000000", "marker": "*"},
 }
 
-SETTINGS = {
+SETTINGS: dict[RcKeyType, str | float] = {
     "svg.fonttype": "path",  # the same letters everywhere
     "svg.hashsalt": "gamut",  # the same file from the same figures
     "font.size": 10,

@@ -100,7 +100,8 @@ class Measured:
         rates = {row["request"].split(",")[0]: row for row in results["meshes"]}
 
         def typical(name: str) -> float:
-            return mean(row[name] for row in gamuts)
+            figure: float = mean(row[name] for row in gamuts)
+            return figure
 
         return cls(
             repeated=rates["repeated"]["requests_per_s"],

@@ -234,7 +234,7 @@ def soaked(requests: int) -> list[Row]:
     """Return the rows of mixed requests: that many twice, the first time to become warm."""
     # Caches that are full early: what they may take is not what is looked for.
     small = {"history_cache_bytes": str(8 * _MEBIBYTE), "mesh_cache_bytes": str(8 * _MEBIBYTE)}
-    with server(**small) as found:
+    with server(small) as found:
         gamuts = []
         for seed in range(12):
             _, _, description = posted(found.port, {}, samples(seed))
@@ -308,7 +308,7 @@ def live_while_building(builds: int, seconds: float) -> list[Row]:
         connection.close()
         return sorted(times), accepted
 
-    with server(pin=False, build_workers="2", build_queue=str(builds)) as found:
+    with server({"build_workers": "2", "build_queue": str(builds)}, pin=False) as found:
         times, accepted = uvloop.run(measured(found))
     percentile = 1e3 * times[int(len(times) * 0.99)]
     return [

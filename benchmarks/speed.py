@@ -23,9 +23,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.devices import ROOT, FloatArray
+from benchmarks.files import device_data
 from benchmarks.peers import PEERS
 from gamutcore.boundary import Boundary, modified_convex_hull
-from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.decimation import COSTS, decimated
 from gamutcore.history import History, history_bytes, history_from_bytes, history_of
@@ -196,7 +196,7 @@ def storage(runs: int) -> list[dict[str, Any]]:
         history = history_of(decimated(boundary.mesh, boundary.centre, cost))
         data = history_bytes(history)
         opening, common, whole = (
-            shortest_and_median(lambda d=data, n=count: history_from_bytes(d)[0].level(n), runs)
+            shortest_and_median(functools.partial(_level_of_file, data, count), runs)
             for count in (4, LEVEL, history.triangles)
         )
         rows.append(
@@ -213,9 +213,13 @@ def storage(runs: int) -> list[dict[str, Any]]:
     return rows
 
 
+def _level_of_file(data: bytes, count: int) -> TriangleMesh:
+    return history_from_bytes(data)[0].level(count)
+
+
 def srgb_points(samples: int) -> FloatArray:
     """CIELAB colours of the sRGB cube's surface, at most so many."""
-    return surface_colours(characterisation(SRGB.read_bytes()), surface_samples=samples).points
+    return surface_colours(device_data(SRGB.read_bytes()), surface_samples=samples).points
 
 
 def srgb_boundary(samples: int) -> Boundary:
