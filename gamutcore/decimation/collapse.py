@@ -107,7 +107,8 @@ def _queue_next_candidate(
         choice = work.choice[edge]
         if candidate(cost, surface, corner, choice, ring, count, work.slope, work.place):
             value = error(cost, surface, corner, work.place)
-            if value < np.inf:
+            # an infinite one comes last: it may be the only way on
+            if not np.isnan(value):
                 value = _disturbed(work, edge, value)
                 enqueue(work.queue, edge, max(work.queue.priority[edge], value))
                 return
@@ -159,6 +160,41 @@ def _refresh(
                 around = surface.swing[around]
                 if around == begin:
                     break
+        spoke = surface.swing[spoke]
+        if spoke == first:
+            break
+
+
+@leaf_kernel
+def _unpark_beyond(
+    cost: Any,  # noqa: ANN401
+    surface: Surface,
+    work: Workspace,
+    kept: int,
+    collapses: int,
+) -> None:
+    """Bring parked edges back whose rings have changed since neighbours of a new vertex moved.
+
+    These are edges of the neighbours' neighbours.
+    """
+    first = surface.corner_at[kept]
+    spoke = first
+    while True:
+        begin = surface.corner_at[surface.vertex[following(spoke)]]
+        around = begin
+        while True:
+            last = surface.corner_at[surface.vertex[following(around)]]
+            at = last
+            while True:
+                edge = surface.edge_of[preceding(at)]
+                if work.queue.place[edge] < 0 and is_stale(surface, work, edge):
+                    _requeue(cost, surface, work, edge, collapses)
+                at = surface.swing[at]
+                if at == last:
+                    break
+            around = surface.swing[around]
+            if around == begin:
+                break
         spoke = surface.swing[spoke]
         if spoke == first:
             break
@@ -332,5 +368,7 @@ def _collapse_in_order(
         else:
             eager = depends_on_ring(cost) and left < eager_collapses(cost)
             _refresh(cost, surface, work, kept, collapses, eager)
+            if moves_vertices(cost) and work.parked[0] > 0:
+                _unpark_beyond(cost, surface, work, kept, collapses)
     counts[0] = collapses
     return True

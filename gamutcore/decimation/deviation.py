@@ -12,9 +12,15 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray
 from gamutcore.corner_table import following, preceding
-from gamutcore.decimation.samples import LANES, LARGEST_RING, LARGEST_SHARE, TOGETHER, Deviation
+from gamutcore.decimation.samples import (
+    LANES,
+    LARGEST_RING,
+    LARGEST_SHARE,
+    SHARE_OUTSIDE,
+    TOGETHER,
+    Deviation,
+)
 from gamutcore.decimation.star import Surface
-from gamutcore.decimation.symmetric import adjugate
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 
 __all__ = [
@@ -25,13 +31,7 @@ __all__ = [
     "deviation_around",
     "evaluate_present",
     "shortness",
-    "step_towards_reference",
 ]
-
-SOFTNESS = 1.0
-"""Part of the mean residual below which a residual counts as that: keeps the weights 1 ÷ |e| of
-iteratively reweighted least squares finite (Lawson 1961). With less of it the few samples next to
-the present surface hold it where it is: 1e-3 instead of 1 is a tenth less accurate on spheres."""
 
 FLATNESS = 1e-9
 """Weight of area times edge length in an edge's error: on flat sides, where no collapse changes the
@@ -46,16 +46,22 @@ where all vertices hang on two hubs that is nearly all of the time. Of the bound
 13,000 triangles and more, no level changes by it, nor do bodies with such hubs come out worse
 (docs/decisions/ways.md)."""
 
-PULL = 1e-5
-"""Weight of staying in place in the solve for a move, as a part of the normal equations' trace; the
-samples say little about moves along a flat surface, but what they say of curved ones is worth much:
-1e-2 instead is a tenth less accurate."""
+GROWTH = 2.0
+"""How many times the volume that samples stand for a ring may enclose before it counts by itself:
+where the reference is near the centre there are hardly any samples, and nothing else would tell
+that a surface is blown up there..."""
+
+UNSEEN = 8.0
+"""... beyond this many samples' shares: the volume of a few is not known any better."""
 
 
 @inlined_kernel
-def _write_pairs(deviation: Deviation, position: FloatArray, place: FloatArray) -> None:
-    """Write the planes of the faces around a place, and what fills them up for `_compare`."""
-    plane, pairs = deviation.pair_plane, deviation.counts[0]
+def _write_pairs(deviation: Deviation, position: FloatArray, place: FloatArray) -> float:
+    """Write the planes of the faces around a place, and what fills them up for `_compare`.
+
+    Returns six times the volume between these faces and the centre.
+    """
+    plane, pairs, volume = deviation.pair_plane, deviation.counts[0], 0.0
     x, y, z = place[0], place[1], place[2]
     for index in range(pairs):
         one, two = deviation.link[index, 0], deviation.link[index, 1]
@@ -70,6 +76,7 @@ def _write_pairs(deviation: Deviation, position: FloatArray, place: FloatArray) 
         vx, vy, vz = bx - x, by - y, bz - z
         nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
         determinant = nx * x + ny * y + nz * z
+        volume += determinant
         scale = 1.0 / determinant if determinant > 0.0 else 0.0
         plane[index, 3], plane[index, 4], plane[index, 5] = scale * nx, scale * ny, scale * nz
         plane[index, 6] = scale * (ay * bz - az * by)
@@ -81,6 +88,7 @@ def _write_pairs(deviation: Deviation, position: FloatArray, place: FloatArray) 
         plane[pairs, column] = plane[0, column]
         for index in range(pairs + 1, pairs + TOGETHER):
             plane[index, column] = np.nan
+    return volume
 
 
 @inlined_kernel
@@ -109,6 +117,26 @@ def _add_link(deviation: Deviation, one: int, two: int) -> None:
 
 
 @inlined_kernel
+def _sum_in_lanes(terms: FloatArray, count: int) -> float:
+    """Sum of terms, a multiple of `LANES`, in eight parts that do not wait for each other.
+
+    Their order is written here and not left to the compiler, so all machines round alike.
+    """
+    a, b, c, d, e, f, g, h = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for number in range(0, count, 8):
+        at = np.uint64(number)
+        a += terms[at]
+        b += terms[at + np.uint64(1)]
+        c += terms[at + np.uint64(2)]
+        d += terms[at + np.uint64(3)]
+        e += terms[at + np.uint64(4)]
+        f += terms[at + np.uint64(5)]
+        g += terms[at + np.uint64(6)]
+        h += terms[at + np.uint64(7)]
+    return ((a + b) + (c + d)) + ((e + f) + (g + h))
+
+
+@inlined_kernel
 def _fill_lanes(deviation: Deviation, asked: int) -> None:
     """Add samples without a weight, up to a multiple of `LANES`."""
     filled = (asked + LANES - 1) // LANES * LANES
@@ -118,6 +146,7 @@ def _fill_lanes(deviation: Deviation, asked: int) -> None:
         deviation.asked_z[number] = deviation.asked_z[0]
         deviation.asked_weight[number] = 0.0
     deviation.counts[5] = filled
+    deviation.residual[2] = _sum_in_lanes(deviation.asked_weight, filled)
 
 
 @inlined_kernel
@@ -225,26 +254,6 @@ def _look_up_faces(deviation: Deviation) -> None:
 
 
 @inlined_kernel
-def _sum_in_lanes(terms: FloatArray, count: int) -> float:
-    """Sum of terms, a multiple of `LANES`, in eight parts that do not wait for each other.
-
-    Their order is written here and not left to the compiler, so all machines round alike.
-    """
-    a, b, c, d, e, f, g, h = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for number in range(0, count, 8):
-        at = np.uint64(number)
-        a += terms[at]
-        b += terms[at + np.uint64(1)]
-        c += terms[at + np.uint64(2)]
-        d += terms[at + np.uint64(3)]
-        e += terms[at + np.uint64(4)]
-        f += terms[at + np.uint64(5)]
-        g += terms[at + np.uint64(6)]
-        h += terms[at + np.uint64(7)]
-    return ((a + b) + (c + d)) + ((e + f) + (g + h))
-
-
-@inlined_kernel
 def _error_around_place(deviation: Deviation) -> float:
     """Sum over the samples asked for as if the faces around the place were there."""
     weights, inverses, norms = deviation.asked_weight, deviation.inverse, deviation.norm
@@ -255,7 +264,7 @@ def _error_around_place(deviation: Deviation) -> float:
         inside = inverse > 0.0
         t = 1.0 / inverse
         share = _lesser(abs(1.0 - t * t * t), LARGEST_SHARE)
-        errors[number] = weight * (share if inside else LARGEST_SHARE)
+        errors[number] = weight * (share if inside else SHARE_OUTSIDE)
         apart[number] = weight * abs(1.0 - t) if inside else 0.0
         areas[number] = weight * t * norms[number] if inside else 0.0
     deviation.residual[0] = _sum_in_lanes(apart, deviation.counts[5])
@@ -332,6 +341,14 @@ def ask_for_vertex(deviation: Deviation, surface: Surface, centre: int) -> bool:
     return not _is_of_a_hub(deviation)
 
 
+@inlined_kernel
+def _excess(deviation: Deviation, volume: float) -> float:
+    """How much volume there is around a place that the reference has not, whatever samples say."""
+    reference, count = deviation.residual[3], deviation.counts[2]
+    slack = reference * (UNSEEN / count) if count > 0 else np.inf
+    return volume - (GROWTH * deviation.residual[2] + slack)
+
+
 @leaf_kernel
 def change_at(deviation: Deviation, surface: Surface, place: FloatArray) -> float:
     """Change of the deviation if there is a vertex at a place instead of what was asked for.
@@ -349,10 +366,11 @@ def change_at(deviation: Deviation, surface: Surface, place: FloatArray) -> floa
     float
         In six times the volume's unit; negative if the surface comes closer to the reference.
     """
-    _write_pairs(deviation, surface.position, place)
+    volume = _write_pairs(deviation, surface.position, place)
     _choose_pairs(deviation)
     _look_up_faces(deviation)
-    return _error_around_place(deviation) - deviation_around(deviation)
+    after = max(_error_around_place(deviation), _excess(deviation, volume))
+    return after - deviation_around(deviation)
 
 
 @leaf_kernel
@@ -407,101 +425,3 @@ def shortness(deviation: Deviation, surface: Surface, corner: int) -> float:
         difference = position[one, axis] - position[two, axis]
         squared += difference * difference
     return FLATNESS * deviation.residual[1] * np.sqrt(squared)
-
-
-@inlined_kernel
-def _add_steps(deviation: Deviation, soft: float) -> None:
-    """Sum up for each face what its samples add to the normal equations of a step."""
-    plane, pairs, weights = deviation.pair_plane, deviation.pair, deviation.asked_weight
-    inverses, norms, sums = deviation.inverse, deviation.norm, deviation.pair_sum
-    xs, ys, zs = deviation.asked_x, deviation.asked_y, deviation.asked_z
-    squares, pulls = deviation.term, deviation.other_term
-    for number in range(deviation.counts[5]):
-        pair = np.uint64(pairs[number])
-        squares[number] = (
-            plane[pair, 6] * xs[number] + plane[pair, 7] * ys[number] + plane[pair, 8] * zs[number]
-        )
-    for number in range(deviation.counts[5]):
-        inverse, norm = inverses[number], norms[number]
-        inside = inverse > 0.0
-        e = (inverse - 1.0) * (1.0 / norm)
-        away = abs(e)
-        size = away if away > soft else soft  # noqa: FURB136
-        # 1 ÷ both, for there is time for one division only
-        reciprocal = 1.0 / (inverse * size)
-        part = squares[number] * (reciprocal * size)
-        weight = weights[number] * part * norm * reciprocal
-        squares[number] = weight * part if inside else 0.0
-        pulls[number] = weight * e if inside else 0.0
-    # samples of a face mostly follow each other, so each adds to what the one before has written:
-    # in four parts that do not wait for each other
-    for number in range(0, deviation.counts[5], 4):
-        for lane in range(4):
-            at = np.uint64(number + lane)
-            pair = np.uint64(pairs[at])
-            sums[pair, 2 * lane] += squares[at]
-            sums[pair, 2 * lane + 1] += pulls[at]
-
-
-@leaf_kernel
-def step_towards_reference(deviation: Deviation, place: FloatArray, better: FloatArray) -> bool:
-    """Write where the vertex should go that a change was asked for, to first order.
-
-    A move δ of the vertex shifts the surface at a sample along the normal n of its face by λ n·δ, λ
-    being the sample's barycentric coordinate for the vertex. δ minimises Σ ω |e − λ n·δ| over the
-    samples, e being their distances from the faces' planes and ω the area that they stand for, by a
-    step of iteratively reweighted least squares.
-
-    Parameters
-    ----------
-    deviation : Deviation
-        As the last `change_at` left it.
-    place : (3,) float64
-        The place that it was asked for.
-    better : (3,) float64
-        Receives the position.
-
-    Returns
-    -------
-    bool
-        False if the samples give no direction.
-    """
-    plane, sums, pairs = deviation.pair_plane, deviation.pair_sum, deviation.counts[0]
-    if not deviation.residual[0] > 0.0:
-        return False
-    soft = SOFTNESS * deviation.residual[0] / deviation.residual[1]
-    for around in range(pairs):
-        sums[around, :] = 0.0
-    _add_steps(deviation, soft)
-    a00, a01, a02, a11, a12, a22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    b0, b1, b2 = 0.0, 0.0, 0.0
-    for around in range(pairs):
-        distance = 1.0 / plane[around, 9]
-        nx, ny, nz = (
-            plane[around, 3] * distance,
-            plane[around, 4] * distance,
-            plane[around, 5] * distance,
-        )
-        square = (sums[around, 0] + sums[around, 2]) + (sums[around, 4] + sums[around, 6])
-        pulled = (sums[around, 1] + sums[around, 3]) + (sums[around, 5] + sums[around, 7])
-        if not square > 0.0:
-            continue
-        a00 += square * nx * nx
-        a01 += square * nx * ny
-        a02 += square * nx * nz
-        a11 += square * ny * ny
-        a12 += square * ny * nz
-        a22 += square * nz * nz
-        b0 += pulled * nx
-        b1 += pulled * ny
-        b2 += pulled * nz
-    pull = PULL * (a00 + a11 + a22)
-    i00, i01, i02, i11, i12, i22, determinant = adjugate(
-        a00 + pull, a01, a02, a11 + pull, a12, a22 + pull
-    )
-    if not determinant > 0.0:
-        return False
-    better[0] = place[0] + (i00 * b0 + i01 * b1 + i02 * b2) / determinant
-    better[1] = place[1] + (i01 * b0 + i11 * b1 + i12 * b2) / determinant
-    better[2] = place[2] + (i02 * b0 + i12 * b1 + i22 * b2) / determinant
-    return True

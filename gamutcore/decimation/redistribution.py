@@ -10,7 +10,7 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray
 from gamutcore.corner_table import following, preceding
-from gamutcore.decimation.samples import LARGEST_SHARE, Deviation
+from gamutcore.decimation.samples import LARGEST_SHARE, SHARE_OUTSIDE, Deviation
 from gamutcore.decimation.star import Surface
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 
@@ -334,6 +334,6 @@ def _sum_errors(deviation: Deviation, surface: Surface, at: int) -> None:
     for sample in range(deviation.begin[at // 3], deviation.end[at // 3]):
         inverse = nx * deviation.x[sample] + ny * deviation.y[sample] + nz * deviation.z[sample]
         t = 1.0 / inverse
-        share = abs(1.0 - t * t * t) if inverse > 0.0 else LARGEST_SHARE
+        share = abs(1.0 - t * t * t) if inverse > 0.0 else SHARE_OUTSIDE
         total += deviation.weight[sample] * min(share, LARGEST_SHARE)
     deviation.error[at // 3] = total

@@ -9,11 +9,11 @@ from gamutcore.decimation.deviation import (
     ask_for_edge,
     change_at,
     shortness,
-    step_towards_reference,
 )
 from gamutcore.decimation.memoryless import Memoryless, keep_volume
 from gamutcore.decimation.samples import Deviation
 from gamutcore.decimation.star import Surface
+from gamutcore.decimation.steps import step_towards_reference
 from gamutcore.kernels import leaf_kernel
 
 __all__ = ["error_by_mismatch", "refined_place"]

@@ -32,6 +32,7 @@ __all__ = [
     "LANES",
     "LARGEST_RING",
     "LARGEST_SHARE",
+    "SHARE_OUTSIDE",
     "TOGETHER",
     "Deviation",
     "deviation_on",
@@ -43,8 +44,11 @@ __all__ = [
 LARGEST_RING = 64
 """Rings with more faces are not evaluated: their edge would not be among the cheapest."""
 
-LARGEST_SHARE = 8.0
-"""Bound of |1 − t³|: the surface at hand may reach far out where a place is not valid anyway."""
+LARGEST_SHARE = 1e12
+"""Bound of |1 − t³|, which keeps sums finite: the surface at hand may be nearly edge-on."""
+
+SHARE_OUTSIDE = 8.0
+"""What it is for samples that no face is in front of: the place is not valid then."""
 
 LANES = 8
 """Samples that the compiler takes at a time, at most: a vector of eight numbers."""
@@ -97,9 +101,10 @@ class Deviation(NamedTuple):
         they are in no faces; where the half begins that they are in; samples asked for, with those
         without a weight; entries of either half of the arrays, of which no more are used than twice
         as many as there are samples at first.
-    residual : (2,) float64
+    residual : (4,) float64
         Scratch: the samples' distances from the faces around the place, summed over the area that
-        they stand for, and that area.
+        they stand for, and that area; the sum of the weights of the samples asked for. The last one
+        stays: that of all samples.
     """
 
     x: FloatArray
@@ -158,7 +163,7 @@ def no_deviation(samples: int, faces: int) -> Deviation:
         other_term=np.empty(samples + LANES),
         third_term=np.empty(samples + LANES),
         counts=np.zeros(7, np.int64),
-        residual=np.zeros(2),
+        residual=np.zeros(4),
     )
 
 
@@ -190,6 +195,7 @@ def deviation_on(deviation: Deviation, faces: IndexArray) -> Deviation:
         return no_deviation(deviation.asked_x.size - LANES, len(faces))
     copy = no_deviation(used, len(faces))
     copy.counts[2], copy.counts[6] = used, 2 * used
+    copy.residual[3] = deviation.residual[3]
     kept = np.arange(used)
     if deviation.counts[3] > 0:
         begin, end = deviation.begin[faces], deviation.end[faces]
@@ -286,6 +292,7 @@ def take_samples(deviation: Deviation, surface: Surface, wanted: int, in_faces: 
     _gone_through(deviation, surface, part, share, in_faces)
     deviation.counts[3] = deviation.counts[2] if in_faces else 0
     deviation.counts[6] = 2 * deviation.counts[2]
+    deviation.residual[3] = whole
 
 
 @leaf_kernel

@@ -269,7 +269,8 @@ def scale_to_preserve_volume(
     """Move a new vertex along its radius to where the enclosed volume is the one to be preserved.
 
     The star's volume is linear in the radius of its vertex, so there is exactly one such place;
-    it lies in front of the centre for every direction that keeps the star shape.
+    it lies in front of the centre for every direction that keeps the star shape. A deficit that is
+    more than half of the star's volume cannot be paid back here, and is left to others.
 
     Parameters
     ----------
@@ -287,7 +288,9 @@ def scale_to_preserve_volume(
         Whether there is such a place; `place` is left alone if not.
     """
     volume = place[0] * slope[0] + place[1] * slope[1] + place[2] * slope[2]
-    scale = (star_volume(surface, kept, dead) + surface.deficit[0]) / volume
+    whole = star_volume(surface, kept, dead)
+    wanted = whole + surface.deficit[0]
+    scale = (wanted if wanted > 0.5 * whole else whole) / volume
     if not (scale > 0.0 and scale < np.inf):
         return False
     place[0], place[1], place[2] = scale * place[0], scale * place[1], scale * place[2]

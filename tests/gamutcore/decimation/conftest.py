@@ -5,9 +5,10 @@ import pytest
 
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.corner_table import opposite_corners
+from gamutcore.decimation.costs import finest
 from gamutcore.decimation.edge_queue import fill_queue
 from gamutcore.decimation.record import empty_record
-from gamutcore.decimation.samples import LARGEST_SHARE
+from gamutcore.decimation.samples import LARGEST_SHARE, no_deviation, take_samples
 from gamutcore.decimation.star import (
     keeps_star_shape,
     link_condition_holds,
@@ -216,3 +217,20 @@ def assert_in_their_faces(faces_left, by_hand, samples_in, points_of):
         return samples
 
     return check
+
+
+@pytest.fixture(scope="session")
+def deviating(bumpy_mesh, surface_from, random_collapses):
+    """Return a function from a seed to a deviation and a surface that has moved away from it."""
+
+    def make(seed, count=50, collapses=15):
+        positions, faces = bumpy_mesh(seed, count)
+        surface = surface_from(positions, faces)
+        deviation = no_deviation(len(positions) + len(faces), len(faces))
+        take_samples(deviation, surface, 1, True)
+        state = finest.state(positions, faces)._replace(deviation=deviation)
+        for _ in random_collapses(state, surface, seed, collapses):
+            pass
+        return deviation, surface
+
+    return make

@@ -63,6 +63,33 @@ def cloud(kind, seed, count):
     return kind(np.random.default_rng(seed), count)
 
 
+def rugged(random, count, radii):
+    """A triangulation of the sphere whose vertices are pulled in and out along their rays."""
+    hull = modified_convex_hull(directions(random, count), 1.0, (0.0, 0.0, 0.0)).mesh
+    pulled = radii(random, (len(hull.vertices), 1))
+    return TriangleMesh((hull.vertices * pulled).astype(np.float32), hull.faces)
+
+
+def two_decades(random, shape):
+    return 10 ** random.uniform(-1, 1, shape)
+
+
+def four_decades(random, shape):
+    return 10 ** random.uniform(-2, 2, shape)
+
+
+def hundredfold(random, shape):
+    return np.where(random.random(shape) < 0.2, 100.0, 1.0) * random.uniform(0.9, 1.1, shape)
+
+
+def thousandfold(random, shape):
+    return np.where(random.random(shape) < 0.1, 1000.0, 1.0) * random.uniform(0.9, 1.1, shape)
+
+
+def dents(random, shape):
+    return np.where(random.random(shape) < 0.1, 0.05, 1.0) * random.uniform(0.9, 1.1, shape)
+
+
 class TestEveryLevel:
     @pytest.mark.parametrize("cost", COSTS)
     @pytest.mark.parametrize("kind", CLOUDS)
@@ -88,6 +115,24 @@ class TestEveryLevel:
                 rounding = np.sqrt(3) / 2 * history.step
                 assert abs(level.volume - volume) <= max(1e-5 * volume, level.area * rounding)
         assert counts == list(range(4, boundary.mesh.triangles + 1, 2))
+
+    @pytest.mark.parametrize("cost", COSTS)
+    @pytest.mark.parametrize("radii", [two_decades, four_decades, hundredfold, thousandfold, dents])
+    @settings(max_examples=12)
+    @given(seed=st.integers(0, 2**32), count=st.integers(30, 300))
+    def test_of_rugged_bodies_as_well(self, assert_every_invariant, cost, radii, seed, count):
+        """Boundaries that are posted as meshes: no hull has evened them out."""
+        mesh = rugged(np.random.default_rng(seed), count, radii)
+        centre = np.zeros(3)
+        try:
+            history = history_of(decimated(mesh, centre, cost))
+        except MeshError:
+            reject()  # on the grid it is not star-shaped any more
+        counts = []
+        for level in history.levels():
+            counts.append(level.triangles)
+            assert_every_invariant(level, centre, level.triangles)
+        assert counts == list(range(4, mesh.triangles + 1, 2))
 
     @pytest.mark.parametrize("cost", COSTS)
     @pytest.mark.parametrize("kind", CLOUDS)
