@@ -209,7 +209,7 @@ def test_hubs_are_not_evaluated_if_they_have_a_good_part_of_all_samples(
     assert change_by_collapse(deviation, surface, corner_of(surface, 0, 1), positions[0]) < np.inf
 
 
-@pytest.mark.parametrize("times", [2, 5, 20])
+@pytest.mark.parametrize("times", [5, 50, 1000])
 def test_what_is_blown_up_where_there_are_no_samples_counts_all_the_same(
     icosphere, surface_from, times
 ):
@@ -231,4 +231,4 @@ def test_what_is_blown_up_where_there_are_no_samples_counts_all_the_same(
         change = change_by_move(deviation, surface, vertex, times * here)
         assert change >= 0.5 * grown - slack
     # not for nothing: some of it is more than the slack
-    assert times < 20 or grown > 2 * slack
+    assert times < 1000 or grown > 2 * slack

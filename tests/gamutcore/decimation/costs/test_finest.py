@@ -64,6 +64,18 @@ def test_levels_are_closer_than_those_of_the_default_cost(boundaries, histories,
     assert means[0] <= means[1]
 
 
+@pytest.mark.parametrize("off", [0.9, 0.97])
+def test_about_a_centre_near_the_surface_levels_are_as_close(icosphere, off):
+    """Few samples are near the centre, but half of all directions go there."""
+    mesh = icosphere(4)
+    centre = np.array([0.0, 0.0, off * np.linalg.norm(mesh.vertices[0])])
+    closer, default = (history_of(decimated(mesh, centre, cost)) for cost in ("finest", "volume"))
+    for triangles in (20, *COMPARED):
+        assert mismatch(mesh, closer.level(triangles)) < mismatch(mesh, default.level(triangles))
+    volumes = np.array([closer.level(count).volume for count in range(10, 300, 2)])
+    assert volumes.max() < 1.2 * mesh.volume
+
+
 @pytest.mark.parametrize(("divisions", "first"), [(2, 100), (4, 256), (5, 1024), (6, 3500)])
 def test_vertices_move_in_a_tenth_of_all_levels(icosphere, divisions, first):
     """Spheres of 162, 2562, 10,242 and 40,962 vertices: how many are left when the first moves."""
