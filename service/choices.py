@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import asyncio
 from math import inf
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gamutcore.metric.level_choice import LevelChoice
 from service.cache import ByteBoundedCache
@@ -53,6 +53,17 @@ class Choices:
         )
         self._finding: SingleFlight[tuple[str, Bounds], ChosenLevel] = SingleFlight()
         self._turn = asyncio.Semaphore(1)
+        self._searches = 0
+
+    @property
+    def caches(self) -> dict[str, ByteBoundedCache[Any, Any]]:
+        """What is remembered, by name: of gamuts what was compared, of limits their levels."""
+        return {"comparisons": self._kept, "limits": self._levels}
+
+    @property
+    def searches(self) -> int:
+        """How many searches are under way: one, and those that wait for their turn."""
+        return self._searches
 
     def known(self, gamut_id: str, limits: Bounds) -> ChosenLevel | None:
         """Return the level that `found` returns, if that is known already."""
@@ -101,6 +112,15 @@ class Choices:
         self._levels.discard_where(lambda key: key[0] == gamut_id)
 
     async def _find(self, opened: OpenGamut, choice: LevelChoice, limits: Bounds) -> ChosenLevel:
+        self._searches += 1
+        try:
+            return await self._find_in_turn(opened, choice, limits)
+        finally:
+            self._searches -= 1
+
+    async def _find_in_turn(
+        self, opened: OpenGamut, choice: LevelChoice, limits: Bounds
+    ) -> ChosenLevel:
         with timed("wait"):
             await self._turn.acquire()
         try:

@@ -134,7 +134,15 @@ def _service_families(service: Service) -> Iterator[Metric]:
     yield from _build_families(service.metrics.builds)
     yield from _engine_families(service.builds.facts())
     yield _gauge("gamut_event_streams", "Clients that follow a job.", service.events.count)
-    yield from _cache_families({"gamuts": service.library.cache, "meshes": service.meshes.cache})
+    choices = service.meshes.choices
+    yield _gauge(
+        "gamut_level_searches",
+        "Levels that are searched for a limit, but one all waiting.",
+        choices.searches,
+    )
+    yield from _cache_families(
+        {"gamuts": service.library.cache, "meshes": service.meshes.cache, **choices.caches}
+    )
     yield from _store_families(service.store)
     ready = service.readiness.last
     if ready is not None:

@@ -178,6 +178,11 @@ class Meshes:
         """The meshes that are kept."""
         return self._cache
 
+    @property
+    def choices(self) -> Choices:
+        """Which levels keep limits."""
+        return self._choices
+
     def at_once(
         self, gamut_id: str, wanted: Wanted, format_name: str, coding: str = IDENTITY
     ) -> EncodedMesh | None:

@@ -128,7 +128,7 @@ def test_requests_are_counted_as_they_are_answered(app):
     assert found["gamut_http_sent_bytes_total", ()] == 3 * len("live\n")
 
 
-def test_the_caches_and_the_store_tell_what_happened(service, built):
+def publish(service, built):
     for gamut in built:
         content = gamut.to_bytes()
         digest = hashlib.sha256(content).hexdigest()
@@ -136,6 +136,10 @@ def test_the_caches_and_the_store_tell_what_happened(service, built):
         path = service.store.scratch(".gamut")
         path.write_bytes(content)
         service.store.publish(record, path)
+
+
+def test_the_caches_and_the_store_tell_what_happened(service, built):
+    publish(service, built)
     one, other = (gamut.id for gamut in built)
 
     async def asked():
@@ -153,6 +157,33 @@ def test_the_caches_and_the_store_tell_what_happened(service, built):
     assert found["gamut_store_hits_total", ()] >= 2
     assert found["gamut_store_bytes", ()] > sum(len(gamut.to_bytes()) for gamut in built)
     assert found["gamut_store_corruptions_total", ()] == 0
+
+
+def test_searches_for_levels_that_keep_limits_are_told_of(service, built):
+    publish(service, built)
+
+    async def asked():
+        wanted = [Wanted(max_error=error, max_mismatch=0.02) for error in (0.7, 0.6, 0.5)]
+        name = built[0].id
+        await service.meshes.mesh(name, Wanted(100), "ply")
+        meshes = [asyncio.create_task(service.meshes.mesh(name, one, "ply")) for one in wanted]
+        most = 0
+        while not all(mesh.done() for mesh in meshes):
+            most = max(most, read(service)["gamut_level_searches", ()])
+            await asyncio.sleep(0)
+        await asyncio.gather(*meshes)
+        assert most == len(wanted)
+        for one in wanted:
+            await service.meshes.mesh(name, one, "ply")
+
+    asyncio.run(asked())
+    found = read(service)
+    assert found["gamut_level_searches", ()] == 0
+    comparisons, limits = (("cache", "comparisons"),), (("cache", "limits"),)
+    assert found["gamut_cache_bytes", comparisons] > 1000
+    # the first answer afterwards is worked out of the comparisons, and then it is kept
+    assert found["gamut_cache_misses_total", limits] >= 3
+    assert found["gamut_cache_bytes", limits] == 3 * 500
 
 
 def test_counting_and_reading_at_the_same_time(service):
