@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, reject, settings
+from hypothesis import example, given, reject, settings
 from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
@@ -118,8 +118,13 @@ class TestEveryLevel:
 
     @pytest.mark.parametrize("cost", COSTS)
     @pytest.mark.parametrize("radii", [two_decades, four_decades, hundredfold, thousandfold, dents])
-    @settings(max_examples=12)
+    @settings(max_examples=10)
     @given(seed=st.integers(0, 2**32), count=st.integers(30, 300))
+    # on each of these `finest` once stopped at 6 to 12 triangles, with some of the radii
+    @example(seed=15, count=150)
+    @example(seed=46, count=150)
+    @example(seed=66, count=150)
+    @example(seed=110, count=150)
     def test_of_rugged_bodies_as_well(self, assert_every_invariant, cost, radii, seed, count):
         """Boundaries that are posted as meshes: no hull has evened them out."""
         mesh = rugged(np.random.default_rng(seed), count, radii)
