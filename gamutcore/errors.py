@@ -23,6 +23,7 @@ __all__ = [
     "MalformedProfileError",
     "MeshError",
     "MissingColumnError",
+    "NeighbourLimitError",
     "OptionError",
     "PictureSizeError",
     "SampleLimitError",
@@ -224,6 +225,12 @@ class DecimationError(GamutError):
     """No edge of the mesh can be collapsed validly although more than four triangles are left."""
 
     code = "decimation-stalled"
+
+
+class NeighbourLimitError(GamutError):
+    """Vertices of a mesh have so many neighbours that its history would take too long to read."""
+
+    code = "too-many-neighbours"
 
 
 class TriangleCountError(GamutError):

@@ -1,10 +1,12 @@
 """The decorator of all compiled kernels, and the cache that their machine code is kept in.
 
-Numba's own file cache has two habits that do not suit a packaged service: it notices a change only
-in the file of the kernel itself and not in the kernels that it calls from other files, and it
+Numba's own file cache has three habits that do not suit a packaged service: it notices a change
+only in the file of the kernel itself and not in the kernels that it calls from other files; it
 refuses a cache directory that cannot be written to, such as the read-only root of a container whose
-kernels were compiled when the image was built. The locator here stamps every cache entry with the
-content of all of them and reads from wherever the code lies.
+kernels were compiled when the image was built; and it fails where a file of it cannot be unpickled,
+as when a kernel was compiled for a function of a module that is there no more. The locator here
+stamps every cache entry with the content of all of them and reads from wherever the code lies, and
+what cannot be unpickled is compiled anew.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from numba.core import config
 from numba.core.caching import (
     CompileResultCacheImpl,
     FunctionCache,
+    IndexDataCacheFile,
     UserProvidedCacheLocator,
     _CacheLocator,
 )
@@ -80,8 +83,35 @@ class _KernelCacheImpl(CompileResultCacheImpl):
     _locator_classes: list[type[object]] = [KernelCacheLocator]  # noqa: RUF012  # as numba has it
 
 
+class _KernelCacheFile(IndexDataCacheFile):
+    # whatever unpickling raises: that depends on what the file names, and on how it is damaged
+
+    def load(self, key: object) -> object:
+        """Return compiled code; None where there is none that can be loaded."""
+        try:
+            return super().load(key)  # type: ignore[no-untyped-call]
+        except Exception:  # noqa: BLE001
+            return None
+
+    def _load_index(self) -> dict[object, str]:
+        """Return which file has what; nothing where that cannot be loaded, to be written anew."""
+        try:
+            index: dict[object, str] = super()._load_index()  # type: ignore[no-untyped-call]
+        except Exception:  # noqa: BLE001
+            return {}
+        return index
+
+
 class _KernelCache(FunctionCache):
     _impl_class = _KernelCacheImpl
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)  # type: ignore[no-untyped-call]
+        self._cache_file = _KernelCacheFile(  # type: ignore[no-untyped-call]
+            cache_path=self._cache_path,
+            filename_base=self._impl.filename_base,
+            source_stamp=self._impl.locator.get_source_stamp(),
+        )
 
     def save_overload(self, signature: object, data: object) -> None:
         """Keep compiled code; where the directory cannot be written to, do without."""
@@ -154,5 +184,5 @@ def _compiled(function: Kernel, **flags: bool) -> Kernel:
     compiler = cast("Callable[..., Any]", numba.njit)
     compiled = compiler(nogil=True, error_model="numpy", **flags)(function)
     # what numba's own enable_caching does, with another class of cache
-    compiled._cache = _KernelCache(function)  # type: ignore[no-untyped-call]  # noqa: SLF001
+    compiled._cache = _KernelCache(function)  # noqa: SLF001
     return cast("Kernel", compiled)

@@ -181,6 +181,13 @@ CORE_KINDS = (
         "No edge can be collapsed although 12 triangles are left.",
     ),
     _core(
+        errors.NeighbourLimitError,
+        "Vertices have too many neighbours",
+        "Divide the surface so that fewer triangles meet at a vertex.",
+        "Up to 131072 triangles meet at a vertex, and levels would take too long to read.",
+        neighbours=131072,
+    ),
+    _core(
         errors.HistoryFileError,
         "A history file is damaged",
         "Post the characterisation data again.",

@@ -22,7 +22,7 @@ from safetensors import SafetensorError, deserialize
 
 from gamutcore.arrays import ByteArray
 from gamutcore.corner_table import opposite_corners
-from gamutcore.errors import HistoryFileError
+from gamutcore.errors import HistoryFileError, NeighbourLimitError
 from gamutcore.history.bit_codes import written
 from gamutcore.history.device_history import (
     PackedDeviceValues,
@@ -34,8 +34,9 @@ from gamutcore.history.groups import DAMAGED, DEVICE, group_name, groups_of
 from gamutcore.history.history import History
 from gamutcore.history.packed_splits import PackedSplits
 from gamutcore.history.prefix_order import Splits
-from gamutcore.history.replay import replay_of
+from gamutcore.history.rings import MOST_VISITED, VISITED, VISITED_PER_VERTEX, Replay, replay_of
 from gamutcore.history.split_codes import LARGEST_COORDINATE, MINIMUM_SPLIT_BITS, first_contexts
+from gamutcore.history.split_reader import MOVED_PER_VERTEX
 from gamutcore.history.split_writer import write_group
 
 if TYPE_CHECKING:
@@ -45,6 +46,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from gamutcore.arrays import FloatArray, IndexArray
+
+    Tensor = Mapping[str, Any]
+    """An array as safetensors has it: ``dtype`` and ``shape`` as in the header, and ``data``."""
 
 __all__ = ["FORMAT", "VERSION", "history_bytes", "history_from_bytes", "history_metadata"]
 
@@ -90,6 +94,8 @@ def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -
     HistoryFileError
         If positions are not on the history's grid, or its splits not in the canonical order that
         `history_of` gives them.
+    NeighbourLimitError
+        If readers would refuse the file, since reading it could take minutes.
     """
     splits = _in_steps(history.splits, history.step)
     arrays: list[tuple[str, NDArray[np.generic]]] = [
@@ -109,6 +115,7 @@ def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -
                 where={"slot": int(faulty)},
                 remedy="splits in the order that history_of gives them",
             )
+        _refuse_long_rings(replay, splits, end)
         arrays.append((group_name(number), written(writer)))
     names = {kind: name for name, kind in TYPES.items()}
     described = {
@@ -165,7 +172,8 @@ def history_from_bytes(data: bytes, *, partial: bool = False) -> tuple[History, 
         data, groups = _without_cut_arrays(data)
         vertices = min(vertices, 4 * 2**groups)
     try:
-        arrays = {name: _array(name, tensor) for name, tensor in deserialize(data)}
+        # of any type: those that this format does not name are not looked at
+        arrays = dict(deserialize(data))
     except SafetensorError as cause:
         raise HistoryFileError(
             f"the history file is damaged: {cause}", where={"byte": 8}, remedy=DAMAGED
@@ -198,6 +206,18 @@ def history_metadata(path: Path) -> dict[str, str]:
         return _parsed_metadata(length + file.read(min(size, LARGEST_HEADER)))
 
 
+def _refuse_long_rings(replay: Replay, splits: Splits, end: int) -> None:
+    """Check what readers count at the end of a group, so that none refuses what was written."""
+    visited, moved = int(replay.used[VISITED]), int(splits.moved_end[end - 5])
+    if visited > MOST_VISITED + VISITED_PER_VERTEX * end or moved > MOVED_PER_VERTEX * end:
+        most = int(replay.span[:end, 1].max())
+        raise NeighbourLimitError(
+            f"Up to {most} triangles meet at a vertex, and levels would take too long to read.",
+            where={"neighbours": most},
+            remedy="Divide the surface so that fewer triangles meet at a vertex.",
+        )
+
+
 def _in_steps(splits: Splits, step: float) -> Splits:
     """Return the splits with positions as int32 in steps."""
     whole: dict[str, Any] = {}
@@ -225,12 +245,10 @@ def _without_cut_arrays(data: bytes) -> tuple[bytes, int]:
     """Return a file with the arrays that are there as a whole, and how many groups are."""
     size = 8 + struct.unpack("<Q", data[:8])[0]
     header = json.loads(data[8:size])
-    names = ["centre", "step", "base.positions", "base.faces"]
-    numbers = range(LARGEST_VERTICES.bit_length())
-    names += [group_name(number) for number in numbers]
-    names += ["device.base", *(group_name(number, DEVICE) for number in numbers)]
+    # those of other names as well: what lies between two arrays must not be missing
+    names = [name for name in header if name != "__metadata__"]
     try:
-        ends = {name: int(header[name]["data_offsets"][1]) for name in names if name in header}
+        ends = {name: int(header[name]["data_offsets"][1]) for name in names}
     except (KeyError, TypeError, ValueError, IndexError, OverflowError) as cause:
         raise HistoryFileError(
             "the header does not say where the arrays are", where={"byte": 8}, remedy=DAMAGED
@@ -286,43 +304,30 @@ def _vertex_count(metadata: Mapping[str, str]) -> int:
     return count
 
 
-def _array(name: str, tensor: Mapping[str, object]) -> NDArray[np.generic]:
-    kind = TYPES.get(str(tensor["dtype"]))
-    if kind is None:
-        raise HistoryFileError(
-            f"array {name!r} has the type {tensor['dtype']}",
-            where={"field": name},
-            remedy=f"one of {', '.join(TYPES)}",
-        )
-    shape = cast("list[int]", tensor["shape"])
-    array: NDArray[np.generic] = np.frombuffer(cast("bytes", tensor["data"]), kind)
-    return array.reshape(shape)
-
-
 def _taken(
-    arrays: Mapping[str, NDArray[np.generic]], name: str, kind: str, shape: tuple[int | None, ...]
+    arrays: Mapping[str, Tensor], name: str, kind: str, shape: tuple[int | None, ...]
 ) -> NDArray[np.generic]:
     """Return an array of a name if it has the type and shape (None: any length)."""
-    array = arrays.get(name)
+    tensor = arrays.get(name)
+    have = () if tensor is None else tuple(tensor["shape"])
     if (
-        array is None
-        or array.dtype != TYPES[kind]
-        or array.ndim != len(shape)
-        or any(
-            want is not None and have != want for have, want in zip(array.shape, shape, strict=True)
-        )
+        tensor is None
+        or tensor["dtype"] != kind
+        or len(have) != len(shape)
+        or any(want not in (None, found) for found, want in zip(have, shape, strict=True))
     ):
-        found = "missing" if array is None else f"{array.dtype} of the shape {array.shape}"
+        found = "missing" if tensor is None else f"{tensor['dtype']} of the shape {have}"
         raise HistoryFileError(
             f"array {name!r} is {found}",
             where={"field": name},
             remedy=f"{kind} of the shape {shape}",
         )
-    return array
+    array: NDArray[np.generic] = np.frombuffer(tensor["data"], TYPES[kind])
+    return array.reshape(have)
 
 
 def _packed_device_values(
-    arrays: Mapping[str, NDArray[np.generic]],
+    arrays: Mapping[str, Tensor],
     metadata: Mapping[str, str],
     vertices: int,
     *,
@@ -358,7 +363,7 @@ def _packed_device_values(
 
 
 def _history(
-    arrays: Mapping[str, NDArray[np.generic]], vertices: int, device: PackedDeviceValues | None
+    arrays: Mapping[str, Tensor], vertices: int, device: PackedDeviceValues | None
 ) -> History:
     """Check the arrays but for what is in the streams, which must be long enough for their splits.
 
@@ -396,7 +401,7 @@ def _history(
 
 
 def _base(
-    arrays: Mapping[str, NDArray[np.generic]], centre: FloatArray, step: float
+    arrays: Mapping[str, Tensor], centre: FloatArray, step: float
 ) -> tuple[IndexArray, IndexArray]:
     """Return the coarsest level, in steps, if it is a tetrahedron around the centre."""
     positions = _taken(arrays, "base.positions", "I32", (4, 3)).astype(np.int32)

@@ -21,7 +21,7 @@ from gamutcore.history.groups import (
     refuse_bits_left,
 )
 from gamutcore.history.prefix_order import Splits, ascending_in_parts
-from gamutcore.history.replay import replay_for, replay_of
+from gamutcore.history.rings import replay_for, replay_of
 from gamutcore.history.split_codes import first_contexts
 from gamutcore.history.split_reader import (
     FAULTS,

@@ -1,4 +1,4 @@
-"""A level while a history is written or read: its connectivity, and what a split can be told from.
+"""What a split can be told from, and whether a level sees the centre while a history is read.
 
 Positions are whole numbers here, in steps of the grid. A split needs to be told only what cannot be
 known from the level before it: the ring of the parent (its neighbours) gives the plane that both
@@ -12,62 +12,23 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
-from gamutcore.arrays import FloatArray, IndexArray, LongArray
-from gamutcore.history.groups import lengthened
-from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
+from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.history.rings import LINKED, Replay
+from gamutcore.kernels import inlined_kernel, leaf_kernel
 
 __all__ = [
     "CLASSES",
     "LARGEST_CLASS",
     "Frame",
-    "Replay",
-    "copy_ring",
     "frame_of",
-    "has_room",
-    "replay_for",
-    "replay_of",
-    "ring_of",
     "sees_centre_after_split",
-    "split_slot",
     "star_sees_centre",
     "third",
-    "with_room",
 ]
-
-SMALLEST_ROOM = 8
-"""Entries that a ring has room for at the beginning; most rings never have more."""
 
 LARGEST_CLASS = 31
 CLASSES = LARGEST_CLASS + 1
 """Lengths are told apart by the power of two that they are below, up to 2³¹ steps."""
-
-
-class Replay(NamedTuple):
-    """A level in arrays that have room for finer ones.
-
-    Its connectivity is the ring of each slot: the faces around it, counter-clockwise, each as its
-    corner at the slot and the slot that follows in it. Everything that a split changes is then in a
-    few places that do not depend on each other, which takes half the time of walking through a
-    corner table (docs/decisions/compact-histories.md).
-
-    Attributes
-    ----------
-    position : (V, 3) int32
-        In steps of the grid.
-    span : (V, 3) int32
-        Where the ring of a slot begins in `entries`, how long it is, and how much room there is.
-    entries : (n, 2) int32
-        Corner and following slot.
-    filled : (1,) int64
-        How many entries are taken, by rings or by what they have outgrown.
-    """
-
-    position: IndexArray
-    span: IndexArray
-    entries: IndexArray
-    filled: LongArray
 
 
 class Frame(NamedTuple):
@@ -95,88 +56,6 @@ class Frame(NamedTuple):
     ahead_v: int
     size: int
     height: int
-
-
-def replay_of(positions: IndexArray, faces: IndexArray, vertices: int = 4) -> Replay:
-    """Return the coarsest level, ready to be refined.
-
-    Parameters
-    ----------
-    positions : (4, 3) int32
-        In steps.
-    faces : (4, 3) int32
-        A closed, oriented tetrahedron.
-    vertices : int, optional
-        That there is to be room for.
-
-    Returns
-    -------
-    Replay
-    """
-    replay = Replay(
-        np.empty((vertices, 3), np.int32),
-        np.empty((vertices, 3), np.int32),
-        np.empty((_entries_for(vertices), 2), np.int32),
-        np.zeros(1, np.int64),
-    )
-    replay.position[:4] = positions
-    for slot in range(4):
-        corners = np.flatnonzero(faces.ravel() == slot)
-        following = {int(faces[c // 3, (c + 1) % 3]): int(c) for c in corners}
-        preceding = {int(c): int(faces[c // 3, (c + 2) % 3]) for c in corners}
-        corner = int(corners[0])
-        for index in range(3):
-            neighbour = int(faces[corner // 3, (corner + 1) % 3])
-            replay.entries[SMALLEST_ROOM * slot + index] = corner, neighbour
-            corner = following[preceding[corner]]
-        replay.span[slot] = SMALLEST_ROOM * slot, 3, SMALLEST_ROOM
-    replay.filled[0] = 4 * SMALLEST_ROOM
-    return replay
-
-
-def replay_for(replay: Replay, vertices: int) -> Replay:
-    """Return the same level with room for so many vertices and for rings of the usual length."""
-    return Replay(
-        lengthened(replay.position, vertices),
-        lengthened(replay.span, vertices),
-        lengthened(replay.entries, max(_entries_for(vertices), len(replay.entries))),
-        replay.filled,
-    )
-
-
-def _entries_for(vertices: int) -> int:
-    return SMALLEST_ROOM * vertices + 64
-
-
-@inlined_kernel
-def ring_of(replay: Replay, slot: int) -> tuple[int, int]:
-    """Return the length of a slot's ring, and where the face with the smallest number is in it."""
-    begin, degree = replay.span[slot, 0], replay.span[slot, 1]
-    lowest, smallest = 0, replay.entries[begin, 0]
-    for index in range(1, degree):
-        corner = replay.entries[begin + index, 0]
-        if corner < smallest:
-            lowest, smallest = index, corner
-    return degree, lowest
-
-
-@inlined_kernel
-def copy_ring(replay: Replay, slot: int, start: int, ring: IndexArray) -> None:
-    """Copy a slot's ring, beginning with its entry number `start`.
-
-    Parameters
-    ----------
-    replay : Replay
-    slot, start : int
-    ring : (≥ degree, 2) int32
-        Receives the entries.
-    """
-    begin, degree = replay.span[slot, 0], replay.span[slot, 1]
-    index = start
-    for copied in range(degree):
-        ring[copied, 0] = replay.entries[begin + index, 0]
-        ring[copied, 1] = replay.entries[begin + index, 1]
-        index = index + 1 if index + 1 < degree else 0
 
 
 @inlined_kernel
@@ -286,118 +165,6 @@ def third(frame: Frame, along_u: int, along_v: int) -> int:
 
 
 @inlined_kernel
-def has_room(replay: Replay, ring: IndexArray, degree: int, kept: int) -> bool:
-    """Whether `split_slot` finds room for all rings that may have to go elsewhere."""
-    left, right = ring[0, 1], ring[kept, 1]
-    needed = 4 * (degree + 2) + 2 * (replay.span[left, 1] + replay.span[right, 1] + 2)
-    return bool(replay.filled[0] + needed + 4 * SMALLEST_ROOM <= len(replay.entries))
-
-
-@kernel
-def with_room(replay: Replay, ring: IndexArray, degree: int, kept: int) -> Replay:
-    """Return the same level with room for a split."""
-    left, right = ring[0, 1], ring[kept, 1]
-    needed = 4 * (degree + 2) + 2 * (replay.span[left, 1] + replay.span[right, 1] + 2)
-    entries = np.empty((2 * (replay.filled[0] + needed + 4 * SMALLEST_ROOM), 2), np.int32)
-    for index in range(replay.filled[0]):
-        entries[index, 0] = replay.entries[index, 0]
-        entries[index, 1] = replay.entries[index, 1]
-    return Replay(replay.position, replay.span, entries, replay.filled)
-
-
-@inlined_kernel
-def split_slot(
-    replay: Replay, parent: int, slot: int, ring: IndexArray, degree: int, kept: int
-) -> int:
-    """Split a slot: give part of its faces to a new one, and put two new faces between them.
-
-    The new faces are (parent, slot, left) and (slot, parent, right).
-
-    Parameters
-    ----------
-    replay : Replay
-        A level with `slot` vertices and room for one more, whose position is not touched.
-    parent, slot : int
-    ring, degree, kept
-        As for `frame_of`; 1 ≤ kept < degree.
-
-    Returns
-    -------
-    int
-        How many entries were looked at.
-    """
-    span, entries = replay.span, replay.entries
-    left, right = ring[0, 1], ring[kept, 1]
-    one, two = 6 * slot - 12, 6 * slot - 9
-    visited: int = degree + span[left, 1] + span[right, 1]
-    for index in range(kept + 1, degree):
-        neighbour = ring[index, 1]
-        entries[_entry(replay, neighbour, parent), 1] = slot
-        visited += span[neighbour, 1]
-    at = _inserted(replay, left, parent)
-    entries[at, 0], entries[at, 1], entries[at + 1, 1] = one + 2, parent, slot
-    at = _inserted(replay, right, parent)
-    entries[at, 0], entries[at, 1] = two + 2, slot
-
-    at = _room_for(replay, parent, kept + 2)
-    for index in range(kept):
-        entries[at + index, 0], entries[at + index, 1] = ring[index, 0], ring[index, 1]
-    at += kept
-    entries[at, 0], entries[at, 1] = two + 1, right
-    entries[at + 1, 0], entries[at + 1, 1] = one, slot
-    span[slot, 1], span[slot, 2] = 0, 0
-    at = _room_for(replay, slot, degree - kept + 2)
-    for index in range(kept, degree):
-        entries[at, 0], entries[at, 1] = ring[index, 0], ring[index, 1]
-        at += 1
-    entries[at, 0], entries[at, 1] = one + 1, left
-    entries[at + 1, 0], entries[at + 1, 1] = two, parent
-    return visited
-
-
-@inlined_kernel
-def _entry(replay: Replay, slot: int, neighbour: int) -> int:
-    """Where the ring of a slot names a neighbour."""
-    entry: int = replay.span[slot, 0]
-    while replay.entries[entry, 1] != neighbour:
-        entry += 1
-    return entry
-
-
-@inlined_kernel
-def _room_for(replay: Replay, slot: int, degree: int) -> int:
-    """Give a ring its new length, and where it does not fit a new place; returns the place."""
-    span = replay.span
-    span[slot, 1] = degree
-    if degree > span[slot, 2]:
-        room = SMALLEST_ROOM
-        while room < degree:
-            room *= 2
-        span[slot, 0], span[slot, 2] = replay.filled[0], room
-        replay.filled[0] += room
-    begin: int = span[slot, 0]
-    return begin
-
-
-@leaf_kernel
-def _inserted(replay: Replay, slot: int, neighbour: int) -> int:
-    """Open a gap before the entry of a neighbour in a ring; returns the gap's place."""
-    entries = replay.entries
-    begin: int = replay.span[slot, 0]
-    degree: int = replay.span[slot, 1]
-    gap = _entry(replay, slot, neighbour) - begin
-    to = _room_for(replay, slot, degree + 1)
-    if to != begin:
-        for index in range(gap):
-            entries[to + index, 0] = entries[begin + index, 0]
-            entries[to + index, 1] = entries[begin + index, 1]
-    for index in range(degree - 1, gap - 1, -1):
-        entries[to + index + 1, 0] = entries[begin + index, 0]
-        entries[to + index + 1, 1] = entries[begin + index, 1]
-    return to + gap
-
-
-@inlined_kernel
 def sees_centre_after_split(
     replay: Replay,
     parent: int,
@@ -440,12 +207,20 @@ def sees_centre_after_split(
 def star_sees_centre(replay: Replay, slot: int, centre: FloatArray, step: float) -> bool:
     """Whether all faces at a slot see the centre from inside."""
     begin, degree = replay.span[slot, 0], replay.span[slot, 1]
+    linked = replay.span[slot, 2] == LINKED
+    corner = begin
+    last = replay.links[begin, 1] if linked else replay.entries[begin + degree - 1, 1]
     ax, ay, az = _seen_from(replay, slot, centre, step)
-    x, y, z = _seen_from(replay, replay.entries[begin + degree - 1, 1], centre, step)
+    x, y, z = _seen_from(replay, last, centre, step)
     valid = True
     for index in range(degree):
         bx, by, bz = x, y, z
-        x, y, z = _seen_from(replay, replay.entries[begin + index, 1], centre, step)
+        if linked:
+            corner = replay.links[corner, 0]
+            following = replay.links[corner, 1]
+        else:
+            following = replay.entries[begin + index, 1]
+        x, y, z = _seen_from(replay, following, centre, step)
         valid &= _determinant(ax, ay, az, bx, by, bz, x, y, z) > 0.0
     return valid
 

@@ -23,15 +23,21 @@ from gamutcore.history.bit_codes import (
 )
 from gamutcore.history.replay import (
     Frame,
-    Replay,
-    copy_ring,
     frame_of,
-    has_room,
-    ring_of,
     sees_centre_after_split,
-    split_slot,
     star_sees_centre,
     third,
+)
+from gamutcore.history.rings import (
+    MOST_VISITED,
+    VISITED,
+    VISITED_PER_VERTEX,
+    WALKED,
+    Replay,
+    copy_ring,
+    has_room,
+    ring_of,
+    split_slot,
     with_room,
 )
 from gamutcore.history.split_codes import (
@@ -49,6 +55,7 @@ from gamutcore.kernels import inlined_kernel, kernel
 __all__ = [
     "FAULTS",
     "MOVED",
+    "MOVED_PER_VERTEX",
     "SHIFTED",
     "FixedColumns",
     "GrowingColumns",
@@ -56,15 +63,11 @@ __all__ = [
     "read_group",
 ]
 
-LARGEST_RINGS = 2**32
-"""Ring entries that are looked at, over all splits: some seconds of work. Real histories look at
-about thirty per split; only made-up ones, most of whose splits are beside a slot with tens of
-thousands of neighbours, come near."""
-
 MOVED_PER_VERTEX = 24
 """Corners that move, divided by the vertices of the full boundary. Real histories move three. Where
 the smaller part of a ring always goes to the new slot, as writers let it, each corner that moves
-does so into a ring of about half the length, so that there are not many more than log₂ V."""
+does so into a ring of about half the length, so that there are not many more than log₂ V. Whoever
+writes refuses what has more."""
 
 OK, CUT_SHORT, BAD_CUT, LONG_RINGS, MANY_MOVED, FAR_OFF, NOT_STAR_SHAPED = range(7)
 
@@ -78,7 +81,7 @@ FAULTS = {
 }
 """What `read_group` finds wrong with a split, by the numbers that it returns."""
 
-MOVED, SHIFTED, RINGS = range(3)
+MOVED, SHIFTED = range(2)
 """Places in `GrowingColumns.used`."""
 
 
@@ -102,8 +105,8 @@ class GrowingColumns(NamedTuple):
     moved : (≥ used[MOVED],) int32
     shifted : (≥ used[SHIFTED],) int32
     shifted_coarse, shifted_fine : (≥ used[SHIFTED], 3) float32
-    used : (3,) int64
-        How much of the first and of the others is in use, and the ring corners visited so far.
+    used : (2,) int64
+        How much of the first and of the others is in use.
     """
 
     moved: IndexArray
@@ -129,7 +132,7 @@ def empty_columns(splits: int) -> tuple[FixedColumns, GrowingColumns]:
         np.empty(64, np.int32),
         np.empty((64, 3), np.float32),
         np.empty((64, 3), np.float32),
-        np.zeros(3, np.int64),
+        np.zeros(2, np.int64),
     )
     return fixed, growing
 
@@ -207,6 +210,7 @@ def read_group(
             degree,
             kept,
             shifts,
+            end,
             vertices,
             centre,
             step,
@@ -231,6 +235,7 @@ def _read_split(
     degree: int,
     kept: int,
     shifts: bool,
+    end: int,
     vertices: int,
     centre: FloatArray,
     step: float,
@@ -258,15 +263,16 @@ def _read_split(
     faces[split, 0], faces[split, 1], faces[split, 2] = parent, slot, ring[0, 1]
     faces[split, 3], faces[split, 4], faces[split, 5] = slot, parent, ring[kept, 1]
 
-    used[RINGS] += split_slot(replay, parent, slot, ring, degree, kept)
-    if used[RINGS] > LARGEST_RINGS:
+    split_slot(replay, parent, slot, ring, degree, kept)
+    for index in range(shifted_before, used[SHIFTED]):
+        replay.used[VISITED] += WALKED * replay.span[growing.shifted[index], 1]
+    if replay.used[VISITED] > MOST_VISITED + VISITED_PER_VERTEX * end:
         return LONG_RINGS
     if used[MOVED] > MOVED_PER_VERTEX * vertices:
         return MANY_MOVED
     valid = sees_centre_after_split(replay, parent, slot, ring, degree, kept, centre, step)
     for index in range(shifted_before, used[SHIFTED]):
         valid &= star_sees_centre(replay, growing.shifted[index], centre, step)
-        used[RINGS] += replay.span[growing.shifted[index], 1]
     return OK if valid else NOT_STAR_SHAPED
 
 

@@ -16,15 +16,15 @@ from gamutcore.history.bit_codes import (
     write_bits,
     write_differences,
 )
-from gamutcore.history.replay import (
-    Frame,
+from gamutcore.history.replay import Frame, frame_of, third
+from gamutcore.history.rings import (
+    VISITED,
+    WALKED,
     Replay,
     copy_ring,
-    frame_of,
     has_room,
     ring_of,
     split_slot,
-    third,
     with_room,
 )
 from gamutcore.history.split_codes import (
@@ -107,6 +107,9 @@ def write_group(
             if found != count:
                 return writer, slot, replay
         split_slot(replay, parent, slot, ring, degree, kept)
+        # readers look at all faces around what moves
+        for index in range(begin, begin + count):
+            replay.used[VISITED] += WALKED * replay.span[splits.shifted[index], 1]
         for axis in range(3):
             replay.position[parent, axis] = splits.fine[split, axis]
             replay.position[slot, axis] = splits.added[split, axis]

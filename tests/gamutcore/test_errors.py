@@ -54,6 +54,7 @@ def test_released_codes_keep_their_meaning():
         "BoundaryError": "boundary-failed",
         "MeshError": "invalid-mesh",
         "DecimationError": "decimation-stalled",
+        "NeighbourLimitError": "too-many-neighbours",
         "TriangleCountError": "triangle-count",
         "HistoryFileError": "malformed-history",
     }

@@ -3,6 +3,7 @@
 import importlib.util
 import os
 import shutil
+import sys
 
 import numpy as np
 import pytest
@@ -17,6 +18,18 @@ from gamutcore.kernels import kernel
 @kernel
 def doubled(values):
     return 2.0 * values
+
+@kernel
+def total(pair):
+    return pair[0] + pair[1]
+"""
+
+OTHER = """
+from typing import NamedTuple
+
+class Pair(NamedTuple):
+    one: float
+    other: float
 """
 
 
@@ -113,6 +126,46 @@ class TestCache:
         files = set(tmp_path.rglob("*.nb*"))
         np.testing.assert_array_equal(again(np.ones((2, 2))), 2.0)
         assert set(tmp_path.rglob("*.nb*")) == files
+
+    def test_is_compiled_anew_where_it_names_a_module_that_is_gone(
+        self, module, tmp_path, monkeypatch
+    ):
+        """A kernel that was compiled for a type of another module, which is then deleted."""
+        monkeypatch.setattr(config, "CACHE_DIR", "")
+        monkeypatch.syspath_prepend(str(tmp_path))
+        other = tmp_path / "gone_tomorrow.py"
+        other.write_text(OTHER)
+        gone = importlib.import_module("gone_tomorrow")
+        first = module().total
+        assert first(gone.Pair(1.0, 2.0)) == first((1.0, 2.0)) == 3.0
+        again = module().total
+        assert again((1.0, 2.0)) == 3.0
+        assert hits(again) == 1
+
+        other.unlink()
+        shutil.rmtree(tmp_path / "__pycache__", ignore_errors=True)
+        monkeypatch.delitem(sys.modules, "gone_tomorrow")
+        importlib.invalidate_caches()
+        for hit in (0, 1):
+            again = module().total
+            assert again((1.0, 2.0)) == 3.0
+            assert hits(again) == hit
+
+    @pytest.mark.parametrize("kind", ["nbi", "nbc"])
+    @pytest.mark.parametrize("content", [b"", b"\x80\x05garbage", None])
+    def test_is_compiled_anew_where_a_file_is_damaged(
+        self, module, tmp_path, monkeypatch, kind, content
+    ):
+        """None: cut in the middle."""
+        monkeypatch.setattr(config, "CACHE_DIR", "")
+        module().doubled(1.0)
+        (path,) = tmp_path.rglob(f"*doubled*.{kind}")
+        whole = path.read_bytes()
+        path.write_bytes(whole[: len(whole) // 2] if content is None else content)
+        for hit in (0, 1):
+            again = module().doubled
+            assert again(1.0) == 2.0
+            assert hits(again) == hit
 
     def test_functions_of_one_name_are_told_apart(self):
         def one():

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gamutcore.history import History, history_bytes
+from gamutcore.mesh import TriangleMesh
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -80,3 +81,21 @@ def first_levels() -> Callable[[History, int], History]:
         return History(splits._replace(**columns), history.centre, history.step)
 
     return beginning
+
+
+@pytest.fixture(scope="session")
+def double_pyramid() -> Callable[[int], TriangleMesh]:
+    """Return a function from a number of vertices to a rim of so many between two apexes."""
+
+    def body(rim: int) -> TriangleMesh:
+        turn = 2 * np.pi * np.arange(rim) / rim
+        around = np.stack([50 * np.cos(turn), 50 * np.sin(turn), np.zeros(rim)], axis=1)
+        one, other = np.arange(rim), (np.arange(rim) + 1) % rim
+        above = np.stack([one, other, np.full(rim, rim)], axis=1)
+        below = np.stack([other, one, np.full(rim, rim + 1)], axis=1)
+        return TriangleMesh(
+            np.vstack([around, (0, 0, 50), (0, 0, -50)]),
+            np.vstack([above, below]).astype(np.int32),
+        )
+
+    return body

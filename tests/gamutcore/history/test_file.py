@@ -35,6 +35,28 @@ def assert_same_history(one, other):
     np.testing.assert_array_equal(one.centre, other.centre)
 
 
+def with_other_arrays(data):
+    """Return a file with more arrays, before and behind its own, of types that NumPy knows."""
+    bits = {"BOOL": 8} | {f"{kind}{size}": size for kind in "IU" for size in (8, 16, 32, 64)}
+    bits |= {f"F{size}": size for size in (16, 32, 64)}
+    header, body = parts(data)
+    before = 16 * sum(bits.values()) // 8
+    for name, array in header.items():
+        if name != "__metadata__":
+            array["data_offsets"] = [before + offset for offset in array["data_offsets"]]
+    for where, place in (("notes", 0), ("splits.more", before + len(body))):
+        for kind, size in bits.items():
+            end = place + 2 * size
+            header[f"{where}.{kind}"] = {
+                "dtype": kind,
+                "shape": [1, 16],
+                "data_offsets": [place, end],
+            }
+            place = end  # noqa: PLW2901
+    text = json.dumps(header).encode()
+    return struct.pack("<Q", len(text)) + text + b"\1" * before + body + b"\1" * before
+
+
 def assert_readable(history):
     """Every level of what was read is valid, and can be stepped through."""
     for level in history.levels():
@@ -73,6 +95,18 @@ class TestRoundTrip:
         history, _ = history_from_bytes(history_bytes(shifting_history))
         assert_same_history(history, shifting_history)
         assert_readable(history)
+
+    @pytest.mark.parametrize("partial", [False, True])
+    def test_of_arrays_of_other_names(self, small_history, file, partial):
+        history, metadata = history_from_bytes(with_other_arrays(file), partial=partial)
+        assert_same_history(history, small_history)
+        assert metadata == history_from_bytes(file)[1]
+
+    def test_of_a_prefix_with_arrays_of_other_names(self, small_history, file):
+        data = with_other_arrays(file)
+        history, _ = history_from_bytes(data[: stream_of(data, 2)[1]], partial=True)
+        assert history.vertices == 32
+        assert history.full() == small_history.level(60)
 
     @settings(max_examples=40)
     @given(
@@ -305,6 +339,16 @@ class TestReaderInJavaScript:
         counts = [*range(4, 400, 2), *range(400, 8000, 500), 20_000, 50_000, full]
         levels = javascript_levels(history_bytes(large_history), counts)
         assert_same_levels(levels, map(large_history.level, counts))
+
+    def test_arrays_of_other_names(self, javascript_levels, small_history, file):
+        levels = javascript_levels(with_other_arrays(file))
+        assert_same_levels(levels, small_history.levels())
+
+    def test_vertices_with_thousands_of_neighbours(self, javascript_levels, double_pyramid):
+        history = history_of(decimated(double_pyramid(2000), np.zeros(3)))
+        counts = [4, 100, 500, 600, 2000, history.triangles]
+        levels = javascript_levels(history_bytes(history), counts)
+        assert_same_levels(levels, map(history.level, counts))
 
     def test_a_prefix(self, javascript_levels, fogra39_gamut):
         """Up to the end of a group, as a client would ask for it, and a few bytes more."""

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from gamutcore.history.bit_codes import BitWriter, reader_of, write_adaptive, write_below, written
 from gamutcore.history.history import History
 from gamutcore.history.prefix_order import Splits
-from gamutcore.history.replay import replay_of
+from gamutcore.history.rings import MOST_VISITED, VISITED, VISITED_PER_VERTEX, replay_of
 from gamutcore.history.split_codes import KEPT, first_contexts
 from gamutcore.history.split_reader import FAULTS, MOVED, SHIFTED, empty_columns, read_group
 
@@ -21,11 +21,12 @@ CENTRE = np.zeros(3)
 STEP = 2.0**-11
 
 
-def decoded(stream, vertices):
+def decoded(stream, vertices, visited=0):
     """Fault, slot, columns in use and the bits that were read."""
     fixed, growing = empty_columns(vertices - 4)
     reader = reader_of(np.frombuffer(stream, np.uint8))
     replay = replay_of(POSITIONS, FACES, vertices)
+    replay.used[VISITED] = visited
     fault, slot, _, growing = read_group(
         reader, first_contexts(), replay, fixed, growing, 4, vertices, vertices, CENTRE, STEP
     )
@@ -103,3 +104,17 @@ def test_columns_begin_empty():
     fixed, growing = empty_columns(5)
     assert {len(column) for column in fixed} == {5}
     assert not growing.used.any()
+
+
+def test_walks_along_rings_that_take_too_long_end():
+    """Random bits whose first splits are valid, after as much as is allowed but for one split."""
+    random = np.random.default_rng(3)
+    stream = max((random.bytes(100) for _ in range(200)), key=lambda bits: decoded(bits, 100)[1])
+    assert decoded(stream, 100)[1] >= 6
+    allowed = MOST_VISITED + VISITED_PER_VERTEX * 100
+    fault, slot, *_ = decoded(stream, 100, allowed - 150)
+    assert "too many neighbours" in FAULTS[fault]
+    assert slot == 5
+    fault, slot, *_ = decoded(stream, 100, allowed)
+    assert "too many neighbours" in FAULTS[fault]
+    assert slot == 4

@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
-from gamutcore.errors import HistoryFileError
-from gamutcore.history import History, history_bytes
+from gamutcore.decimation import decimated
+from gamutcore.errors import HistoryFileError, NeighbourLimitError
+from gamutcore.history import History, file, history_bytes, history_from_bytes, history_of
 from gamutcore.history.bit_codes import written
+from gamutcore.history.groups import groups_of
 from gamutcore.history.prefix_order import Splits
-from gamutcore.history.replay import replay_of
+from gamutcore.history.rings import VISITED, replay_of
 from gamutcore.history.split_codes import first_contexts
 from gamutcore.history.split_writer import write_group
 
@@ -112,3 +114,41 @@ def test_a_shift_of_a_slot_that_is_no_neighbour_is_not_written(shifting_history)
     with pytest.raises(HistoryFileError) as caught:
         history_bytes(history)
     assert caught.value.where == {"slot": last + 4}
+
+
+def test_what_readers_would_refuse_is_not_written(small_history, monkeypatch):
+    monkeypatch.setattr(file, "MOST_VISITED", 0)
+    assert history_bytes(small_history)
+    monkeypatch.setattr(file, "VISITED_PER_VERTEX", 1)
+    with pytest.raises(NeighbourLimitError, match="triangles meet") as caught:
+        history_bytes(small_history)
+    assert 3 <= caught.value.where["neighbours"] < small_history.vertices
+    monkeypatch.undo()
+    monkeypatch.setattr(file, "MOVED_PER_VERTEX", 0)
+    with pytest.raises(NeighbourLimitError):
+        history_bytes(small_history)
+
+
+@pytest.mark.parametrize("name", ["small_history", "shifting_history", "double_pyramid"])
+def test_writers_count_what_readers_do(name, request):
+    made = request.getfixturevalue(name)
+    if name == "double_pyramid":
+        made = history_of(decimated(made(600), np.zeros(3), "finest"))
+    splits, step = made.splits, made.step
+    data = history_bytes(made)
+    history, _ = history_from_bytes(data)
+    packed = history._packed
+    in_steps = splits._replace(
+        **{
+            field: np.rint(array / step).astype(np.int32)
+            for field, array in splits._asdict().items()
+            if array.dtype == np.float32
+        }
+    )
+    replay = replay_of(in_steps.base_positions, in_steps.base_faces, splits.vertices)
+    contexts = first_contexts()
+    for start, end in groups_of(splits.vertices):
+        _, faulty, replay = write_group(contexts, replay, in_steps, start, end)
+        assert faulty == 0
+        packed.unpack()
+        assert packed._replay.used[VISITED] == replay.used[VISITED] > 0

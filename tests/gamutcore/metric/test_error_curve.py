@@ -12,6 +12,7 @@ from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimated
 from gamutcore.errors import TriangleCountError
 from gamutcore.history import history_of
+from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import mismatch
 from gamutcore.metric.error_curve import LevelError, curve_counts, error_curve
 from gamutcore.metric.radial_overlay import Distances, radial_difference
@@ -139,6 +140,21 @@ class TestOfAnything:
             assert level.mismatch_bound >= level.mismatch
             for distances in (level.from_full, level.to_full):
                 assert distances.mean <= distances.maximum <= level.distance_bound
+
+    @pytest.mark.parametrize("cost", sorted(COSTS))
+    def test_mismatch_is_no_less_than_the_volumes_differ_by(self, icosphere, cost):
+        """Of a body all of spikes, which levels lose one by one: their references have as well."""
+        ball = icosphere(3)
+        random = np.random.default_rng(0)
+        radii = 10 ** random.uniform(-1, 1, (len(ball.vertices), 1))
+        mesh = TriangleMesh(ball.vertices * radii, ball.faces)
+        history = history_of(decimated(mesh, np.zeros(3), cost))
+        curve = error_curve(history, curve_counts(history.triangles))
+        full = curve[-1].volume
+        assert cost != "quadric" or curve[0].volume < 0.1 * full
+        for level in curve:
+            lost = abs(level.volume - full) / full
+            assert lost * (1 - 1e-12) <= level.mismatch <= level.mismatch_bound
 
     def test_the_full_boundary_has_no_error(self, small_history):
         (level,) = error_curve(small_history, [small_history.triangles])

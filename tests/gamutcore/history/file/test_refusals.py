@@ -117,6 +117,19 @@ class TestRefusals:
             history_from_bytes(tampered(file, **{name: array}))
         assert caught.value.where == {"field": name.replace("__", ".")}
 
+    def test_of_an_array_of_no_name_here_whose_place_is_wrong(self, file):
+        """Arrays that are not named are ignored, but a file that is no safetensors is not read."""
+        size = struct.unpack("<Q", file[:8])[0]
+        header = json.loads(file[8 : 8 + size])
+        end = len(file) - 8 - size
+        for begin, size_of in ((end, 4), (end - 4, 4), (end + 4, 8)):
+            offsets = [begin, begin + size_of]
+            header["notes"] = {"dtype": "F32", "shape": [1], "data_offsets": offsets}
+            text = json.dumps(header).encode()
+            body = file[8 + size :] + b"\0" * (0 if begin == end else 4)
+            with pytest.raises(HistoryFileError, match="damaged"):
+                history_from_bytes(struct.pack("<Q", len(text)) + text + body)
+
     @pytest.mark.parametrize("value", [-1, 4, 2**31 - 1, -(2**31)])
     def test_of_a_slot_that_the_coarsest_level_does_not_have(self, file, value):
         def change(array):

@@ -1,0 +1,217 @@
+"""The rings of a level: in agreement with its faces, whatever is split, short or long."""
+
+import numpy as np
+import pytest
+
+from gamutcore.decimation import decimated
+from gamutcore.history import history_of
+from gamutcore.history.replay import star_sees_centre
+from gamutcore.history.rings import (
+    LINKED,
+    LONGEST_LIST,
+    VISITED,
+    copy_ring,
+    has_room,
+    replay_for,
+    replay_of,
+    ring_of,
+    split_slot,
+    with_room,
+)
+
+TETRAHEDRON = np.array([(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)], np.int32)
+
+
+def ring_in(replay, slot):
+    begin, degree, room = replay.span[slot].tolist()
+    if room == LINKED:
+        assert degree > LONGEST_LIST
+        corners = [begin]
+        while len(corners) < degree:
+            corners.append(int(replay.links[corners[-1], 0]))
+        assert replay.links[corners[-1], 0] == begin
+        return [(corner, int(replay.links[corner, 1])) for corner in corners]
+    assert degree <= min(room, LONGEST_LIST)
+    return [tuple(entry) for entry in replay.entries[begin : begin + degree].tolist()]
+
+
+def rings_of(faces):
+    """Rings by definition: the faces around each slot, each beginning where the last one ends."""
+    around = {}
+    for face, slots in enumerate(faces.tolist()):
+        for place, slot in enumerate(slots):
+            entry = (3 * face + place, slots[(place + 1) % 3], slots[(place + 2) % 3])
+            around.setdefault(slot, []).append(entry)
+    for slot, entries in around.items():
+        ordered = [min(entries)]
+        while len(ordered) < len(entries):
+            (found,) = (entry for entry in entries if entry[1] == ordered[-1][2])
+            ordered.append(found)
+        around[slot] = [entry[:2] for entry in ordered]
+    return around
+
+
+def turned(ring):
+    lowest = ring.index(min(ring))
+    return ring[lowest:] + ring[:lowest]
+
+
+def assert_rings(replay, faces):
+    for slot, ring in rings_of(faces).items():
+        assert turned(ring_in(replay, slot)) == ring
+        degree, lowest = ring_of(replay, slot)
+        copied = np.empty((degree, 2), np.int32)
+        copy_ring(replay, slot, lowest, copied)
+        assert [tuple(entry) for entry in copied.tolist()] == ring
+
+
+def replayed(replay, splits, until, since=4):
+    """Apply the splits up to a number of vertices, and yield what leads to each."""
+    for split in range(since - 4, until - 4):
+        slot, parent = split + 4, int(splits.parent[split])
+        degree, _ = ring_of(replay, parent)
+        neighbours = [neighbour for _, neighbour in ring_in(replay, parent)]
+        ring = np.empty((degree, 2), np.int32)
+        copy_ring(replay, parent, neighbours.index(splits.faces[split, 0, 2]), ring)
+        start = int(splits.moved_end[split - 1]) if split else 0
+        kept = degree - (int(splits.moved_end[split]) - start)
+        if not has_room(replay, ring, degree, kept):
+            replay = with_room(replay, ring, degree, kept)
+        split_slot(replay, parent, slot, ring, degree, kept)
+        yield replay, ring, degree, kept
+
+
+def test_the_coarsest_level():
+    replay = replay_of(np.zeros((4, 3), np.int32), TETRAHEDRON, 9)
+    assert_rings(replay, TETRAHEDRON)
+    assert len(replay.position) == 9
+
+
+def test_room_for_more_is_made_between_splits(small_history):
+    splits = small_history.splits
+    replay = replay_of(np.zeros((4, 3), np.int32), splits.base_faces)
+    for slot in range(4, splits.vertices):
+        if slot == len(replay.position):
+            replay = replay_for(replay, min(2 * slot, splits.vertices))
+        for replay, *_ in replayed(replay, splits, slot + 1, slot):  # noqa: B020
+            assert_rings(replay, small_history.level(2 * slot - 2).faces)
+
+
+def test_rings_agree_with_the_faces_of_every_level(small_history):
+    splits = small_history.splits
+    replay = replay_of(np.zeros((4, 3), np.int32), splits.base_faces, splits.vertices)
+    for replay, *_ in replayed(replay, splits, splits.vertices):  # noqa: B020
+        assert ring_in(replay, 0)
+    assert_rings(replay, small_history.full().faces)
+
+
+@pytest.mark.parametrize("vertices", [5, 6, 10, 50])
+def test_rings_agree_with_the_faces_of_a_level(small_history, vertices):
+    splits = small_history.splits
+    replay = replay_of(np.zeros((4, 3), np.int32), splits.base_faces, splits.vertices)
+    for replay, *_ in replayed(replay, splits, vertices):  # noqa: B007, B020
+        pass
+    assert_rings(replay, small_history.level(2 * vertices - 4).faces)
+
+
+def test_rings_that_outgrow_their_room():
+    """Slot 0 keeps all but one of its faces, again and again."""
+    replay = replay_of(np.zeros((4, 3), np.int32), TETRAHEDRON, 400)
+    replay = replay._replace(entries=replay.entries[:80].copy())
+    faces = [list(face) for face in TETRAHEDRON.tolist()]
+    for slot in range(4, 400):
+        degree, lowest = ring_of(replay, 0)
+        ring = np.empty((degree, 2), np.int32)
+        copy_ring(replay, 0, lowest, ring)
+        if not has_room(replay, ring, degree, degree - 1):
+            replay = with_room(replay, ring, degree, degree - 1)
+        split_slot(replay, 0, slot, ring, degree, degree - 1)
+        corner = ring[degree - 1, 0]
+        faces[corner // 3][corner % 3] = slot
+        faces += [[0, slot, ring[0, 1]], [slot, 0, ring[degree - 1, 1]]]
+    assert ring_of(replay, 0)[0] == 399
+    assert replay.used[0] <= len(replay.entries)
+    assert_rings(replay, np.array(faces))
+
+
+def random_splits(random, until):
+    """Split slots at random, half of the time slot 0, and yield the level and its faces.
+
+    The parent keeps all but one of its faces, so that its ring grows; slot 0 now and then keeps a
+    third of them.
+    """
+    replay = replay_of(np.zeros((4, 3), np.int32), TETRAHEDRON)
+    faces = [list(face) for face in TETRAHEDRON.tolist()]
+    for slot in range(4, until):
+        if slot == len(replay.position):
+            replay = replay_for(replay, min(2 * slot, until))
+        cut = slot % 1000 == 999
+        parent = 0 if cut or random.random() < 0.5 else int(random.integers(slot))
+        degree, lowest = ring_of(replay, parent)
+        ring = np.empty((degree, 2), np.int32)
+        copy_ring(replay, parent, int(lowest + random.integers(degree)) % degree, ring)
+        kept = degree // 3 if cut else degree - 1
+        if not has_room(replay, ring, degree, kept):
+            replay = with_room(replay, ring, degree, kept)
+        split_slot(replay, parent, slot, ring, degree, kept)
+        for corner in ring[kept:, 0].tolist():
+            faces[corner // 3][corner % 3] = slot
+        faces += [[parent, slot, int(ring[0, 1])], [slot, parent, int(ring[kept, 1])]]
+        yield replay, faces
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_rings_agree_with_the_faces_as_they_become_long_and_short_again(seed):
+    linked, unlinked = set(), set()
+    for replay, faces in random_splits(np.random.default_rng(seed), 3000):
+        slots = len(faces) // 2 + 2
+        now = set(np.flatnonzero(replay.span[:slots, 2] == LINKED).tolist())
+        unlinked |= linked - now
+        linked = now
+        if slots % 500 == 0:
+            assert_rings(replay, np.array(faces))
+            assert replay.used[0] <= len(replay.entries)
+            assert replay.used[0] < 12 * slots + 64 + 8 * LONGEST_LIST
+    assert linked
+    assert unlinked
+
+
+def test_a_long_ring_sees_the_centre_as_a_list_of_it_would():
+    """A pyramid whose apex has all other slots around it; its base is below the centre."""
+    count = 2 * LONGEST_LIST
+    replay = replay_of(np.zeros((4, 3), np.int32), TETRAHEDRON, count)
+    for slot in range(4, count):
+        degree, lowest = ring_of(replay, 0)
+        ring = np.empty((degree, 2), np.int32)
+        copy_ring(replay, 0, lowest, ring)
+        if not has_room(replay, ring, degree, degree - 1):
+            replay = with_room(replay, ring, degree, degree - 1)
+        split_slot(replay, 0, slot, ring, degree, degree - 1)
+    ring = [slot for _, slot in ring_in(replay, 0)]
+    assert replay.span[0, 2] == LINKED
+    turn = 2 * np.pi * np.arange(len(ring)) / len(ring)
+    replay.position[0] = 0, 0, 10_000
+    replay.position[ring] = np.stack(
+        [1e6 * np.cos(turn), 1e6 * np.sin(turn), np.full(len(ring), -10_000)], axis=1
+    )
+    assert star_sees_centre(replay, 0, np.zeros(3), 1.0)
+    for slot in (ring[0], ring[1], ring[-1], ring[100]):
+        where = replay.position[slot].copy()
+        replay.position[slot, 2] = 20_000
+        replay.position[slot, :2] //= -1000
+        assert not star_sees_centre(replay, 0, np.zeros(3), 1.0)
+        replay.position[slot] = where
+
+
+def test_what_is_looked_at_grows_with_the_slots_not_with_their_neighbours(double_pyramid):
+    """Each split beside two vertices that all others are neighbours of, in both directions."""
+    visited = []
+    for rim in (1000, 4000):
+        splits = history_of(decimated(double_pyramid(rim), np.zeros(3), "volume")).splits
+        replay = replay_of(np.zeros((4, 3), np.int32), splits.base_faces, splits.vertices)
+        for replay, *_ in replayed(replay, splits, splits.vertices):  # noqa: B007, B020
+            pass
+        assert replay.span[: splits.vertices, 1].max() >= rim
+        visited.append(replay.used[VISITED] / splits.vertices)
+    assert visited[1] < 1.1 * visited[0]
+    assert visited[1] < 2 * LONGEST_LIST
