@@ -42,9 +42,8 @@ HUB = 16
 
 HUB_PART = 8
 """... an eighth or more. Such rings are not evaluated: they take the time of a hundred others, and
-where all vertices hang on two hubs that is nearly all of the time. Of the boundaries of devices, of
-13,000 triangles and more, no level changes by it, nor do bodies with such hubs come out worse
-(docs/decisions/ways.md)."""
+where all vertices hang on two hubs that is nearly all of the time. No level of the boundaries of
+devices changes by it, nor do bodies with such hubs come out worse (docs/decisions/ways.md)."""
 
 GROWTH = 2.0
 """How many times the volume that samples stand for a ring may enclose before it counts by itself:
@@ -364,7 +363,8 @@ def change_at(deviation: Deviation, surface: Surface, place: FloatArray) -> floa
     Returns
     -------
     float
-        In six times the volume's unit; negative if the surface comes closer to the reference.
+        In six times the volume's unit; negative if the surface comes closer to the reference. No
+        less than what the faces would enclose beyond what the samples can stand for.
     """
     volume = _write_pairs(deviation, surface.position, place)
     _choose_pairs(deviation)

@@ -37,7 +37,7 @@ def error_by_mismatch(
     Returns
     -------
     float
-        In six times the volume's unit; infinite for very large rings.
+        In six times the volume's unit; infinite for very large rings and for hubs.
     """
     if not ask_for_edge(deviation, surface, corner):
         return np.inf
