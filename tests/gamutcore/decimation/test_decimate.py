@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimated
-from gamutcore.errors import FlatPointsError, MeshError, OptionError
+from gamutcore.errors import FlatPointsError, GamutError, MeshError, OptionError
 from gamutcore.history import history_of
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import mismatch
@@ -114,6 +114,33 @@ class TestEveryLevel:
             if cost == "volume":
                 rounding = np.sqrt(3) / 2 * history.step
                 assert abs(level.volume - volume) <= max(1e-5 * volume, level.area * rounding)
+        assert counts == list(range(4, boundary.mesh.triangles + 1, 2))
+
+    @pytest.mark.parametrize("cost", COSTS)
+    @pytest.mark.parametrize("kind", [bumpy, sphere, slivers])
+    @settings(max_examples=5)
+    @given(
+        seed=st.integers(0, 2**32),
+        count=st.integers(30, 300),
+        part=st.sampled_from([0.5, 0.9, 0.97]),
+    )
+    def test_of_bodies_whose_centre_is_near_their_surface(
+        self, assert_every_invariant, cost, kind, seed, count, part
+    ):
+        """From the middle towards a vertex; half of all directions end next to the centre then."""
+        points = 50.0 * cloud(kind, seed, count)
+        middle = modified_convex_hull(points, 0.2).centre
+        try:
+            boundary = modified_convex_hull(points, 0.2, middle + part * (points[0] - middle))
+        except GamutError:
+            reject()  # it is outside
+        history = history_of(decimated(boundary.mesh, boundary.centre, cost))
+        counts = []
+        for level in history.levels():
+            counts.append(level.triangles)
+            assert_every_invariant(level, boundary.centre, level.triangles)
+            if level.triangles >= 20:
+                assert level.volume < 1.5 * boundary.mesh.volume
         assert counts == list(range(4, boundary.mesh.triangles + 1, 2))
 
     @pytest.mark.parametrize("cost", COSTS)
