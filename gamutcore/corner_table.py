@@ -87,9 +87,12 @@ def opposite_corners(faces: IndexArray, vertex_count: int) -> IndexArray:
             filled[start] += 1
     opposite = np.full(count, UNKNOWN, np.int32)
     for start in range(vertex_count):
+        here = offset[start + 1] - offset[start]
         for edge in range(offset[start], offset[start + 1]):
             end = end_of[edge]
-            if end < start:  # found from its other end
+            # among the edges of the end that has fewer: a hub's would be gone through for each
+            there = offset[end + 1] - offset[end]
+            if there > here or (there == here and end < start):  # found from its other end
                 continue
             found = _counterpart(end_of, facing, offset[end], offset[end + 1], start)
             if found >= 0:
