@@ -114,21 +114,27 @@ def test_rings_agree_with_the_faces_of_a_level(small_history, vertices):
     assert_rings(replay, small_history.level(2 * vertices - 4).faces)
 
 
+def with_slot_0_split(replay, slot):
+    """Split slot 0, which keeps all but one of its faces; with its ring before."""
+    degree, lowest = ring_of(replay, 0)
+    ring = np.empty((degree, 2), np.int32)
+    copy_ring(replay, 0, lowest, ring)
+    if not has_room(replay, ring, degree, degree - 1):
+        replay = with_room(replay, ring, degree, degree - 1)
+    split_slot(replay, 0, slot, ring, degree, degree - 1)
+    return replay, ring
+
+
 def test_rings_that_outgrow_their_room():
     """Slot 0 keeps all but one of its faces, again and again."""
     replay = replay_of(np.zeros((4, 3), np.int32), TETRAHEDRON, 400)
     replay = replay._replace(entries=replay.entries[:80].copy())
     faces = [list(face) for face in TETRAHEDRON.tolist()]
     for slot in range(4, 400):
-        degree, lowest = ring_of(replay, 0)
-        ring = np.empty((degree, 2), np.int32)
-        copy_ring(replay, 0, lowest, ring)
-        if not has_room(replay, ring, degree, degree - 1):
-            replay = with_room(replay, ring, degree, degree - 1)
-        split_slot(replay, 0, slot, ring, degree, degree - 1)
-        corner = ring[degree - 1, 0]
+        replay, ring = with_slot_0_split(replay, slot)
+        corner = ring[-1, 0]
         faces[corner // 3][corner % 3] = slot
-        faces += [[0, slot, ring[0, 1]], [slot, 0, ring[degree - 1, 1]]]
+        faces += [[0, slot, ring[0, 1]], [slot, 0, ring[-1, 1]]]
     assert ring_of(replay, 0)[0] == 399
     assert replay.used[0] <= len(replay.entries)
     assert_rings(replay, np.array(faces))
@@ -181,12 +187,7 @@ def test_a_long_ring_sees_the_centre_as_a_list_of_it_would():
     count = 2 * LONGEST_LIST
     replay = replay_of(np.zeros((4, 3), np.int32), TETRAHEDRON, count)
     for slot in range(4, count):
-        degree, lowest = ring_of(replay, 0)
-        ring = np.empty((degree, 2), np.int32)
-        copy_ring(replay, 0, lowest, ring)
-        if not has_room(replay, ring, degree, degree - 1):
-            replay = with_room(replay, ring, degree, degree - 1)
-        split_slot(replay, 0, slot, ring, degree, degree - 1)
+        replay, _ = with_slot_0_split(replay, slot)
     ring = [slot for _, slot in ring_in(replay, 0)]
     assert replay.span[0, 2] == LINKED
     turn = 2 * np.pi * np.arange(len(ring)) / len(ring)
