@@ -3,6 +3,7 @@ import hashlib
 import http.server
 import itertools
 import json
+import logging
 import os
 import re
 import signal
@@ -108,6 +109,20 @@ class Server:
         self.client.close()
         self.process.kill()
         self.process.wait(60)
+
+
+@pytest.fixture(autouse=True)
+def _log_of_its_own():
+    """End with the test what a command that it ran in this process set for all of the process."""
+    root = logging.getLogger()
+    level, handlers = root.level, root.handlers[:]
+    yield
+    root.setLevel(level)
+    for handler in root.handlers[:]:
+        if type(handler) is logging.StreamHandler and handler not in handlers:
+            root.removeHandler(handler)
+    logging.captureWarnings(capture=False)
+    sys.excepthook, threading.excepthook = sys.__excepthook__, threading.__excepthook__
 
 
 @pytest.fixture(scope="session")

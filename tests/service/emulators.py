@@ -16,6 +16,8 @@ import httpx
 
 START_SECONDS = 60
 
+AMAZON = Path(__file__).with_name("amazon_storage.py")
+
 AZURITE = Path(__file__).parents[1] / "azurite" / "node_modules" / ".bin" / "azurite-blob"
 
 AZURE_ACCOUNT = "devstoreaccount1"
@@ -44,7 +46,7 @@ def running(command, log, pattern):
 @contextlib.contextmanager
 def s3_server(folder):
     """Moto's server on a free port; yields the environment that obstore finds it with."""
-    command = [sys.executable, "-W", "ignore", "-m", "moto.server", "-H", "127.0.0.1", "-p", "0"]
+    command = [sys.executable, "-W", "ignore", str(AMAZON), "-H", "127.0.0.1", "-p", "0"]
     with running(command, folder / "log", r"Running on (http://127\.0\.0\.1:\d+)") as url:
         httpx.put(f"{url}/bucket").raise_for_status()
         yield {

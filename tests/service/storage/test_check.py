@@ -11,7 +11,8 @@ from service.storage.check import NOT_PROVED, findings, report
 
 
 def refuted(blobs, another=None):
-    return [finding.promise for finding in findings(blobs, another or blobs) if not finding.proved]
+    found = findings(blobs, another or blobs)
+    return [f"{each.promise} ({each.detail})" for each in found if not each.proved]
 
 
 def test_every_storage_passes_and_is_left_as_it_was(blobs):
