@@ -28,6 +28,7 @@ from benchmarks.peers import PEERS
 from gamutcore.boundary import Boundary, modified_convex_hull
 from gamutcore.colours import surface_colours
 from gamutcore.decimation import COSTS, decimated
+from gamutcore.gamut import Options, build_gamut
 from gamutcore.history import History, history_bytes, history_from_bytes, history_of
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric.error_curve import curve_counts, error_curve
@@ -73,7 +74,7 @@ def shortest_and_median(function: Callable[[], object], runs: int) -> tuple[floa
 def measured_histories(
     boundary: Boundary, runs: int
 ) -> tuple[dict[str, History], list[dict[str, Any]]]:
-    """Make the complete history of a boundary with every cost, and time it.
+    """Make the complete history of a boundary with every cost; time it and its error curve.
 
     Parameters
     ----------
@@ -85,7 +86,8 @@ def measured_histories(
     histories : dict of History
         By the name of the cost.
     rows : list of dict
-        ``cost``, ``triangles``, ``seconds`` (shortest), ``median_s`` and ``us_per_triangle``.
+        ``cost``, ``triangles``, ``seconds`` (shortest), ``median_s``, ``us_per_triangle``,
+        ``curve_s`` (shortest), ``curve_part`` and ``bits_per_vertex`` of the file.
     """
     histories, rows = {}, []
     for cost in COSTS:
@@ -94,6 +96,9 @@ def measured_histories(
             histories[cost] = history_of(decimated(boundary.mesh, boundary.centre, cost))
 
         shortest, middle = shortest_and_median(build, runs)
+        history = histories[cost]
+        curve = functools.partial(error_curve, history, curve_counts(history.triangles))
+        curve_s = shortest_and_median(curve, runs)[0]
         rows.append(
             {
                 "cost": cost,
@@ -101,20 +106,26 @@ def measured_histories(
                 "seconds": shortest,
                 "median_s": middle,
                 "us_per_triangle": 1e6 * shortest / boundary.mesh.triangles,
+                "curve_s": curve_s,
+                "curve_part": curve_s / shortest,
+                "bits_per_vertex": 8 * len(history_bytes(history)) / history.vertices,
             }
         )
     return histories, rows
 
 
+def with_memory(boundary: Boundary, rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return these rows of a boundary with ``bytes_per_triangle``, its decimation's memory."""
+    return [
+        {**row, "bytes_per_triangle": growth(boundary, row["cost"]) / row["triangles"]}
+        for row in rows
+    ]
+
+
 def history_times(runs: int) -> list[dict[str, Any]]:
     """Complete histories of the sRGB boundary, the error curve, and one level from each peer."""
     boundary = srgb_boundary(100_000)
-    histories, rows = measured_histories(boundary, runs)
-    for row in rows:
-        history = histories[row["cost"]]
-        curve = functools.partial(error_curve, history, curve_counts(history.triangles))
-        row["curve_s"] = shortest_and_median(curve, runs)[0]
-        row["curve_part"] = row["curve_s"] / row["seconds"]
+    _, rows = measured_histories(boundary, runs)
     vertices = boundary.mesh.vertices.astype(np.float64)
     faces = boundary.mesh.faces.astype(np.int64)
     for name, (_, peer) in PEERS.items():
@@ -136,26 +147,25 @@ def scaling(runs: int) -> list[dict[str, Any]]:
     for points in SIZES:
         boundary = srgb_boundary(points)
         _, timed = measured_histories(boundary, runs if points < 1_000_000 else 1)
-        for row in timed:
-            row["bytes_per_triangle"] = growth(boundary, row["cost"]) / row["triangles"]
-            print(f"  {row}", flush=True)
-        rows += timed
+        rows += with_memory(boundary, timed)
     return rows
 
 
 def few_triangles(runs: int) -> list[dict[str, Any]]:
-    """Time and memory of decimations of smaller boundaries, their error curves and their files."""
+    """Time and memory of decimations of smaller boundaries, their error curves and their files.
+
+    Of these also what the service delivers, with the gamut's description: some kilobytes, which
+    are not much more than a bit per vertex of those that are larger.
+    """
     found = []
     for points in FEW:
         boundary = srgb_boundary(points)
-        histories, rows = measured_histories(boundary, runs)
-        for row in rows:
-            history = histories[row["cost"]]
-            curve = functools.partial(error_curve, history, curve_counts(history.triangles))
-            row["curve_s"] = shortest_and_median(curve, runs)[0]
-            row["bytes_per_triangle"] = growth(boundary, row["cost"]) / row["triangles"]
-            row["bits_per_vertex"] = 8 * len(history_bytes(history)) / history.vertices
-        found += rows
+        for row in with_memory(boundary, measured_histories(boundary, runs)[1]):
+            options = Options(surface_samples=points, cost=row["cost"])
+            description = build_gamut(SRGB.read_bytes(), options).description
+            size = len(json.dumps(description, separators=(",", ":")))
+            bits = row["bits_per_vertex"] + 8 * size / boundary.mesh.vertices.shape[0]
+            found.append({**row, "delivered_bits_per_vertex": bits})
     return found
 
 

@@ -35,6 +35,7 @@ def speed_text(measured: Measured) -> str:
         [
             f"`{row['cost']}`", f"{row['triangles']:,}", f"{row['seconds']:.2f}",
             f"{row['us_per_triangle']:.2f}", f"{row['bytes_per_triangle']:.0f}",
+            f"{row['curve_s']:.2f}", f"{100 * row['curve_part']:.0f} %",
         ]
         for row in measured["scaling"]
     ]  # fmt: skip
@@ -49,6 +50,7 @@ def speed_text(measured: Measured) -> str:
             f"{row['us_per_triangle']:.2f}",
             f"{row['bytes_per_triangle']:,.0f}" if row["triangles"] > LOST else "–",
             f"{1e3 * row['curve_s']:.1f}", f"{row['bits_per_vertex']:.0f}",
+            f"{row['delivered_bits_per_vertex']:.0f}",
         ]
         for row in measured["few"]
     ]  # fmt: skip
@@ -97,7 +99,20 @@ every build has:
 By size of the boundary, the time for the boundary itself aside; memory is the growth of a fresh
 process at its peak, everything that the history holds included:
 
-{table(["cost", "triangles", "s", "µs per triangle", "bytes per triangle"], scaling)}
+{
+        table(
+            [
+                "cost",
+                "triangles",
+                "s",
+                "µs per triangle",
+                "bytes per triangle",
+                "error curve, s",
+                "its part",
+            ],
+            scaling,
+        )
+    }
 
 Of the devices' boundaries, with {min(sizes):,} to {max(sizes):,} triangles, `volume` takes
 {min(each):.2f} to {max(each):.2f} µs per triangle, and `finest` {min(ratios):.1f} to {
@@ -118,6 +133,7 @@ than {LOST:,} triangles take of memory is lost in what else a process does):
                 "bytes per triangle",
                 "error curve, ms",
                 "bits per vertex",
+                "with description",
             ],
             few,
         )

@@ -118,7 +118,7 @@ class OptionError(GamutError):
 
 
 def _shown(value: object) -> str:
-    shown = repr(value)
+    shown = "null" if value is None else repr(value)  # as it was written in JSON
     return shown if len(shown) <= LONGEST_SHOWN else f"{shown[:LONGEST_SHOWN]}…"
 
 

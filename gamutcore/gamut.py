@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from gamutcore.boundary import Boundary
+    from gamutcore.decimation import Decimation
     from gamutcore.device_values import DeviceValues
     from gamutcore.mesh import TriangleMesh
 
@@ -278,8 +279,7 @@ def build_gamut(
             "constructed": int((boundary.sources < 0).sum()),
         },
         "volume": boundary.mesh.volume,
-        "volume_preserved": decimation.volume_error is not None
-        and decimation.volume_error <= VOLUME_TOLERANCE * boundary.mesh.volume,
+        **_kept_volume(decimation, boundary.mesh),
         "grid_step": history.step,
         "area": boundary.mesh.area,
         "centre": boundary.centre.tolist(),
@@ -287,6 +287,17 @@ def build_gamut(
         "levels": [level.to_mapping() for level in curve],
     }
     return Gamut(description, history)
+
+
+def _kept_volume(decimation: Decimation, full: TriangleMesh) -> dict[str, Any]:
+    """Say how much of its volume any level differs by, where the cost keeps it."""
+    if decimation.volume_error is None:
+        return {"volume_preserved": False}
+    error = decimation.volume_error / full.volume
+    return {
+        "volume_preserved": error <= VOLUME_TOLERANCE,
+        "volume_error": float(f"{error:.3g}"),
+    }
 
 
 class _Wrapping(NamedTuple):

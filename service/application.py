@@ -16,7 +16,7 @@ from fastapi.openapi.utils import get_openapi
 from starlette.types import ASGIApp
 
 from gamutcore.version import __version__
-from service import models
+from service import models, request_models
 from service.access import Access, AccessRules
 from service.cors import Cors, origins
 from service.documentation import SECURITY, SECURITY_SCHEMES
@@ -49,7 +49,11 @@ _TAGS = [
     {"name": "state", "description": "Whether the service lives and is ready."},
 ]
 
-_BODY_MODELS = (models.MultipartSubmission, models.InlineSamples, models.ProblemDocument)
+_BODY_MODELS = (
+    request_models.MultipartSubmission,
+    request_models.InlineSamples,
+    models.ProblemDocument,
+)
 """Models that the document refers to without a parameter or response of FastAPI's own."""
 
 

@@ -83,6 +83,7 @@ EXAMPLE_GAMUT: dict[str, Any] = {
     "history_bytes": 346120,
     "provenance": {"format": "cgats", "channels": ["C", "M", "Y", "K"], "warnings": []},
     "volume_preserved": True,
+    "volume_error": 2.1e-06,
     "grid_step": 0.00048828125,
     "area": 38078.0,
     "centre": [55.2, 3.2, 12.0],

@@ -79,7 +79,7 @@ class LevelError:
         and every finer one in the curve (units of the space).
     from_full : Distances
         Of the full boundary's points from the level (units of the space). The maximum is a bound;
-        the mean is an estimate, taken over the reference.
+        the mean, which is never more, is an estimate, taken over the reference.
     to_full : Distances
         Of the level's points from the full boundary, likewise.
     """
@@ -175,7 +175,7 @@ def error_curve(
         finer, near = surfaces[reference]
         found, off = overlaid(finer, level, np.arange(len(near), dtype=np.int32), near)
         surfaces[count] = level._replace(off=off), parents
-        from_full, to_full = found.from_reference, found.to_reference
+        from_full, to_full = _at_most(found.from_reference), _at_most(found.to_reference)
         against_reference = found.difference / volume
         mismatch_bound = max(mismatch_bound, against_reference + curve[reference].mismatch_bound)
         # where the reference has lost volume itself, as on spiky bodies, the volumes tell more
@@ -292,6 +292,11 @@ def _reference(count: int, counts: list[int], full: int) -> int:
     if finest >= FINER * count:
         return min(finer)
     return finest if finest >= FINER_AT_LEAST * count else full
+
+
+def _at_most(distances: Distances) -> Distances:
+    """Return distances whose mean, an estimate, is not more than their bound."""
+    return Distances(min(distances.mean, distances.maximum), distances.maximum)
 
 
 def _described(distances: Distances) -> dict[str, float]:

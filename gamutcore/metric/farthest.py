@@ -109,12 +109,21 @@ def star_shaped_faces(mesh: TriangleMesh, centre: FloatArray) -> Faces:
     return faces_of(position, corner)
 
 
-def halvings_for(surface: Faces) -> float:
-    """How often pieces of a surface may be halved: a few times as often as device gamuts take.
+def halvings_for(surface: Faces, least: float = 10_000.0) -> float:
+    """How often pieces of a surface may be halved, each of which takes 1 to 4 µs.
 
-    Very flat bodies would take hundreds of times as many; their bounds are less tight.
+    Parameters
+    ----------
+    surface : Faces
+        A quarter of its faces may be, a few times what gamuts of devices in CIELAB take.
+    least : float
+        And so many more: the less, the less tight are the bounds of very flat bodies.
+
+    Returns
+    -------
+    float
     """
-    return 1000.0 + len(surface.corner) // 12
+    return least + len(surface.corner) // 12
 
 
 @kernel

@@ -16,6 +16,7 @@ import numpy as np
 
 from gamutcore.history import MINIMUM_TRIANGLES
 from gamutcore.metric.error_curve import arranged, rounded_up
+from gamutcore.metric.farthest import halvings_for
 from gamutcore.metric.radial_overlay import overlaid, volume_within
 
 if TYPE_CHECKING:
@@ -37,9 +38,9 @@ DENSE_UP_TO = 4000
 """Up to here. Distances of finer levels hardly rise with the count, and take longer to compare."""
 
 CURVE_EXCESS = 2.0
-"""Where the curve's bound is more than so many times a limit, the level is taken not to keep it.
-The curve's distances are up to 38 % too large, its mismatches 20 %; what is more is that of a finer
-level, which the curve promises as well."""
+"""Where the curve has more of a level than so many times a limit, it is taken not to keep it. Its
+largest distances are up to 38 % too large, and its mismatches within 3 %; but the next finer level
+that it has is looked at for those that it does not have."""
 
 RESOLUTION = 128
 """The search ends when this part of the triangles is all that could still be saved."""
@@ -56,6 +57,10 @@ WORK_PER_TRIANGLE = 20
 for 2.5 million. Of levels nearly as fine as these, up to 2 and 30 % of the triangles could still be
 saved when the search ends. Work is counted, not timed, so that the same question has the same
 answer everywhere."""
+
+HALVINGS = 100_000.0
+"""Pieces that a comparison may halve besides those of `halvings_for`: levels of ellipsoids a
+hundredth as high as wide take some 10,000, and all of them a few tenths of a second."""
 
 ENTRY_BYTES = 300
 """Memory that a level's remembered bounds take."""
@@ -133,11 +138,11 @@ class FullBoundary:
         -------
         Bounds
             Rounded up as in a description. The mismatch is exact but for that; the distance is
-            mostly within 3 %, but of steep faces it can be twice what it should, and more
-            (`gamutcore.metric.farthest`).
+            mostly within 3 % (`gamutcore.metric.farthest`).
         """
         level, _ = arranged(self._history.level(triangles), self._history)
-        found, _ = overlaid(self._surface, level, self._order, self._near)
+        halvings = halvings_for(self._surface, HALVINGS)
+        found, _ = overlaid(self._surface, level, self._order, self._near, halvings=halvings)
         furthest = max(found.from_reference.maximum, found.to_reference.maximum)
         return Bounds(rounded_up(furthest), rounded_up(found.difference / self._volume))
 
@@ -158,19 +163,22 @@ class LevelChoice:
 
     def __init__(self, triangles: int, levels: Iterable[Mapping[str, Any]]) -> None:
         self._full = triangles
-        self._curve = {
-            int(level["triangles"]): _own(level)
+        curve = {
+            int(level["triangles"]): level
             for level in levels
             if "distance_bound" in level
             and "mismatch_bound" in level
             and level["triangles"] in range(MINIMUM_TRIANGLES, triangles, 2)
         }
+        self._curve = {count: _own(level) for count, level in curve.items()}
         # of each count that is tried, what the curve has of it, or of the next finer one there
         self._tried: dict[int, Bounds] = {}
-        counts = _dense_counts(max(self._curve, default=0)) | self._curve.keys()
         finer = NO_ERROR
-        for count in sorted(counts, reverse=True):
-            finer = self._curve.get(count, finer)
+        for count in sorted(_dense_counts(triangles) | curve.keys(), reverse=True):
+            if count in curve:
+                # that of this level: the bound of the mismatch is that of finer ones as well
+                own = self._curve[count]
+                finer = own._replace(mismatch=curve[count].get("mismatch", own.mismatch))
             self._tried[count] = finer
         self._tried = dict(sorted(self._tried.items()))
         self._compared: dict[int, Bounds] = {}
@@ -267,11 +275,11 @@ def _own(level: Mapping[str, Any]) -> Bounds:
     return Bounds(max(own, default=level["distance_bound"]), level["mismatch_bound"])
 
 
-def _dense_counts(finest: int) -> set[int]:
-    """Return the counts that are tried whatever the curve has, up to its finest one."""
-    counts = set(range(MINIMUM_TRIANGLES, min(EVEN_UP_TO, finest) + 1, 2))
+def _dense_counts(full: int) -> set[int]:
+    """Return the counts that are tried whatever the curve has."""
+    counts = set(range(MINIMUM_TRIANGLES, min(EVEN_UP_TO + 1, full), 2))
     count = EVEN_UP_TO * DENSE
-    while count <= min(finest, DENSE_UP_TO):
+    while count < min(full, DENSE_UP_TO + 1):
         counts.add(int(count) // 2 * 2)
         count *= DENSE
     return counts

@@ -124,7 +124,13 @@ def radial_difference(
 
 
 def overlaid(
-    reference: Faces, other: Faces, order: IndexArray, near: IndexArray, *, moves: int = MOVES
+    reference: Faces,
+    other: Faces,
+    order: IndexArray,
+    near: IndexArray,
+    *,
+    halvings: float | None = None,
+    moves: int = MOVES,
 ) -> tuple[RadialDifference, FloatArray]:
     """Compare two surfaces that are star-shaped about the origin.
 
@@ -136,6 +142,8 @@ def overlaid(
         The coarser one. The result does not depend on which is finer, but the time does.
     order, near : (V,) int32
         For the reference's vertices, as for `located`.
+    halvings : float, optional
+        How often pieces may be halved for tight distances; `halvings_for` the reference.
     moves : int
         As for `located`.
 
@@ -148,7 +156,8 @@ def overlaid(
     """
     cones = cones_of(other)
     places = located(reference.position, order, near, cones, moves)
-    bounds = np.array([0.0, 0.0, 0.0, 0.0, halvings_for(reference)])
+    halvings = halvings_for(reference) if halvings is None else halvings
+    bounds = np.array([0.0, 0.0, 0.0, 0.0, halvings])
     off = np.zeros(len(other.off))
     volume, area, difference, first, second = _overlaid(
         reference, other, cones, places, clipping(), queue(), np.empty(STACK), bounds, off, moves

@@ -10,7 +10,7 @@ import pytest
 
 from gamutcore.gamut import Options, build_gamut
 from gamutcore.options import Options as CoreOptions
-from service import documentation, models
+from service import documentation, models, request_models
 from service.application import create_app
 from service.problems import KINDS, MEDIA_TYPE
 from service.settings import Settings
@@ -112,7 +112,7 @@ class TestExamples:
         content = documentation.SUBMISSION_BODY["content"]
         inline = content["application/json"]["examples"]["colours"]["value"]
         sent = content["multipart/form-data"]["examples"]["file"]["value"]
-        models.InlineSamples.model_validate(inline)
+        request_models.InlineSamples.model_validate(inline)
         samples = {name: inline[name] for name in ("columns", "samples")}
         gamuts = [
             build_gamut(data, Options.from_mapping(options))

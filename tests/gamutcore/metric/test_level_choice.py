@@ -279,6 +279,61 @@ class TestOfMadeUpErrors:
             assert len(compared) == len(set(compared)) < 20
 
 
+@pytest.mark.parametrize("full", [300, 2500, 40_000])
+def test_levels_finer_than_all_of_the_curve_are_tried_too(monkeypatch, full):
+    """Those of some counts beyond it keep a limit, of which bisection could pass over all."""
+    finest = max(curve_counts(full)[:-1])
+    start = finest + (min(full, 4000) - finest) // 3
+    good = range(start, int(1.25 * start))
+
+    class MadeUp:
+        def __init__(self, _history):
+            pass
+
+        def bounds(self, count):
+            return Bounds(1.0, 1.0) if count in good else Bounds(9.0, 9.0)
+
+    monkeypatch.setattr(level_choice, "FullBoundary", MadeUp)
+    levels = described_of(lambda _: Bounds(9.0, 9.0), full, 1.0)
+    assert LevelChoice(full, levels).found(None, Bounds(2.0)).triangles in good
+
+
+@pytest.mark.parametrize("limits", [Bounds(inf, 1e-8), Bounds(inf, 1e-6), Bounds(1e-6)])
+def test_a_finer_level_with_some_error_does_not_hide_a_coarser_one(limits):
+    """Of a grid of 6 × 6 × 6 colours: most levels are the cube, but a few finer ones are not."""
+    grid = np.linspace(-40, 40, 6)
+    points = np.stack(np.meshgrid(grid, grid, grid), axis=-1).reshape(-1, 3)
+    boundary = modified_convex_hull(points + np.array([50.0, 0.0, 0.0]))
+    history = history_of(decimated(boundary.mesh, boundary.centre))
+    errors = {
+        count: radial_difference(history.full(), history.level(count), history.centre).mismatch
+        for count in range(4, history.triangles, 2)
+    }
+    kept = min(count for count, error in errors.items() if error < 1e-12)
+    assert max(error for count, error in errors.items() if count > kept) > 1e-8
+    chosen = LevelChoice(history.triangles, described(history)).found(history, limits)
+    assert chosen.triangles <= kept
+
+
+@pytest.mark.parametrize("cost", sorted(COSTS))
+@pytest.mark.parametrize("thickness", [0.3, 3.0])
+def test_of_flat_bodies_bounds_are_tight_too(cost, thickness, distances_to, sampled):
+    """20 and 200 times as wide as high: with few halvings bounds were ten times too large.
+
+    Where descent to the nearest face ends on the rim, they are still half as much again.
+    """
+    points = np.random.default_rng(3).normal(size=(400, 3))
+    points *= (thickness, 60, 60) / np.linalg.norm(points, axis=1)[:, None]
+    boundary = modified_convex_hull(points + np.array([50.0, 0.0, 0.0]))
+    history = history_of(decimated(boundary.mesh, boundary.centre, cost))
+    full, whole = history.full(), FullBoundary(history)
+    for count in (40, 100, 160):
+        level = history.level(count)
+        there = distances_to(np.vstack([full.vertices, sampled(full, 1500)]), level).max()
+        back = distances_to(np.vstack([level.vertices, sampled(level, 1500)]), full).max()
+        assert whole.bounds(count).distance <= 1.6 * max(there, back)
+
+
 @pytest.fixture(scope="module")
 def fogra39_choice(fogra39_gamut):
     levels = fogra39_gamut.description["levels"]
