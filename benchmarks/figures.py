@@ -67,6 +67,7 @@ def main() -> int:
         compile_kernels()
         measured = measure(again=asked.again)
         RESULTS.write_text(document.json_text(measured))
+        measured = json.loads(RESULTS.read_text())  # rounded, as `--document` will read them
         draw(costs_by_accuracy(measured))
     plots.write(measured)
     document.write(measured)
@@ -112,7 +113,7 @@ def measure(*, again: bool) -> dict[str, Any]:
 
 def measured_device(device: Device) -> dict[str, Any]:
     """All that is measured on one device."""
-    histories, times = speed.measured_histories(device.boundary, 3)
+    histories, times = speed.measured_histories(device.boundary, 5)
     levels = peers.level_rows(device, histories, paper.CURVE_COUNTS)
     return {
         "device": {

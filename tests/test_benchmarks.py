@@ -116,6 +116,9 @@ FIGURES = {
 }
 
 
+BY_SIZE = ("us_per_triangle", "bytes_per_triangle", "bits_per_vertex", "curve_part")
+
+
 class TestSummary:
     def test_ratios_are_taken_device_by_device(self):
         assert ratios(FIGURES, "volume", 100) == {"one": 0.5, "two": 0.25}
@@ -155,9 +158,10 @@ class TestSummary:
         spoilt["million"]["total_s"] *= 1e4
         for device in spoilt["devices"]:
             for row in device["histories"]:
-                row["us_per_triangle"] *= 1e4
+                for name in BY_SIZE:
+                    row[name] *= 1e4
         for row in spoilt["few"]:
-            for name in ("us_per_triangle", "bytes_per_triangle", "bits_per_vertex", "curve_s"):
+            for name in (*BY_SIZE, "delivered_bits_per_vertex"):
                 row[name] *= 1e4
         for row in spoilt["limits"]:
             row["excess"] *= 1e4
