@@ -42,7 +42,7 @@ from gamutcore.history import (
     history_of,
 )
 from gamutcore.limits import Limits, limited_to
-from gamutcore.metric.error_curve import curve_counts, error_curve
+from gamutcore.metric.error_curve import curve_counts, error_curve, rounded_up
 from gamutcore.options import Options
 from gamutcore.version import ALGORITHM_VERSION, __version__
 
@@ -290,13 +290,13 @@ def build_gamut(
 
 
 def _kept_volume(decimation: Decimation, full: TriangleMesh) -> dict[str, Any]:
-    """Say how much of its volume any level differs by, where the cost keeps it."""
+    """Say which part of its volume any level differs by at most, where the cost keeps it."""
     if decimation.volume_error is None:
         return {"volume_preserved": False}
     error = decimation.volume_error / full.volume
     return {
         "volume_preserved": error <= VOLUME_TOLERANCE,
-        "volume_error": float(f"{error:.3g}"),
+        "volume_error": rounded_up(error),
     }
 
 

@@ -298,12 +298,12 @@ def test_levels_finer_than_all_of_the_curve_are_tried_too(monkeypatch, full):
     assert LevelChoice(full, levels).found(None, Bounds(2.0)).triangles in good
 
 
-@pytest.mark.parametrize("limits", [Bounds(inf, 1e-8), Bounds(inf, 1e-6), Bounds(1e-6)])
+@pytest.mark.parametrize("limits", [Bounds(inf, 1e-8), Bounds(inf, 1e-11), Bounds(1e-6)])
 def test_a_finer_level_with_some_error_does_not_hide_a_coarser_one(limits):
     """Of a grid of 6 × 6 × 6 colours: most levels are the cube, but a few finer ones are not."""
-    grid = np.linspace(-40, 40, 6)
-    points = np.stack(np.meshgrid(grid, grid, grid), axis=-1).reshape(-1, 3)
-    boundary = modified_convex_hull(points + np.array([50.0, 0.0, 0.0]))
+    grid = np.arange(0.0, 101.0, 20.0)
+    points = np.array(np.meshgrid(grid, grid, grid)).reshape(3, -1).T
+    boundary = modified_convex_hull(points)
     history = history_of(decimated(boundary.mesh, boundary.centre))
     errors = {
         count: radial_difference(history.full(), history.level(count), history.centre).mismatch
