@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks import document
+from benchmarks.compute import FOGRA39L
 from benchmarks.devices import Device, devices, exact_mismatch, faults, sphere
 from benchmarks.document import BEGIN, END, json_text, page, readme_table, with_table
 from benchmarks.markdown import count_text, percent, table
@@ -19,6 +20,8 @@ from benchmarks.scaling import DOCUMENT as SCALING
 from benchmarks.scaling import RESULTS as SERVICE_RESULTS
 from benchmarks.scaling import page as scaling_page
 from benchmarks.summary import best_peer, families, goals, level_errors, ratios
+from gamutcore.export import encoded_mesh
+from gamutcore.gamut import Options, build_gamut
 from gamutcore.mesh import TriangleMesh
 
 ROOT = Path(__file__).parent.parent
@@ -220,6 +223,14 @@ def figures():
 
 
 class TestScaling:
+    def test_the_bytes_of_an_answer_are_those_of_the_mesh(self, figures):
+        results, gamuts, _ = figures
+        level = build_gamut(FOGRA39L.read_bytes(), Options()).level(1000)
+        mesh_bytes = len(encoded_mesh(level, "glb", {}))
+        answer_bytes = Measured.read(results, gamuts).answer_bytes
+        # The answer adds its header fields and the provenance inside the GLB.
+        assert mesh_bytes < answer_bytes < mesh_bytes + 3000
+
     def test_the_document_is_what_the_figures_give(self, figures):
         assert SCALING.read_text() == scaling_page(*figures, Load())
 
