@@ -102,7 +102,7 @@ class RequestFigures:
             distribution = self.seconds[route] = Distribution(_RESPONSE_BOUNDS)
         distribution.add(seconds)
 
-    def refused(self, problem: str, nbytes: int) -> None:
+    def refusal(self, problem: str, nbytes: int) -> None:
         """Count an answer that the server gave without the app."""
         self.refusals[problem] = self.refusals.get(problem, 0) + 1
         self.sent_bytes += nbytes

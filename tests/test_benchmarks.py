@@ -20,7 +20,7 @@ from benchmarks.scaling import DOCUMENT as SCALING
 from benchmarks.scaling import RESULTS as SERVICE_RESULTS
 from benchmarks.scaling import page as scaling_page
 from benchmarks.summary import best_peer, families, goals, level_errors, ratios
-from gamutcore.export import encoded_mesh
+from gamutcore.export import mesh_file
 from gamutcore.gamut import Options, build_gamut
 from gamutcore.mesh import TriangleMesh
 
@@ -226,7 +226,7 @@ class TestScaling:
     def test_the_bytes_of_an_answer_are_those_of_the_mesh(self, figures):
         results, gamuts, _ = figures
         level = build_gamut(FOGRA39L.read_bytes(), Options()).level(1000)
-        mesh_bytes = len(encoded_mesh(level, "glb", {}))
+        mesh_bytes = len(mesh_file(level, "glb", {}))
         answer_bytes = Measured.read(results, gamuts).answer_bytes
         # The answer adds its header fields and the provenance inside the GLB.
         assert mesh_bytes < answer_bytes < mesh_bytes + 3000

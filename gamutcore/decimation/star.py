@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
-from gamutcore.corner_table import following, preceding, swung
+from gamutcore.corner_table import following, preceding
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.star_shape import sees_centre
 
@@ -42,7 +42,7 @@ class Surface(NamedTuple):
     vertex, opposite : (3 F,) int32
         The corner table.
     swing : (3 F,) int32
-        The next corner around the same vertex: `swung` of every corner, because a walk around a
+        The next corner around the same vertex: `swing` of every corner, because a walk around a
         vertex waits for each of its steps.
     corner_at : (V,) int32
         Some corner at each vertex.
@@ -97,7 +97,7 @@ def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -
     for corner in range(vertex.size):
         corner_at[vertex[corner]] = corner
         degree[vertex[corner]] += 1
-        swing[corner] = swung(opposite, corner)
+        swing[corner] = swing(opposite, corner)
         if corner < opposite[corner]:
             edge_of[corner] = edges
             edge_of[opposite[corner]] = edges
