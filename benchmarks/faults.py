@@ -305,7 +305,7 @@ TESTED = {
         "the first client disconnects in mid-build",
         "the build finishes, others get it",
         "first_client_disconnects or first_to_ask_leaves",
-        ["tests/service/routes/test_jobs.py", "tests/service/test_single_flight.py"],
+        ["tests/service/routes/test_jobs.py", "tests/service/caching/test_single_flight.py"],
     ),
     "faults-formats": (
         "faults",

@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from gamutcore.version import __version__
-from service.api_keys import ApiKeys
+from service.access.api_keys import ApiKeys
 from service.command import main
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
