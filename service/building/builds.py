@@ -1,6 +1,7 @@
 """Builds as the routes see them: submit, look, wait, follow and cancel, whatever the engine.
 
-The state of a job is in the job book (`service.jobs.book`), and any replica can answer from it. What the engine of this process knows besides is fresher, and comes without a look into the
+The state of a job is in the job book (`service.jobs.book`), and any replica can answer from it.
+What the engine of this process knows besides is fresher, and comes without a look into the
 store; so identical requests meet here first, and in the book otherwise. See
 ``docs/decisions/jobs.md``.
 """

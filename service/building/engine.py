@@ -1,6 +1,7 @@
 """What every engine does: it takes the ids of accepted jobs and sees to it that they are done.
 
-An engine is transport only. The state of a job is in `service.jobs.book.JobBook`, so an engine may lose everything it knows, and may be given a job twice.
+An engine is transport only. The state of a job is in `service.jobs.book.JobBook`, so an engine may
+lose everything it knows, and may be given a job twice.
 """
 
 from __future__ import annotations

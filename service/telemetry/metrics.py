@@ -2,7 +2,8 @@
 
 Counting is plain addition to dictionaries and lists, because it happens on every request, within
 fractions of a microsecond; `service.telemetry.metrics_endpoint` renders the figures in
-Prometheus' formats on request. The event loop's thread counts requests, any thread builds, and any thread may read.
+Prometheus' formats on request. The event loop's thread counts requests, any thread builds, and any
+thread may read.
 Builds are done by other processes: their figures come with the event that ends a build, to the
 process that had it done.
 See ``docs/decisions/metrics.md``.
