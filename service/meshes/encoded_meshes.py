@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from gamutcore.export import FORMATS, encoded_mesh
 from gamutcore.history import MINIMUM_TRIANGLES
-from gamutcore.metric.level_choice import Bounds
+from gamutcore.metric.level_search import Bounds
 from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.caching.single_flight import SingleFlight
 from service.http.compression import IDENTITY, compressed

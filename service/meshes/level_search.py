@@ -13,13 +13,13 @@ import asyncio
 from math import inf
 from typing import TYPE_CHECKING, Any
 
-from gamutcore.metric.level_choice import LevelChoice
+from gamutcore.metric.level_search import LevelSearch
 from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.caching.single_flight import SingleFlight
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
-    from gamutcore.metric.level_choice import Bounds, ChosenLevel
+    from gamutcore.metric.level_search import BoundedLevel, Bounds
     from service.meshes.library import Library, OpenGamut
     from service.storage.records import Record
 
@@ -47,11 +47,11 @@ class Choices:
 
     def __init__(self, library: Library) -> None:
         self._library = library
-        self._kept: ByteBoundedCache[str, LevelChoice] = ByteBoundedCache(_CAPACITY)
-        self._levels: ByteBoundedCache[tuple[str, Bounds], ChosenLevel] = ByteBoundedCache(
+        self._kept: ByteBoundedCache[str, LevelSearch] = ByteBoundedCache(_CAPACITY)
+        self._levels: ByteBoundedCache[tuple[str, Bounds], BoundedLevel] = ByteBoundedCache(
             _LEVELS_CAPACITY
         )
-        self._finding: SingleFlight[tuple[str, Bounds], ChosenLevel] = SingleFlight()
+        self._finding: SingleFlight[tuple[str, Bounds], BoundedLevel] = SingleFlight()
         self._turn = asyncio.Semaphore(1)
         self._searches = 0
 
@@ -65,13 +65,13 @@ class Choices:
         """How many searches are under way: one, and those that wait for their turn."""
         return self._searches
 
-    def known(self, gamut_id: str, limits: Bounds) -> ChosenLevel | None:
+    def known(self, gamut_id: str, limits: Bounds) -> BoundedLevel | None:
         """Return the level that `found` returns, if that is known already."""
         level = self._levels.get((gamut_id, limits))
         if level is not None:
             return level
         choice = self._kept.get(gamut_id)
-        level = None if choice is None else choice.known(limits)
+        level = None if choice is None else choice.find_known(limits)
         if level is not None:
             # the way to it takes as long as half of a repeated request
             self._levels.put((gamut_id, limits), level, _LEVEL_BYTES)
@@ -86,7 +86,7 @@ class Choices:
         level = self.known(record.id, limits)
         return _promised_triangles(record, limits) if level is None else level.triangles
 
-    async def found(self, opened: OpenGamut, limits: Bounds) -> ChosenLevel:
+    async def found(self, opened: OpenGamut, limits: Bounds) -> BoundedLevel:
         """Return the smallest level of a gamut that is found to keep limits, and its bounds.
 
         Raises
@@ -97,11 +97,11 @@ class Choices:
         name = opened.record.id
         choice = self._kept.get(name)
         if choice is None:
-            choice = LevelChoice(opened.gamut.history.triangles, opened.gamut.description["levels"])
+            choice = LevelSearch(opened.gamut.history.triangles, opened.gamut.description["levels"])
             # of a gamut that was deleted meanwhile nothing is kept
             if self._library.opened(name) is opened:
                 self._kept.put(name, choice, choice.nbytes)
-        known = choice.known(limits)
+        known = choice.find_known(limits)
         if known is not None:
             return known
         return await self._finding.value((name, limits), lambda: self._find(opened, choice, limits))
@@ -111,7 +111,7 @@ class Choices:
         self._kept.discard(gamut_id)
         self._levels.discard_where(lambda key: key[0] == gamut_id)
 
-    async def _find(self, opened: OpenGamut, choice: LevelChoice, limits: Bounds) -> ChosenLevel:
+    async def _find(self, opened: OpenGamut, choice: LevelSearch, limits: Bounds) -> BoundedLevel:
         self._searches += 1
         try:
             return await self._find_in_turn(opened, choice, limits)
@@ -119,18 +119,18 @@ class Choices:
             self._searches -= 1
 
     async def _find_in_turn(
-        self, opened: OpenGamut, choice: LevelChoice, limits: Bounds
-    ) -> ChosenLevel:
+        self, opened: OpenGamut, choice: LevelSearch, limits: Bounds
+    ) -> BoundedLevel:
         with timed("wait"):
             await self._turn.acquire()
         try:
             # by those before it, perhaps
-            level = choice.known(limits)
+            level = choice.find_known(limits)
             if level is None:
                 history = opened.gamut.history
                 await self._library.unpack(opened, history.triangles)
                 with timed("choose"):
-                    level = await self._library.in_thread(choice.found, history, limits)
+                    level = await self._library.in_thread(choice.find, history, limits)
         finally:
             self._turn.release()
         self._kept.resize(opened.record.id, choice, choice.nbytes)

@@ -10,8 +10,8 @@ import httpx
 import pytest
 
 from gamutcore.errors import HistoryFileError
-from gamutcore.metric import level_choice
-from gamutcore.metric.level_choice import NO_ERROR, Bounds, ChosenLevel
+from gamutcore.metric import level_search
+from gamutcore.metric.level_search import NO_ERROR, BoundedLevel, Bounds
 from service.meshes import level_search as choices
 from service.meshes.level_search import Choices
 from service.meshes.library import Library
@@ -40,7 +40,7 @@ def run(filled_store):
 def compared(monkeypatch):
     """What is compared, in order, and at most how many threads compared at a time."""
     counts, inside, most = [], [], []
-    bounds = level_choice.FullBoundary.bounds
+    bounds = level_search.FullBoundary.bounds
 
     def recorded(self, triangles):
         counts.append(triangles)
@@ -51,7 +51,7 @@ def compared(monkeypatch):
         finally:
             inside.remove(threading.get_ident())
 
-    monkeypatch.setattr(level_choice.FullBoundary, "bounds", recorded)
+    monkeypatch.setattr(level_search.FullBoundary, "bounds", recorded)
     return counts, most
 
 
@@ -87,13 +87,13 @@ def test_one_search_is_under_way_at_a_time_and_helps_the_others(run, built, comp
 def test_others_are_served_while_a_level_is_searched(run, built, monkeypatch):
     """One of the library's threads is left, whatever is asked for."""
     hold = threading.Event()
-    found = level_choice.LevelChoice.found
+    found = level_search.LevelSearch.find
 
     def held(self, history, limits):
         assert hold.wait(60)
         return found(self, history, limits)
 
-    monkeypatch.setattr(level_choice.LevelChoice, "found", held)
+    monkeypatch.setattr(level_search.LevelSearch, "find", held)
 
     async def scenario(library, chosen):
         opened = await library.gamut(built[0].id)
@@ -113,13 +113,13 @@ def test_others_are_served_while_a_level_is_searched(run, built, monkeypatch):
 
 
 def test_the_wait_for_other_searches_is_told_by_itself(run, built, monkeypatch):
-    found = level_choice.LevelChoice.found
+    found = level_search.LevelSearch.find
 
     def slow(self, history, limits):
         time.sleep(0.05)
         return found(self, history, limits)
 
-    monkeypatch.setattr(level_choice.LevelChoice, "found", slow)
+    monkeypatch.setattr(level_search.LevelSearch, "find", slow)
 
     async def scenario(library, chosen):
         opened = [await library.gamut(gamut.id) for gamut in built]
@@ -148,7 +148,7 @@ def test_nothing_is_unpacked_for_what_the_curve_tells(run, built):
         opened = await library.gamut(built[0].id)
         assert (await chosen.found(opened, Bounds(1e6))).triangles == 4
         largest = opened.gamut.history.triangles
-        assert await chosen.found(opened, Bounds(inf, 0.0)) == ChosenLevel(largest, NO_ERROR)
+        assert await chosen.found(opened, Bounds(inf, 0.0)) == BoundedLevel(largest, NO_ERROR)
         assert not opened.gamut.history.is_unpacked(largest)
 
     run(scenario)

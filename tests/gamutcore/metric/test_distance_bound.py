@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from gamutcore.metric.farthest import (
+from gamutcore.metric.distance_bound import (
     SLACK,
     STACK,
     faces_of,

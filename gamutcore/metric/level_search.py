@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gamutcore.history import MINIMUM_TRIANGLES
-from gamutcore.metric.error_curve import arranged, rounded_up
-from gamutcore.metric.farthest import halvings_for
+from gamutcore.metric.distance_bound import halvings_for
+from gamutcore.metric.error_curve import arranged, round_up
 from gamutcore.metric.radial_overlay import overlaid, volume_within
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from gamutcore.history import History
 
-__all__ = ["NO_ERROR", "Bounds", "ChosenLevel", "FullBoundary", "LevelChoice"]
+__all__ = ["NO_ERROR", "BoundedLevel", "Bounds", "FullBoundary", "LevelSearch"]
 
 EVEN_UP_TO = 32
 """Up to here all levels are tried, beginning with the coarsest."""
@@ -96,7 +96,7 @@ UNKNOWN = Bounds()
 """What nothing promises."""
 
 
-class ChosenLevel(NamedTuple):
+class BoundedLevel(NamedTuple):
     """A level, and what it promises.
 
     Attributes
@@ -139,16 +139,16 @@ class FullBoundary:
         Bounds
             Rounded up as in a description. The mismatch is exact but for that; the distance is
             mostly within 3 %, of flat bodies now and then half as much again
-            (`gamutcore.metric.farthest`).
+            (`gamutcore.metric.distance_bound`).
         """
         level, _ = arranged(self._history.level(triangles), self._history)
         halvings = halvings_for(self._surface, HALVINGS)
         found, _ = overlaid(self._surface, level, self._order, self._near, halvings=halvings)
         furthest = max(found.from_reference.maximum, found.to_reference.maximum)
-        return Bounds(rounded_up(furthest), rounded_up(found.difference / self._volume))
+        return Bounds(round_up(furthest), round_up(found.difference / self._volume))
 
 
-class LevelChoice:
+class LevelSearch:
     """Which level of a history keeps limits, by its curve and by comparisons that are remembered.
 
     One thread may find levels while another asks what is known.
@@ -189,12 +189,12 @@ class LevelChoice:
         """Memory held, in bytes, roughly."""
         return ENTRY_BYTES * (len(self._tried) + len(self._compared))
 
-    def known(self, limits: Bounds) -> ChosenLevel | None:
-        """Return the level that `found` returns, if no comparison is needed for that any more."""
+    def find_known(self, limits: Bounds) -> BoundedLevel | None:
+        """Return the level that `find` returns, if no comparison is needed for that any more."""
         level = self._reached(limits)
-        return level if isinstance(level, ChosenLevel) else None
+        return level if isinstance(level, BoundedLevel) else None
 
-    def found(self, history: History, limits: Bounds) -> ChosenLevel:
+    def find(self, history: History, limits: Bounds) -> BoundedLevel:
         """Return the smallest level that is found to keep limits.
 
         Parameters
@@ -206,7 +206,7 @@ class LevelChoice:
 
         Returns
         -------
-        ChosenLevel
+        BoundedLevel
             The full boundary if there is no other, as for limits of zero. For smaller limits it
             never has fewer triangles.
 
@@ -217,13 +217,13 @@ class LevelChoice:
         """
         level = self._reached(limits)
         full = None
-        while not isinstance(level, ChosenLevel):
+        while not isinstance(level, BoundedLevel):
             full = FullBoundary(history) if full is None else full
             self._compared[level] = full.bounds(level)
             level = self._reached(limits)
         return level
 
-    def _reached(self, limits: Bounds) -> ChosenLevel | int:
+    def _reached(self, limits: Bounds) -> BoundedLevel | int:
         """Return the level that is found, or the next that has to be compared for that.
 
         The counts that are tried one after the other are always the same, and those that keep
@@ -234,7 +234,7 @@ class LevelChoice:
         or turn to smaller ones somewhere. For that to hold, a way must not end earlier because more
         comparisons were needed on it: all counts that it passes are work.
         """
-        chosen = ChosenLevel(self._full, NO_ERROR)
+        chosen = BoundedLevel(self._full, NO_ERROR)
         if min(limits) <= 0.0:
             return chosen
         lower, work = MINIMUM_TRIANGLES - 2, 0
@@ -243,7 +243,7 @@ class LevelChoice:
             if bounds is None:
                 return count
             if bounds.within(limits):
-                chosen = ChosenLevel(count, bounds)
+                chosen = BoundedLevel(count, bounds)
                 break
             lower = count
         while (count := _middle(lower, chosen.triangles)) < chosen.triangles:
@@ -254,7 +254,7 @@ class LevelChoice:
             if bounds is None:
                 return count
             if bounds.within(limits):
-                chosen = ChosenLevel(count, bounds)
+                chosen = BoundedLevel(count, bounds)
             else:
                 lower = count
         return chosen

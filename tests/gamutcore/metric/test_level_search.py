@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimated
-from gamutcore.history import history_of
-from gamutcore.metric import level_choice, mismatch, radial_difference
+from gamutcore.history import build_history
+from gamutcore.metric import level_search, mismatch, radial_difference
 from gamutcore.metric.error_curve import curve_counts, error_curve
-from gamutcore.metric.level_choice import NO_ERROR, Bounds, ChosenLevel, FullBoundary, LevelChoice
+from gamutcore.metric.level_search import NO_ERROR, BoundedLevel, Bounds, FullBoundary, LevelSearch
 
 SLACK = 1.03
 """How much larger than an attained distance a bound of distance may be."""
@@ -27,7 +27,7 @@ def described(history):
 @pytest.fixture(scope="module")
 def small_choice(small_history):
     """Of all that is asked below: what is remembered must not change an answer."""
-    return LevelChoice(small_history.triangles, described(small_history))
+    return LevelSearch(small_history.triangles, described(small_history))
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +54,7 @@ class TestOfEachLevel:
     def test_what_is_chosen_keeps_the_limits(
         self, small_history, small_choice, limits, distances_to, sampled
     ):
-        chosen = small_choice.found(small_history, limits)
+        chosen = small_choice.find(small_history, limits)
         assert chosen.bounds.within(limits)
         full, level = small_history.full(), small_history.level(chosen.triangles)
         assert mismatch(full, level) <= chosen.bounds.mismatch + 1e-9
@@ -64,7 +64,7 @@ class TestOfEachLevel:
 
     @pytest.mark.parametrize("limits", LIMITS)
     def test_one_vertex_less_does_not(self, small_history, small_choice, small_errors, limits):
-        chosen = small_choice.found(small_history, limits).triangles
+        chosen = small_choice.find(small_history, limits).triangles
         if chosen > 4:
             less = small_errors[chosen - 2]
             assert less.distance * SLACK > limits.distance or less.mismatch > limits.mismatch * 0.99
@@ -78,7 +78,7 @@ class TestOfEachLevel:
         loosely = Bounds(limits.distance * SLACK, limits.mismatch * 1.001)
         failed = [count for count, bounds in small_errors.items() if not bounds.within(loosely)]
         smallest = min(kept, default=small_history.triangles)
-        chosen = small_choice.found(small_history, limits).triangles
+        chosen = small_choice.find(small_history, limits).triangles
         if max(failed, default=2) < smallest:
             assert max(failed, default=2) < chosen <= smallest
         else:
@@ -103,12 +103,12 @@ class TestOfEachLevel:
 )
 def test_limits_are_kept_by_anything(random_cloud, distances_to, seed, count, cost, gamma, powers):
     boundary = modified_convex_hull(random_cloud(seed, count), gamma)
-    history = history_of(decimated(boundary.mesh, boundary.centre, cost))
-    choice = LevelChoice(history.triangles, described(history))
+    history = build_history(decimated(boundary.mesh, boundary.centre, cost))
+    choice = LevelSearch(history.triangles, described(history))
     full = history.full()
     for one, other in powers:
         for limits in (Bounds(10**one), Bounds(inf, 10**other), Bounds(10**one, 10**other)):
-            chosen = choice.found(history, limits)
+            chosen = choice.find(history, limits)
             level = history.level(chosen.triangles)
             assert mismatch(full, level) <= limits.mismatch + 1e-9
             assert distances_to(full.vertices, level).max() <= limits.distance + 1e-9
@@ -117,25 +117,25 @@ def test_limits_are_kept_by_anything(random_cloud, distances_to, seed, count, co
 
 class TestOfTheEnds:
     def test_of_zero_only_the_full_boundary_is_left(self, small_history):
-        choice = LevelChoice(small_history.triangles, described(small_history))
-        full = ChosenLevel(small_history.triangles, NO_ERROR)
+        choice = LevelSearch(small_history.triangles, described(small_history))
+        full = BoundedLevel(small_history.triangles, NO_ERROR)
         for limits in (Bounds(0.0), Bounds(inf, 0.0), Bounds(1.0, 0.0), Bounds(0.0, 0.0)):
-            assert choice.known(limits) == full
+            assert choice.find_known(limits) == full
         for limits in (Bounds(1e-300), Bounds(inf, 1e-300)):
-            assert choice.found(small_history, limits) == full
+            assert choice.find(small_history, limits) == full
 
     def test_of_large_ones_four_triangles_are_enough(self, small_history):
-        choice = LevelChoice(small_history.triangles, described(small_history))
+        choice = LevelSearch(small_history.triangles, described(small_history))
         for limits in (Bounds(), Bounds(1e6), Bounds(1e6, 10.0)):
-            chosen = choice.known(limits)
+            chosen = choice.find_known(limits)
             assert chosen.triangles == 4
             assert chosen.bounds.within(limits)
 
     @pytest.mark.parametrize("strange", [[], [{"triangles": 50, "volume": 1.0}]])
     def test_without_a_curve_every_level_is_compared(self, small_history, small_errors, strange):
-        choice = LevelChoice(small_history.triangles, strange)
+        choice = LevelSearch(small_history.triangles, strange)
         for limits in LIMITS[::3]:
-            chosen = choice.found(small_history, limits)
+            chosen = choice.find(small_history, limits)
             assert chosen.bounds.within(limits)
             if chosen.triangles < small_history.triangles:
                 assert small_errors[chosen.triangles].mismatch <= limits.mismatch * (1 + 1e-9)
@@ -143,33 +143,33 @@ class TestOfTheEnds:
     @pytest.mark.parametrize("count", [-2, 0, 2, 5, 10**9])
     def test_levels_that_are_not_there_are_never_chosen(self, small_history, count):
         strange = {"triangles": count, "distance_bound": 0.0, "mismatch_bound": 0.0}
-        choice = LevelChoice(small_history.triangles, [strange, *described(small_history)])
-        sound = LevelChoice(small_history.triangles, described(small_history))
+        choice = LevelSearch(small_history.triangles, [strange, *described(small_history)])
+        sound = LevelSearch(small_history.triangles, described(small_history))
         for limits in LIMITS[::5]:
-            chosen = choice.found(small_history, limits)
-            assert chosen == sound.found(small_history, limits)
+            chosen = choice.find(small_history, limits)
+            assert chosen == sound.find(small_history, limits)
 
     def test_four_triangles_are_all_that_there_are(self):
-        choice = LevelChoice(4, [{"triangles": 4, "distance_bound": 0.0, "mismatch_bound": 0.0}])
+        choice = LevelSearch(4, [{"triangles": 4, "distance_bound": 0.0, "mismatch_bound": 0.0}])
         for limits in (Bounds(), Bounds(0.0), Bounds(1e-9)):
-            assert choice.known(limits) == ChosenLevel(4, NO_ERROR)
+            assert choice.find_known(limits) == BoundedLevel(4, NO_ERROR)
 
 
 def test_what_is_known_is_what_was_found(small_history):
-    choice = LevelChoice(small_history.triangles, described(small_history))
+    choice = LevelSearch(small_history.triangles, described(small_history))
     for limits in LIMITS:
-        known = choice.known(limits)
-        found = choice.found(small_history, limits)
+        known = choice.find_known(limits)
+        found = choice.find(small_history, limits)
         assert known in {None, found}
-        assert choice.known(limits) == found
+        assert choice.find_known(limits) == found
     assert choice.nbytes < 300 * small_history.triangles
 
 
 def test_answers_do_not_depend_on_what_was_asked_before(small_history, small_choice):
     levels = described(small_history)
     for limits in LIMITS[::-2]:
-        alone = LevelChoice(small_history.triangles, levels).found(small_history, limits)
-        assert alone == small_choice.found(small_history, limits)
+        alone = LevelSearch(small_history.triangles, levels).find(small_history, limits)
+        assert alone == small_choice.find(small_history, limits)
 
 
 @given(
@@ -184,7 +184,7 @@ def test_less_error_never_has_fewer_triangles(small_history, small_choice, power
         tight, loose = tight._replace(mismatch=inf), loose._replace(mismatch=inf)
     elif kind == "mismatch":
         tight, loose = tight._replace(distance=inf), loose._replace(distance=inf)
-    chosen = [small_choice.found(small_history, limits).triangles for limits in (tight, loose)]
+    chosen = [small_choice.find(small_history, limits).triangles for limits in (tight, loose)]
     assert chosen[0] >= chosen[1]
 
 
@@ -207,7 +207,7 @@ def made_up(monkeypatch):
                 compared.append(count)
                 return error(count)
 
-        monkeypatch.setattr(level_choice, "FullBoundary", MadeUp)
+        monkeypatch.setattr(level_search, "FullBoundary", MadeUp)
         return error, compared
 
     return make
@@ -244,8 +244,8 @@ class TestOfMadeUpErrors:
         self, made_up, full, wildness
     ):
         error, _ = made_up(1, wildness)
-        choice = LevelChoice(full, described_of(error, full, 1.3))
-        chosen = {limits: choice.found(None, limits) for limits in self.limits(full)}
+        choice = LevelSearch(full, described_of(error, full, 1.3))
+        chosen = {limits: choice.find(None, limits) for limits in self.limits(full)}
         for limits, level in chosen.items():
             assert level.bounds.within(limits)
             assert level.triangles == full or error(level.triangles).within(limits)
@@ -256,9 +256,9 @@ class TestOfMadeUpErrors:
     def test_hardly_fewer_triangles_would_do(self, made_up, full, wildness):
         """A level within 1 % fails, but for the finest ones of so many that work is limited."""
         error, _ = made_up(2, wildness)
-        choice = LevelChoice(full, described_of(error, full, 1.3))
+        choice = LevelSearch(full, described_of(error, full, 1.3))
         for limits in self.limits(full):
-            chosen = choice.found(None, limits).triangles
+            chosen = choice.find(None, limits).triangles
             fewest = min(0.99 * chosen, chosen - 2)
             if chosen > 32 and chosen < full / 16:
                 least = int(fewest) // 2 * 2
@@ -273,7 +273,7 @@ class TestOfMadeUpErrors:
         levels = described_of(error, full, 1.3)
         for limits in self.limits(full):
             compared.clear()
-            LevelChoice(full, levels).found(None, limits)
+            LevelSearch(full, levels).find(None, limits)
             work = sum(full + 10 * isqrt(full * count) for count in compared)
             assert 57e-9 * work < 0.8 + 1.3e-6 * full
             assert len(compared) == len(set(compared)) < 20
@@ -293,9 +293,9 @@ def test_levels_finer_than_all_of_the_curve_are_tried_too(monkeypatch, full):
         def bounds(self, count):
             return Bounds(1.0, 1.0) if count in good else Bounds(9.0, 9.0)
 
-    monkeypatch.setattr(level_choice, "FullBoundary", MadeUp)
+    monkeypatch.setattr(level_search, "FullBoundary", MadeUp)
     levels = described_of(lambda _: Bounds(9.0, 9.0), full, 1.0)
-    assert LevelChoice(full, levels).found(None, Bounds(2.0)).triangles in good
+    assert LevelSearch(full, levels).find(None, Bounds(2.0)).triangles in good
 
 
 @pytest.mark.parametrize("limits", [Bounds(inf, 1e-8), Bounds(inf, 1e-11), Bounds(1e-6)])
@@ -304,14 +304,14 @@ def test_a_finer_level_with_some_error_does_not_hide_a_coarser_one(limits):
     grid = np.arange(0.0, 101.0, 20.0)
     points = np.array(np.meshgrid(grid, grid, grid)).reshape(3, -1).T
     boundary = modified_convex_hull(points)
-    history = history_of(decimated(boundary.mesh, boundary.centre))
+    history = build_history(decimated(boundary.mesh, boundary.centre))
     errors = {
         count: radial_difference(history.full(), history.level(count), history.centre).mismatch
         for count in range(4, history.triangles, 2)
     }
     kept = min(count for count, error in errors.items() if error < 1e-12)
     assert max(error for count, error in errors.items() if count > kept) > 1e-8
-    chosen = LevelChoice(history.triangles, described(history)).found(history, limits)
+    chosen = LevelSearch(history.triangles, described(history)).find(history, limits)
     assert chosen.triangles <= kept
 
 
@@ -325,7 +325,7 @@ def test_of_flat_bodies_bounds_are_tight_too(cost, thickness, distances_to, samp
     points = np.random.default_rng(3).normal(size=(400, 3))
     points *= (thickness, 60, 60) / np.linalg.norm(points, axis=1)[:, None]
     boundary = modified_convex_hull(points + np.array([50.0, 0.0, 0.0]))
-    history = history_of(decimated(boundary.mesh, boundary.centre, cost))
+    history = build_history(decimated(boundary.mesh, boundary.centre, cost))
     full, whole = history.full(), FullBoundary(history)
     for count in (40, 100, 160):
         level = history.level(count)
@@ -337,7 +337,7 @@ def test_of_flat_bodies_bounds_are_tight_too(cost, thickness, distances_to, samp
 @pytest.fixture(scope="module")
 def fogra39_choice(fogra39_gamut):
     levels = fogra39_gamut.description["levels"]
-    return LevelChoice(fogra39_gamut.history.triangles, levels)
+    return LevelSearch(fogra39_gamut.history.triangles, levels)
 
 
 class TestOfFogra39:
@@ -349,7 +349,7 @@ class TestOfFogra39:
         self, fogra39_gamut, fogra39_choice, limits, distances_to, sampled
     ):
         history = fogra39_gamut.history
-        chosen = fogra39_choice.found(history, limits)
+        chosen = fogra39_choice.find(history, limits)
         full = history.full()
         level = history.level(chosen.triangles)
         direct = radial_difference(full, level, history.centre)
@@ -377,7 +377,7 @@ class TestOfFogra39:
             assert min(each["triangles"] for each in levels if each[bound] <= limit) == (
                 fogra39_gamut.history.triangles
             )
-            assert fogra39_choice.found(fogra39_gamut.history, limits).triangles < (
+            assert fogra39_choice.find(fogra39_gamut.history, limits).triangles < (
                 fogra39_gamut.history.triangles / 4
             )
 
@@ -391,7 +391,7 @@ class TestOfFogra39:
             *(Bounds(inf, mismatched) for mismatched in np.geomspace(2e-3, 0.5, 60).tolist()),
         ):
             smallest = min(count for count, bounds in errors.items() if bounds.within(limits))
-            excess.append(fogra39_choice.found(history, limits).triangles / smallest)
+            excess.append(fogra39_choice.find(history, limits).triangles / smallest)
         assert np.mean(excess) < 1.01
         assert max(excess) < 2.0
         assert sum(one > 1.01 for one in excess) <= 6
