@@ -209,7 +209,7 @@ TESTED = {
     ),
     "faults-disconnect": (
         "first_client_disconnects or first_to_ask_leaves",
-        ["tests/service/routes/test_jobs.py", "tests/service/test_single_flight.py"],
+        ["tests/service/routes/test_jobs.py", "tests/service/caching/test_single_flight.py"],
     ),
     "faults-formats": ("", ["tests/gltf", "tests/gamutcore/export"]),
 }

@@ -36,13 +36,13 @@ from gamutcore.errors import FlatPointsError, HistoryFileError, OptionError
 from gamutcore.history import (
     MINIMUM_TRIANGLES,
     History,
+    build_history,
     history_bytes,
     history_from_bytes,
     history_metadata,
-    history_of,
 )
 from gamutcore.limits import Limits, limited_to
-from gamutcore.metric.error_curve import curve_counts, error_curve, rounded_up
+from gamutcore.metric.error_curve import curve_counts, error_curve, round_up
 from gamutcore.options import Options
 from gamutcore.version import ALGORITHM_VERSION, __version__
 
@@ -253,7 +253,7 @@ def build_gamut(
     decimation = decimated(
         boundary.mesh, boundary.centre, options.cost, progress=partial(report, "decimation")
     )
-    history = history_of(decimation, values)
+    history = build_history(decimation, values)
     report("metric", 0.0)
     curve = error_curve(
         history, curve_counts(history.triangles), progress=partial(report, "metric")
@@ -296,7 +296,7 @@ def _kept_volume(decimation: Decimation, full: TriangleMesh) -> dict[str, Any]:
     error = decimation.volume_error / full.volume
     return {
         "volume_preserved": error <= VOLUME_TOLERANCE,
-        "volume_error": rounded_up(error),
+        "volume_error": round_up(error),
     }
 
 

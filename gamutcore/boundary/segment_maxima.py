@@ -17,8 +17,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from scipy.sparse import coo_array, diags_array
-from scipy.sparse.linalg import spsolve
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.boundary.modified_convex_hull import Boundary
@@ -219,6 +217,9 @@ def _stretched(
     -------
     (polar · azimuth + 2,) float64
     """
+    from scipy.sparse import coo_array, diags_array  # noqa: PLC0415  # slow, for this method alone
+    from scipy.sparse.linalg import spsolve  # noqa: PLC0415
+
     number = np.arange(polar * azimuth).reshape(polar, azimuth)
     high, wide = np.pi / polar, 2 * np.pi / azimuth
     middle, border = (np.arange(polar) + 0.5) * high, np.arange(1, polar) * high

@@ -13,7 +13,6 @@ from functools import cache
 from threading import Lock
 from types import ModuleType
 from typing import TYPE_CHECKING
-from unittest.mock import MagicMock
 
 import numpy as np
 
@@ -43,6 +42,8 @@ def colour_science() -> ModuleType:
     `sys.modules`, after which every other package believes it to be there. They are removed again;
     colour-science keeps its own references. Its warning about matplotlib is of no concern here.
     """
+    from unittest.mock import MagicMock  # noqa: PLC0415  # colour-science imports it as well
+
     with _IMPORT:
         before = set(sys.modules)
         with warnings.catch_warnings():

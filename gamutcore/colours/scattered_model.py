@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import linalg
-from threadpoolctl import threadpool_limits
 
 from gamutcore.kernels import kernel
 
@@ -186,14 +184,20 @@ def scattered_model(device: FloatArray, colours: FloatArray) -> ScatteredModel:
     left out, is missed by weights_i / M_ii (Rippa, Advances in Computational Mathematics 11,
     1999, 193-210, equation 3).
     """
-    # How BLAS divides its sums among threads shows in their last bits, and a rerun must give the
-    # same gamut. (Kinds of CPU for which BLAS has other kernels still differ in those bits.)
-    # Several builds share the cores better with one thread as well.
+    # scipy.linalg takes 0.2 s and 15 MB to import, and only fits need it. Import it here first:
+    # threadpool_limits affects only the BLAS libraries that are loaded already.
+    from scipy import linalg  # noqa: F401, PLC0415
+    from threadpoolctl import threadpool_limits  # noqa: PLC0415
+
+    # One BLAS thread: the division of a sum among threads changes its last bits, and a rerun must
+    # give the same gamut. Concurrent builds also share the cores better.
     with threadpool_limits(limits=1, user_api="blas"):
         return _fitted(device, colours)
 
 
 def _fitted(device: FloatArray, colours: FloatArray) -> ScatteredModel:
+    from scipy import linalg  # noqa: PLC0415  # see scattered_model
+
     count, channels = device.shape
     order = channels + 1
     if count <= order:
@@ -246,14 +250,14 @@ def _fitted(device: FloatArray, colours: FloatArray) -> ScatteredModel:
 def _reflected(
     matrix: FloatArray, reflectors: FloatArray, scales: FloatArray, side: str, *, transposed: bool
 ) -> FloatArray:
+    from scipy.linalg import lapack  # noqa: PLC0415  # see scattered_model
+
     matrix = np.asfortranarray(matrix)
     product: FloatArray
     trans = "T" if transposed else "N"
     # Even the question for the size of the workspace copies the matrix where it may not touch it.
-    _, work, _ = linalg.lapack.dormqr(
-        side, trans, reflectors, scales, matrix, lwork=-1, overwrite_c=1
-    )
-    product, _, _ = linalg.lapack.dormqr(
+    _, work, _ = lapack.dormqr(side, trans, reflectors, scales, matrix, lwork=-1, overwrite_c=1)
+    product, _, _ = lapack.dormqr(
         side, trans, reflectors, scales, matrix, lwork=int(work[0]), overwrite_c=1
     )
     return product

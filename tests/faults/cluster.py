@@ -38,7 +38,7 @@ FIGURES = ROOT / "benchmarks" / "cluster.json"
 PRESS = ROOT / "examples" / "FOGRA39L.ti3"
 
 HASTY = (
-    "import sys; import service.building.celery_app as app; app._STARTING_SECONDS = 1.0;"
+    "import sys; import service.broker.celery_app as app; app._STARTING_SECONDS = 1.0;"
     "from service.command import main; sys.exit(main())"
 )
 """A worker whose hard time limit is a second above the deadline, and not a minute."""

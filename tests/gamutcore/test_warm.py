@@ -59,9 +59,9 @@ compile_reading_kernels()
 before = signatures()
 from gamutcore.export import FORMATS, encoded_mesh
 from gamutcore.gamut import Gamut
-from gamutcore.metric.level_choice import Bounds, LevelChoice
+from gamutcore.metric.level_search import Bounds, LevelSearch
 read = Gamut.from_bytes(Path(sys.argv[1]).read_bytes())
-LevelChoice(read.history.triangles, []).found(read.history, Bounds(1e-3, 1e-3))
+LevelSearch(read.history.triangles, []).find(read.history, Bounds(1e-3, 1e-3))
 for triangles in (4, 100, read.history.triangles):
     for name in FORMATS:
         encoded_mesh(read.level(triangles), name, {"title": "x"})
