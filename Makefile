@@ -85,7 +85,7 @@ bench: install ## measure what is claimed about speed and accuracy
 	$(python) -m benchmarks.bench
 
 .PHONY: soak
-soak: install ## load the service for minutes: rates, /livez, memory; writes docs/reliability.md
+soak: install .venv/.installed-test ## load the service for minutes: rates, /livez, memory; writes docs/reliability.md
 	$(python) -m benchmarks.soak
 
 .PHONY: faults

@@ -6,7 +6,7 @@ import pytest
 
 from gamutcore.version import __version__
 from service.__main__ import main as entry_point
-from service.api_keys import ApiKeys
+from service.access.api_keys import ApiKeys
 from service.command import main
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs

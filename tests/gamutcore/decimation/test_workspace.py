@@ -46,7 +46,7 @@ def assert_consistent(surface, work, numbers, faces):
     assert set(surface.edge_of[corners].tolist()) == set(left.tolist())
     np.testing.assert_array_equal(surface.edge_of[surface.corner_facing[left]], left)
     np.testing.assert_array_equal(
-        surface.swing[corners], [swing(surface.opposite, corner) for corner in corners.tolist()]
+        surface.swung[corners], [swing(surface.opposite, corner) for corner in corners.tolist()]
     )
     twins = surface.opposite[surface.corner_facing[left]]
     np.testing.assert_array_equal(surface.edge_of[twins], left)
