@@ -17,14 +17,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from scipy.sparse import coo_array, diags_array
-from scipy.sparse.linalg import spsolve
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.boundary.modified_convex_hull import Boundary
 from gamutcore.boundary.points import centred_points, farthest_points
 from gamutcore.errors import BoundaryError, OptionError
-from gamutcore.grid import grid_step, rounded_to_grid
+from gamutcore.grid import grid_step, nearest_grid_points
 from gamutcore.mesh import TriangleMesh
 from gamutcore.star_shape import faces_not_seeing_centre
 
@@ -79,7 +77,7 @@ def checked_segments(segments: object) -> tuple[int, int]:
             for n, least, most in zip(segments, FEWEST_SEGMENTS, MOST_SEGMENTS, strict=True)
         ):
             return polar, azimuth
-    raise OptionError.refusing(
+    raise OptionError.refusal(
         "segments",
         segments,
         f"two whole numbers: {FEWEST_SEGMENTS[0]} to {MOST_SEGMENTS[0]} polar and"
@@ -150,7 +148,7 @@ def segment_maxima(
         outside = np.maximum(towards / lowest, towards / highest).max(axis=1)
         radius = np.minimum(reach, 1 / outside)
         radius = np.where(lifted, np.maximum(radius, resolved), radius)
-        positions = rounded_to_grid(towards * radius[:, np.newaxis], step)
+        positions = nearest_grid_points(towards * radius[:, np.newaxis], step)
         at_colour = (turns == 0) & ~lifted
         positions[at_colour] = relative[sources[at_colour]]
         faces = _faces(positions, polar, azimuth)
@@ -219,6 +217,9 @@ def _stretched(
     -------
     (polar · azimuth + 2,) float64
     """
+    from scipy.sparse import coo_array, diags_array  # noqa: PLC0415  # slow, for this method alone
+    from scipy.sparse.linalg import spsolve  # noqa: PLC0415
+
     number = np.arange(polar * azimuth).reshape(polar, azimuth)
     high, wide = np.pi / polar, 2 * np.pi / azimuth
     middle, border = (np.arange(polar) + 0.5) * high, np.arange(1, polar) * high

@@ -9,7 +9,7 @@ from gamutcore.decimation.costs import volume
 from gamutcore.decimation.record import empty_record, with_room
 from gamutcore.decimation.star import surface_of
 from gamutcore.decimation.sweeps import SWEPT_DOWN_TO, begun_sweeps, collapse_in_sweeps
-from gamutcore.history import history_of
+from gamutcore.history import build_history
 from gamutcore.metric import mismatch
 
 CENTRE = (50.0, 0.0, 0.0)
@@ -31,7 +31,7 @@ def run(large):
 
 class TestLargeBoundary:
     def test_levels_are_gamuts_of_the_same_volume(self, large, run, assert_every_invariant):
-        history = history_of(run)
+        history = build_history(run)
         full = history.full()
         swept = [2 * SWEPT_DOWN_TO - 4 + more for more in (-2, 0, 2, 2000, 20_000, 38_000)]
         for triangles in [4, 100, 1000, 10_000, *swept, large.triangles]:
@@ -48,7 +48,7 @@ class TestLargeBoundary:
     @pytest.mark.parametrize("triangles", [500, 1000])
     def test_coarse_levels_are_as_good_as_of_smaller_spheres(self, large, run, triangles):
         """3.0 ÷ n is what is asked of 10,000 vertices; the limit for n → ∞ is 2.127 ÷ n."""
-        assert triangles * mismatch(large, history_of(run).level(triangles)) <= 3.0
+        assert triangles * mismatch(large, build_history(run).level(triangles)) <= 3.0
 
     def test_reruns_are_bit_identical(self, large, run):
         again = decimated(large, CENTRE)

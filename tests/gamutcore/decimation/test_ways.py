@@ -9,7 +9,7 @@ from gamutcore.decimation.costs import COSTS, cost_module, finest, volume
 from gamutcore.decimation.plan import Fork
 from gamutcore.decimation.stages import NOTHING_KNOWN
 from gamutcore.errors import DecimationError
-from gamutcore.history import history_of
+from gamutcore.history import build_history
 from gamutcore.metric import mismatch
 
 CENTRE = (0.0, 0.0, 0.0)
@@ -34,7 +34,7 @@ def test_of_many_ways_the_one_that_deviates_least_is_taken(planned, random_cloud
         planned(module, forks=(Fork(100, number, (27,)),))
         cost = module.__name__.rpartition(".")[2]
         levels = [
-            history_of(decimated(boundary.mesh, boundary.centre, cost)).level(50)
+            build_history(decimated(boundary.mesh, boundary.centre, cost)).level(50)
             for boundary in boundaries
         ]
         pairs = zip(boundaries, levels, strict=True)
@@ -47,7 +47,7 @@ def test_levels_above_the_fork_do_not_depend_on_it(planned, icosphere, cost):
     mesh, module, levels = icosphere(3), cost_module(cost), []
     for forks in ((), (Fork(60, 3, (27, 12)),)):
         planned(module, forks=forks)
-        history = history_of(decimated(mesh, CENTRE, cost))
+        history = build_history(decimated(mesh, CENTRE, cost))
         levels.append(sorted(map(tuple, history.level(2 * 60 - 4).vertices.tolist())))
     assert levels[0] == levels[1]
 
@@ -56,12 +56,12 @@ def test_a_boundary_of_fewer_vertices_forks_at_once(planned, icosphere, assert_e
     mesh = icosphere(1)
     assert len(mesh.vertices) == 42
     planned(volume, forks=(Fork(200, 6, (52, 27)), Fork(27, 2, (12,)), Fork(90, 2, (50,))))
-    history = history_of(decimated(mesh, CENTRE))
+    history = build_history(decimated(mesh, CENTRE))
     for level in history.levels():
         assert_every_invariant(level, CENTRE, level.triangles)
     several = mismatch(mesh, history.level(50))
     planned(volume, forks=())
-    assert several <= mismatch(mesh, history_of(decimated(mesh, CENTRE)).level(50))
+    assert several <= mismatch(mesh, build_history(decimated(mesh, CENTRE)).level(50))
 
 
 @pytest.mark.parametrize("cost", COSTS)
@@ -70,7 +70,7 @@ def test_a_tetrahedron_has_one_level(icosphere, cost):
     faces = np.array([(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)], np.int32)
     mesh = type(icosphere(1))(ends, faces)
     assert mesh.volume > 0
-    history = history_of(decimated(mesh, CENTRE, cost))
+    history = build_history(decimated(mesh, CENTRE, cost))
     assert [level.triangles for level in history.levels()] == [4]
 
 
@@ -84,9 +84,9 @@ def test_a_way_that_ends_too_early_is_not_taken(monkeypatch, planned, icosphere)
     planned(volume, forks=(Fork(60, 3, (27,)),))
     monkeypatch.setattr(ways, "carried_out", ends_early)
     mesh, blocked = icosphere(2), {1, 2}
-    only = history_of(decimated(mesh, CENTRE)).level(50)
+    only = build_history(decimated(mesh, CENTRE)).level(50)
     planned(volume, forks=(Fork(60, 1, (27,)),))
-    expected = history_of(decimated(mesh, CENTRE)).level(50)
+    expected = build_history(decimated(mesh, CENTRE)).level(50)
     np.testing.assert_array_equal(only.vertices, expected.vertices)
     blocked = {0}
     with pytest.raises(DecimationError, match="triangles left"):

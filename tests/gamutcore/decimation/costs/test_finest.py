@@ -10,7 +10,7 @@ from gamutcore.colours import surface_colours
 from gamutcore.decimation import decimated
 from gamutcore.decimation.costs import finest
 from gamutcore.decimation.samples import LARGEST_SHARE
-from gamutcore.history import history_bytes, history_of
+from gamutcore.history import build_history, history_bytes
 from gamutcore.metric import mismatch
 
 COMPARED = (200, 100, 50)
@@ -37,7 +37,7 @@ def histories(boundaries):
     """Return the history of each boundary, by `finest` and by `volume`."""
     return [
         [
-            history_of(decimated(boundary.mesh, boundary.centre, cost))
+            build_history(decimated(boundary.mesh, boundary.centre, cost))
             for cost in ("finest", "volume")
         ]
         for boundary in boundaries
@@ -74,7 +74,8 @@ def test_about_a_centre_near_the_surface_no_level_is_blown_up(fogra39, centre):
     points = surface_colours(characterisation(fogra39), surface_samples=20_000).points
     boundary = modified_convex_hull(points, 0.2, centre)
     closer, default = (
-        history_of(decimated(boundary.mesh, boundary.centre, cost)) for cost in ("finest", "volume")
+        build_history(decimated(boundary.mesh, boundary.centre, cost))
+        for cost in ("finest", "volume")
     )
     for triangles in (4, 6, 10, 20, *COMPARED):
         level = closer.level(triangles)
@@ -100,7 +101,7 @@ def test_a_history_takes_110_bits_a_vertex(fogra39, colours):
     points = surface_colours(characterisation(fogra39), surface_samples=colours).points
     boundary = modified_convex_hull(points)
     assert boundary.mesh.triangles > 1.3 * colours
-    history = history_of(decimated(boundary.mesh, boundary.centre, "finest"))
+    history = build_history(decimated(boundary.mesh, boundary.centre, "finest"))
     assert (np.diff(history.splits.shifted_end, prepend=0) > 0).mean() > 0.05
     assert 8 * len(history_bytes(history)) <= 110 * history.vertices
 

@@ -11,7 +11,7 @@ from gamutcore.decimation.costs import volume
 from gamutcore.decimation.deviation import ask_for_edge, change_at
 from gamutcore.decimation.memoryless import constrained_optimum, error_of_place, memoryless
 from gamutcore.decimation.star import keeps_star_shape, link_condition_holds, ring_faces
-from gamutcore.history import history_of
+from gamutcore.history import build_history
 from gamutcore.metric import mismatch
 
 
@@ -36,7 +36,7 @@ def large_boundary():
 @pytest.mark.parametrize("seed", [0, 1])
 def test_every_level_has_the_volume_of_the_boundary(large_boundary, seed):
     boundary = large_boundary(seed)
-    history = history_of(decimated(boundary.mesh, boundary.centre, "volume"))
+    history = build_history(decimated(boundary.mesh, boundary.centre, "volume"))
     for level in history.levels():
         assert level.volume == pytest.approx(boundary.mesh.volume, rel=1e-5)
     assert level.triangles == boundary.mesh.triangles
@@ -46,7 +46,7 @@ def test_every_level_has_the_volume_of_the_boundary(large_boundary, seed):
 @given(seed=st.integers(0, 10**6), count=st.integers(8, 300))
 def test_every_level_of_a_small_boundary_too(random_cloud, seed, count):
     boundary = modified_convex_hull(random_cloud(seed, count))
-    history = history_of(decimated(boundary.mesh, boundary.centre, "volume"))
+    history = build_history(decimated(boundary.mesh, boundary.centre, "volume"))
     for level in history.levels():
         assert level.volume == pytest.approx(boundary.mesh.volume, rel=1e-5)
 
@@ -59,7 +59,7 @@ def test_small_spheres_are_as_close_as_large_ones(icosphere, subdivisions):
     accumulated quadrics do.
     """
     mesh = icosphere(subdivisions)
-    history = history_of(decimated(mesh, (0, 0, 0)))
+    history = build_history(decimated(mesh, (0, 0, 0)))
     triangles = mesh.triangles // 6 * 2
     assert triangles * mismatch(mesh, history.level(triangles)) <= 5.13
     assert 40 * mismatch(mesh, history.level(40)) <= 3.07
