@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from gamutcore.boundary import given_boundary, vertex_device_values, wrapped
+from gamutcore.boundary import compute_boundary, mesh_boundary, vertex_device_values
 from gamutcore.characterisation import (
     Characterisation,
     GamutMesh,
@@ -25,11 +25,11 @@ from gamutcore.characterisation import (
 )
 from gamutcore.colours import InkLimits, surface_colours
 from gamutcore.colours.spaces import ColourSpace, colours_in_space
-from gamutcore.colours.stated_space import (
+from gamutcore.colours.spaces.declared import (
     assumption_warnings,
+    declared_space,
     refuse_far_vertices,
     refuse_other_space,
-    stated_space,
 )
 from gamutcore.decimation import decimated
 from gamutcore.errors import FlatPointsError, HistoryFileError, OptionError
@@ -41,7 +41,7 @@ from gamutcore.history import (
     history_from_bytes,
     history_metadata,
 )
-from gamutcore.limits import Limits, limited_to
+from gamutcore.limits import Limits, apply_limits
 from gamutcore.metric.error_curve import curve_counts, error_curve, round_up
 from gamutcore.options import Options
 from gamutcore.version import ALGORITHM_VERSION, __version__
@@ -241,7 +241,7 @@ def build_gamut(
     """
     report = progress or (lambda _stage, _fraction: None)
     report("characterisation", 0.0)
-    with limited_to(limits):
+    with apply_limits(limits):
         device = _characterised(data, options)
     report("colours", 0.0)
     boundary, values, provenance = (
@@ -338,7 +338,7 @@ def _wrapped(
     colours = colours_in_space(colours, space)
     report("boundary", 0.0)
     try:
-        boundary = wrapped(
+        boundary = compute_boundary(
             colours.points, options.boundary, options.centre, **options.boundary_parameters
         )
     except FlatPointsError as error:
@@ -371,19 +371,19 @@ def _refuse_surface_samples(device: Samples | IccProfile | Picture, options: Opt
     else:
         return
     if options.surface_samples != Options().surface_samples:
-        raise OptionError.not_applying(
+        raise OptionError.not_applicable(
             "surface_samples", options.surface_samples, f"{what} are all used"
         )
 
 
 def _given(mesh: GamutMesh, options: Options) -> _Wrapping:
     _refuse_options_of_colours(options)
-    stated = stated_space(mesh.space_notes)
+    stated = declared_space(mesh.space_notes)
     space = options.colour_space(mesh.provenance.get("white_luminance"))
     if stated is not None:
         refuse_other_space(stated, space)
     refuse_far_vertices(mesh.vertices, space)
-    boundary, provenance = given_boundary(mesh, options.centre)
+    boundary, provenance = mesh_boundary(mesh, options.centre)
     provenance["colour_space"] = {
         **space.description(),
         "from": "the option space (assumed, not stated)" if stated is None else "the file",
@@ -409,7 +409,7 @@ def _refuse_options_of_colours(options: Options) -> None:
     for name in NOT_OF_MESHES:
         value = getattr(options, name)
         if _is_of_colours(name, options) and value != getattr(default, name):
-            raise OptionError.not_applying(
+            raise OptionError.not_applicable(
                 name, value, "the data is a boundary already, and nothing is wrapped"
             )
 

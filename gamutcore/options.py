@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from gamutcore.boundary import BOUNDARIES
 from gamutcore.characterisation.conditions import condition_label
-from gamutcore.colours.cube_surface import MAX_SURFACE_SAMPLES
-from gamutcore.colours.device_model import DEVICE_MODELS
-from gamutcore.colours.space_parameters import (
+from gamutcore.colours.device.cube_surface import MAX_SURFACE_SAMPLES
+from gamutcore.colours.device.model import DEVICE_MODELS
+from gamutcore.colours.spaces import SPACES, ColourSpace
+from gamutcore.colours.spaces.parameters import (
     MEASURED,
     SPACE_PARAMETERS,
     measured_luminance,
     space_parameters,
 )
-from gamutcore.colours.spaces import SPACES, ColourSpace
 from gamutcore.colours.spectral import ILLUMINANTS, OBSERVERS
 from gamutcore.colours.surface import INTENTS
 from gamutcore.decimation.costs import COSTS
@@ -105,7 +105,8 @@ class Options:
     reference_white : str, three floats, or None
         White of the space that colours are adapted to: a name, or X, Y, Z, kept with Y = 1.
     adaptation : str or None
-        How: one of `gamutcore.colours.white_points.ADAPTATIONS`. It is used for the way from the
+        How: one of `gamutcore.colours.spaces.white_points.ADAPTATIONS`.
+        It is used for the way from the
         measured or a picture's white to D50 as well.
     scale : float or None
         What all coordinates are multiplied by.
@@ -160,14 +161,14 @@ class Options:
         ):
             value = getattr(self, name)
             if not isinstance(value, str) or value not in accepted:
-                raise OptionError.refusing(name, value, f"one of {', '.join(accepted)}")
+                raise OptionError.refusal(name, value, f"one of {', '.join(accepted)}")
         samples = self.surface_samples
         if (
             isinstance(samples, bool)
             or not isinstance(samples, int)
             or not FEWEST_SURFACE_SAMPLES <= samples <= MAX_SURFACE_SAMPLES
         ):
-            raise OptionError.refusing(
+            raise OptionError.refusal(
                 "surface_samples",
                 samples,
                 f"a whole number from {FEWEST_SURFACE_SAMPLES} to {MAX_SURFACE_SAMPLES}",
@@ -175,13 +176,13 @@ class Options:
         if self.source is not None and (
             not isinstance(self.source, str) or self.source not in SOURCES
         ):
-            raise OptionError.refusing("source", self.source, f"one of {', '.join(SOURCES)}")
+            raise OptionError.refusal("source", self.source, f"one of {', '.join(SOURCES)}")
         # One form for what means the same; None keeps the ids of gamuts without this option.
         object.__setattr__(self, "source", None if self.source == SOURCES[0] else self.source)
         if self.device_model is not None and (
             not isinstance(self.device_model, str) or self.device_model not in DEVICE_MODELS
         ):
-            raise OptionError.refusing(
+            raise OptionError.refusal(
                 "device_model", self.device_model, f"one of {', '.join(DEVICE_MODELS)}"
             )
         for name, most in MOST_INK.items():
@@ -195,7 +196,7 @@ class Options:
         if self.popularity is not None:
             share = finite_number(self.popularity)
             if share is None or not 0 < share < 1:
-                raise OptionError.refusing(
+                raise OptionError.refusal(
                     "popularity", self.popularity, "a number above 0 and below 1"
                 )
             object.__setattr__(self, "popularity", share)
@@ -206,7 +207,7 @@ class Options:
                 given = parameters[name].default if value is None else value
                 object.__setattr__(self, name, parameters[name].checked(given))
             elif value is not None:
-                raise OptionError.not_applying(
+                raise OptionError.not_applicable(
                     name, value, f"the boundary {self.boundary} has no {name}"
                 )
 
@@ -214,12 +215,12 @@ class Options:
         """Check and set the options of measured samples, which have no defaults of their own."""
         observer, illuminant, condition = self.observer, self.illuminant, self.condition
         if observer is not None and (isinstance(observer, bool) or observer not in OBSERVERS):
-            raise OptionError.refusing("observer", observer, "2 or 10, in degrees")
+            raise OptionError.refusal("observer", observer, "2 or 10, in degrees")
         if illuminant is not None:
             name = illuminant.strip().upper() if isinstance(illuminant, str) else ""
             name = f"FL{name[1:]}" if name.startswith("F") and name[1:].isdigit() else name
             if name not in ILLUMINANTS:
-                raise OptionError.refusing(
+                raise OptionError.refusal(
                     "illuminant", illuminant, f"one of {', '.join(ILLUMINANTS)}"
                 )
             object.__setattr__(self, "illuminant", name)
@@ -232,7 +233,7 @@ class Options:
                 or len(condition) > MAX_CONDITION_LENGTH
                 or not condition.isprintable()
             ):
-                raise OptionError.refusing(
+                raise OptionError.refusal(
                     "condition", condition, "the name of a measurement condition, such as 'M1'"
                 )
             folded = " ".join(condition.split())
@@ -267,7 +268,7 @@ class Options:
                     remedy=f"Options are {', '.join(names)}.",
                 )
             if value is None:  # to the constructor it means: not given
-                raise OptionError.refusing(name, value, "a value, or leave it out for the default")
+                raise OptionError.refusal(name, value, "a value, or leave it out for the default")
         return cls(**mapping)  # type: ignore[arg-type]  # the constructor checks every value
 
     def to_mapping(self) -> dict[str, object]:
@@ -319,7 +320,7 @@ def _canonical_centre(centre: object) -> Centre:
         first, second, third = numbers
         if first is not None and second is not None and third is not None:
             return (first, second, third)
-    raise OptionError.refusing("centre", centre, "'auto' or three finite numbers")
+    raise OptionError.refusal("centre", centre, "'auto' or three finite numbers")
 
 
 def _ink_limit(name: str, value: object, most: float) -> float | None:
@@ -328,5 +329,5 @@ def _ink_limit(name: str, value: object, most: float) -> float | None:
     number = finite_number(value)
     if number is None or not 0 <= number <= most or (number == 0 and name == "ink_limit"):
         above = "above 0, up to" if name == "ink_limit" else "from 0 to"
-        raise OptionError.refusing(name, value, f"a number {above} {most:g}, in per cent")
+        raise OptionError.refusal(name, value, f"a number {above} {most:g}, in per cent")
     return number

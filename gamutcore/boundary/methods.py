@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-__all__ = ["BOUNDARIES", "Method", "Parameter", "wrapped"]
+__all__ = ["BOUNDARIES", "Method", "Parameter", "compute_boundary"]
 
 
 class Parameter(NamedTuple):
@@ -54,13 +54,13 @@ class Method(NamedTuple):
 def _checked_gamma(gamma: object) -> float:
     number = finite_number(gamma)
     if number is None or not 0 < number <= 1:
-        raise OptionError.refusing("gamma", gamma, "a number above 0, at most 1")
+        raise OptionError.refusal("gamma", gamma, "a number above 0, at most 1")
     return number
 
 
 def _gamma_of_the_convex_hull(gamma: object) -> float:
     if finite_number(gamma) != 1.0:
-        raise OptionError.not_applying(
+        raise OptionError.not_applicable(
             "gamma", gamma, "the convex hull is the modified one with a gamma of 1"
         )
     return 1.0
@@ -84,7 +84,7 @@ BOUNDARIES: dict[str, Method] = {
 """Ways to wrap colours, by the name that the option ``boundary`` has for them."""
 
 
-def wrapped(
+def compute_boundary(
     points: ArrayLike,
     method: str,
     centre: ArrayLike | Literal["auto"] = "auto",

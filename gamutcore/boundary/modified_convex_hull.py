@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
-from gamutcore.boundary.centre import automatic_centre, bounds, checked_centre, checked_points
+from gamutcore.boundary.centre import automatic_centre, bounds, centre_on_grid, points_on_grid
 from gamutcore.boundary.insertion_order import insertion_order, places_on_curve
 from gamutcore.boundary.radial_hull import radial_hull
 from gamutcore.errors import BoundaryError, CentreError, FlatPointsError, OptionError
@@ -92,8 +92,8 @@ def modified_convex_hull(
         raise OptionError(
             f"gamma is {gamma!r}", where={"field": "gamma"}, remedy="a number above 0, at most 1"
         )
-    rounded, step = checked_points(points)
-    given = checked_centre(centre, rounded, step)
+    rounded, step = points_on_grid(points)
+    given = centre_on_grid(centre, rounded, step)
     about = sum(bounds(rounded)) / 2 if given is None else given
     places = places_on_curve(rounded - about)
     order = insertion_order(places)

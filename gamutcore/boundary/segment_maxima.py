@@ -22,7 +22,7 @@ from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.boundary.modified_convex_hull import Boundary
 from gamutcore.boundary.points import centred_points, farthest_points
 from gamutcore.errors import BoundaryError, OptionError
-from gamutcore.grid import grid_step, rounded_to_grid
+from gamutcore.grid import grid_step, nearest_grid_points
 from gamutcore.mesh import TriangleMesh
 from gamutcore.star_shape import faces_not_seeing_centre
 
@@ -77,7 +77,7 @@ def checked_segments(segments: object) -> tuple[int, int]:
             for n, least, most in zip(segments, FEWEST_SEGMENTS, MOST_SEGMENTS, strict=True)
         ):
             return polar, azimuth
-    raise OptionError.refusing(
+    raise OptionError.refusal(
         "segments",
         segments,
         f"two whole numbers: {FEWEST_SEGMENTS[0]} to {MOST_SEGMENTS[0]} polar and"
@@ -148,7 +148,7 @@ def segment_maxima(
         outside = np.maximum(towards / lowest, towards / highest).max(axis=1)
         radius = np.minimum(reach, 1 / outside)
         radius = np.where(lifted, np.maximum(radius, resolved), radius)
-        positions = rounded_to_grid(towards * radius[:, np.newaxis], step)
+        positions = nearest_grid_points(towards * radius[:, np.newaxis], step)
         at_colour = (turns == 0) & ~lifted
         positions[at_colour] = relative[sources[at_colour]]
         faces = _faces(positions, polar, azimuth)

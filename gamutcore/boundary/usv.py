@@ -64,7 +64,7 @@ def checked_basis(basis: object) -> str:
     """
     if isinstance(basis, str) and basis in BASES:
         return basis
-    raise OptionError.refusing("basis", basis, f"one of {', '.join(BASES)}")
+    raise OptionError.refusal("basis", basis, f"one of {', '.join(BASES)}")
 
 
 def checked_subdivisions(subdivisions: object) -> int:
@@ -82,7 +82,7 @@ def checked_subdivisions(subdivisions: object) -> int:
         and 0 <= subdivisions <= MOST_SUBDIVISIONS
     ):
         return subdivisions
-    raise OptionError.refusing(
+    raise OptionError.refusal(
         "subdivisions", subdivisions, f"a whole number from 0 to {MOST_SUBDIVISIONS}"
     )
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import TYPE_CHECKING, NamedTuple
 
-from gamutcore.export import FORMATS, encoded_mesh
+from gamutcore.export import FORMATS, mesh_file
 from gamutcore.history import MINIMUM_TRIANGLES
 from gamutcore.metric.level_search import Bounds
 from service.caching.byte_bounded_cache import ByteBoundedCache
@@ -330,7 +330,7 @@ def _key(gamut_id: str, count: int, format_name: str, coding: str) -> MeshKey:
 
 def _encoded(opened: OpenGamut, key: MeshKey) -> EncodedMesh:
     mesh = opened.gamut.level(key.triangles)
-    body = encoded_mesh(mesh, key.format_name, opened.provenance, opened.space)
+    body = mesh_file(mesh, key.format_name, opened.provenance, opened.space)
     media_type = FORMATS[key.format_name].media_type
     bounds = _promised(opened, len(mesh.faces))
     return EncodedMesh.of(body, media_type, len(mesh.faces), len(mesh.vertices), bounds)

@@ -9,11 +9,11 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.json_schema import SkipJsonSchema
 
-from gamutcore.colours.appearance_model import SURROUNDS
-from gamutcore.colours.device_model import DEVICE_MODELS
+from gamutcore.colours.device.model import DEVICE_MODELS
 from gamutcore.colours.spaces import SPACES
+from gamutcore.colours.spaces.appearance_model import SURROUNDS
+from gamutcore.colours.spaces.white_points import ADAPTATIONS, WHITES
 from gamutcore.colours.spectral import ILLUMINANTS
-from gamutcore.colours.white_points import ADAPTATIONS, WHITES
 from gamutcore.decimation import COSTS
 
 __all__ = ["GamutOptions", "InlineSamples", "MultipartSubmission", "Triple", "without_default"]

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gamutcore.boundary import BOUNDARIES
-from gamutcore.colours.space_parameters import SPACE_PARAMETERS
 from gamutcore.colours.spaces import SPACES, ColourSpace
+from gamutcore.colours.spaces.parameters import SPACE_PARAMETERS
 from gamutcore.decimation import COSTS
 from gamutcore.errors import OptionError
 from gamutcore.options import Options

@@ -5,7 +5,13 @@ import inspect
 import numpy as np
 import pytest
 
-from gamutcore.boundary import BOUNDARIES, modified_convex_hull, segment_maxima, usv, wrapped
+from gamutcore.boundary import (
+    BOUNDARIES,
+    compute_boundary,
+    modified_convex_hull,
+    segment_maxima,
+    usv,
+)
 from gamutcore.errors import OptionError
 
 
@@ -43,7 +49,7 @@ class TestWrapped:
     @pytest.mark.parametrize("name", BOUNDARIES)
     def test_is_valid_and_about_the_same_centre(self, random_cloud, assert_decimates, name):
         points = random_cloud(50, 400)
-        boundary = wrapped(points, name)
+        boundary = compute_boundary(points, name)
         np.testing.assert_array_equal(boundary.centre, modified_convex_hull(points).centre)
         assert_decimates(boundary)
 
@@ -56,9 +62,9 @@ class TestWrapped:
             ("segment-maxima", {"segments": (5, 7)}, segment_maxima(points, (5, 7))),
             ("usv", {"basis": "octahedron"}, usv(points, "octahedron")),
         ):
-            assert wrapped(points, name, **parameters).mesh == expected.mesh
+            assert compute_boundary(points, name, **parameters).mesh == expected.mesh
 
     @pytest.mark.parametrize("name", BOUNDARIES)
     def test_takes_a_centre(self, random_cloud, name):
-        boundary = wrapped(random_cloud(52), name, (52.0, 1.0, -1.0))
+        boundary = compute_boundary(random_cloud(52), name, (52.0, 1.0, -1.0))
         np.testing.assert_array_equal(boundary.centre, (52.0, 1.0, -1.0))

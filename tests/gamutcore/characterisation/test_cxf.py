@@ -8,7 +8,7 @@ import pytest
 from gamutcore.characterisation import characterisation
 from gamutcore.characterisation.cxf import cxf_samples
 from gamutcore.colours import surface_colours
-from gamutcore.colours.media import medium_colours
+from gamutcore.colours.measured_colours import measured_colours
 from gamutcore.errors import (
     ConditionError,
     MalformedFileError,
@@ -143,7 +143,7 @@ def test_lights_are_a_display_and_reflectances_are_not(
         ]
         data = cxf_file(objects, [cxf_specification("S", kind=f"Spectrum_{kind}")])
         samples = cxf_samples(data)
-        colours = medium_colours(samples, "relative")
+        colours = measured_colours(samples, "relative")
         assert colours.provenance["medium"] == medium
         np.testing.assert_allclose(colours.lab[2], [100, 0, 0], atol=1e-6)
 
@@ -192,7 +192,7 @@ class TestSampleOfColourCxf:
 
     def test_its_spectra_have_the_colours_that_it_states(self, samples):
         """By ASTM E308 table 5, D50 and 2°, as its specification says; computed by X-Rite."""
-        computed = medium_colours(samples, "relative", observer=2, illuminant="D50")
+        computed = measured_colours(samples, "relative", observer=2, illuminant="D50")
         difference = np.linalg.norm(computed.lab - samples.lab, axis=1)
         assert difference.mean() < 0.1
         assert difference.max() < 0.15

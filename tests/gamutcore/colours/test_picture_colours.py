@@ -15,7 +15,7 @@ from gamutcore.colours import InkLimits, surface_colours
 from gamutcore.colours.picture_colours import POPULARITY_CELL, picture_colours, popular
 from gamutcore.colours.profile_colours import profile_colours
 from gamutcore.colours.spaces import ColourSpace, colours_in_space
-from gamutcore.colours.white_points import ADAPTATIONS
+from gamutcore.colours.spaces.white_points import ADAPTATIONS
 from gamutcore.errors import OptionError
 
 DATA = Path(__file__).parents[2] / "data"
