@@ -214,9 +214,7 @@ class _Reader:
                 f"An element has {len(attributes)} attributes, more than {MAX_ATTRIBUTES}."
             )
         if max(map(len, attributes.values())) > MAX_ATTRIBUTE_LENGTH:
-            self._refuse(
-                f"Of the attributes of an element, one has more than {MAX_ATTRIBUTE_LENGTH} characters."
-            )
+            self._refuse(f"One of the attributes has more than {MAX_ATTRIBUTE_LENGTH} characters.")
 
     def _add_text(self, text: str) -> None:
         if self.skipped_from:
