@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from gamutcore.characterisation.cgats import cgats_samples, looks_like_cgats
 from gamutcore.characterisation.cxf import cxf_samples, looks_like_cxf, looks_like_xml
 from gamutcore.characterisation.delimited import delimited_samples
+from gamutcore.characterisation.formats import format_summary
 from gamutcore.characterisation.gamut_mesh import GamutMesh
 from gamutcore.characterisation.icc import IccProfile, icc_profile, looks_like_icc
 from gamutcore.characterisation.json_samples import json_samples
@@ -97,9 +98,7 @@ def _without_condition(mesh: GamutMesh, condition: str | None) -> GamutMesh:
 def _unrecognised(message: str) -> UnrecognisedFormatError:
     return UnrecognisedFormatError(
         message,
-        remedy="Send an ICC profile (version 2 or 4), measurements as CGATS text, CxF3, CSV or "
-        "JSON, a NumPy .npy file, a picture (PNG, TIFF, JPEG), or a gamut mesh as PLY, glTF or "
-        "Argyll's .gam.",
+        remedy=f"Send {format_summary()}.",
     )
 
 

@@ -36,7 +36,15 @@ from gamutcore.errors import (
 )
 from gamutcore.limits import current_limits
 
-__all__ = ["MAX_DECODED_BYTES", "MODELS", "Band", "Raster", "malformed_picture", "open_raster"]
+__all__ = [
+    "EXTENSIONS",
+    "MAX_DECODED_BYTES",
+    "MODELS",
+    "Band",
+    "Raster",
+    "malformed_picture",
+    "open_raster",
+]
 
 MAX_DECODED_BYTES = 2**29
 """Maximum size of the decoded pixels in bytes. A picture of 24 megapixels in CMYK or RGBA has
@@ -60,7 +68,7 @@ _TIFF_CMYK, _TIFF_CIELAB, _TIFF_ICCLAB = 5, 8, 9
 _TIFF_RAW = {_TIFF_CMYK: "CMYK", _TIFF_CIELAB: "Lab", _TIFF_ICCLAB: "Lab"}
 """Values of the TIFF tag PhotometricInterpretation that OpenImageIO must not convert to RGB."""
 
-_EXTENSIONS = {
+EXTENSIONS = {
     "png": ".png",
     "jpeg": ".jpg",
     "tiff": ".tif",
@@ -71,6 +79,7 @@ _EXTENSIONS = {
     "webp": ".webp",
     "dpx": ".dpx",
 }
+"""Extensions by which OpenImageIO chooses its decoder."""
 
 _UNSUPPORTED = re.compile(r"unsupported|not supported|no support|not configured", re.IGNORECASE)
 """Words in the messages of decoders about files that are intact, but of an unsupported kind."""
@@ -166,7 +175,7 @@ def open_raster(data: bytes, file_format: str) -> Iterator[Raster]:
     """
     with contextlib.ExitStack() as stack:
         # OpenImageIO for Python reads only files. It chooses the decoder by the extension.
-        file = stack.enter_context(tempfile.NamedTemporaryFile(suffix=_EXTENSIONS[file_format]))
+        file = stack.enter_context(tempfile.NamedTemporaryFile(suffix=EXTENSIONS[file_format]))
         file.write(data)
         file.flush()
         path = file.name
