@@ -19,20 +19,19 @@ from service.problems.problem import Problem, problem_response
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-    from service.settings import Settings
-
-__all__ = ["Access", "AccessRules", "OpenToAllError", "is_loopback"]
+__all__ = ["ANONYMOUS_SCOPES", "Access", "AccessRules", "OpenToAllError", "is_loopback"]
 
 _OPEN = frozenset({"/", "/livez", "/readyz", "/docs", "/openapi.json", "/problems"})
 """What needs no key and is not counted."""
 
 _OPEN_PREFIXES = ("/problems/", "/docs/")
 
-_ANONYMOUS = {
+ANONYMOUS_SCOPES = {
     "none": frozenset[str](),
     "read": frozenset({READ}),
     "all": frozenset({READ, WRITE}),
 }
+"""Scopes of requests without a key, by the value of the setting."""
 
 _BEARER = b"bearer "
 
@@ -58,34 +57,6 @@ class AccessRules:
     anonymous: frozenset[str]
     requests: TokenBuckets | None
     builds: TokenBuckets | None
-
-    @classmethod
-    def of(cls, settings: Settings) -> AccessRules:
-        """Return the rules of settings.
-
-        Raises
-        ------
-        OpenToAllError
-            Not only this machine reaches the service, there are no keys, and it is not stated that
-            none are wanted.
-        """
-        keys = ApiKeys(settings.api_keys)
-        anonymous = settings.allow_anonymous
-        if anonymous == "auto":
-            if not keys and not is_loopback(settings.host):
-                message = (
-                    f"{settings.host} is not a loopback address, and there are no API keys: set "
-                    "GAMUT_API_KEYS to what `gamut key NAME` prints, or GAMUT_ALLOW_ANONYMOUS=all "
-                    "if everybody who reaches this address may build and delete"
-                )
-                raise OpenToAllError(message)
-            anonymous = "none" if keys else "all"
-        requests = builds = None
-        if settings.rate_limit:
-            requests = TokenBuckets(settings.rate_limit, settings.rate_burst)
-        if settings.build_rate_limit:
-            builds = TokenBuckets(settings.build_rate_limit / 60.0, settings.build_rate_burst)
-        return cls(keys, _ANONYMOUS[anonymous], requests, builds)
 
     @property
     def limiting(self) -> bool:

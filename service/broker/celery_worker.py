@@ -2,7 +2,7 @@
 
 Celery's main process talks to the broker and never touches the store: it is forked for every slot,
 and what the store's client has in the way of threads would not survive that. Each forked process
-has a `Performer` with a warm build process, which ends with it. A hard time limit kills a slot that
+has a `JobRunner` with a warm build process, which ends with it. A hard time limit kills a slot that
 is stuck; the job's lease then ends, and it is sent again. On SIGTERM no further message is taken,
 builds under way may finish for ``drain_seconds``, and what is left then is given back and sent
 again at once.
@@ -31,14 +31,12 @@ from service.broker.celery_app import TASK, Broker, BrokerUnavailableError, cele
 from service.broker.health import SIGN_SECONDS, leave, sign
 from service.broker.outbox import Outbox
 from service.broker.redis_delivery import count_deliveries_patiently
-from service.building.interruption import Interruption
-from service.building.job_runner import Outcome, Performer
+from service.building.job_runner import Interruption, JobRunner, Outcome
 from service.building.process import ProcessDiedError
 from service.jobs.book import JobBook
 from service.storage.blobs import StoreUnavailableError
 from service.storage.location import StoreLocationError, gamut_store
-from service.telemetry.build_observer import BuildObserver
-from service.telemetry.build_reports import BuildReports
+from service.telemetry.build_observer import BuildObserver, BuildReports
 from service.telemetry.metrics import BuildFigures
 from service.telemetry.metrics_endpoint import serve_build_figures
 from service.telemetry.traces import Traces, traces_of, traces_wanted
@@ -96,17 +94,12 @@ class Slot:
         broker: Broker,
         on_build: BuildReport | None = None,
     ) -> None:
-        book = JobBook(
-            store.blobs,
-            settings.build_attempts,
-            lost_options=store.options_of_damaged_job,
-            on_damaged=store.count_damaged_job,
-        )
+        book = JobBook.of_store(store, settings.build_attempts)
         self._settings = settings
         self._broker = broker
         self.outbox = Outbox(store.blobs, book)
         self.interruption = Interruption()
-        self.performer = Performer(
+        self.runner = JobRunner(
             settings,
             store,
             book,
@@ -125,7 +118,7 @@ class Slot:
             It could not be begun, and has to be delivered again.
         """
         with self._busy:
-            outcome = self.performer.perform(job_id, self.interruption)
+            outcome = self.runner.perform(job_id, self.interruption)
         document = outcome.document
         if outcome.state == "released":
             self.send(job_id)
@@ -169,11 +162,11 @@ class Slot:
             Gets whether it is warm, again and again.
         """
         while True:
-            # Of a slot that is busy, the performer has begun the process that it needs.
-            if self.performer.process is None and self._busy.acquire(blocking=False):
+            # Of a slot that is busy, the runner has begun the process that it needs.
+            if self.runner.process is None and self._busy.acquire(blocking=False):
                 try:
                     told(False)
-                    self.performer.warm()
+                    self.runner.warm()
                 except (ProcessDiedError, OSError) as error:
                     logger.error("a build worker did not start: %s", error)  # noqa: TRY400 - no defect
                     time.sleep(_RETRY_SECONDS)
@@ -182,7 +175,7 @@ class Slot:
                     time.sleep(_RETRY_SECONDS)
                 finally:
                     self._busy.release()
-            told(self.performer.process is not None)
+            told(self.runner.process is not None)
             time.sleep(_LOOK_SECONDS)
 
     def sweep_forever(self) -> None:
@@ -283,7 +276,7 @@ def run_worker(settings: Settings) -> int:
 
     def stop_slot(**_: object) -> None:
         if slot:
-            slot[0].performer.close()
+            slot[0].runner.close()
         for traces in tracing:
             traces.close()
 
@@ -339,7 +332,7 @@ def _store_fault(settings: Settings) -> str | None:
 
     def look() -> None:
         try:
-            store = gamut_store(settings)
+            store = _store(settings)
             store.open()
             store.close()
             sending.send(None)
@@ -395,9 +388,13 @@ def _figures_fault(settings: Settings, reports: BuildReports) -> str | None:
     return fault
 
 
+def _store(settings: Settings) -> GamutStore:
+    return gamut_store(settings.store, keep_inputs=settings.keep_inputs)
+
+
 def _opened_store(settings: Settings) -> GamutStore:
     """Return the store, as soon as it can be used."""
-    store = gamut_store(settings)
+    store = _store(settings)
     while True:
         try:
             store.open()

@@ -21,6 +21,9 @@ from service.caching.single_flight import SingleFlight
 from service.jobs.documents import UNHEARD
 from service.problems.problem import Problem
 from service.storage.blobs import StoreUnavailableError
+from service.storage.gamuts import GamutNotStoredError
+from service.storage.records import Record
+from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterator, Mapping
@@ -73,7 +76,7 @@ class Builds:
         self._store = store
         self._book = book
         self._engine = engine
-        self._submissions: SingleFlight[str, JobDocument | None] = SingleFlight()
+        self._submissions: SingleFlight[str, Record | JobDocument] = SingleFlight()
         self._inputs: weakref.WeakValueDictionary[str, asyncio.Lock] = weakref.WeakValueDictionary()
         self._arriving = 0
         self._subscriptions: dict[str, set[_Subscription]] = {}
@@ -121,44 +124,57 @@ class Builds:
         options: Mapping[str, Any],
         data: bytes,
         trace: Mapping[str, str] | None = None,
-    ) -> JobDocument | None:
-        """Return the job that builds a gamut; None if the gamut is there.
+        sha256: str | None = None,
+    ) -> Record | JobDocument:
+        """Return the record of a gamut, or the job that builds it.
 
-        When this returns, the build is the deployment's duty, whatever happens to this process.
+        The job is durable when this returns. Identical requests share one submission.
 
         Parameters
         ----------
         gamut_id : str
-            Id of the gamut; identical requests have the same.
+            Id of the gamut.
         options : mapping
-            The gamut's options, all of them.
+            All options of the gamut.
         data : bytes
-            What it is built from.
+            The characterisation data.
         trace : mapping, optional
             Header fields that carry the trace of the request.
+        sha256 : str, optional
+            SHA-256 of the data, hexadecimal, where it is known.
 
         Raises
         ------
         ProblemError
             ``queue-full`` or ``shutting-down``.
         OSError, StoreUnavailableError
-            The store cannot take it.
+            The store cannot take the job or the data.
         """
         return await self._submissions.value(
-            gamut_id, lambda: self._submitted(gamut_id, options, data, trace)
+            gamut_id, lambda: self._submit(gamut_id, options, (data, sha256), trace)
         )
 
     async def rebuild(self, gamut_id: str) -> JobDocument | None:
-        """Return the job that builds a damaged gamut again from its input; None if none is kept.
+        """Return the job that builds a damaged gamut from its stored input.
+
+        None if the gamut exists or no input is stored.
 
         Raises
         ------
         ProblemError
             ``queue-full`` or ``shutting-down``.
         """
-        return await self._submissions.value(
-            gamut_id, lambda: self._submitted(gamut_id, None, None, None)
+        document = self._engine.document(gamut_id)
+        if document is not None or await asyncio.to_thread(self._store.stored, gamut_id):
+            return document
+        try:
+            options = await asyncio.to_thread(self._store.input_options, gamut_id)
+        except LookupError:
+            return None
+        found = await self._submissions.value(
+            gamut_id, lambda: self._submit(gamut_id, options, None, None)
         )
+        return None if isinstance(found, Record) else found
 
     async def job(self, job_id: str) -> JobDocument | None:
         """Return a job; None if there is none."""
@@ -238,35 +254,30 @@ class Builds:
                     await asyncio.to_thread(self._store.drop_input, job_id)
         return document
 
-    async def _submitted(
+    async def _submit(
         self,
         gamut_id: str,
-        options: Mapping[str, Any] | None,
-        data: bytes | None,
+        options: Mapping[str, Any],
+        posted: tuple[bytes, str | None] | None,
         trace: Mapping[str, str] | None,
-    ) -> JobDocument | None:
-        """Return the job that builds a gamut, from the kept input if there are no data."""
+    ) -> Record | JobDocument:
+        """Return a gamut's record or its job; without posted data, the input is stored already."""
         # In this order: a build that ends between the two looks is found in the store.
         document = self._engine.document(gamut_id)
         if document is not None:
             return document
-        if await asyncio.to_thread(self._store.stored, gamut_id):
-            return None
-        if options is None:
-            try:
-                options = await asyncio.to_thread(self._store.input_options, gamut_id)
-            except LookupError:
-                return None
+        with contextlib.suppress(GamutNotStoredError), timed("store"):
+            return await asyncio.to_thread(self._store.record, gamut_id)
         present = await asyncio.to_thread(self._book.read, gamut_id)
-        # Counted before the engine is asked, so that those who come at the same moment see it.
+        # Counted before the engine is asked, so that simultaneous requests see each other.
         self._arriving += 1
         try:
             if present is None or present.final:
                 await self._admit(self._arriving - 1)
             async with self._input_lock(gamut_id):
                 accepted, new = await asyncio.to_thread(self._book.accept, gamut_id, options, trace)
-                if data is not None:
-                    await self._keep_input(accepted, data, new=new)
+                if posted is not None:
+                    await self._keep_input(accepted, *posted, new=new)
             if new or accepted.state == "queued":
                 await self._engine.enqueue(accepted, joined=not new)
         finally:
@@ -278,13 +289,15 @@ class Builds:
             raise shutting_down()
         await self._engine.check_admission(arriving)
 
-    async def _keep_input(self, document: JobDocument, data: bytes, *, new: bool) -> None:
+    async def _keep_input(
+        self, document: JobDocument, data: bytes, sha256: str | None, *, new: bool
+    ) -> None:
         """Store the input of an accepted job, before anybody is told that it is accepted."""
 
         def keep() -> None:
             # Whoever accepted the job may have died before this.
             if new or not self._store.input_kept(document.id):
-                self._store.keep_input(document.id, data, document.options)
+                self._store.keep_input(document.id, data, document.options, sha256)
 
         try:
             await asyncio.to_thread(keep)

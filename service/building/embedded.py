@@ -17,8 +17,13 @@ from itertools import count
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from service.building.engine import EngineFacts, queue_full, shutting_down
-from service.building.interruption import Interrupted, Interruption
-from service.building.job_runner import LEASE_SECONDS, Performer, owner_name
+from service.building.job_runner import (
+    LEASE_SECONDS,
+    Interrupted,
+    Interruption,
+    JobRunner,
+    owner_name,
+)
 from service.building.process import WORKER_COMMAND, ProcessDiedError
 from service.storage.blobs import StoreUnavailableError
 
@@ -66,7 +71,7 @@ class EmbeddedEngine:
     Parameters
     ----------
     settings : Settings
-        Workers, queue length, seconds to drain, and what a `Performer` takes from them.
+        Workers, queue length, seconds to drain, and what a `JobRunner` takes from them.
     store : GamutStore
         Where inputs are and gamuts go.
     book : JobBook
@@ -95,7 +100,7 @@ class EmbeddedEngine:
         self._sole_owner = sole_owner
         self._owner = owner_name()
         self._performers = [
-            Performer(settings, store, book, owner=self._owner, command=command, on_build=on_build)
+            JobRunner(settings, store, book, owner=self._owner, command=command, on_build=on_build)
             for _ in range(settings.build_workers)
         ]
         self._threads = ThreadPoolExecutor(settings.build_workers, thread_name_prefix="build")
@@ -118,8 +123,8 @@ class EmbeddedEngine:
     async def start(self) -> None:
         """Start the workers, in the background, and queue what an earlier process left."""
         self._slots = [
-            asyncio.create_task(self._slot(performer), name=f"build slot {number}")
-            for number, performer in enumerate(self._performers)
+            asyncio.create_task(self._slot(runner), name=f"build slot {number}")
+            for number, runner in enumerate(self._performers)
         ]
         self._recovery = asyncio.create_task(self._recover(), name="recovery of jobs")
 
@@ -178,10 +183,10 @@ class EmbeddedEngine:
             queued=len(self._waiting),
             running=len(self._runs),
             workers=len(self._performers),
-            warm_workers=sum(performer.process is not None for performer in self._performers),
+            warm_workers=sum(runner.process is not None for runner in self._performers),
             completed=self._completed,
             capacity=self._settings.build_queue,
-            worker_starts=sum(performer.starts for performer in self._performers),
+            worker_starts=sum(runner.starts for runner in self._performers),
         )
 
     def retry_after(self, queued: int = 0) -> int:
@@ -232,15 +237,15 @@ class EmbeddedEngine:
         timer = asyncio.get_running_loop().call_later(seconds, enqueue)
         self._timers.add(timer)
 
-    async def _slot(self, performer: Performer) -> None:
+    async def _slot(self, runner: JobRunner) -> None:
         failures = 0
         try:
             while not self._draining.is_set():
                 await self._pause(_RESTART_DELAYS[min(failures, len(_RESTART_DELAYS) - 1)])
                 try:
-                    process = await self._in_thread(performer.warm, self._closing)
+                    process = await self._in_thread(runner.warm, self._closing)
                     failures = 0
-                    await self._serve(performer, process)
+                    await self._serve(runner, process)
                 except Interrupted:
                     return
                 except (ProcessDiedError, OSError) as error:
@@ -250,19 +255,19 @@ class EmbeddedEngine:
                     # Whatever it was, a slot that ends would leave its builds to nobody.
                     failures += 1
                     logger.exception("a build worker is given up")
-                    await self._in_thread(performer.close)
+                    await self._in_thread(runner.close)
         finally:
-            await self._in_thread(performer.close)
+            await self._in_thread(runner.close)
 
-    async def _serve(self, performer: Performer, process: BuildProcess) -> None:
-        """Give jobs to a performer until its process is gone, or the engine stops."""
-        while performer.process is process:
+    async def _serve(self, runner: JobRunner, process: BuildProcess) -> None:
+        """Give jobs to a runner until its process is gone, or the engine stops."""
+        while runner.process is process:
             job_id = await self._next(process)
             if job_id is None:
                 break
             document = self._waiting.pop(job_id, None)
             if document is not None:
-                await self._perform(performer, _Run(document))
+                await self._perform(runner, _Run(document))
         if not self._draining.is_set():
             logger.warning("build worker %d is gone", process.pid)
 
@@ -284,7 +289,7 @@ class EmbeddedEngine:
             for waiting in (taking, draining, ended):
                 waiting.cancel()
 
-    async def _perform(self, performer: Performer, run: _Run) -> None:
+    async def _perform(self, runner: JobRunner, run: _Run) -> None:
         """Have one job done, and tell those who wait what became of it."""
         job_id = run.document.id
         self._runs[job_id] = run
@@ -297,7 +302,7 @@ class EmbeddedEngine:
         outcome: Outcome | None = None
         delay = 0.0
         try:
-            outcome = await self._in_thread(performer.perform, job_id, run.interruption, changed)
+            outcome = await self._in_thread(runner.perform, job_id, run.interruption, changed)
         except StoreUnavailableError as error:
             delay = LEASE_SECONDS
             logger.error("job %s could not be claimed: %s", job_id, error)  # noqa: TRY400 - no defect

@@ -15,8 +15,7 @@ import time
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from service.building.interruption import Interrupted, Interruption
-from service.building.lease_renewer import ClaimKeeper
+from service.building.lease_renewer import LeaseRenewer
 from service.building.process import (
     WORKER_COMMAND,
     BuildProcess,
@@ -38,7 +37,15 @@ if TYPE_CHECKING:
     from service.settings import Settings
     from service.storage.gamuts import GamutStore
 
-__all__ = ["HEARTBEAT_SECONDS", "LEASE_SECONDS", "Outcome", "Performer", "owner_name"]
+__all__ = [
+    "HEARTBEAT_SECONDS",
+    "LEASE_SECONDS",
+    "Interrupted",
+    "Interruption",
+    "JobRunner",
+    "Outcome",
+    "owner_name",
+]
 
 logger = logging.getLogger(__name__)
 
@@ -54,9 +61,43 @@ def owner_name() -> str:
     return f"{socket.gethostname()}:{os.getpid()}:{secrets.token_hex(4)}"
 
 
+class Interrupted(Exception):  # noqa: N818 - not an error
+    """A build was told to end.
+
+    Attributes
+    ----------
+    reason : str
+        ``cancel``: nobody wants it any more. ``release``: somebody else is to build it.
+    """
+
+    def __init__(self, reason: Literal["cancel", "release"]) -> None:
+        super().__init__(reason)
+        self.reason = reason
+
+
+class Interruption:
+    """A word from outside that a build looks for all the time."""
+
+    def __init__(self) -> None:
+        self._reason: Literal["cancel", "release"] | None = None
+
+    def cancel(self) -> None:
+        """Let the build end because nobody wants it any more."""
+        self._reason = "cancel"
+
+    def release(self) -> None:
+        """Let the build end, to be begun again by somebody else; a cancelled one stays so."""
+        self._reason = self._reason or "release"
+
+    def check(self) -> None:
+        """Raise `Interrupted` if the build is to end."""
+        if self._reason is not None:
+            raise Interrupted(self._reason)
+
+
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a job that was given to a performer.
+    """What became of a job that was given to a runner.
 
     Attributes
     ----------
@@ -86,7 +127,7 @@ class _Built(NamedTuple):
     seconds: dict[str, float]
 
 
-class Performer:
+class JobRunner:
     """One worker process, and the jobs that it is given.
 
     Parameters
@@ -218,7 +259,7 @@ class Performer:
         document = claim.document
         logger.info("build of %s started, attempt %d", document.id, document.attempts)
         clock = time.monotonic()
-        keeper = ClaimKeeper(self._book, claim, self._heartbeat)
+        keeper = LeaseRenewer(self._book, claim, self._heartbeat)
         try:
             with keeper:
                 result = self._result(keeper, interruption, changed)
@@ -245,7 +286,7 @@ class Performer:
 
     def _result(
         self,
-        keeper: ClaimKeeper,
+        keeper: LeaseRenewer,
         interruption: Interruption,
         changed: Callable[[JobDocument], None],
     ) -> _Built:

@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
     from service.jobs.book import Claim, JobBook, JobDocument
 
-__all__ = ["ClaimKeeper"]
+__all__ = ["LeaseRenewer"]
 
 logger = logging.getLogger(__name__)
 
 
-class ClaimKeeper:
+class LeaseRenewer:
     """A claim that is renewed in the background, between entering and leaving the context.
 
     Parameters

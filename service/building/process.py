@@ -16,9 +16,8 @@ import select
 import subprocess
 import sys
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-from service.building.memory import private_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -29,6 +28,7 @@ __all__ = [
     "BuildTimeoutError",
     "MemoryExceededError",
     "ProcessDiedError",
+    "private_bytes",
 ]
 
 logger = logging.getLogger(__name__)
@@ -231,3 +231,26 @@ class BuildProcess:
         self._process.kill()
         status = self._process.wait()
         return ProcessDiedError(f"signal {-status}" if status < 0 else f"exit status {status}")
+
+
+def private_bytes(process: int | str) -> int | None:
+    """Return the bytes of a process's memory that are neither shared nor read from a file.
+
+    Libraries and cached kernels are mapped from files and shared by all workers, so they do not
+    count; neither does address space that is reserved and was never touched.
+
+    Parameters
+    ----------
+    process : int or str
+        Its id, or ``self``.
+
+    Returns
+    -------
+    int or None
+        None if the system does not tell, or if there is no such process.
+    """
+    try:
+        pages = Path(f"/proc/{process}/statm").read_text().split()
+        return (int(pages[1]) - int(pages[2])) * os.sysconf("SC_PAGE_SIZE")
+    except (OSError, IndexError):
+        return None

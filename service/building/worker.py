@@ -30,7 +30,7 @@ from gamutcore.errors import GamutError
 from gamutcore.gamut import Options, build_gamut
 from gamutcore.limits import Limits
 from gamutcore.warm import compile_kernels
-from service.building.memory import private_bytes
+from service.building.process import private_bytes
 from service.telemetry.logs import configure_logging
 
 if TYPE_CHECKING:

@@ -1,8 +1,8 @@
 """Content codings (RFC 9110, 8.4): which one a client likes best, and content in it.
 
 zstd (RFC 8878) and gzip (RFC 1952), in this order. Compressed content is another representation: it
-has its own entity tag, and whatever may be compressed varies by ``Accept-Encoding``. What was
-measured, and what is not compressed, is in ``docs/decisions/compression.md``.
+has its own entity tag, and whatever may be compress varies by ``Accept-Encoding``. What was
+measured, and what is not compress, is in ``docs/decisions/compression.md``.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ else:
 if TYPE_CHECKING:
     from starlette.responses import Response
 
-__all__ = ["CODINGS", "IDENTITY", "SMALLEST", "compress_response", "compressed", "preferred_coding"]
+__all__ = ["CODINGS", "IDENTITY", "SMALLEST", "compress", "compress_response", "preferred_coding"]
 
 IDENTITY = ""
 """Stands for content as it is."""
@@ -31,7 +31,7 @@ CODINGS = ("zstd", "gzip")
 """What there is, the service's own preference first: as small as gzip in a fifth of the time."""
 
 SMALLEST = 1024
-"""Bytes below which content is not compressed: it fits into one packet either way."""
+"""Bytes below which content is not compress: it fits into one packet either way."""
 
 _GZIP_LEVEL = 1
 """Half as slow as level 6 or better, for meshes that become 0.02 of their size larger."""
@@ -64,7 +64,7 @@ def preferred_coding(accept_encoding: bytes) -> str:
     return best
 
 
-def compressed(content: bytes, coding: str) -> bytes:
+def compress(content: bytes, coding: str) -> bytes:
     """Return content in a coding, the same bytes for the same content.
 
     Parameters
@@ -92,7 +92,7 @@ def compress_response(response: Response, accept_encoding: list[str]) -> Respons
     content = bytes(response.body)
     coding = preferred_coding(",".join(accept_encoding).encode("latin-1"))
     if coding != IDENTITY and len(content) >= SMALLEST:
-        response.body = compressed(content, coding)
+        response.body = compress(content, coding)
         response.headers["Content-Encoding"] = coding
         response.headers["Content-Length"] = str(len(response.body))
     return response

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 from starlette.responses import Response
 
-from service.problems.problem import KINDS, Problem, ProblemError
+from service.problems.kinds import KINDS
+from service.problems.problem import Problem, ProblemError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

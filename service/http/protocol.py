@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     import asyncio
     from collections.abc import Callable
 
-    from service.settings import Settings
-
 __all__ = ["ConnectionLimits", "LimitedProtocol", "Refusal", "limited_protocol"]
 
 _SWEEP_SECONDS = 0.5
@@ -77,18 +75,6 @@ class ConnectionLimits:
     body_seconds: float
     body_rate: int
     write_seconds: float
-
-    @classmethod
-    def of(cls, settings: Settings) -> ConnectionLimits:
-        """Return the limits that settings ask for."""
-        return cls(
-            settings.max_connections,
-            settings.max_head_bytes,
-            settings.head_timeout,
-            settings.body_timeout,
-            settings.min_body_rate,
-            settings.write_timeout,
-        )
 
 
 class Refusal(NamedTuple):

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from service.storage.blobs import Blobs
+    from service.storage.gamuts import GamutStore
 
 __all__ = [
     "ABANDONED_SECONDS",
@@ -116,6 +117,16 @@ class JobBook:
         self._clock = clock
         self._lost_options = lost_options
         self._on_damaged = on_damaged or (lambda _: None)
+
+    @classmethod
+    def of_store(cls, store: GamutStore, attempts: int) -> JobBook:
+        """Return the jobs of a gamut store, which also replaces or counts damaged documents."""
+        return cls(
+            store.blobs,
+            attempts,
+            lost_options=store.options_of_damaged_job,
+            on_damaged=store.count_damaged_job,
+        )
 
     def accept(
         self, job_id: str, options: Mapping[str, Any], trace: Mapping[str, str] | None = None

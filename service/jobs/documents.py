@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field, fields
 from datetime import UTC, datetime
 from typing import Any, Literal
 
-from service.storage.blobs import sealed, unsealed
+from service.storage.blobs import seal, unseal
 
 __all__ = ["UNHEARD", "JobDocument", "JobState", "now", "rfc3339"]
 
@@ -83,12 +83,12 @@ class JobDocument:
 
     def to_bytes(self) -> bytes:
         """Return the document's blob."""
-        return sealed(json.dumps(asdict(self), separators=(",", ":")).encode())
+        return seal(json.dumps(asdict(self), separators=(",", ":")).encode())
 
     @classmethod
     def from_bytes(cls, data: bytes) -> JobDocument:
         """Return the document in a blob; `BlobDamagedError` if anything about it is wrong."""
-        values = json.loads(unsealed(data))
+        values = json.loads(unseal(data))
         names = {each.name for each in fields(cls)}
         # A later version may have more to say; this one says nothing about what it does not know.
         return cls(**{name: value for name, value in values.items() if name in names})

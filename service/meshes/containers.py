@@ -19,7 +19,7 @@ from service.problems.problem import MEDIA_TYPE, Problem
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from service.meshes.encoded_meshes import EncodedMesh
+    from service.meshes.encoding import EncodedMesh
 
 __all__ = ["CONTAINERS", "Asked", "Container", "Item", "MultipartContainer", "ZipContainer"]
 

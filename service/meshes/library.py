@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
@@ -134,10 +135,26 @@ class Library:
         with timed("store"):
             return await asyncio.to_thread(self._store.record, gamut_id)
 
+    async def with_level(
+        self,
+        opened: OpenGamut,
+        triangles: int,
+        function: Callable[P, T],
+        *args: P.args,
+        **kwargs: P.kwargs,
+    ) -> T:
+        """Unpack a level, then return the result of a function that needs it, from a thread."""
+        await self.unpack(opened, triangles)
+        return await self.in_thread(function, *args, **kwargs)
+
     async def in_thread(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        """Return what a function returns that is too slow for the event loop."""
+        """Return the result of a function that is too slow for the event loop."""
         loop = asyncio.get_running_loop()
-        return await loop.run_in_executor(self._threads, lambda: function(*args, **kwargs))
+        # With the context, so that times measured in the thread belong to the request.
+        context = copy_context()
+        return await loop.run_in_executor(
+            self._threads, lambda: context.run(function, *args, **kwargs)
+        )
 
     def discard(self, gamut_id: str) -> None:
         """Forget a gamut that was deleted."""

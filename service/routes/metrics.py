@@ -1,16 +1,29 @@
 """The figures of this process, for Prometheus and whoever reads its formats."""
 
 import asyncio
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 from fastapi import APIRouter, Request
 from fastapi.responses import Response
+from prometheus_client.core import Metric
 
-from service.container import service_of
+from service.building.engine import EngineFacts
+from service.caching.byte_bounded_cache import ByteBoundedCache
+from service.container import ServiceContainer, service_of
 from service.openapi.documentation import header, problems
-from service.telemetry.metrics_endpoint import exposition
+from service.storage.gamuts import GamutStore
+from service.telemetry.metrics_endpoint import (
+    build_families,
+    counter,
+    exposition,
+    gauge,
+    labelled,
+    request_families,
+)
 
-__all__ = ["router"]
+__all__ = ["router", "service_families"]
 
 router = APIRouter(tags=["state"])
 
@@ -57,7 +70,74 @@ def _content(example: str) -> dict[str, object]:
 async def read_metrics(request: Request) -> Response:
     """Read the figures of this process."""
     accept = ",".join(request.headers.getlist("accept"))
+    service = service_of(request)
     loop = asyncio.get_running_loop()
-    body, media_type = await loop.run_in_executor(_THREAD, exposition, service_of(request), accept)
+    body, media_type = await loop.run_in_executor(
+        _THREAD, exposition, lambda: service_families(service), accept
+    )
     headers = {"Cache-Control": "no-store", "Vary": "Accept", "Content-Type": media_type}
     return Response(body, headers=headers)
+
+
+def service_families(service: ServiceContainer) -> Iterator[Metric]:
+    """Return the metrics of a service."""
+    yield from request_families(service.metrics.requests)
+    yield from build_families(service.metrics.builds)
+    yield from _engine_families(service.builds.facts())
+    yield gauge("gamut_event_streams", "Clients that follow a job.", service.events.count)
+    levels = service.meshes.levels
+    yield gauge(
+        "gamut_level_searches",
+        "Levels that are searched for a limit, but one all waiting.",
+        levels.running,
+    )
+    yield from _cache_families(
+        {"gamuts": service.library.cache, "meshes": service.meshes.cache, **levels.caches}
+    )
+    yield from _store_families(service.store)
+    ready = service.readiness.last
+    if ready is not None:
+        yield gauge("gamut_ready", "Whether the last answer of /readyz was yes.", int(ready.ready))
+        yield labelled(
+            "gauge",
+            "gamut_probe_ok",
+            "Whether a probe of /readyz found nothing wrong.",
+            [({"probe": probe.name}, int(probe.status == "ok")) for probe in ready.probes],
+        )
+
+
+def _engine_families(facts: EngineFacts) -> Iterator[Metric]:
+    yield gauge("gamut_builds_queued", "Builds that wait for a worker.", facts.queued)
+    yield gauge("gamut_builds_running", "Builds that a worker is busy with.", facts.running)
+    yield gauge("gamut_build_queue_capacity", "Builds that may wait.", facts.capacity)
+    yield gauge("gamut_build_workers", "Workers that there should be.", facts.workers)
+    yield gauge("gamut_build_workers_warm", "Workers ready to build.", facts.warm_workers)
+    yield counter(
+        "gamut_build_worker_starts",
+        "Worker processes that became ready; more than there are workers were restarts.",
+        facts.worker_starts,
+    )
+
+
+def _cache_families(caches: dict[str, ByteBoundedCache[Any, Any]]) -> Iterator[Metric]:
+    for kind, name, attribute, meaning in (
+        ("counter", "gamut_cache_hits", "hits", "Values that were found in memory."),
+        ("counter", "gamut_cache_misses", "misses", "Values that had to be made."),
+        ("counter", "gamut_cache_evictions", "evictions", "Values that had to go for others."),
+        ("gauge", "gamut_cache_bytes", "nbytes", "Memory that values take."),
+        ("gauge", "gamut_cache_capacity_bytes", "capacity", "Memory that values may take."),
+    ):
+        samples = [({"cache": cache}, getattr(caches[cache], attribute)) for cache in caches]
+        yield labelled(kind, name, meaning, samples)
+
+
+def _store_families(store: GamutStore) -> Iterator[Metric]:
+    yield counter("gamut_store_hits", "Gamuts that were asked for and were there.", store.hits)
+    yield counter("gamut_store_misses", "Gamuts that were asked for and were not.", store.misses)
+    yield counter("gamut_store_evictions", "Gamuts that went for others.", store.evictions)
+    yield counter("gamut_store_corruptions", "Damaged files that were found.", store.corruptions)
+    if store.nbytes is not None:
+        yield gauge("gamut_store_bytes", "Bytes of all that is stored.", store.nbytes)
+    limit = getattr(store.blobs, "limit", 0)
+    if limit:
+        yield gauge("gamut_store_capacity_bytes", "Bytes that may be stored.", limit)

@@ -6,6 +6,10 @@ whatever performs them.
 
 from __future__ import annotations
 
+import json
+import logging
+import os
+import threading
 import time
 from typing import TYPE_CHECKING
 
@@ -15,11 +19,15 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from service.jobs.book import JobDocument
-    from service.telemetry.build_reports import BuildReports
     from service.telemetry.metrics import BuildFigures
     from service.telemetry.traces import Traces
 
-__all__ = ["BuildObserver"]
+__all__ = ["BuildObserver", "BuildReports"]
+
+logger = logging.getLogger(__name__)
+
+_LONGEST = 512
+"""Bytes of a line: POSIX lets no pipe take fewer in one piece."""
 
 
 class BuildObserver:
@@ -64,3 +72,43 @@ class BuildObserver:
             finished=finished,
             trace=document.trace,
         )
+
+
+class BuildReports:
+    """A pipe for builds, to be made before the processes that write to it are forked.
+
+    In those it stands for `BuildFigures`; the process that made it counts with `forward`.
+    """
+
+    def __init__(self) -> None:
+        self._reading, self._writing = os.pipe()
+        os.set_blocking(self._writing, False)
+
+    def ended(self, outcome: str, seconds: Mapping[str, float]) -> None:
+        """Tell of a build that ended; see `BuildFigures.ended`."""
+        rounded = {stage: round(duration, 6) for stage, duration in seconds.items()}
+        line = json.dumps([outcome, rounded], separators=(",", ":")).encode() + b"\n"
+        if len(line) > _LONGEST:
+            line = json.dumps([outcome[:80], {}]).encode() + b"\n"
+        try:
+            os.write(self._writing, line)
+        except OSError as error:
+            # Full, or nobody there to read it any more.
+            logger.warning("a build is not counted: %s", error)
+
+    def forward(self, figures: BuildFigures) -> None:
+        """Count what is told from now on, in a thread that ends with the process."""
+        threading.Thread(
+            target=self._forward, args=(figures,), name="build reports", daemon=True
+        ).start()
+
+    def _forward(self, figures: BuildFigures) -> None:
+        with os.fdopen(os.dup(self._reading), "rb") as lines:
+            for line in lines:
+                outcome, seconds = json.loads(line)
+                figures.ended(outcome, seconds)
+
+    def close(self) -> None:
+        """Give the pipe up in this process; once all have, the thread of `forward` ends."""
+        os.close(self._reading)
+        os.close(self._writing)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from service.telemetry.metrics import RequestFigures
     from service.telemetry.traces import Traces
 
-__all__ = ["KNOWN_PARAMETERS", "UNMATCHED", "MatchedRoute", "Observed", "Refusals"]
+__all__ = ["KNOWN_PARAMETERS", "UNMATCHED", "MatchedRoute", "Refusals", "RequestObserver"]
 
 logger = logging.getLogger("service.access")
 
@@ -61,7 +61,7 @@ class MatchedRoute(NamedTuple):
     path: str
 
 
-class Observed:
+class RequestObserver:
     """ASGI layer that counts, logs and traces requests.
 
     Parameters

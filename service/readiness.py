@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from service.container import Service
+    from service.building.builds import Builds
     from service.storage.blobs import Blobs
 
 __all__ = [
@@ -188,18 +188,30 @@ class Readiness:
         return report
 
 
-def service_readiness(service: Service) -> Readiness:
-    """Return the probes of a service: kernels, workers, queue, store and disk space."""
+def service_readiness(
+    builds: Builds, blobs: Blobs, warm: Callable[[], bool], *, needed_bytes: int
+) -> Readiness:
+    """Return the probes of a service: kernels, workers, queue, builds, store and disk.
+
+    Parameters
+    ----------
+    builds : Builds
+        The builds of this process.
+    blobs : Blobs
+        The storage.
+    warm : callable
+        Returns whether this process has loaded its kernels.
+    needed_bytes : int
+        Free disk space that the largest input needs.
+    """
     readiness = Readiness()
-    readiness.add("kernels", lambda: _kernels(warm=service.warm))
-    readiness.add("workers", _WorkersProbe(service))
-    readiness.add("queue", lambda: _queue(service))
-    readiness.add("builds", lambda: _builds(draining=service.builds.draining))
-    blobs, settings = service.store.blobs, service.settings
+    readiness.add("kernels", lambda: _kernels(warm=warm()))
+    readiness.add("workers", _WorkersProbe(builds))
+    readiness.add("queue", lambda: _queue(builds))
+    readiness.add("builds", lambda: _builds(draining=builds.draining))
     readiness.add_slow("store", lambda: store_probe(blobs))
     if isinstance(blobs, LocalBlobs):
-        needed = settings.store_reserve_bytes + settings.max_body_bytes
-        readiness.add_slow("disk", lambda: disk_probe(blobs.directory, needed))
+        readiness.add_slow("disk", lambda: disk_probe(blobs.directory, needed_bytes))
     return readiness
 
 
@@ -263,8 +275,8 @@ def _builds(*, draining: bool) -> Finding:
     return Finding("ok", "new ones are welcome")
 
 
-def _queue(service: Service) -> Finding:
-    facts = service.builds.facts()
+def _queue(builds: Builds) -> Finding:
+    facts = builds.facts()
     if facts.fault is not None:
         return Finding("degraded", facts.fault)
     detail = f"{facts.queued} of {facts.capacity} builds wait"
@@ -274,13 +286,13 @@ def _queue(service: Service) -> Finding:
 class _WorkersProbe:
     """Whether builds find a worker: strict at the start, patient when one is started anew."""
 
-    def __init__(self, service: Service) -> None:
-        self._service = service
+    def __init__(self, builds: Builds) -> None:
+        self._builds = builds
         self._started = False
         self._none_since: float | None = None
 
     def __call__(self) -> Finding:
-        facts = self._service.builds.facts()
+        facts = self._builds.facts()
         detail = f"{facts.warm_workers} of {facts.workers} are warm"
         if facts.warm_workers >= facts.workers:
             self._started, self._none_since = True, None
