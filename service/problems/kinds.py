@@ -20,7 +20,7 @@ _DEFECT = "This is a defect of the service; please report it with the gamut's id
 
 @dataclass(frozen=True)
 class Kind:
-    """A row of the table: what all problems of one code have in common.
+    """A row of the table: the common part of all problems with one code.
 
     Attributes
     ----------
@@ -29,11 +29,11 @@ class Kind:
     status : int
         HTTP status code.
     title : str
-        What is wrong, the same for all problems of the kind.
+        Summary of the kind of problem.
     remedy : str
-        What would be right, where the single problem does not know it better.
+        General remedy. A single problem may have a more specific one.
     detail, where
-        An example of a single problem, for the documentation.
+        An example, for the documentation.
     """
 
     code: str
@@ -205,7 +205,7 @@ _CORE_ROWS = (
 
 _ROWS = (
     *_CORE_ROWS,
-    # What can become of a build.
+    # Outcomes of builds.
     Kind(
         "build-timeout",
         422,
@@ -264,7 +264,7 @@ _ROWS = (
         "Try again after the time in Retry-After.",
         "16 builds are waiting already.",
     ),
-    # What can be wrong with a request.
+    # Problems with a request.
     Kind(
         "malformed-body",
         400,
@@ -421,7 +421,7 @@ _ROWS = (
         "Send a request as RFC 9110 defines it.",
         "The request is malformed.",
     ),
-    # What is the service's own matter.
+    # Problems of the service.
     Kind(
         "internal-error",
         500,
@@ -488,7 +488,7 @@ BUILD_PROBLEMS = tuple(
     if kind.status == 422
     and kind.code not in {"invalid-body", "invalid-parameter", "triangle-count"}
 )
-"""Codes of what can be wrong with the content that a build is asked for."""
+"""Codes of problems with the content of a build."""
 
 KINDS: dict[str, Kind] = {kind.code: kind for kind in _ROWS}
-"""All kinds of problems by their code."""
+"""All kinds of problems by code."""

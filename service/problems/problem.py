@@ -1,7 +1,7 @@
-"""Problem documents (RFC 9457): every error of the service has this form.
+"""Problem documents (RFC 9457), the form of every error of the service.
 
-All JSON is sent as ASCII. Clients' text comes back in problems and may hold lone surrogates, which
-UTF-8 cannot express and escapes can.
+JSON is sent as ASCII. Problems repeat text of clients, which may contain lone surrogates; UTF-8
+cannot encode these, but escapes can.
 """
 
 from __future__ import annotations
@@ -29,22 +29,27 @@ _STORE_ERRNOS = frozenset(
         errno.EIO,
         errno.EROFS,
         errno.ESTALE,
-        # A volume that is not mounted any more, or whose permissions have changed.
+        # An unmounted volume, or changed permissions.
         errno.ENOENT,
         errno.ENOTDIR,
         errno.EACCES,
         errno.ENXIO,
     }
 )
-"""Error numbers of a file system that cannot be used; routes open no other files than a store's."""
+"""Error numbers of an unusable file system. Routes open files of the store only."""
 
 _OPTIONS = frozenset(each.name for each in fields(Options))
 
 
 def sentence(text: str) -> str:
-    """Return what an exception says as a sentence: they may say it without capital and full stop.
+    """Return the text of an exception as a sentence, with a capital letter and a full stop.
 
-    A text that begins with the name of an option keeps it as it is written.
+    A text that begins with the name of an option keeps the name's spelling.
+
+    Examples
+    --------
+    >>> sentence("the file is empty")
+    'The file is empty.'
     """
     if text.partition(" ")[0] not in _OPTIONS:
         text = text[:1].upper() + text[1:]
@@ -64,20 +69,20 @@ class JsonResponse(Response):
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that went wrong.
+    """One occurrence of a problem.
 
     Attributes
     ----------
     code : str
-        A key of `KINDS`; an unknown one is reported as ``gamut-error``.
+        A key of `KINDS`. An unknown code is reported as ``gamut-error``.
     detail : str
-        What was wrong this time, with the values at fault.
+        Description with the values at fault.
     where : mapping
-        Where: keys such as ``field``, ``line``, ``column``, ``tag``, ``row``, ``header``.
+        Place: keys such as ``field``, ``line``, ``column``, ``tag``, ``row``, ``header``.
     remedy : str
-        What would be right; the kind's, if empty.
+        Specific remedy; empty for the remedy of the kind.
     headers : mapping
-        Header fields that the response needs besides.
+        Additional header fields of the response.
     """
 
     code: str
@@ -88,12 +93,12 @@ class Problem:
 
     @classmethod
     def from_error(cls, error: errors.GamutError) -> Problem:
-        """Return the problem that an error of `gamutcore` is for a client, told in sentences."""
+        """Return the problem for an error of `gamutcore`."""
         return cls(error.code, sentence(error.message), error.where, sentence(error.remedy))
 
     @classmethod
     def from_errno(cls, number: int | None) -> Problem | None:
-        """Return the problem that an error number of the system is; None for a defect."""
+        """Return the problem for a system error number; None for a defect."""
         if number in {errno.ENOSPC, errno.EDQUOT}:
             return cls("storage-full", KINDS["storage-full"].detail)
         if number in _STORE_ERRNOS:
@@ -105,14 +110,14 @@ class Problem:
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any]) -> Problem:
-        """Return the problem that `to_mapping` made a mapping of."""
+        """Return the problem that `to_mapping` converted."""
         problem = cls(mapping["code"], mapping["detail"], mapping["where"], mapping["remedy"])
         if problem.kind.status == 503:
             return replace(problem, headers={"Retry-After": "5"})
         return problem
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return what is particular to this problem, for JSON; header fields are left out."""
+        """Return the problem as JSON-able mapping, without header fields."""
         return {
             "code": self.code,
             "detail": self.detail,
@@ -122,7 +127,7 @@ class Problem:
 
     @classmethod
     def store_unavailable(cls) -> Problem:
-        """Return the problem of a store that does not answer; the log has the reason."""
+        """Return the problem of an unavailable store. The log has the cause."""
         code = "store-unavailable"
         return cls(code, KINDS[code].detail, headers={"Retry-After": "5"})
 
@@ -132,7 +137,7 @@ class Problem:
         return KINDS.get(self.code, KINDS[errors.GamutError.code])
 
     def document(self) -> dict[str, Any]:
-        """Return the problem document: RFC 9457 clause 3, and the members code, where, remedy."""
+        """Return the problem document: RFC 9457, with the members code, where and remedy."""
         kind = self.kind
         return {
             "type": f"/problems/{kind.code}",
@@ -146,7 +151,7 @@ class Problem:
 
 
 class ProblemError(Exception):
-    """Ends the handling of a request with a problem document."""
+    """Ends a request with a problem document."""
 
     def __init__(self, problem: Problem) -> None:
         super().__init__(problem.detail)
@@ -154,7 +159,7 @@ class ProblemError(Exception):
 
 
 def problem_response(problem: Problem) -> JsonResponse:
-    """Return the HTTP response of a problem; no cache keeps it."""
+    """Return the response of a problem, which is never cached."""
     return JsonResponse(
         problem.document(),
         status_code=problem.kind.status,

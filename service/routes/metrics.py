@@ -1,4 +1,4 @@
-"""The figures of this process, for Prometheus and whoever reads its formats."""
+"""Metrics of this process in Prometheus' formats."""
 
 import asyncio
 from collections.abc import Iterator
@@ -28,11 +28,11 @@ __all__ = ["router", "service_families"]
 router = APIRouter(tags=["state"])
 
 _THREAD = ThreadPoolExecutor(1, thread_name_prefix="metrics")
-"""The shared threads may all be waiting for a store that does not answer, which is when somebody
-looks at the figures."""
+"""A thread of its own: the shared threads may all wait for an unresponsive store, which is when
+metrics are needed."""
 
 _EXAMPLE = """\
-# HELP gamut_builds_total Builds that ended: succeeded, cancelled, crashed (an attempt), or a \
+# HELP gamut_builds_total Ended builds: succeeded, cancelled, crashed (one attempt), or a \
 problem's code.
 # TYPE gamut_builds_total counter
 gamut_builds_total{outcome="succeeded"} 12.0
@@ -46,13 +46,13 @@ def _content(example: str) -> dict[str, object]:
 @router.get(
     "/metrics",
     operation_id="readMetrics",
-    summary="Read the figures of this process",
-    description="In Prometheus' text format, or in OpenMetrics for who asks for it with `Accept`. "
-    "Each replica tells of itself.",
+    summary="Read the metrics of this process",
+    description="Prometheus' text format, or OpenMetrics if `Accept` asks for it. "
+    "Each replica reports its own metrics.",
     response_class=Response,
     responses={
         200: {
-            "description": "The figures.",
+            "description": "The metrics.",
             "content": {
                 "text/plain": _content(_EXAMPLE),
                 "application/openmetrics-text": _content(
@@ -62,13 +62,13 @@ def _content(example: str) -> dict[str, object]:
                     + "# EOF\n"
                 ),
             },
-            "headers": {"Cache-Control": header("It is about now.", "no-store")},
+            "headers": {"Cache-Control": header("The state changes.", "no-store")},
         },
         **problems(),
     },
 )
 async def read_metrics(request: Request) -> Response:
-    """Read the figures of this process."""
+    """Read the metrics of this process."""
     accept = ",".join(request.headers.getlist("accept"))
     service = service_of(request)
     loop = asyncio.get_running_loop()
@@ -84,11 +84,11 @@ def service_families(service: ServiceContainer) -> Iterator[Metric]:
     yield from request_families(service.metrics.requests)
     yield from build_families(service.metrics.builds)
     yield from _engine_families(service.builds.facts())
-    yield gauge("gamut_event_streams", "Clients that follow a job.", service.events.count)
+    yield gauge("gamut_event_streams", "Open event streams of jobs.", service.events.count)
     levels = service.meshes.levels
     yield gauge(
         "gamut_level_searches",
-        "Levels that are searched for a limit, but one all waiting.",
+        "Level searches, of which all but one wait.",
         levels.running,
     )
     yield from _cache_families(
@@ -97,47 +97,49 @@ def service_families(service: ServiceContainer) -> Iterator[Metric]:
     yield from _store_families(service.store)
     ready = service.readiness.last
     if ready is not None:
-        yield gauge("gamut_ready", "Whether the last answer of /readyz was yes.", int(ready.ready))
+        yield gauge(
+            "gamut_ready", "Whether the last answer of /readyz was ready.", int(ready.ready)
+        )
         yield labelled(
             "gauge",
             "gamut_probe_ok",
-            "Whether a probe of /readyz found nothing wrong.",
+            "Whether a probe of /readyz was ok.",
             [({"probe": probe.name}, int(probe.status == "ok")) for probe in ready.probes],
         )
 
 
 def _engine_families(facts: EngineFacts) -> Iterator[Metric]:
     yield gauge("gamut_builds_queued", "Builds that wait for a worker.", facts.queued)
-    yield gauge("gamut_builds_running", "Builds that a worker is busy with.", facts.running)
-    yield gauge("gamut_build_queue_capacity", "Builds that may wait.", facts.capacity)
-    yield gauge("gamut_build_workers", "Workers that there should be.", facts.workers)
+    yield gauge("gamut_builds_running", "Builds under way.", facts.running)
+    yield gauge("gamut_build_queue_capacity", "Largest number of waiting builds.", facts.capacity)
+    yield gauge("gamut_build_workers", "Configured workers.", facts.workers)
     yield gauge("gamut_build_workers_warm", "Workers ready to build.", facts.warm_workers)
     yield counter(
         "gamut_build_worker_starts",
-        "Worker processes that became ready; more than there are workers were restarts.",
+        "Worker processes that became ready, restarts included.",
         facts.worker_starts,
     )
 
 
 def _cache_families(caches: dict[str, ByteBoundedCache[Any, Any]]) -> Iterator[Metric]:
     for kind, name, attribute, meaning in (
-        ("counter", "gamut_cache_hits", "hits", "Values that were found in memory."),
-        ("counter", "gamut_cache_misses", "misses", "Values that had to be made."),
-        ("counter", "gamut_cache_evictions", "evictions", "Values that had to go for others."),
-        ("gauge", "gamut_cache_bytes", "nbytes", "Memory that values take."),
-        ("gauge", "gamut_cache_capacity_bytes", "capacity", "Memory that values may take."),
+        ("counter", "gamut_cache_hits", "hits", "Values found in memory."),
+        ("counter", "gamut_cache_misses", "misses", "Values that had to be computed."),
+        ("counter", "gamut_cache_evictions", "evictions", "Values removed for lack of space."),
+        ("gauge", "gamut_cache_bytes", "nbytes", "Memory of the values."),
+        ("gauge", "gamut_cache_capacity_bytes", "capacity", "Largest memory of the values."),
     ):
         samples = [({"cache": cache}, getattr(caches[cache], attribute)) for cache in caches]
         yield labelled(kind, name, meaning, samples)
 
 
 def _store_families(store: GamutStore) -> Iterator[Metric]:
-    yield counter("gamut_store_hits", "Gamuts that were asked for and were there.", store.hits)
-    yield counter("gamut_store_misses", "Gamuts that were asked for and were not.", store.misses)
-    yield counter("gamut_store_evictions", "Gamuts that went for others.", store.evictions)
-    yield counter("gamut_store_corruptions", "Damaged files that were found.", store.corruptions)
+    yield counter("gamut_store_hits", "Requested gamuts that exist.", store.hits)
+    yield counter("gamut_store_misses", "Requested gamuts that do not exist.", store.misses)
+    yield counter("gamut_store_evictions", "Gamuts evicted for lack of space.", store.evictions)
+    yield counter("gamut_store_corruptions", "Damaged files found.", store.corruptions)
     if store.nbytes is not None:
-        yield gauge("gamut_store_bytes", "Bytes of all that is stored.", store.nbytes)
+        yield gauge("gamut_store_bytes", "Bytes stored.", store.nbytes)
     limit = getattr(store.blobs, "limit", 0)
     if limit:
-        yield gauge("gamut_store_capacity_bytes", "Bytes that may be stored.", limit)
+        yield gauge("gamut_store_capacity_bytes", "Largest number of bytes stored.", limit)

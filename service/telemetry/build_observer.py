@@ -1,7 +1,8 @@
-"""What is told of a build when it has ended: its figures, and its spans where there are traces.
+"""Reports of ended builds: metrics and spans, also across forked processes.
 
-A process that has builds done, be it a service or a worker of a queue, gives one of these to
-whatever performs them.
+`BuildObserver` is called at the end of every build. A worker with a broker forks one process per
+slot, whose counters would be lost with it. `BuildReports` sends them through a pipe to the process
+that serves the metrics.
 """
 
 from __future__ import annotations
@@ -27,18 +28,18 @@ __all__ = ["BuildObserver", "BuildReports"]
 logger = logging.getLogger(__name__)
 
 _LONGEST = 512
-"""Bytes of a line: POSIX lets no pipe take fewer in one piece."""
+"""Bytes of a line. POSIX guarantees that a pipe takes this many at once."""
 
 
 class BuildObserver:
-    """Is called at the end of every build, in any thread.
+    """Records the end of every build; called in any thread.
 
     Parameters
     ----------
     figures : BuildFigures or BuildReports, optional
-        Where builds are counted, or who tells of them to where they are.
+        Counts builds, or forwards them to the process that counts.
     traces : Traces, optional
-        Where each gets its spans.
+        Receives the spans of builds.
     """
 
     def __init__(self, figures: BuildFigures | BuildReports | None, traces: Traces | None) -> None:
@@ -46,7 +47,7 @@ class BuildObserver:
         self._traces = traces
 
     def __call__(self, outcome: str, seconds: Mapping[str, float], document: JobDocument) -> None:
-        """Note a build that has ended just now.
+        """Record a build that has just ended.
 
         Parameters
         ----------
@@ -55,7 +56,7 @@ class BuildObserver:
         seconds : mapping
             Seconds by stage, and of the whole build as ``total``.
         document : JobDocument
-            The job, with what it carries of the trace of the request that began it.
+            The job, with the trace context of its first request.
         """
         if self._figures is not None:
             self._figures.ended(outcome, seconds)
@@ -75,9 +76,10 @@ class BuildObserver:
 
 
 class BuildReports:
-    """A pipe for builds, to be made before the processes that write to it are forked.
+    """A pipe for ended builds, made before the fork of the processes that write to it.
 
-    In those it stands for `BuildFigures`; the process that made it counts with `forward`.
+    It replaces `BuildFigures` there. The process that made it counts with `forward`. There is no
+    lock, so a slot can be killed at any moment. A full pipe never delays a build.
     """
 
     def __init__(self) -> None:
@@ -85,7 +87,7 @@ class BuildReports:
         os.set_blocking(self._writing, False)
 
     def ended(self, outcome: str, seconds: Mapping[str, float]) -> None:
-        """Tell of a build that ended; see `BuildFigures.ended`."""
+        """Send an ended build; see `BuildFigures.ended`."""
         rounded = {stage: round(duration, 6) for stage, duration in seconds.items()}
         line = json.dumps([outcome, rounded], separators=(",", ":")).encode() + b"\n"
         if len(line) > _LONGEST:
@@ -93,11 +95,11 @@ class BuildReports:
         try:
             os.write(self._writing, line)
         except OSError as error:
-            # Full, or nobody there to read it any more.
-            logger.warning("a build is not counted: %s", error)
+            # The pipe is full or has no reader.
+            logger.warning("build was not counted: %s", error)
 
     def forward(self, figures: BuildFigures) -> None:
-        """Count what is told from now on, in a thread that ends with the process."""
+        """Count all further builds, in a thread that ends with the process."""
         threading.Thread(
             target=self._forward, args=(figures,), name="build reports", daemon=True
         ).start()
@@ -109,6 +111,6 @@ class BuildReports:
                 figures.ended(outcome, seconds)
 
     def close(self) -> None:
-        """Give the pipe up in this process; once all have, the thread of `forward` ends."""
+        """Close the pipe in this process. The thread of `forward` ends after the last close."""
         os.close(self._reading)
         os.close(self._writing)

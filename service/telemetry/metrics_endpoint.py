@@ -1,8 +1,8 @@
-"""The figures of a process in the formats that Prometheus reads: ``/metrics``.
+"""Metrics in Prometheus' text formats, for ``/metrics`` and for workers.
 
-Every process tells of itself: each replica of the service is asked by itself, and so is a worker
-on another machine, by `serve_build_figures`. Names follow Prometheus' conventions; what they mean
-is in ``docs/operations.md``. The library that writes the formats is loaded when it is needed first.
+Every process reports its own metrics: each replica at ``/metrics``, and a worker on another machine
+by `serve_build_figures`. Names follow Prometheus' conventions; ``docs/operations.md`` explains
+them. The client library is imported at the first use.
 """
 
 from __future__ import annotations
@@ -53,25 +53,25 @@ def exposition(families: Callable[[], Iterable[Metric]], accept: str) -> tuple[b
 def serve_build_figures(
     figures: BuildFigures, host: str, port: int, process: str = "self"
 ) -> tuple[int, Callable[[], None]]:
-    """Serve the figures of builds that no service has had done, in a thread.
+    """Serve the build metrics of a worker, in a thread.
 
     Parameters
     ----------
     figures : BuildFigures
-        Counts the builds.
+        The counters.
     host : str
-        Address to listen on.
+        Listening address.
     port : int
-        Port to listen on; 0 takes a free one.
+        Port; 0 selects a free one.
     process : str
-        Id of the process that is told of beside them, with those that it has started.
+        Id of the process whose resource use is reported, with its descendants.
 
     Returns
     -------
     int
         The port.
     callable
-        Ends it.
+        Stops the server.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def serve_build_figures(
 
 
 def _registry(families: Callable[[], Iterable[Metric]], process: str = "self") -> object:
-    """Return what the library's encoders ask for figures, those of the process included."""
+    """Return a registry for the library's encoders, process metrics included."""
     from prometheus_client import CollectorRegistry, ProcessCollector  # noqa: PLC0415
     from prometheus_client.registry import Collector  # noqa: PLC0415
 
@@ -102,7 +102,7 @@ def _registry(families: Callable[[], Iterable[Metric]], process: str = "self") -
             yield from families()
 
         def describe(self) -> Iterable[Metric]:
-            # Without it, the library would collect once more, only to know the names.
+            # Otherwise the library would collect all metrics to learn the names.
             return []
 
     told = CollectorRegistry()
@@ -117,18 +117,24 @@ def _common_families(process: str) -> Iterator[Metric]:
         "algorithm": str(ALGORITHM_VERSION),
         "python": platform.python_version(),
     }
-    yield labelled("gauge", "gamut_build_info", "Which program this is.", [(labels, 1)])
+    yield labelled("gauge", "gamut_build_info", "Version of the program.", [(labels, 1)])
     usage = descendants_usage(process)
     if usage is not None:
         yield gauge(
             "gamut_worker_processes",
-            "Processes that this one has started.",
+            "Worker processes of this process.",
             usage.processes,
         )
         yield gauge(
-            "gamut_worker_resident_memory_bytes", "Memory that they use.", usage.resident_bytes
+            "gamut_worker_resident_memory_bytes",
+            "Resident memory of the worker processes.",
+            usage.resident_bytes,
         )
-        yield counter("gamut_worker_cpu_seconds", "CPU time of these processes.", usage.cpu_seconds)
+        yield counter(
+            "gamut_worker_cpu_seconds",
+            "CPU time of these processes, ended ones included.",
+            usage.cpu_seconds,
+        )
 
 
 def request_families(figures: RequestFigures) -> Iterator[Metric]:
@@ -136,7 +142,7 @@ def request_families(figures: RequestFigures) -> Iterator[Metric]:
     yield labelled(
         "counter",
         "gamut_http_requests",
-        "Requests answered, by the template of their route.",
+        "Answered requests by method, route template and status.",
         [
             ({"method": method, "route": route, "status": str(status)}, count)
             for (method, route, status), count in list(figures.counts.items())
@@ -145,12 +151,12 @@ def request_families(figures: RequestFigures) -> Iterator[Metric]:
     yield labelled(
         "counter",
         "gamut_http_refusals",
-        "Answers of the server to what never became a request, or not a whole one.",
+        "Answers of the server without the app, by code of the problem.",
         [({"problem": code}, count) for code, count in list(figures.refusals.items())],
     )
     yield _distributions(
         "gamut_http_response_seconds",
-        "From the arrival of a request to the beginning of its response.",
+        "Time from the arrival of a request to the start of its response.",
         "route",
         figures.seconds,
     )
@@ -163,17 +169,19 @@ def build_families(figures: BuildFigures) -> Iterator[Metric]:
     yield labelled(
         "counter",
         "gamut_builds",
-        "Builds that ended: succeeded, cancelled, crashed (an attempt), or a problem's code.",
+        "Ended builds: succeeded, cancelled, crashed (one attempt), or a problem's code.",
         [({"outcome": outcome}, count) for outcome, count in list(figures.outcomes.items())],
     )
-    yield _distributions("gamut_build_seconds", "Of whole builds.", None, {"": figures.seconds})
     yield _distributions(
-        "gamut_build_stage_seconds", "Of the stages of builds.", "stage", figures.stages
+        "gamut_build_seconds", "Time of whole builds.", None, {"": figures.seconds}
+    )
+    yield _distributions(
+        "gamut_build_stage_seconds", "Time of the stages of builds.", "stage", figures.stages
     )
 
 
 def _bound(value: float) -> str:
-    # OpenMetrics has a canonical form: a point in all, and infinity with its sign.
+    # The canonical form of OpenMetrics: always a decimal point, and a sign for infinity.
     return "+Inf" if value == float("inf") else str(float(value))
 
 

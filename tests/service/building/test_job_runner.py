@@ -57,7 +57,7 @@ def scratch_is_empty(store):
 def test_a_job_is_built_published_and_finished(runner, accept, store, reports):
     accept("build")
     told = []
-    outcome = runner().perform(JOB, changed=told.append)
+    outcome = runner().run(JOB, changed=told.append)
     assert (outcome.state, outcome.built) == ("succeeded", True)
     assert (outcome.document.state, outcome.document.attempts) == ("succeeded", 1)
     assert store.content(JOB)[1] == b'{"gamma": 1}'
@@ -68,21 +68,21 @@ def test_a_job_is_built_published_and_finished(runner, accept, store, reports):
 
 
 def test_a_job_that_is_over_or_unknown_or_somebody_elses_is_left_alone(runner, accept, book):
-    assert runner().perform(JOB).document is None
+    assert runner().run(JOB).document is None
     accept("build")
     claim = book.claim(JOB, "other", 60.0)
-    outcome = runner().perform(JOB)
+    outcome = runner().run(JOB)
     assert (outcome.state, outcome.document.owner) == ("elsewhere", "other")
     book.finish(claim, "failed", None)
-    assert runner().perform(JOB).state == "elsewhere"
+    assert runner().run(JOB).state == "elsewhere"
 
 
 def test_what_is_stored_by_then_is_not_built_again(runner, accept, scripted_worker, reports):
     one = runner()
     accept("build")
-    one.perform(JOB)
+    one.run(JOB)
     accept("die")
-    outcome = one.perform(JOB)
+    outcome = one.run(JOB)
     assert (outcome.state, outcome.built) == ("succeeded", False)
     assert scripted_worker.begun() == 1
     assert len(reports) == 1
@@ -103,7 +103,7 @@ def test_what_the_process_reports_is_a_problem_and_the_process_goes_on(
     one = runner()
     process = one.warm()
     accept(text)
-    outcome = one.perform(JOB)
+    outcome = one.run(JOB)
     assert (outcome.state, outcome.document.problem["code"]) == ("failed", code)
     assert store.input_kept(JOB) == (code == "storage-full")
     assert reports[0][0] == code
@@ -112,7 +112,7 @@ def test_what_the_process_reports_is_a_problem_and_the_process_goes_on(
 
 def test_the_place_and_the_remedy_of_a_refusal_are_kept(runner, accept):
     accept("refuse")
-    problem = runner().perform(JOB).document.problem
+    problem = runner().run(JOB).document.problem
     assert (problem["detail"], problem["where"], problem["remedy"]) == ("M.", {"column": "L"}, "R.")
 
 
@@ -128,11 +128,11 @@ def test_what_exceeds_a_limit_is_ended_once_and_the_next_is_built(
 ):
     one = runner(**settings)
     accept(text)
-    outcome = one.perform(JOB)
+    outcome = one.run(JOB)
     assert (outcome.state, outcome.document.problem["code"]) == ("failed", code)
     assert scripted_worker.begun(text) == 1
     accept("build", "b")
-    assert one.perform("b" * 64).state == "succeeded"
+    assert one.run("b" * 64).state == "succeeded"
 
 
 @pytest.mark.parametrize("text", ["die", "garble"])
@@ -141,18 +141,18 @@ def test_an_input_that_kills_every_process_is_given_up_after_three(
 ):
     one = runner()
     accept(text)
-    outcome = one.perform(JOB)
+    outcome = one.run(JOB)
     assert (outcome.state, outcome.document.attempts) == ("failed", 3)
     assert outcome.document.problem["code"] == "build-crashed"
     assert scripted_worker.begun(text) == 3
     assert [word for word, _ in reports] == ["crashed"] * 3 + ["build-crashed"]
     accept("build", "b")
-    assert one.perform("b" * 64).state == "succeeded"
+    assert one.run("b" * 64).state == "succeeded"
 
 
 def test_a_build_whose_process_died_is_begun_again(runner, accept):
     accept("die-until 3")
-    outcome = runner().perform(JOB)
+    outcome = runner().run(JOB)
     assert (outcome.state, outcome.document.attempts) == ("succeeded", 3)
 
 
@@ -165,7 +165,7 @@ def test_a_build_is_repeated_until_its_process_is_left_alone(runner, accept, sto
             victims.append(int(document.stage.split()[1]))
             os.kill(victims[-1], signal.SIGKILL)
 
-    outcome = runner().perform(JOB, changed=kill)
+    outcome = runner().run(JOB, changed=kill)
     assert (outcome.state, outcome.document.attempts, len(victims)) == ("succeeded", 3, 2)
     assert store.content(JOB)[1] == b'{"gamma": 1}'
 
@@ -181,7 +181,7 @@ def test_a_cancelled_build_is_ended_and_stays_cancelled(runner, accept, book, re
 
     one = runner()
     process = one.warm()
-    outcome = one.perform(JOB, interruption, cancel)
+    outcome = one.run(JOB, interruption, cancel)
     assert (outcome.state, outcome.document.state) == ("cancelled", "cancelled")
     assert not process.alive
     assert [word for word, _ in reports] == ["cancelled"]
@@ -197,7 +197,7 @@ def test_a_build_that_fails_too_late_leaves_the_input_to_the_job_that_came_after
             book.request_cancel(JOB)
             assert book.accept(JOB, document.options)[1]
 
-    assert runner().perform(JOB, changed=cancel_and_ask_again).state == "elsewhere"
+    assert runner().run(JOB, changed=cancel_and_ask_again).state == "elsewhere"
     assert book.read(JOB).state == "queued"
     assert store.input_kept(JOB)
 
@@ -206,7 +206,7 @@ def test_a_build_that_was_cancelled_elsewhere_is_ended_by_the_next_heartbeat(run
     accept("hang")
     timer = threading.Timer(0.3, book.request_cancel, [JOB])
     timer.start()
-    assert runner().perform(JOB).state == "cancelled"
+    assert runner().run(JOB).state == "cancelled"
     timer.join()
 
 
@@ -215,7 +215,7 @@ def test_a_build_that_is_given_back_waits_for_the_next_and_was_no_attempt(
 ):
     accept("hang")
     interruption = Interruption()
-    outcome = runner().perform(
+    outcome = runner().run(
         JOB, interruption, lambda document: document.stage and interruption.release()
     )
     assert (outcome.state, outcome.document.state) == ("released", "queued")
@@ -227,7 +227,7 @@ def test_a_build_that_is_given_back_waits_for_the_next_and_was_no_attempt(
 def test_a_job_whose_input_is_gone_fails(runner, accept, store):
     accept("build")
     store.drop_input(JOB)
-    outcome = runner().perform(JOB)
+    outcome = runner().run(JOB)
     assert outcome.document.problem["code"] == "build-input-lost"
 
 
@@ -251,14 +251,14 @@ def test_an_unexpected_error_costs_one_build(
     one = runner()
     with monkeypatch.context() as patch:
         patch.setattr(store, method, fails)
-        outcome = one.perform(JOB)
+        outcome = one.run(JOB)
     assert (outcome.state, outcome.document.problem["code"]) == ("failed", code)
     # Only a defect needs a traceback; what an operator mends costs nobody the data.
     told = [record for record in caplog.records if record.levelname in {"WARNING", "ERROR"}]
     assert [bool(record.exc_info) for record in told] == [code == "build-failed"]
     assert store.input_kept(JOB) == (code != "build-failed")
     accept("build", "b")
-    assert one.perform("b" * 64).state == "succeeded"
+    assert one.run("b" * 64).state == "succeeded"
 
 
 def test_a_store_that_is_away_for_a_moment_costs_an_attempt(runner, accept, store, monkeypatch):
@@ -271,7 +271,7 @@ def test_a_store_that_is_away_for_a_moment_costs_an_attempt(runner, accept, stor
 
     monkeypatch.setattr(store, "publish", fails_once)
     accept("build")
-    outcome = runner().perform(JOB)
+    outcome = runner().run(JOB)
     assert (outcome.state, outcome.document.attempts) == ("succeeded", 2)
 
 
@@ -281,7 +281,7 @@ def test_an_end_that_cannot_be_written_down_is_told_all_the_same(runner, accept,
 
     accept("full")
     monkeypatch.setattr(book, "finish", fails)
-    outcome = runner().perform(JOB)
+    outcome = runner().run(JOB)
     assert outcome.state == "unwritten"
     assert outcome.document.problem["code"] == "storage-full"
     assert book.read(JOB).state == "running"
@@ -291,7 +291,7 @@ def test_a_process_that_does_not_start_costs_no_attempt(runner, accept, book):
     accept("build")
     one = runner(command=("/bin/false",))
     with pytest.raises(ProcessDiedError):
-        one.perform(JOB)
+        one.run(JOB)
     assert book.read(JOB).attempts == 0
 
 
@@ -300,7 +300,7 @@ def test_starting_is_given_up_when_it_is_told_to(runner):
     timer = threading.Timer(0.2, interruption.release)
     timer.start()
     clock = time.monotonic()
-    outcome = runner(command=("/bin/sleep", "1000")).perform(JOB, interruption)
+    outcome = runner(command=("/bin/sleep", "1000")).run(JOB, interruption)
     assert (outcome.state, time.monotonic() - clock < 60) == ("released", True)
     timer.join()
 
@@ -309,11 +309,11 @@ def test_a_process_that_stays_large_is_replaced(runner, accept):
     one = runner()
     process = one.warm()
     accept("build")
-    assert one.perform(JOB).state == "succeeded"
+    assert one.run(JOB).state == "succeeded"
     assert one.process is process
     process.idle_bytes = -one._settings.build_memory_bytes  # as if it had begun far below
     accept("build", "b")
-    assert one.perform("b" * 64).state == "succeeded"
+    assert one.run("b" * 64).state == "succeeded"
     assert one.process is None
     assert not process.alive
 
@@ -333,7 +333,7 @@ def test_a_real_build_beyond_its_memory_fails_once_and_a_small_one_is_built(
     for name, (data, options) in inputs.items():
         book.accept(name, Options.from_mapping(options).to_mapping())
         store.keep_input(name, data)
-        outcomes.append(one.perform(name))
+        outcomes.append(one.run(name))
     greedy, modest = (outcome.document for outcome in outcomes)
     assert (greedy.problem["code"], greedy.attempts) == ("build-out-of-memory", 1)
     assert modest.state == "succeeded"
