@@ -67,7 +67,7 @@ def _field(option: Option) -> tuple[Any, Any]:
     if option.default is not None:
         return Annotated[annotation, Field(description=option.documentation)], option.default
     described = Field(description=option.documentation, json_schema_extra=without_default)
-    optional: Any = annotation | SkipJsonSchema[None]
+    optional: Any = annotation | SkipJsonSchema[None]  # type: ignore[misc]
     return Annotated[optional, described], None
 
 
