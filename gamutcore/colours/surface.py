@@ -17,7 +17,7 @@ import numpy as np
 from gamutcore.characterisation import IccProfile, Picture
 from gamutcore.characterisation.pictures.raster import CHANNELS
 from gamutcore.characterisation.samples import JSON
-from gamutcore.colours.device.cube_surface import surface_steps
+from gamutcore.colours.device.cube_surface import SURFACE_SAMPLES
 from gamutcore.colours.device.ink_limits import InkLimits, LimitedCube, limited_cube
 from gamutcore.colours.device.model import device_model
 from gamutcore.colours.device.surface import MAX_PATCHES, device_surface
@@ -25,6 +25,7 @@ from gamutcore.colours.measured_colours import MeasuredColours, measured_colours
 from gamutcore.colours.picture_colours import picture_colours
 from gamutcore.colours.profile_colours import ProfileColours, profile_colours, stated_white
 from gamutcore.errors import MalformedProfileError, OptionError
+from gamutcore.option_types import Choice, check_option
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -134,29 +135,10 @@ def surface_colours(
     CharacterisationError, InvalidPointsError
         The data turns out to be broken when it is evaluated.
     """
-    if intent not in INTENTS:
-        raise OptionError(
-            f"{str(intent)[:40]!r} is no intent.",
-            where={"field": "intent"},
-            remedy=f"Ask for one of {', '.join(INTENTS)}.",
-        )
-    surface_steps(3, surface_samples)  # refuses a number out of range, whatever the data is
-    if popularity is not None and not isinstance(characterisation, Picture):
-        raise OptionError.not_applicable("popularity", popularity, "the data is no picture")
-    if isinstance(characterisation, IccProfile | Picture):
-        for name, value in (("observer", observer), ("illuminant", illuminant)):
-            if value is not None:
-                raise OptionError.not_applicable(
-                    name, value, "the colours of profiles and pictures are for D50 and 2°"
-                )
-        if model is not None:
-            raise OptionError.not_applicable(
-                "device_model", model, "the data is no measurement of device values"
-            )
+    intent = str(check_option("intent", intent, Choice(INTENTS)))
+    check_option("surface_samples", surface_samples, SURFACE_SAMPLES)
     if isinstance(characterisation, Picture):
-        return _picture_points(
-            characterisation, intent, popularity, limits or InkLimits(), adaptation
-        )
+        return _picture_points(characterisation, intent, popularity, adaptation)
     if isinstance(characterisation, IccProfile):
         return _profile_surface(characterisation, intent, surface_samples, limits or InkLimits())
     medium = measured_colours(
@@ -172,11 +154,8 @@ def _picture_points(
     picture: Picture,
     intent: str,
     popularity: float | None,
-    limits: InkLimits,
     adaptation: str,
 ) -> SurfaceColours:
-    if limits:
-        raise limits.refusal("a picture's pixels are what they are.")
     colours = picture_colours(picture, intent, popularity, adaptation=adaptation)
     provenance: dict[str, JSON] = {
         **colours.provenance,
@@ -288,12 +267,6 @@ def _sample_surface(
     provenance: dict[str, JSON] = {**samples.provenance, **medium.provenance}
     warnings = [*samples.warnings, *medium.warnings]
     if samples.device is None:
-        if limits:
-            raise limits.refusal("the data are colours without device values.")
-        if kind is not None:
-            raise OptionError.not_applicable(
-                "device_model", kind, "the data has no device values, only colours"
-            )
         provenance["patches"] = _patches(samples, len(medium.lab))
         provenance["model"] = {"name": "none: the colours themselves"}
         provenance["warnings"] = list[JSON](warnings)

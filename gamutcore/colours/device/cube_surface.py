@@ -15,15 +15,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.characterisation.columns import MAX_CHANNELS
-from gamutcore.errors import OptionError, SampleLimitError
+from gamutcore.errors import SampleLimitError
+from gamutcore.option_types import WholeNumber, check_option
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
 
-__all__ = ["MAX_SURFACE_SAMPLES", "cube_surface", "cube_surface_count", "surface_steps"]
+__all__ = ["SURFACE_SAMPLES", "cube_surface", "cube_surface_count", "surface_steps"]
 
-MAX_SURFACE_SAMPLES = 5_000_000
-"""Points that are sampled at most; their convex hull alone takes gigabytes beyond."""
+SURFACE_SAMPLES = WholeNumber(8, 5_000_000)
+"""Accepted numbers of points: from the corners of a cube of three channels to the number whose
+convex hull takes gigabytes."""
 
 
 def cube_surface_count(channels: int, steps: int) -> int:
@@ -69,16 +71,11 @@ def surface_steps(channels: int, surface_samples: int) -> int:
     Raises
     ------
     OptionError
-        `surface_samples` is below 8 or above `MAX_SURFACE_SAMPLES`.
+        `surface_samples` is not within `SURFACE_SAMPLES`.
     SampleLimitError
         `channels` is not 1 to 15.
     """
-    if not 8 <= surface_samples <= MAX_SURFACE_SAMPLES:
-        raise OptionError(
-            f"surface_samples is {surface_samples}.",
-            where={"field": "surface_samples"},
-            remedy=f"Ask for 8 to {MAX_SURFACE_SAMPLES} points.",
-        )
+    check_option("surface_samples", surface_samples, SURFACE_SAMPLES)
     if not 1 <= channels <= MAX_CHANNELS:
         raise SampleLimitError(
             f"A device of {channels} channels is not sampled.",

@@ -14,13 +14,14 @@ import numpy as np
 from gamutcore.colours.spaces.definitions import SPACES, ColourSpace
 from gamutcore.colours.spaces.parameters import (
     MEASURED,
+    SPACE,
     SPACE_PARAMETERS,
     measured_luminance,
     space_parameters,
 )
 from gamutcore.colours.spaces.white_points import ADAPTATIONS
 from gamutcore.errors import InvalidPointsError, MeshError, OptionError
-from gamutcore.numbers import finite_number
+from gamutcore.option_types import finite_number
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -41,8 +42,6 @@ LARGEST_COORDINATE = 1e4
 SMALLEST_CIELAB = 5.0
 """A gamut within so many units of CIELAB in every direction is rather one of Oklab, XYZ or the
 like, whose coordinates are about 1."""
-
-_OTHER_NAMES = {"LAB": "CIELAB", "CIE LAB": "CIELAB", "XYZ": "CIEXYZ", "LUV": "CIELUV"}
 
 
 def declared_luminance(said: Mapping[str, str]) -> float | None:
@@ -84,9 +83,8 @@ def declared_space(said: Mapping[str, str]) -> ColourSpace | None:
     if "space" not in said:
         return None
     name = " ".join(said["space"].split())
-    known = {space.upper(): space for space in SPACES} | _OTHER_NAMES
-    space = known.get(name.upper())
-    if space is None:
+    space = SPACE.canonical(name)
+    if not isinstance(space, str):
         raise MeshError(
             f"The mesh is in the colour space {name[:40]!r}.",
             where={"field": "space"},
