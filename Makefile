@@ -50,10 +50,6 @@ help: ## list the targets
 	$(python) -m pip install -q -c constraints.txt -e '.[service,peers,plots]'
 	@touch $@
 
-.venv/.compiled: .venv/.installed $(shell find gamutcore -name '*.py')
-	$(python) -m gamutcore.warm
-	@touch $@
-
 node_packages := tests/gltf/node_modules/.package-lock.json tests/azurite/node_modules/.package-lock.json
 
 $(node_packages): tests/%/node_modules/.package-lock.json: tests/%/package.json tests/%/package-lock.json
@@ -64,12 +60,13 @@ $(node_packages): tests/%/node_modules/.package-lock.json: tests/%/package.json 
 	fi
 
 .PHONY: install
-install: .venv/.compiled ## install into .venv and compile the kernels
+install: .venv/.installed ## install into .venv and compile the kernels that have changed
+	$(python) -m gamutcore.warm
 
 # --- use ------------------------------------------------------------------------------------------
 
 .PHONY: serve
-serve: install ## serve on http://127.0.0.1:8000, data under var/ (docs/operations.md)
+serve: .venv/.installed ## serve on http://127.0.0.1:8000, data under var/ (docs/operations.md)
 	exec .venv/bin/gamut serve
 
 .PHONY: test

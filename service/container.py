@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-import logging
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -10,9 +9,9 @@ from pathlib import Path
 
 from fastapi import Request
 
-from gamutcore.warm import compile_reading_kernels
 from service.building.builds import Builds
 from service.building.choice import engine_for
+from service.building.kernels import Kernels
 from service.jobs.book import JobBook
 from service.jobs.events import EventStreams
 from service.meshes.encoded_meshes import Meshes
@@ -27,8 +26,6 @@ from service.telemetry.traces import Traces, traces_of
 
 __all__ = ["Service", "service_of"]
 
-logger = logging.getLogger(__name__)
-
 _LARGE_BODIES = 2
 """Complete bodies of more than a megabyte that are in memory at the same time, until their builds
 are accepted; the rest waits on the disk."""
@@ -40,13 +37,7 @@ threads is that of the cores and four."""
 
 @dataclass
 class Service:
-    """The parts of a running service.
-
-    Attributes
-    ----------
-    warm : bool
-        Whether this process has loaded the kernels that levels are read with.
-    """
+    """The parts of a running service."""
 
     settings: Settings
     store: GamutStore = field(init=False)
@@ -57,7 +48,7 @@ class Service:
     readiness: Readiness = field(init=False)
     traces: Traces | None = field(init=False)
     events: EventStreams = field(init=False)
-    warm: bool = False
+    kernels: Kernels = field(init=False, default_factory=Kernels)
     large_bodies: asyncio.Semaphore = field(
         default_factory=lambda: asyncio.Semaphore(_LARGE_BODIES)
     )
@@ -95,11 +86,12 @@ class Service:
         self.store.on_evicted = lambda gamut_id: _soon(loop, self.forget, gamut_id)
         await asyncio.to_thread(self.store.open)
         await self.builds.start()
-        warming = asyncio.create_task(self._warm())
+        preparation = asyncio.create_task(self.kernels.prepare())
         try:
             yield
         finally:
-            warming.cancel()
+            preparation.cancel()
+            await asyncio.gather(preparation, return_exceptions=True)
             await self.builds.stop()
             self.library.close()
             # It waits for its threads.
@@ -117,13 +109,6 @@ class Service:
         """Drop from memory what belongs to a deleted gamut."""
         self.library.discard(gamut_id)
         self.meshes.discard_gamut(gamut_id)
-
-    async def _warm(self) -> None:
-        # At the same time as the worker, which needs other kernels besides: reading a history
-        # and writing a mesh is all that this process does.
-        await self.library.in_thread(compile_reading_kernels)
-        self.warm = True
-        logger.info("ready")
 
 
 def _soon(loop: asyncio.AbstractEventLoop, function: Callable[[str], None], argument: str) -> None:

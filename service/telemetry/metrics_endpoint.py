@@ -144,6 +144,15 @@ def _service_families(service: Service) -> Iterator[Metric]:
         {"gamuts": service.library.cache, "meshes": service.meshes.cache, **choices.caches}
     )
     yield from _store_families(service.store)
+    yield _labelled(
+        "gauge",
+        "gamut_kernels_compiled",
+        "Whether a group of kernels is compiled; builds that need another group wait for it.",
+        [
+            ({"group": group}, int(state == "compiled"))
+            for group, state in service.kernels.states.items()
+        ],
+    )
     ready = service.readiness.last
     if ready is not None:
         yield _gauge("gamut_ready", "Whether the last answer of /readyz was yes.", int(ready.ready))

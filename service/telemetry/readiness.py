@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+    from service.building.kernels import Kernels
     from service.container import Service
     from service.storage.blobs import Blobs
 
@@ -191,7 +192,7 @@ class Readiness:
 def service_readiness(service: Service) -> Readiness:
     """Return the probes of a service: kernels, workers, queue, store and disk space."""
     readiness = Readiness()
-    readiness.add("kernels", lambda: _kernels(warm=service.warm))
+    readiness.add("kernels", lambda: _kernels(service.kernels))
     readiness.add("workers", _WorkersProbe(service))
     readiness.add("queue", lambda: _queue(service))
     readiness.add("builds", lambda: _builds(draining=service.builds.draining))
@@ -253,8 +254,9 @@ def _written_and_read(blobs: Blobs, content: bytes) -> bool:
         blobs.delete(key)
 
 
-def _kernels(*, warm: bool) -> Finding:
-    return Finding("ok", "loaded") if warm else Finding("failed", "they are being loaded")
+def _kernels(kernels: Kernels) -> Finding:
+    states = ", ".join(f"{group}: {state}" for group, state in kernels.states.items())
+    return Finding("ok" if kernels.loaded else "failed", states)
 
 
 def _builds(*, draining: bool) -> Finding:
