@@ -56,7 +56,7 @@ def glb_triangles(glb: bytes) -> int:
 def check_core(data: bytes) -> str:
     """Build a gamut with gamutcore alone, look at a level, and return the gamut's id."""
     import gamutcore
-    from gamutcore.export import encoded_mesh
+    from gamutcore.export import mesh_file
     from gamutcore.gamut import Options, build_gamut
 
     site = Path(sysconfig.get_path("purelib")).resolve()
@@ -66,7 +66,7 @@ def check_core(data: bytes) -> str:
 
     gamut = build_gamut(data, Options(surface_samples=2000))
     mesh = gamut.history.level(TRIANGLES)
-    expect(glb_triangles(encoded_mesh(mesh, "glb", {})) == TRIANGLES, f"{TRIANGLES} triangles")
+    expect(glb_triangles(mesh_file(mesh, "glb", {})) == TRIANGLES, f"{TRIANGLES} triangles")
     print(f"gamutcore {version}: {gamut.history.triangles} triangles, levels down to 4")
     return str(gamut.id)
 

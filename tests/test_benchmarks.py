@@ -20,7 +20,7 @@ from benchmarks.raster import View, picture
 from benchmarks.render import PICTURES
 from benchmarks.scaling import Measured, hit_ratio
 from benchmarks.summary import best_peer, boundary_methods, error_ratios, level_errors
-from gamutcore.export import encoded_mesh
+from gamutcore.export import mesh_file
 from gamutcore.gamut import Options, build_gamut
 from gamutcore.mesh import TriangleMesh
 
@@ -279,7 +279,7 @@ class TestScaling:
     def test_the_bytes_of_an_answer_are_those_of_the_mesh(self):
         results, gamuts, _ = scaling.read_results()
         level = build_gamut(FOGRA39L.read_bytes(), Options()).level(1000)
-        mesh_bytes = len(encoded_mesh(level, "glb", {}))
+        mesh_bytes = len(mesh_file(level, "glb", {}))
         answer_bytes = Measured.from_results(results, gamuts).answer_bytes
         # The answer adds its header fields and the provenance inside the GLB.
         assert mesh_bytes < answer_bytes < mesh_bytes + 3000
