@@ -12,7 +12,6 @@ from typing import Any
 from pydantic import ValidationError
 
 from gamutcore.version import __version__
-from gamutcore.warm import compile_kernels
 from service.access.api_keys import new_key
 from service.access.middleware import OpenToAllError
 from service.application import create_app
@@ -76,6 +75,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if parsed.command == "openapi":
         sys.stdout.write(openapi_document())
     else:
+        from gamutcore.warm import compile_kernels  # noqa: PLC0415  # a server compiles nothing
+
         compile_kernels()
     return 0
 

@@ -6,7 +6,6 @@
 
 import asyncio
 import contextlib
-import logging
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -14,10 +13,10 @@ from pathlib import Path
 
 from fastapi import Request
 
-from gamutcore.warm import compile_reading_kernels
 from service.building.builds import Builds
 from service.building.embedded import EmbeddedEngine
 from service.building.engine import BuildReport, Engine
+from service.building.kernels import Kernels
 from service.jobs.book import JobBook
 from service.jobs.events import EventStreams
 from service.meshes.library import Library
@@ -31,8 +30,6 @@ from service.telemetry.metrics import Metrics
 from service.telemetry.traces import Traces, traces_of
 
 __all__ = ["MISSING_BROKER_EXTRA", "EngineMissingError", "ServiceContainer", "service_of"]
-
-logger = logging.getLogger(__name__)
 
 _LARGE_BODIES = 2
 """Number of bodies over 1 MB that are held in memory at the same time, each until its build is
@@ -55,13 +52,7 @@ class EngineMissingError(Exception):
 
 @dataclass
 class ServiceContainer:
-    """The parts of a running service.
-
-    Attributes
-    ----------
-    warm : bool
-        Whether this process has loaded the kernels that read levels.
-    """
+    """The parts of a running service."""
 
     settings: Settings
     store: GamutStore = field(init=False)
@@ -72,7 +63,7 @@ class ServiceContainer:
     readiness: Readiness = field(init=False)
     traces: Traces | None = field(init=False)
     events: EventStreams = field(init=False)
-    warm: bool = False
+    kernels: Kernels = field(init=False, default_factory=Kernels)
     large_bodies: asyncio.Semaphore = field(
         default_factory=lambda: asyncio.Semaphore(_LARGE_BODIES)
     )
@@ -97,7 +88,7 @@ class ServiceContainer:
         self.readiness = service_readiness(
             self.builds,
             self.store.blobs,
-            lambda: self.warm,
+            self.kernels,
             needed_bytes=settings.store_reserve_bytes + settings.max_body_bytes,
         )
 
@@ -115,11 +106,12 @@ class ServiceContainer:
         self.store.on_evicted = lambda gamut_id: _call_soon(loop, self.forget, gamut_id)
         await asyncio.to_thread(self.store.open)
         await self.builds.start()
-        warming = asyncio.create_task(self._warm())
+        preparation = asyncio.create_task(self.kernels.prepare())
         try:
             yield
         finally:
-            warming.cancel()
+            preparation.cancel()
+            await asyncio.gather(preparation, return_exceptions=True)
             await self.builds.stop()
             self.library.close()
             # Closing joins threads, so it must not block the event loop.
@@ -137,13 +129,6 @@ class ServiceContainer:
         """Remove a deleted gamut from all caches in memory."""
         self.library.discard(gamut_id)
         self.meshes.discard_gamut(gamut_id)
-
-    async def _warm(self) -> None:
-        # Runs in parallel with the build workers, which compile further kernels. This process only
-        # reads histories and writes meshes.
-        await self.library.in_thread(compile_reading_kernels)
-        self.warm = True
-        logger.info("ready")
 
 
 def _build_engine(

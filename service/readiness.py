@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from service.building.builds import Builds
+    from service.building.kernels import Kernels
     from service.storage.blobs import Blobs
 
 __all__ = [
@@ -188,7 +189,7 @@ class Readiness:
 
 
 def service_readiness(
-    builds: Builds, blobs: Blobs, warm: Callable[[], bool], *, needed_bytes: int
+    builds: Builds, blobs: Blobs, kernels: Kernels, *, needed_bytes: int
 ) -> Readiness:
     """Return the probes of a service: kernels, workers, queue, builds, store and disk.
 
@@ -198,13 +199,13 @@ def service_readiness(
         The builds of this process.
     blobs : Blobs
         The storage.
-    warm : callable
-        Returns whether this process has loaded its kernels.
+    kernels : Kernels
+        The compiled kernels.
     needed_bytes : int
         Free disk space that the largest input needs.
     """
     readiness = Readiness()
-    readiness.add("kernels", lambda: _kernels(warm=warm()))
+    readiness.add("kernels", lambda: _kernels(kernels))
     readiness.add("workers", _WorkersProbe(builds))
     readiness.add("queue", lambda: _queue(builds))
     readiness.add("builds", lambda: _builds(draining=builds.draining))
@@ -264,8 +265,9 @@ def _write_and_read(blobs: Blobs, content: bytes) -> bool:
         blobs.delete(key)
 
 
-def _kernels(*, warm: bool) -> Finding:
-    return Finding("ok", "loaded") if warm else Finding("failed", "loading")
+def _kernels(kernels: Kernels) -> Finding:
+    states = ", ".join(f"{group}: {state}" for group, state in kernels.states.items())
+    return Finding("ok" if kernels.loaded else "failed", states)
 
 
 def _builds(*, draining: bool) -> Finding:

@@ -27,8 +27,8 @@ from typing import IO, TYPE_CHECKING, Any
 
 from gamutcore.errors import GamutError
 from gamutcore.gamut import Options, build_gamut
+from gamutcore.kernels.installation import ensure_compiled, load_kernels
 from gamutcore.limits import Limits
-from gamutcore.warm import compile_kernels
 from service.building.process import private_bytes
 from service.telemetry.logs import configure_logging
 
@@ -103,9 +103,12 @@ def build(request: dict[str, Any], events: Events) -> None:
     """
     progress = Progress(events)
     try:
+        options, default = Options.from_mapping(request["options"]), Options()
+        if (options.cost, options.boundary) != (default.cost, default.boundary):
+            # outside the limit, which the compiler's processes would inherit
+            ensure_compiled("optional")
         with _data_limit(request.get("memory", 0)):
             data = Path(request["input"]).read_bytes()
-            options = Options.from_mapping(request["options"])
             limits = Limits(**request.get("limits", {}))
             gamut = build_gamut(data, options, progress=progress, limits=limits)
             progress("encoding", 0.0)
@@ -198,7 +201,8 @@ def main() -> None:
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     requests: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
     threading.Thread(target=_read_requests, args=(sys.stdin.buffer, requests), daemon=True).start()
-    compile_kernels()
+    ensure_compiled("default")
+    load_kernels()
     events.send("ready")
     while True:
         build(requests.get(), events)

@@ -95,6 +95,15 @@ def service_families(service: ServiceContainer) -> Iterator[Metric]:
         {"gamuts": service.library.cache, "meshes": service.meshes.cache, **levels.caches}
     )
     yield from _store_families(service.store)
+    yield labelled(
+        "gauge",
+        "gamut_kernels_compiled",
+        "Whether a group of kernels is compiled. Builds that need another group wait for it.",
+        [
+            ({"group": group}, int(state == "compiled"))
+            for group, state in service.kernels.states.items()
+        ],
+    )
     ready = service.readiness.last
     if ready is not None:
         yield gauge(

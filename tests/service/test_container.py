@@ -79,18 +79,11 @@ def test_it_runs_warms_up_and_closes(service, monkeypatch):
     monkeypatch.setattr(service.builds, "stop", stop)
 
     async def scenario():
-        warmed = asyncio.Event()
-        warm = service._warm
-
-        async def warm_and_say_so():
-            await warm()
-            warmed.set()
-
-        monkeypatch.setattr(service, "_warm", warm_and_say_so)
         async with service.running():
             assert service.store.blobs.directory.is_dir()
-            await warmed.wait()
-            assert service.warm
+            while not service.kernels.loaded:  # noqa: ASYNC110
+                await asyncio.sleep(0.01)
+            assert service.kernels.states["default"] == "compiled"
         assert stopped == [True]
 
     asyncio.run(asyncio.wait_for(scenario(), 300))

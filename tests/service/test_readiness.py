@@ -36,7 +36,7 @@ def facts(**changes):
 def service(tmp_path, monkeypatch):
     """A service that is warm, of which nothing runs."""
     made = ServiceContainer(Settings(store=str(tmp_path / "store")))
-    made.warm = True
+    made.kernels.loaded = True
     made.store.open()
     monkeypatch.setattr(made.builds, "facts", facts)
     yield made
@@ -47,7 +47,7 @@ def probes_of(service):
     return service_readiness(
         service.builds,
         service.store.blobs,
-        lambda: service.warm,
+        service.kernels,
         needed_bytes=service.settings.store_reserve_bytes + service.settings.max_body_bytes,
     )
 
@@ -67,7 +67,7 @@ class TestService:
         assert found(service) == dict.fromkeys(names, "ok")
 
     def test_it_is_not_ready_before_its_kernels_are_loaded(self, service):
-        service.warm = False
+        service.kernels.loaded = False
         assert found(service)["kernels"] == "failed"
 
     def test_a_service_that_stops_sends_requests_elsewhere(self, service):
