@@ -22,7 +22,7 @@ import numpy as np
 from benchmarks.files import device_data
 from gamutcore.boundary import Boundary, modified_convex_hull
 from gamutcore.colours import surface_colours
-from gamutcore.decimation import COSTS, decimated
+from gamutcore.decimation import COSTS, decimate
 from gamutcore.gamut import Options, build_gamut
 from gamutcore.history import History, history_of
 from gamutcore.metric import mismatch
@@ -60,7 +60,7 @@ def history(samples: int, cost: str = "volume") -> History:
 
 
 def _decimated_history(boundary: Boundary, cost: str) -> History:
-    return history_of(decimated(boundary.mesh, boundary.centre, cost))
+    return history_of(decimate(boundary.mesh, boundary.centre, cost))
 
 
 def build_times(samples: int, runs: int) -> list[dict[str, Any]]:

@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks.files import device_data
 from gamutcore.boundary import Boundary, modified_convex_hull
 from gamutcore.colours import surface_colours
-from gamutcore.decimation import COSTS, decimated
+from gamutcore.decimation import COSTS, decimate
 from gamutcore.errors import MeshError
 from gamutcore.history import History, history_of
 from gamutcore.mesh import TriangleMesh
@@ -69,7 +69,7 @@ class Device:
     def histories(self) -> dict[str, History]:
         """Its boundary's histories, by the name of the cost."""
         mesh, centre = self.boundary.mesh, self.boundary.centre
-        return {cost: history_of(decimated(mesh, centre, cost)) for cost in COSTS}
+        return {cost: history_of(decimate(mesh, centre, cost)) for cost in COSTS}
 
     @cached_property
     def boundary(self) -> Boundary:

@@ -24,7 +24,7 @@ from benchmarks.markdown import percent, table
 from gamutcore.boundary import Boundary, modified_convex_hull
 from gamutcore.boundary.segment_maxima import segment_maxima
 from gamutcore.boundary.usv import BASES, usv
-from gamutcore.decimation import COSTS, decimated
+from gamutcore.decimation import COSTS, decimate
 from gamutcore.errors import BoundaryError, InvalidPointsError
 from gamutcore.history import History, history_of
 from gamutcore.metric import mismatch
@@ -144,7 +144,7 @@ def sphere_rows() -> list[dict[str, Any]]:
     for spread in ("spiral", "random"):
         mesh = sphere(10_000, random=spread == "random")
         for cost in COSTS:
-            history = history_of(decimated(mesh, (50.0, 0.0, 0.0), cost))
+            history = history_of(decimate(mesh, (50.0, 0.0, 0.0), cost))
             for count in (2000, 1000, 500, 200, 100):
                 level = history.level(count)
                 product = mismatch(mesh, level) * count

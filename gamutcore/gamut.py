@@ -31,7 +31,7 @@ from gamutcore.colours.stated_space import (
     refuse_other_space,
     stated_space,
 )
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.errors import FlatPointsError, HistoryFileError, OptionError
 from gamutcore.history import (
     MINIMUM_TRIANGLES,
@@ -250,7 +250,7 @@ def build_gamut(
         else _wrapped(device, options, report)
     )
     report("decimation", 0.0)
-    decimation = decimated(
+    decimation = decimate(
         boundary.mesh, boundary.centre, options.cost, progress=partial(report, "decimation")
     )
     history = history_of(decimation, values)

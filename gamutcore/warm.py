@@ -13,7 +13,7 @@ import numpy as np
 from gamutcore.boundary import BOUNDARIES, wrapped
 from gamutcore.characterisation.icc.grid import Grid
 from gamutcore.characterisation.icc.process_elements import FloatGrid
-from gamutcore.decimation import COSTS, decimated
+from gamutcore.decimation import COSTS, decimate
 from gamutcore.device_values import DeviceValues
 from gamutcore.export import FORMATS, encoded_mesh
 from gamutcore.gamut import Gamut, Options, build_gamut
@@ -45,8 +45,8 @@ def compile_kernels() -> None:
     # small: errors by samples, of which there are as many however few the faces, take a while
     cube = wrapped(device[(device % 1.0 == 0.0).all(axis=1)], "convex-hull")
     for cost in COSTS:
-        decimated(cube.mesh, cube.centre, cost)
-    history = history_of(decimated(boundary.mesh, boundary.centre, "quadric"))
+        decimate(cube.mesh, cube.centre, cost)
+    history = history_of(decimate(boundary.mesh, boundary.centre, "quadric"))
     cursor = history.cursor(100)
     cursor.finer()
     cursor.coarser()

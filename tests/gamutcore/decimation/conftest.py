@@ -8,14 +8,14 @@ from gamutcore.corner_table import opposite_corners
 from gamutcore.decimation.costs import finest
 from gamutcore.decimation.edge_queue import fill_queue
 from gamutcore.decimation.record import empty_record
-from gamutcore.decimation.samples import LARGEST_SHARE, no_deviation, take_samples
+from gamutcore.decimation.costs.samples import LARGEST_SHARE, empty_deviation, take_samples
 from gamutcore.decimation.star import (
     keeps_star_shape,
     link_condition_holds,
-    ring_faces,
+    write_edge_link,
     surface_of,
 )
-from gamutcore.decimation.workspace import collapse_edge, workspace
+from gamutcore.decimation.edge_collapse import collapse_edge, workspace
 
 
 @pytest.fixture(scope="session")
@@ -127,13 +127,13 @@ def random_collapses():
                 continue
             one, two = _ends(surface, corner)
             middle = (surface.position[one] + surface.position[two]) / 2
-            work.place[:] = middle * random.uniform(0.95, 1.05)
-            count = ring_faces(surface, one, two, ring)
+            work.point[:] = middle * random.uniform(0.95, 1.05)
+            count = write_edge_link(surface, one, two, ring)
             if not link_condition_holds(surface, one, two, query) or not keeps_star_shape(
-                surface.position, ring, count, *work.place
+                surface.position, ring, count, *work.point
             ):
                 continue
-            work.rounded[:] = work.place
+            work.rounded[:] = work.point
             kept = collapse_edge(cost, surface, delivered, record, work, edge, done)
             done += 1
             yield int(kept)
@@ -198,7 +198,7 @@ def assert_in_their_faces(faces_left, by_hand, samples_in, points_of):
         lists = [samples_in(deviation, int(number)) for number in numbers]
         samples = np.array([sample for face in lists for sample in face])
         owners = np.repeat(np.arange(len(lists)), [len(face) for face in lists])
-        assert len(set(samples.tolist())) == len(samples) == deviation.counts[2]
+        assert len(set(samples.tolist())) == len(samples) == deviation.counts[SAMPLES]
         points, weights = points_of(deviation, samples), deviation.weight[samples]
         inside, shares = by_hand(surface.position, faces, points, weights)
         # a sample on an edge between two faces may be in either
@@ -226,7 +226,7 @@ def deviating(bumpy_mesh, surface_from, random_collapses):
     def make(seed, count=50, collapses=15):
         positions, faces = bumpy_mesh(seed, count)
         surface = surface_from(positions, faces)
-        deviation = no_deviation(len(positions) + len(faces), len(faces))
+        deviation = empty_deviation(len(positions) + len(faces), len(faces))
         take_samples(deviation, surface, 1, True)
         state = finest.state(positions, faces)._replace(deviation=deviation)
         for _ in random_collapses(state, surface, seed, collapses):

@@ -16,7 +16,7 @@ from gamutcore.decimation.candidates import (
     within_reach,
 )
 from gamutcore.decimation.costs import quadric, volume
-from gamutcore.decimation.star import keeps_star_shape, link_condition_holds, ring_faces
+from gamutcore.decimation.star import keeps_star_shape, link_condition_holds, write_edge_link
 
 COORDINATES = st.floats(-100, 100)
 PLACES = st.tuples(COORDINATES, COORDINATES, COORDINATES)
@@ -72,7 +72,7 @@ def edges(surface_from, bumpy_mesh, ends_of):
             one, two = ends_of(surface, corner)
             if link_condition_holds(surface, one, two, query):
                 ring = np.empty((100, 2), np.int32)
-                found.append((corner, one, two, ring, ring_faces(surface, one, two, ring)))
+                found.append((corner, one, two, ring, write_edge_link(surface, one, two, ring)))
         return surface, found
 
     return make

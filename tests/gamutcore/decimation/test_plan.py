@@ -28,8 +28,8 @@ def test_a_state_goes_along_to_all_of_its_faces_as_it_is(cost, bumpy_mesh):
     state.deviation.error[:] = 1.0
     assert plan.deviation(state) == len(faces)
     other = plan.state_on(state, np.arange(len(positions)), np.arange(len(faces)))
-    np.testing.assert_array_equal(other.planes.area_vector, state.planes.area_vector)
-    assert other.planes.sums.shape == state.planes.sums.shape
+    np.testing.assert_array_equal(other.quadrics.area_vector, state.quadrics.area_vector)
+    assert other.quadrics.sums.shape == state.quadrics.sums.shape
     np.testing.assert_array_equal(other.vertices, state.vertices)
     assert other.vertices is not state.vertices
 

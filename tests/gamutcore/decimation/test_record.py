@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.decimation import COSTS, decimated
+from gamutcore.decimation import COSTS, decimate
 from gamutcore.decimation.record import (
     empty_record,
     has_room,
@@ -19,7 +19,7 @@ from gamutcore.decimation.record import (
 def run(request, random_cloud):
     """Return a boundary and its decimation."""
     boundary = modified_convex_hull(random_cloud(20, 150))
-    return boundary.mesh, decimated(boundary.mesh, boundary.centre, request.param)
+    return boundary.mesh, decimate(boundary.mesh, boundary.centre, request.param)
 
 
 def degree(faces, vertex):

@@ -6,7 +6,7 @@ import pytest
 from gamutcore.decimation.costs import finest, volume
 from gamutcore.decimation.record import empty_record, with_room
 from gamutcore.decimation.relaxation import relax
-from gamutcore.decimation.samples import take_samples
+from gamutcore.decimation.costs.samples import take_samples
 
 CENTRE = np.array([50.0, 0.0, 0.0])
 STEP = 2.0**-11

@@ -10,7 +10,7 @@ from gamutcore.decimation import Decimation
 from gamutcore.decimation.costs import quadric, volume
 from gamutcore.decimation.plan import Plan
 from gamutcore.decimation.record import empty_record
-from gamutcore.decimation.stages import Stage, carried_out, compacted, copied, joined
+from gamutcore.decimation.stages import Stage, run_stage, compacted, copied, joined
 from gamutcore.decimation.star import surface_of
 from gamutcore.grid import grid_step, rounded_to_grid
 from gamutcore.history import history_of
@@ -47,11 +47,11 @@ def in_stages(stage, plan, stops):
     size, step = len(stage.delivered), stage.step
     for until in (*(stop for stop in stops if stop < size), 4):
         if passages:
-            stage = compacted(stage, plan)
+            stage = compact_stage(stage, plan)
         room = empty_record(len(stage.delivered)) if passages else record
-        passages.append(carried_out(stage, until, room, done))
+        passages.append(run_stage(stage, until, room, done))
         assert passages[-1].left == until == size - done[0]
-    record, vertex, delivered = joined(record, passages)
+    record, vertex, delivered = join_records(record, passages)
     return Decimation(record, vertex, delivered, np.zeros(3), step, None)
 
 
@@ -75,11 +75,11 @@ def test_a_decimation_in_stages_is_the_one_in_one(first_stage, seed, stops):
 def test_a_compacted_surface_is_what_was_left(first_stage, faces_left, seed):
     stage = first_stage(seed, volume)
     size = len(stage.delivered)
-    carried_out(stage, size // 2, empty_record(size), np.zeros(1, np.int64))
+    run_stage(stage, size // 2, empty_record(size), np.zeros(1, np.int64))
     deficit, error = stage.surface.deficit.copy(), stage.state.deviation.error.sum()
     assert deficit[1] >= abs(deficit[0]) > 0
     numbers, faces = faces_left(stage.surface)
-    small = compacted(stage, volume.PLAN)
+    small = compact_stage(stage, volume.PLAN)
     assert len(small.vertices) == size // 2 == len(small.surface.position)
     np.testing.assert_array_equal(small.faces, numbers)
     np.testing.assert_array_equal(small.vertices[small.surface.vertex.reshape(-1, 3)], faces)
@@ -97,13 +97,13 @@ def test_a_copy_leaves_the_stage_alone(first_stage):
     stage = first_stage(1, volume)
     size = len(stage.delivered)
     before = [array.copy() for array in (*stage.surface, stage.delivered)]
-    other = copied(stage)
-    passage = carried_out(other, size // 2, empty_record(size), np.zeros(1, np.int64))
+    other = copy_stage(stage)
+    passage = run_stage(other, size // 2, empty_record(size), np.zeros(1, np.int64))
     assert passage.left == size // 2
     for array, expected in zip((*stage.surface, stage.delivered), before, strict=True):
         np.testing.assert_array_equal(array, expected)
     # and can be decimated to the same
-    again = carried_out(stage, size // 2, empty_record(size), np.zeros(1, np.int64))
+    again = run_stage(stage, size // 2, empty_record(size), np.zeros(1, np.int64))
     for one, two in zip(passage.record, again.record, strict=True):
         assert one.tobytes() == two.tobytes()
 
@@ -112,7 +112,7 @@ def test_ways_are_disturbed_differently_and_reproducibly(first_stage):
     stage, made = first_stage(4, volume), []
     for way in ((0, 0.0), (1, 0.3), (2, 0.3), (1, 0.3)):
         record = empty_record(len(stage.delivered))
-        passage = carried_out(copied(stage), 20, record, np.zeros(1, np.int64), way=way)
+        passage = run_stage(copy_stage(stage), 20, record, np.zeros(1, np.int64), way=way)
         assert passage.left == 20
         made.append(passage.record.dead.tobytes())
     assert len(set(made)) == 3

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gamutcore.corner_table import opposite_corners
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.decimation.costs import volume
 from gamutcore.decimation.record import empty_record, with_room
 from gamutcore.decimation.star import surface_of
@@ -26,7 +26,7 @@ def large(icosphere):
 @pytest.fixture(scope="module")
 def run(large):
     """Return its decimation."""
-    return decimated(large, CENTRE)
+    return decimate(large, CENTRE)
 
 
 class TestLargeBoundary:
@@ -51,7 +51,7 @@ class TestLargeBoundary:
         assert triangles * mismatch(large, history_of(run).level(triangles)) <= 3.0
 
     def test_reruns_are_bit_identical(self, large, run):
-        again = decimated(large, CENTRE)
+        again = decimate(large, CENTRE)
         for one, other in zip(
             (*run.record, run.vertex, run.positions),
             (*again.record, again.vertex, again.positions),
@@ -71,8 +71,8 @@ def swept(icosphere, workspace_for):
         surface = surface_of(positions, faces, opposite_corners(faces, len(positions)))
         state, record = volume.state(positions, faces), empty_record(len(positions))
         work, ring = workspace_for(surface), np.empty((64, 2), np.int32)
-        for edge in range(len(work.queue.place)):
-            work.queue.place[edge] = -1
+        for edge in range(len(work.queue.heap_index)):
+            work.queue.heap_index[edge] = -1
         work.queue.size[0] = 0
         if room is not None:
             record = record._replace(moved=record.moved[:room])

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.errors import MeshError
 from gamutcore.history import history_of
 from gamutcore.mesh import TriangleMesh
@@ -123,7 +123,7 @@ def copies(fogra39_points):
 
     @functools.cache
     def histories(cost):
-        return [history_of(decimated(each.mesh, each.centre, cost)) for each in boundaries]
+        return [history_of(decimate(each.mesh, each.centre, cost)) for each in boundaries]
 
     def found(cost, triangles):
         return [100 * mismatch(each.full(), each.level(triangles)) for each in histories(cost)]

@@ -7,9 +7,9 @@ from scipy.spatial import cKDTree
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.decimation.costs import finest
-from gamutcore.decimation.samples import LARGEST_SHARE
+from gamutcore.decimation.costs.samples import LARGEST_SHARE
 from gamutcore.history import history_bytes, history_of
 from gamutcore.metric import mismatch
 
@@ -37,7 +37,7 @@ def histories(boundaries):
     """Return the history of each boundary, by `finest` and by `volume`."""
     return [
         [
-            history_of(decimated(boundary.mesh, boundary.centre, cost))
+            history_of(decimate(boundary.mesh, boundary.centre, cost))
             for cost in ("finest", "volume")
         ]
         for boundary in boundaries
@@ -74,7 +74,7 @@ def test_about_a_centre_near_the_surface_no_level_is_blown_up(fogra39, centre):
     points = surface_colours(characterisation(fogra39), surface_samples=20_000).points
     boundary = modified_convex_hull(points, 0.2, centre)
     closer, default = (
-        history_of(decimated(boundary.mesh, boundary.centre, cost)) for cost in ("finest", "volume")
+        history_of(decimate(boundary.mesh, boundary.centre, cost)) for cost in ("finest", "volume")
     )
     for triangles in (4, 6, 10, 20, *COMPARED):
         level = closer.level(triangles)
@@ -86,7 +86,7 @@ def test_about_a_centre_near_the_surface_no_level_is_blown_up(fogra39, centre):
 def test_vertices_move_in_a_tenth_of_all_levels(icosphere, divisions, first):
     """Spheres of 162, 2562, 10,242 and 40,962 vertices: how many are left when the first moves."""
     mesh = icosphere(divisions)
-    record = decimated(mesh, (0, 0, 0), "finest").record
+    record = decimate(mesh, (0, 0, 0), "finest").record
     shifts = np.diff(record.shifted_end, prepend=0)
     left = len(mesh.vertices) - 1 - np.arange(len(shifts))
     assert (shifts[left > first] == 0).all()
@@ -100,7 +100,7 @@ def test_a_history_takes_110_bits_a_vertex(fogra39, colours):
     points = surface_colours(characterisation(fogra39), surface_samples=colours).points
     boundary = modified_convex_hull(points)
     assert boundary.mesh.triangles > 1.3 * colours
-    history = history_of(decimated(boundary.mesh, boundary.centre, "finest"))
+    history = history_of(decimate(boundary.mesh, boundary.centre, "finest"))
     assert (np.diff(history.splits.shifted_end, prepend=0) > 0).mean() > 0.05
     assert 8 * len(history_bytes(history)) <= 110 * history.vertices
 
@@ -123,9 +123,9 @@ def test_faces_that_are_few_have_several_samples_each(
     mesh = icosphere(divisions)
     positions = mesh.vertices.astype(np.float64)
     state, surface = finest.state(positions, mesh.faces), surface_from(positions, mesh.faces)
-    assert state.deviation.counts[2] == 0
+    assert state.deviation.counts[SAMPLES] == 0
     assert compiled.reach(state, surface, len(positions)) is False
-    used = int(state.deviation.counts[2])
+    used = int(state.deviation.counts[SAMPLES])
     assert min(len(samples_in(state.deviation, face)) for face in range(mesh.triangles)) > 3
     wanted = min(finest.SAMPLES, finest.SAMPLES_OF_FACE * mesh.triangles)
     assert used == pytest.approx(wanted, rel=0.25)
@@ -138,7 +138,7 @@ def test_of_many_faces_each_has_one_sample(icosphere, surface_from, compiled, po
     positions = mesh.vertices.astype(np.float64)
     state, surface = finest.state(positions, mesh.faces), surface_from(positions, mesh.faces)
     assert compiled.reach(state, surface, len(positions)) is False
-    assert state.deviation.counts[2] == mesh.triangles < finest.MOST_SAMPLES
+    assert state.deviation.counts[SAMPLES] == mesh.triangles < finest.MOST_SAMPLES
     # in no faces yet, for nothing depends on it
     assert (state.deviation.end == 0).all()
     found = cKDTree(points_of(state.deviation, slice(mesh.triangles)))
@@ -153,7 +153,7 @@ def test_very_many_faces_share_samples(icosphere, surface_from, compiled):
     positions = mesh.vertices.astype(np.float64)
     state, surface = finest.state(positions, mesh.faces), surface_from(positions, mesh.faces)
     assert compiled.reach(state, surface, len(positions)) is False
-    used = int(state.deviation.counts[2])
+    used = int(state.deviation.counts[SAMPLES])
     assert used == pytest.approx(finest.MOST_SAMPLES / 2, rel=1e-4)
     whole = np.linalg.det(positions[mesh.faces]).sum()
     assert state.deviation.weight[:used].sum() == pytest.approx(whole, rel=1e-4)

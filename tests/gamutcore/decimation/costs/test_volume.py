@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.decimation.costs import volume
-from gamutcore.decimation.deviation import ask_for_edge, change_at
-from gamutcore.decimation.memoryless import constrained_optimum, error_of_place, memoryless
-from gamutcore.decimation.star import keeps_star_shape, link_condition_holds, ring_faces
+from gamutcore.decimation.costs.deviation import query_edge, change_at
+from gamutcore.decimation.costs.memoryless_quadrics import constrained_optimum, constrained_error, memoryless
+from gamutcore.decimation.star import keeps_star_shape, link_condition_holds, write_edge_link
 from gamutcore.history import history_of
 from gamutcore.metric import mismatch
 
@@ -36,7 +36,7 @@ def large_boundary():
 @pytest.mark.parametrize("seed", [0, 1])
 def test_every_level_has_the_volume_of_the_boundary(large_boundary, seed):
     boundary = large_boundary(seed)
-    history = history_of(decimated(boundary.mesh, boundary.centre, "volume"))
+    history = history_of(decimate(boundary.mesh, boundary.centre, "volume"))
     for level in history.levels():
         assert level.volume == pytest.approx(boundary.mesh.volume, rel=1e-5)
     assert level.triangles == boundary.mesh.triangles
@@ -46,7 +46,7 @@ def test_every_level_has_the_volume_of_the_boundary(large_boundary, seed):
 @given(seed=st.integers(0, 10**6), count=st.integers(8, 300))
 def test_every_level_of_a_small_boundary_too(random_cloud, seed, count):
     boundary = modified_convex_hull(random_cloud(seed, count))
-    history = history_of(decimated(boundary.mesh, boundary.centre, "volume"))
+    history = history_of(decimate(boundary.mesh, boundary.centre, "volume"))
     for level in history.levels():
         assert level.volume == pytest.approx(boundary.mesh.volume, rel=1e-5)
 
@@ -59,7 +59,7 @@ def test_small_spheres_are_as_close_as_large_ones(icosphere, subdivisions):
     accumulated quadrics do.
     """
     mesh = icosphere(subdivisions)
-    history = history_of(decimated(mesh, (0, 0, 0)))
+    history = history_of(decimate(mesh, (0, 0, 0)))
     triangles = mesh.triangles // 6 * 2
     assert triangles * mismatch(mesh, history.level(triangles)) <= 5.13
     assert 40 * mismatch(mesh, history.level(40)) <= 3.07
@@ -74,14 +74,14 @@ def test_above_the_tracked_levels_the_errors_are_those_of_the_planes(
     planes = memoryless(positions, faces)
     assert compiled.reach(state, surface, len(positions)) is False
     assert compiled.reach(state, surface, volume.TRACKED_VERTICES + 1) is False
-    assert state.deviation.counts[2] == 0
+    assert state.deviation.counts[SAMPLES] == 0
     for corner in surface.corner_facing[::50].tolist():
         here, there = np.empty(3), np.empty(3)
         expected = constrained_optimum(planes, surface, corner, there)
         assert compiled.optimum(state, surface, corner, here) == pytest.approx(expected, rel=1e-12)
         np.testing.assert_allclose(here, there, rtol=1e-12)
         there *= 1.01
-        expected = error_of_place(planes, surface, corner, there)
+        expected = constrained_error(planes, surface, corner, there)
         assert compiled.error(state, surface, corner, there) == pytest.approx(expected, rel=1e-12)
     # all errors change where the tracked levels begin, once
     left, begun = len(positions), []
@@ -120,7 +120,7 @@ def valid_edges(surface, positions_near=0.0):
         start = 3 * (corner // 3)
         one, two = (int(surface.vertex[start + (corner + step) % 3]) for step in (1, 2))
         place = (surface.position[one] + surface.position[two]) / 2 * (1 + positions_near)
-        count = ring_faces(surface, one, two, ring)
+        count = write_edge_link(surface, one, two, ring)
         if link_condition_holds(surface, one, two, 10**6 + query) and keeps_star_shape(
             surface.position, ring, count, *place
         ):
@@ -135,7 +135,7 @@ def test_the_error_is_the_change_of_the_samples_mismatch(
     _, faces = faces_left(surface)
     # samples may have been thinned: those in use are those in the faces
     used = all_samples(state.deviation)
-    assert len(used) == state.deviation.counts[2]
+    assert len(used) == state.deviation.counts[SAMPLES]
     points, weights = points_of(state.deviation, used), state.deviation.weight[used]
     before = by_hand(surface.position, faces, points, weights)[1].sum()
     compared = 0
@@ -171,8 +171,8 @@ def test_the_optimum_says_its_own_error_and_preserves_the_volume(
         positions[one] = positions[two] = place
         assert np.linalg.det(positions[faces]).sum() == pytest.approx(wanted, rel=1e-9)
         # moved to where the mismatch is lower, or not at all
-        constrained_optimum(state.planes, surface, corner, unrefined)
-        assert ask_for_edge(state.deviation, surface, corner)
+        constrained_optimum(state.quadrics, surface, corner, unrefined)
+        assert query_edge(state.deviation, surface, corner)
         at_first = change_at(state.deviation, surface, unrefined)
         # but for what makes shorter edges come first
         assert value <= at_first + 1e-8 * abs(at_first)
@@ -185,15 +185,15 @@ def test_samples_are_thinned_as_levels_become_coarser(icosphere, surface_from, c
     positions = mesh.vertices.astype(np.float64)
     state, surface = volume.state(positions, mesh.faces), surface_from(positions, mesh.faces)
     assert compiled.reach(state, surface, len(positions)) is True
-    used = int(state.deviation.counts[2])
+    used = int(state.deviation.counts[SAMPLES])
     assert used == pytest.approx(volume.SAMPLES, rel=0.5)
     assert compiled.reach(state, surface, len(positions)) is False
     few = (used - 1) // (4 * volume.SAMPLES_PER_FACE)
     assert compiled.reach(state, surface, few) is True
-    assert state.deviation.counts[2] == 2 * volume.SAMPLES_PER_FACE * few
+    assert state.deviation.counts[SAMPLES] == 2 * volume.SAMPLES_PER_FACE * few
     while compiled.reach(state, surface, volume.THINNED_DOWN_TO):
         pass
-    left = int(state.deviation.counts[2])
+    left = int(state.deviation.counts[SAMPLES])
     assert left == 2 * volume.SAMPLES_PER_FACE * volume.THINNED_DOWN_TO
     assert compiled.reach(state, surface, 4) is False
-    assert state.deviation.counts[2] == left
+    assert state.deviation.counts[SAMPLES] == left

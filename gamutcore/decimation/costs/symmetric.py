@@ -1,4 +1,4 @@
-"""Inverses of symmetric 3 × 3 matrices: every place that a cost proposes is the minimum of one."""
+"""Inverses of symmetric 3 × 3 matrices. All costs propose the minimum of a quadratic form."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["adjugate"]
 def adjugate(
     a00: float, a01: float, a02: float, a11: float, a12: float, a22: float
 ) -> tuple[float, float, float, float, float, float, float]:
-    """Cofactors of a symmetric matrix and its determinant: the inverse is the one ÷ the other.
+    """Adjugate and determinant of a symmetric matrix. The inverse is their quotient.
 
     Parameters
     ----------

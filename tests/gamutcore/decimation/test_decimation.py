@@ -9,7 +9,7 @@ from hypothesis import example, given, reject, settings
 from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.decimation import COSTS, decimated
+from gamutcore.decimation import COSTS, decimate
 from gamutcore.errors import FlatPointsError, GamutError, MeshError, OptionError
 from gamutcore.history import history_of
 from gamutcore.mesh import TriangleMesh
@@ -105,7 +105,7 @@ class TestEveryLevel:
     ):
         """And of the same volume, to what the grid resolves of a flat body: see the next test."""
         boundary = modified_convex_hull(cloud(kind, seed, count) * scale, gamma)
-        history = history_of(decimated(boundary.mesh, boundary.centre, cost))
+        history = history_of(decimate(boundary.mesh, boundary.centre, cost))
         volume = boundary.mesh.volume
         counts = []
         for level in history.levels():
@@ -134,7 +134,7 @@ class TestEveryLevel:
             boundary = modified_convex_hull(points, 0.2, middle + part * (points[0] - middle))
         except GamutError:
             reject()  # it is outside
-        history = history_of(decimated(boundary.mesh, boundary.centre, cost))
+        history = history_of(decimate(boundary.mesh, boundary.centre, cost))
         counts = []
         for level in history.levels():
             counts.append(level.triangles)
@@ -155,7 +155,7 @@ class TestEveryLevel:
         mesh = rugged(np.random.default_rng(seed), count, radii)
         centre = np.zeros(3)
         try:
-            history = history_of(decimated(mesh, centre, cost))
+            history = history_of(decimate(mesh, centre, cost))
         except MeshError:
             reject()  # on the grid it is not star-shaped any more
         counts = []
@@ -188,7 +188,7 @@ class TestEveryLevel:
             boundary = modified_convex_hull(points)
         except FlatPointsError:
             reject()  # the grid is so coarse there that nothing is left of a flat body
-        history = history_of(decimated(boundary.mesh, boundary.centre, cost))
+        history = history_of(decimate(boundary.mesh, boundary.centre, cost))
         rounding = np.sqrt(3) / 2 * history.step
         for level in history.levels():
             assert_every_invariant(level, boundary.centre, level.triangles)
@@ -212,7 +212,7 @@ class TestEveryLevel:
             boundary = modified_convex_hull(points)
         except FlatPointsError:
             reject()
-        decimation = decimated(boundary.mesh, boundary.centre)
+        decimation = decimate(boundary.mesh, boundary.centre)
         history = history_of(decimation)
         whole = history.full().volume
         worst = max(abs(level.volume - whole) for level in history.levels())
@@ -221,12 +221,12 @@ class TestEveryLevel:
     @pytest.mark.parametrize("cost", ["quadric", "finest"])
     def test_no_volume_is_promised_where_none_is_preserved(self, cost):
         boundary = modified_convex_hull(directions(np.random.default_rng(0), 50))
-        assert decimated(boundary.mesh, boundary.centre, cost).volume_error is None
+        assert decimate(boundary.mesh, boundary.centre, cost).volume_error is None
 
     @pytest.mark.parametrize("cost", COSTS)
     def test_of_a_sphere_of_20480_triangles(self, assert_every_invariant, icosphere, cost):
         mesh = icosphere(5, 40.0, (50.0, 0.0, 0.0))
-        history = history_of(decimated(mesh, (50, 0, 0), cost))
+        history = history_of(decimate(mesh, (50, 0, 0), cost))
         for triangles in [*range(4, 400, 2), 1000, 5000, 10_000, mesh.triangles]:
             level = history.level(triangles)
             assert_every_invariant(level, (50, 0, 0), triangles)
@@ -236,7 +236,7 @@ class TestEveryLevel:
     @pytest.mark.parametrize("cost", COSTS)
     def test_of_a_random_sphere(self, assert_every_invariant, cost):
         boundary = modified_convex_hull(directions(np.random.default_rng(0), 1000), 1.0, (0, 0, 0))
-        history = history_of(decimated(boundary.mesh, boundary.centre, cost))
+        history = history_of(decimate(boundary.mesh, boundary.centre, cost))
         for level in history.levels():
             assert_every_invariant(level, boundary.centre, level.triangles)
 
@@ -244,7 +244,7 @@ class TestEveryLevel:
     def test_the_full_level_is_the_boundary(self, random_cloud, cost):
         """The same faces over the same vertices: only their numbers are in another order."""
         boundary = modified_convex_hull(random_cloud(2))
-        full = history_of(decimated(boundary.mesh, boundary.centre, cost)).full()
+        full = history_of(decimate(boundary.mesh, boundary.centre, cost)).full()
 
         def triangles(mesh):
             corners = mesh.vertices[mesh.faces].tolist()
@@ -255,7 +255,7 @@ class TestEveryLevel:
     @pytest.mark.parametrize("cost", COSTS)
     def test_a_tetrahedron_has_nothing_to_collapse(self, cost):
         boundary = modified_convex_hull(np.vstack([np.zeros(3), np.eye(3)]))
-        decimation = decimated(boundary.mesh, boundary.centre, cost)
+        decimation = decimate(boundary.mesh, boundary.centre, cost)
         assert len(decimation.record.kept) == 0
         assert history_of(decimation).triangles == 4
 
@@ -275,7 +275,7 @@ class TestSphereAgainstTheory:
         mesh = icosphere(5)
 
         def product(cost):
-            level = history_of(decimated(mesh, (0, 0, 0), cost)).level(1000)
+            level = history_of(decimate(mesh, (0, 0, 0), cost)).level(1000)
             return 1000 * mismatch(mesh, level)
 
         return product
@@ -298,7 +298,7 @@ class TestDeterminism:
     @pytest.mark.parametrize("kind", [bumpy, lattice, sphere])
     def test_reruns_are_bit_identical(self, cost, kind):
         boundary = modified_convex_hull(cloud(kind, 5, 400))
-        first, second = (decimated(boundary.mesh, boundary.centre, cost) for _ in range(2))
+        first, second = (decimate(boundary.mesh, boundary.centre, cost) for _ in range(2))
         for one, other in zip(
             (*first.record, first.vertex, first.positions),
             (*second.record, second.vertex, second.positions),
@@ -309,15 +309,15 @@ class TestDeterminism:
     @pytest.mark.parametrize("cost", COSTS)
     def test_the_mesh_is_left_as_it_was(self, icosphere, cost):
         mesh, before = icosphere(2), icosphere(2)
-        decimated(mesh, (0, 0, 0), cost)
+        decimate(mesh, (0, 0, 0), cost)
         assert mesh == before
 
     def test_integer_types_make_no_difference(self, icosphere):
         mesh = icosphere(2)
         wide = TriangleMesh(mesh.vertices.astype(np.float64), mesh.faces.astype(np.int64))
         assert (
-            history_of(decimated(wide, (0, 0, 0))).level(50)
-            == history_of(decimated(mesh, (0, 0, 0))).level(50)
+            history_of(decimate(wide, (0, 0, 0))).level(50)
+            == history_of(decimate(mesh, (0, 0, 0))).level(50)
         )  # fmt: skip
 
 
@@ -334,7 +334,7 @@ class TestStructure:
         points = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
         points = points[(np.abs(points) == 1.0).any(axis=1)]
         boundary = modified_convex_hull(points * (40.0, 60.0, 50.0))
-        history = history_of(decimated(boundary.mesh, boundary.centre, cost))
+        history = history_of(decimate(boundary.mesh, boundary.centre, cost))
         triangles = history.triangles
         while triangles >= 12:
             level = history.level(triangles)
@@ -351,7 +351,7 @@ class TestStructure:
         rim = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)
         boundary = modified_convex_hull(np.vstack([rim, [[0, 0, 1], [0, 0, -1]]]), 1.0)
         assert highest_degree(boundary.mesh) == 1000
-        history = history_of(decimated(boundary.mesh, boundary.centre, cost))
+        history = history_of(decimate(boundary.mesh, boundary.centre, cost))
         for triangles in range(4, history.triangles + 1, 26):
             assert_every_invariant(history.level(triangles), boundary.centre, triangles)
         # the end of lower degree dies: three corners or so move in a collapse, not a thousand
@@ -369,25 +369,25 @@ class TestRefusals:
     def test_of_an_open_mesh(self, icosphere, cost):
         mesh = icosphere(1)
         with pytest.raises(MeshError, match="not closed") as caught:
-            decimated(TriangleMesh(mesh.vertices, faces_of(mesh, without=[7])), (0, 0, 0), cost)
+            decimate(TriangleMesh(mesh.vertices, faces_of(mesh, without=[7])), (0, 0, 0), cost)
         assert "face" in caught.value.where
 
     def test_of_a_flipped_face(self, icosphere):
         mesh = icosphere(1)
         with pytest.raises(MeshError, match="consistently oriented"):
-            decimated(TriangleMesh(mesh.vertices, faces_of(mesh, flipped=[3])), (0, 0, 0))
+            decimate(TriangleMesh(mesh.vertices, faces_of(mesh, flipped=[3])), (0, 0, 0))
 
     def test_of_a_mesh_turned_inside_out(self, icosphere):
         mesh = icosphere(1)
         with pytest.raises(MeshError, match="star-shaped"):
-            decimated(TriangleMesh(mesh.vertices, mesh.faces[:, ::-1]), (0, 0, 0))
+            decimate(TriangleMesh(mesh.vertices, mesh.faces[:, ::-1]), (0, 0, 0))
 
     def test_of_a_torus(self):
         torus = trimesh.creation.torus(2.0, 0.5, major_sections=12, minor_sections=8)
         mesh = TriangleMesh(np.asarray(torus.vertices, np.float32), np.asarray(torus.faces))
         assert mesh.validity().closed
         with pytest.raises(MeshError, match="genus 0"):
-            decimated(mesh, (0, 0, 0))
+            decimate(mesh, (0, 0, 0))
 
     def test_of_two_pieces(self, icosphere):
         one = icosphere(1)
@@ -396,7 +396,7 @@ class TestRefusals:
             np.vstack([one.faces, one.faces + len(one.vertices)]),
         )
         with pytest.raises(MeshError, match="genus 0") as caught:
-            decimated(both, (0, 0, 0))
+            decimate(both, (0, 0, 0))
         assert "one closed piece" in caught.value.remedy
 
     def test_of_two_pieces_whose_face_count_a_handle_makes_right(self, icosphere):
@@ -409,18 +409,18 @@ class TestRefusals:
         )
         assert mesh.triangles == 2 * len(mesh.vertices) - 4
         with pytest.raises(MeshError):
-            decimated(mesh, (0, 0, 0))
+            decimate(mesh, (0, 0, 0))
 
     def test_of_unused_vertices(self, icosphere):
         mesh = icosphere(1)
         with pytest.raises(MeshError, match="genus 0") as caught:
-            decimated(TriangleMesh(np.vstack([mesh.vertices, [[0, 0, 9]]]), mesh.faces), (0, 0, 0))
+            decimate(TriangleMesh(np.vstack([mesh.vertices, [[0, 0, 9]]]), mesh.faces), (0, 0, 0))
         assert "unused vertices" in caught.value.remedy
 
     @pytest.mark.parametrize("centre", [(2.0, 0.0, 0.0), (0.0, 0.0, 1.0)])
     def test_of_a_centre_that_a_face_does_not_see(self, icosphere, centre):
         with pytest.raises(MeshError, match="star-shaped") as caught:
-            decimated(icosphere(1), centre)
+            decimate(icosphere(1), centre)
         face = caught.value.where["face"]
         assert icosphere(1).determinants(centre)[face] <= 1e-6
 
@@ -428,29 +428,29 @@ class TestRefusals:
         # a side through the centre: its determinant is zero
         mesh = modified_convex_hull(np.vstack([np.zeros(3), np.eye(3)])).mesh
         with pytest.raises(MeshError, match="star-shaped"):
-            decimated(mesh, (0.25, 0.25, 0.0))
+            decimate(mesh, (0.25, 0.25, 0.0))
 
     @pytest.mark.parametrize("value", [np.nan, np.inf])
     def test_of_numbers_that_are_not_finite(self, icosphere, value):
         mesh = icosphere(1)
         mesh.vertices[5, 1] = value
         with pytest.raises(MeshError, match="finite"):
-            decimated(mesh, (0, 0, 0))
+            decimate(mesh, (0, 0, 0))
         with pytest.raises(MeshError, match="finite"):
-            decimated(icosphere(1), (0, value, 0))
+            decimate(icosphere(1), (0, value, 0))
 
     def test_of_nothing(self):
         with pytest.raises(MeshError):
-            decimated(TriangleMesh(np.empty((0, 3)), np.empty((0, 3), int)), (0, 0, 0))
+            decimate(TriangleMesh(np.empty((0, 3)), np.empty((0, 3), int)), (0, 0, 0))
 
     def test_of_a_face_that_is_there_twice(self):
         faces = np.array([[0, 1, 2], [0, 2, 1]])
         with pytest.raises(MeshError):
-            decimated(TriangleMesh(np.eye(3), faces), (0, 0, 0))
+            decimate(TriangleMesh(np.eye(3), faces), (0, 0, 0))
 
     @pytest.mark.parametrize("cost", ["area", "", "interface", "__init__", "../quadric"])
     def test_of_a_cost_that_is_not_there(self, icosphere, cost):
         with pytest.raises(OptionError, match=re.escape(repr(cost))) as caught:
-            decimated(icosphere(1), (0, 0, 0), cost)
+            decimate(icosphere(1), (0, 0, 0), cost)
         assert caught.value.where == {"field": "cost"}
         assert "volume" in caught.value.remedy

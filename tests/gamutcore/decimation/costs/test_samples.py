@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gamutcore.decimation.samples import (
-    deviation_on,
-    no_deviation,
-    room_for_samples,
+from gamutcore.decimation.costs.samples import (
+    deviation_on_faces,
+    empty_deviation,
+    sample_capacity,
     take_samples,
 )
 
@@ -24,8 +24,8 @@ def test_no_sample_stands_for_much_more_than_the_share_that_is_wanted(
 ):
     """Each face has at least one, those of more than a share so many as to be near it."""
     positions, faces = bumpy_mesh(seed)
-    room = room_for_samples(wanted, len(faces))
-    deviation = no_deviation(room, len(faces))
+    room = sample_capacity(wanted, len(faces))
+    deviation = empty_deviation(room, len(faces))
     take_samples(deviation, surface_from(positions, faces), wanted, True)
     volumes = six_volumes(positions, faces)
     share = volumes.sum() / wanted
@@ -38,16 +38,16 @@ def test_no_sample_stands_for_much_more_than_the_share_that_is_wanted(
         assert weights[0] <= 1.5**2 * share * (1 + 1e-12)
         if volume > 1.5**2 * share:
             assert weights[0] > share / 1.5**2
-    assert deviation.counts[2] <= room
+    assert deviation.counts[SAMPLES] <= room
 
 
 def test_sums_over_samples_are_integrals_of_what_is_linear(bumpy_mesh, surface_from, points_of):
     """Over the solid, of functions that grow with the radius, at any level: as by Gauss' rule."""
     positions, faces = bumpy_mesh(5)
     surface = surface_from(positions, faces)
-    deviation = no_deviation(len(faces) + 1, len(faces))
+    deviation = empty_deviation(len(faces) + 1, len(faces))
     take_samples(deviation, surface, 1, True)
-    assert deviation.counts[2] == len(faces)
+    assert deviation.counts[SAMPLES] == len(faces)
     points = points_of(deviation, slice(len(faces)))
     volumes = six_volumes(positions, faces)
     for form in ([1, 0, 0], [0, 1, 1], [1, -2, 3]):
@@ -63,13 +63,13 @@ def test_where_there_is_no_room_for_all_half_as_many_stand_for_equal_shares(
 ):
     positions, faces = bumpy_mesh(seed)
     surface = surface_from(positions, faces)
-    whole = no_deviation(room_for_samples(2000, len(faces)), len(faces))
+    whole = empty_deviation(sample_capacity(2000, len(faces)), len(faces))
     take_samples(whole, surface, 2000, True)
-    all_of_them = int(whole.counts[2])
+    all_of_them = int(whole.counts[SAMPLES])
     room = int(part * all_of_them)
-    chosen = no_deviation(room, len(faces))
+    chosen = empty_deviation(room, len(faces))
     take_samples(chosen, surface, 2000, True)
-    count = int(chosen.counts[2])
+    count = int(chosen.counts[SAMPLES])
     assert count <= room // 2
     share = six_volumes(positions, faces).sum() / (room // 2)
     marks = chosen.weight[:count] / share
@@ -87,7 +87,7 @@ def test_where_there_is_no_room_for_all_half_as_many_stand_for_equal_shares(
 
 def test_samples_go_along_to_a_surface_of_fewer_faces(bumpy_mesh, surface_from, samples_in):
     positions, faces = bumpy_mesh(8)
-    deviation = no_deviation(room_for_samples(500, len(faces)), len(faces))
+    deviation = empty_deviation(sample_capacity(500, len(faces)), len(faces))
     take_samples(deviation, surface_from(positions, faces), 500, True)
     deviation.error[:] = np.arange(len(faces))
     # those of the others have been handed on
@@ -95,24 +95,24 @@ def test_samples_go_along_to_a_surface_of_fewer_faces(bumpy_mesh, surface_from, 
     gone = np.setdiff1d(np.arange(len(faces)), left)
     kept = [deviation.x[samples_in(deviation, int(face))] for face in left]
     deviation.begin[gone] = deviation.end[gone] = 0
-    deviation.counts[2] = sum(len(values) for values in kept)
-    other = deviation_on(deviation, left)
+    deviation.counts[SAMPLES] = sum(len(values) for values in kept)
+    other = deviation_on_faces(deviation, left)
     np.testing.assert_array_equal(other.error, left)
-    assert other.counts[2] == other.counts[3] == other.end[-1] == deviation.counts[2]
+    assert other.counts[SAMPLES] == other.counts[3] == other.end[-1] == deviation.counts[SAMPLES]
     for face, values in enumerate(kept):
         np.testing.assert_array_equal(other.x[samples_in(other, face)], values)
 
 
 def test_samples_in_no_faces_go_along_as_they_are(bumpy_mesh, surface_from):
     positions, faces = bumpy_mesh(8)
-    deviation = no_deviation(room_for_samples(500, len(faces)), len(faces))
-    assert deviation_on(deviation, np.arange(7)).x.size == deviation.x.size
+    deviation = empty_deviation(sample_capacity(500, len(faces)), len(faces))
+    assert deviation_on_faces(deviation, np.arange(7)).x.size == deviation.x.size
     take_samples(deviation, surface_from(positions, faces), 500, False)
-    count = int(deviation.counts[2])
+    count = int(deviation.counts[SAMPLES])
     assert count > 400
     assert (deviation.end == 0).all()
-    other = deviation_on(deviation, np.arange(7, dtype=np.int32))
-    assert other.counts[2] == count
+    other = deviation_on_faces(deviation, np.arange(7, dtype=np.int32))
+    assert other.counts[SAMPLES] == count
     assert other.counts[3] == 0
     for name in ("x", "y", "z", "weight"):
         one, two = getattr(other, name), getattr(deviation, name)

@@ -7,7 +7,7 @@ import pytest
 
 from gamutcore.decimation import COSTS
 from gamutcore.decimation.costs import cost_module, interface
-from gamutcore.decimation.star import keeps_star_shape, ring_faces
+from gamutcore.decimation.star import keeps_star_shape, write_edge_link
 from gamutcore.kernels import leaf_kernel
 
 
@@ -53,7 +53,7 @@ def test_either_corner_that_faces_an_edge_will_do(cost, compiled, ends_of):
     ring, compared = np.empty((200, 2), np.int32), 0
     for corner in edges(surface):
         twin = int(surface.opposite[corner])
-        count = ring_faces(surface, *ends_of(surface, corner), ring)
+        count = write_edge_link(surface, *ends_of(surface, corner), ring)
         middle = surface.position[list(ends_of(surface, corner))].mean(axis=0)
         if keeps_star_shape(surface.position, ring, count, *middle):
             assert compiled.error(state, surface, corner, middle) == pytest.approx(

@@ -1,4 +1,4 @@
-"""From a full boundary to the record of its decimation: checks the mesh and runs the kernel."""
+"""Decimation of a full boundary: checks of the mesh, scaling to the grid, and the record."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gamutcore.corner_table import opposite_corners
-from gamutcore.decimation.costs import cost_module
-from gamutcore.decimation.record import Record, empty_record
-from gamutcore.decimation.stages import Stage, joined
-from gamutcore.decimation.star import surface_of
-from gamutcore.decimation.watching import watched
-from gamutcore.decimation.ways import course_of, way_down
+from gamutcore.decimation.candidates import Grid
+from gamutcore.decimation.costs import cost_named
+from gamutcore.decimation.costs.dispatch import cost_state
+from gamutcore.decimation.progress import report_progress
+from gamutcore.decimation.record import Record
+from gamutcore.decimation.stages import Stage, join_records
+from gamutcore.decimation.star import DEFICIT_LARGEST, surface_of
+from gamutcore.decimation.trials import progress_of, run_schedule
 from gamutcore.errors import DecimationError, MeshError
 from gamutcore.grid import mesh_grid_step, rounded_to_grid
 from gamutcore.star_shape import faces_not_seeing_centre
@@ -25,31 +27,31 @@ if TYPE_CHECKING:
     from gamutcore.arrays import Float32Array, FloatArray, IndexArray
     from gamutcore.mesh import TriangleMesh
 
-__all__ = ["Decimation", "decimated"]
+__all__ = ["Decimation", "decimate"]
 
 UNIT_STEPS = 18
-"""Binary logarithm of the grid's steps in the unit that decimation computes in: about the thickness
-of the mesh, by how the grid is chosen."""
+"""Binary logarithm of the number of grid steps in the internal unit of length. By the choice of the
+grid the unit is about the thickness of the mesh."""
 
 
 class Decimation(NamedTuple):
-    """A boundary's way down to four triangles.
+    """A boundary's decimation to four triangles.
 
     Attributes
     ----------
     record : Record
-        Every collapse, in the order in which it happened.
+        Every collapse, in order.
     vertex : (3 F,) int32
         Vertices at the corners of the boundary's faces after the last collapse.
     positions : (V, 3) float32
         Positions after the last collapse.
     centre : (3,) float64
-        What every level is star-shaped about.
+        The centre that every level is star-shaped about.
     step : float
-        Of the grid that the positions of all levels lie on.
+        Step of the grid that the positions of all levels lie on.
     volume_error : float or None
-        How much the volume of any level differs from the full boundary's at most; None if the cost
-        does not preserve it.
+        Largest difference of the volume of a level from the volume of the full boundary; None if
+        the cost does not preserve the volume.
     """
 
     record: Record
@@ -60,85 +62,88 @@ class Decimation(NamedTuple):
     volume_error: float | None
 
 
-def decimated(
+def decimate(
     mesh: TriangleMesh,
     centre: ArrayLike,
     cost: str = "volume",
     *,
     progress: Callable[[float], None] | None = None,
 ) -> Decimation:
-    """Decimate a boundary to four triangles and return the record of it.
+    """Decimate a boundary to four triangles and return the record of all collapses.
 
     Parameters
     ----------
     mesh : TriangleMesh
-        A closed, oriented mesh of genus 0, star-shaped about the centre when its positions
-        are rounded to the grid of `gamutcore.grid`.
+        A closed, oriented mesh of genus 0. With its positions rounded to the grid of
+        `gamutcore.grid`, it is star-shaped about the centre.
     centre : (3,) array_like
     cost : str, optional
-        What makes a collapse cheap; one of `gamutcore.decimation.costs.COSTS`.
+        The error of a collapse; one of `gamutcore.decimation.COSTS`.
     progress : callable, optional
-        Called with the part of the work that has been done, about, ten times a second, from another
-        thread.
+        Called with the approximate fraction of the work that is done, ten times a second, from
+        another thread.
 
     Returns
     -------
     Decimation
-        Every level on the way is a closed, oriented mesh of genus 0, star-shaped about the centre.
+        Every level is a closed, oriented mesh of genus 0, star-shaped about the centre.
 
     Raises
     ------
     OptionError
         If there is no such cost.
     MeshError
-        If the mesh is not closed, oriented, of genus 0 and star-shaped; says which.
+        If the mesh is not closed, oriented, of genus 0 and star-shaped. The message says which.
     DecimationError
         If no edge can be collapsed validly although more than four triangles are left.
+
+    Examples
+    --------
+    >>> from gamutcore.boundary import modified_convex_hull
+    >>> boundary = modified_convex_hull(np.random.default_rng(0).normal(size=(50, 3)))
+    >>> decimation = decimate(boundary.mesh, boundary.centre)
+    >>> len(decimation.record.kept) == len(boundary.mesh.vertices) - 4
+    True
     """
-    module = cost_module(cost)
-    middle = np.asarray(centre, np.float64)
-    _check_numbers(mesh, middle)
+    chosen = cost_named(cost)
+    origin = np.asarray(centre, np.float64)
+    _check_numbers(mesh, origin)
     step = mesh_grid_step(mesh.vertices)
     # a unit near the size of the mesh: products of nine coordinates must not vanish or overflow
     unit = step * 2.0**UNIT_STEPS
-    delivered = np.ascontiguousarray(rounded_to_grid(mesh.vertices, step) / unit, np.float32)
-    origin = middle / unit
-    positions = delivered.astype(np.float64) - origin
+    on_grid = np.ascontiguousarray(rounded_to_grid(mesh.vertices, step) / unit, np.float32)
+    positions = on_grid.astype(np.float64) - origin / unit
     faces = np.ascontiguousarray(mesh.faces, np.int32)
     opposite = opposite_corners(faces, len(positions))
     _check(mesh, faces, opposite, positions)
-    steps = len(positions) - 4
-    record, course = empty_record(len(positions)), course_of(module.PLAN, len(positions))
-    with watched(course.done, progress):
-        # no name for the stage: its state is let go of when it is not needed any more
-        passages = way_down(
+    work = progress_of(chosen, len(positions))
+    with report_progress(work.fraction, progress):
+        # the stage has no name here, so that its state can be freed before the last level
+        results = run_schedule(
             Stage(
-                module.state(positions, faces),
+                cost_state(chosen.parameters, positions, faces),
                 surface_of(positions, faces, opposite),
-                delivered,
-                origin,
-                step / unit,
+                Grid(on_grid, origin / unit, float(step / unit)),
                 np.arange(len(positions), dtype=np.int32),
                 np.arange(len(faces), dtype=np.int32),
             ),
-            module.PLAN,
-            record,
-            course,
+            chosen,
+            work,
         )
-    record, vertex, delivered = joined(record, passages)
-    if len(record.kept) < steps:
+    record, vertex, final = join_records(results)
+    if results[-1].left > 4:
         raise DecimationError(
-            "no edge could be collapsed validly with"
-            f" {2 * (steps - len(record.kept)) + 4} triangles left",
+            f"no edge could be collapsed validly with {2 * results[-1].left - 4} triangles left",
             remedy="a boundary whose faces are less degenerate, or another centre",
         )
-    for places in (record.position, record.shift, delivered):
-        # by a power of two: nothing is rounded
+    for places in (record.position, record.shift, final):
+        # the unit is a power of two, so nothing is rounded
         np.multiply(places, np.float32(unit), out=places)
     volume_error = None
-    if module.PRESERVES_VOLUME:
-        volume_error = float(passages[-1].stage.surface.deficit[1]) / 6.0 * unit**3
-    return Decimation(record, vertex, delivered, middle, step, volume_error)
+    if chosen.parameters.preserves_volume:
+        deficit = results[-1].stage.surface.deficit[DEFICIT_LARGEST]
+        volume_error = float(deficit) / 6.0 * unit**3
+    return Decimation(record, vertex, final, origin, step, volume_error)
 
 
 def _check_numbers(mesh: TriangleMesh, centre: FloatArray) -> None:
@@ -152,7 +157,7 @@ def _check_numbers(mesh: TriangleMesh, centre: FloatArray) -> None:
 def _check(
     mesh: TriangleMesh, faces: IndexArray, opposite: IndexArray, positions: FloatArray
 ) -> None:
-    """Refuse what is not a valid boundary, and say why."""
+    """Raise `MeshError` unless the mesh is a valid boundary."""
     vertices, triangles = len(mesh.vertices), mesh.triangles
     if (opposite < 0).any():
         face = int(np.flatnonzero(opposite < 0)[0]) // 3

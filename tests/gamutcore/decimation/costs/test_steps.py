@@ -5,15 +5,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gamutcore.decimation.deviation import ask_for_vertex, change_at, evaluate_present
-from gamutcore.decimation.redistribution import redistribute_samples
-from gamutcore.decimation.samples import no_deviation, room_for_samples, take_samples
-from gamutcore.decimation.star import keeps_star_shape, vertex_ring
-from gamutcore.decimation.steps import step_towards_reference
+from gamutcore.decimation.costs.deviation import query_vertex, change_at, evaluate_present
+from gamutcore.decimation.costs.sample_assignment import reassign_samples
+from gamutcore.decimation.costs.samples import empty_deviation, sample_capacity, take_samples
+from gamutcore.decimation.star import keeps_star_shape, write_vertex_link
+from gamutcore.decimation.costs.steps import step_towards_reference
 
 
 def change_by_move(deviation, surface, vertex, place):
-    asked = ask_for_vertex(deviation, surface, vertex)
+    asked = query_vertex(deviation, surface, vertex)
     return change_at(deviation, surface, place) if asked else np.inf
 
 
@@ -22,13 +22,13 @@ def test_steps_lower_the_deviation_of_a_noisy_sphere(icosphere, surface_from):
     mesh = icosphere(3)
     positions = mesh.vertices.astype(np.float64)
     surface = surface_from(positions, mesh.faces)
-    room = room_for_samples(9 * mesh.triangles, mesh.triangles)
-    deviation = no_deviation(room, mesh.triangles)
+    room = sample_capacity(9 * mesh.triangles, mesh.triangles)
+    deviation = empty_deviation(room, mesh.triangles)
     take_samples(deviation, surface, 9 * mesh.triangles, True)
     random = np.random.default_rng(0)
     surface.position[:] *= 1 + 0.02 * random.normal(size=(len(positions), 1))
     for vertex in range(len(positions)):
-        redistribute_samples(deviation, surface, vertex)
+        reassign_samples(deviation, surface, vertex)
     start, lowered, better = deviation.error.sum(), 0, np.empty(3)
     for vertex in range(len(positions)):
         place = surface.position[vertex].copy()
@@ -42,12 +42,12 @@ def test_steps_lower_the_deviation_of_a_noisy_sphere(icosphere, surface_from):
         place = surface.position[vertex].copy()
         change_by_move(deviation, surface, vertex, place)
         found = step_towards_reference(deviation, place, better)
-        count = vertex_ring(surface, vertex, ring)
+        count = write_vertex_link(surface, vertex, ring)
         # as in decimation: what a place that turns faces away would change has no meaning
         valid = keeps_star_shape(surface.position, ring, count, *better)
         if found and valid and change_by_move(deviation, surface, vertex, better) < 0:
             surface.position[vertex] = better
-            redistribute_samples(deviation, surface, vertex)
+            reassign_samples(deviation, surface, vertex)
     assert deviation.error.sum() < 0.35 * start
 
 
@@ -63,9 +63,9 @@ def test_a_step_from_where_a_vertex_is_needs_no_comparison(deviating, faces_left
         if not deviation.side[: deviation.counts[5]].min() > 1e-3:
             continue  # a sample on an edge is in either face
         found = step_towards_reference(deviation, place, compared)
-        deviation.residual[:] = np.nan
+        deviation.sums[:] = np.nan
         deviation.pair[:] = -1
-        assert ask_for_vertex(deviation, surface, vertex)
+        assert query_vertex(deviation, surface, vertex)
         evaluate_present(deviation, surface, place)
         assert step_towards_reference(deviation, place, known) == found
         if found:
@@ -92,10 +92,10 @@ def test_steps_end_exactly_on_a_flat_reference(surface_from, place):
     """The residuals of all samples vanish at once, so least absolute values have them all zero."""
     positions, faces = patch()
     surface = surface_from(positions, faces)
-    deviation = no_deviation(len(positions) + len(faces), len(faces))
+    deviation = empty_deviation(len(positions) + len(faces), len(faces))
     take_samples(deviation, surface, 1, True)
     surface.position[12] = place
-    redistribute_samples(deviation, surface, 12)
+    reassign_samples(deviation, surface, 12)
     start, better = deviation.error.sum(), np.empty(3)
     assert start > 1e-6
     heights = [abs(place[2] - 1)]
@@ -105,7 +105,7 @@ def test_steps_end_exactly_on_a_flat_reference(surface_from, place):
         if not step_towards_reference(deviation, here, better):
             break
         surface.position[12] = better
-        redistribute_samples(deviation, surface, 12)
+        reassign_samples(deviation, surface, 12)
         heights.append(abs(better[2] - 1))
     # the pull to the place where it is takes about a hundredth of each step
     assert heights[1] < 0.3 * heights[0]
@@ -116,7 +116,7 @@ def test_steps_end_exactly_on_a_flat_reference(surface_from, place):
 def test_there_is_no_step_from_a_surface_on_the_reference(surface_from):
     positions, faces = patch()
     surface = surface_from(positions, faces)
-    deviation = no_deviation(len(positions) + len(faces), len(faces))
+    deviation = empty_deviation(len(positions) + len(faces), len(faces))
     take_samples(deviation, surface, 1, True)
     better = np.full(3, 7.0)
     change_by_move(deviation, surface, 25, surface.position[25].copy())
@@ -129,7 +129,7 @@ def test_there_is_no_step_from_a_surface_on_the_reference(surface_from):
 def test_there_is_no_step_without_samples(surface_from):
     positions, faces = patch()
     surface = surface_from(positions, faces)
-    deviation = no_deviation(1, len(faces))
+    deviation = empty_deviation(1, len(faces))
     place = np.array([0.0, 0.0, 1.2])
     assert change_by_move(deviation, surface, 12, place) == 0.0
     assert not step_towards_reference(deviation, place, np.empty(3))

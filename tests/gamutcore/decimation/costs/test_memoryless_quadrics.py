@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 from scipy.linalg import lapack
 
 from gamutcore.decimation.costs import volume
-from gamutcore.decimation.memoryless import (
+from gamutcore.decimation.costs.memoryless_quadrics import (
     account_for_volume,
     constrained_optimum,
-    error_of_place,
-    keep_volume,
+    constrained_error,
+    shift_to_preserve_volume,
     memoryless,
 )
 
@@ -80,7 +80,7 @@ def test_the_error_is_area_by_squared_distance(edges, seed):
     for corner, one, two in named[::4]:
         place = positions[one] + 20 * random.normal(size=3)
         expected = error_by_hand(positions, faces, one, two, place)
-        assert error_of_place(planes, surface, corner, place) == pytest.approx(expected, rel=1e-9)
+        assert constrained_error(planes, surface, corner, place) == pytest.approx(expected, rel=1e-9)
 
 
 @settings(max_examples=10)
@@ -137,7 +137,7 @@ def test_a_place_is_shifted_to_the_volume_by_the_shortest_way(edges):
         place, optimum = positions[one] + random.normal(size=3), np.empty(3)
         start = place.copy()
         constrained_optimum(planes, surface, corner, optimum)
-        keep_volume(planes, place)
+        shift_to_preserve_volume(planes, place)
         assert enclosed(positions, faces, one, two, place) == pytest.approx(before, rel=1e-9)
         # perpendicular to the plane of places with that volume, hence to all ways within it
         assert (place - start) @ (optimum - place) == pytest.approx(0.0, abs=1e-6)
@@ -183,7 +183,7 @@ def test_nothing_is_remembered(surface_from, bumpy_mesh, faces_left, random_coll
     for corner in again.corner_facing.tolist():
         here, there = np.empty(3), np.empty(3)
         old = int(3 * numbers[corner // 3] + corner % 3)
-        value = constrained_optimum(state.planes, surface, old, here)
+        value = constrained_optimum(state.quadrics, surface, old, here)
         expected = constrained_optimum(fresh, again, corner, there)
         assert value == pytest.approx(expected, rel=1e-9)
         np.testing.assert_allclose(here, there, rtol=1e-9, atol=1e-9)

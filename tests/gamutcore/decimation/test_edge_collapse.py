@@ -7,8 +7,8 @@ from gamutcore.corner_table import opposite_corners, swung
 from gamutcore.decimation.costs import quadric, volume
 from gamutcore.decimation.edge_queue import dequeue
 from gamutcore.decimation.record import empty_record
-from gamutcore.decimation.star import keeps_star_shape, link_condition_holds, ring_faces
-from gamutcore.decimation.workspace import (
+from gamutcore.decimation.star import keeps_star_shape, link_condition_holds, write_edge_link
+from gamutcore.decimation.edge_collapse import (
     collapse_edge,
     is_stale,
     mark_changed,
@@ -52,8 +52,8 @@ def assert_consistent(surface, work, numbers, faces):
     np.testing.assert_array_equal(surface.edge_of[twins], left)
     # edges that are gone have left the queue
     gone = np.setdiff1d(np.arange(len(surface.corner_facing)), left)
-    assert (work.queue.place[gone] == -1).all()
-    assert (work.queue.place[left] >= 0).all()
+    assert (work.queue.heap_index[gone] == -1).all()
+    assert (work.queue.heap_index[left] >= 0).all()
     assert work.queue.size[0] == len(left)
 
 
@@ -73,14 +73,14 @@ class TestCollapse:
             if corner < 0:
                 continue
             one, two = ends_of(surface, corner)
-            count = ring_faces(surface, one, two, ring)
+            count = write_edge_link(surface, one, two, ring)
             place = surface.position[[one, two]].mean(axis=0)
             if not link_condition_holds(surface, one, two, query) or not keeps_star_shape(
                 surface.position, ring, count, *place
             ):
                 continue
             degrees = [len(neighbours(expected, end)) for end in (one, two)]
-            work.place[:], work.rounded[:] = place, place
+            work.point[:], work.rounded[:] = place, place
             kept = collapse_edge(state, surface, delivered, record, work, edge, done)
             assert kept in {one, two}
             dead = one + two - kept
@@ -108,7 +108,7 @@ class TestCollapse:
         work.parked[0] = len(surface.corner_facing) - 1
         edge = int(surface.edge_of[chosen])
         place = surface.position[surface.vertex[chosen - chosen % 3]]
-        work.place[:], work.rounded[:] = place, place
+        work.point[:], work.rounded[:] = place, place
         record = empty_record(len(positions))
         collapse_edge(state, surface, positions.astype(np.float32), record, work, edge, 0)
         # the edge itself was at hand, the other two were parked
@@ -150,13 +150,13 @@ class TestPlaces:
             one, two = ends_of(surface, corner)
             if not link_condition_holds(surface, one, two, edge):
                 continue
-            count = ring_faces(surface, one, two, ring)
+            count = write_edge_link(surface, one, two, ring)
             if not place_is_valid(state, surface, work, edge, ring, count, centre, STEP, exact):
                 continue
             np.testing.assert_array_equal(work.rounded.astype(np.float64) % STEP, 0.0)
-            np.testing.assert_array_equal(work.place, work.rounded.astype(np.float64) - centre)
+            np.testing.assert_array_equal(work.point, work.rounded.astype(np.float64) - centre)
             moved = positions.copy()
-            moved[one] = moved[two] = work.place
+            moved[one] = moved[two] = work.point
             merged = np.where(faces == two, one, faces)
             merged = merged[[len(set(face)) == 3 for face in merged.tolist()]]
             assert np.linalg.det(moved[merged]).min() > 0
@@ -184,7 +184,7 @@ class TestPlaces:
             one, two = ends_of(surface, corner)
             if not link_condition_holds(surface, one, two, edge):
                 continue
-            count = ring_faces(surface, one, two, ring)
+            count = write_edge_link(surface, one, two, ring)
             places = set()
             for choice in range(5):
                 work.choice[edge] = choice

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from gamutcore.decimation.costs import finest
-from gamutcore.decimation.deviation import ask_for_edge, change_at
-from gamutcore.decimation.memoryless import constrained_optimum
-from gamutcore.decimation.refinement import error_by_mismatch, refined_place
-from gamutcore.decimation.samples import take_samples
-from gamutcore.decimation.star import ring_faces, star_volume, volume_slope
+from gamutcore.decimation.costs.deviation import query_edge, change_at
+from gamutcore.decimation.costs.memoryless_quadrics import constrained_optimum
+from gamutcore.decimation.costs.refinement import mismatch_error, refine_point
+from gamutcore.decimation.costs.samples import take_samples
+from gamutcore.decimation.star import write_edge_link, star_volume, write_volume_gradient
 
 
 @pytest.fixture(scope="module")
@@ -24,18 +24,18 @@ def case(bumpy_mesh, surface_from):
 def test_refined_places_are_better_and_their_errors_those_of_the_place(case, keeps_volume):
     state, surface, corners = case
     place, trial, moved = np.empty(3), np.empty(3), 0
-    least = 1e-6 * state.deviation.weight[: state.deviation.counts[2]].sum()
+    least = 1e-6 * state.deviation.weight[: state.deviation.counts[SAMPLES]].sum()
     for corner in corners:
-        constrained_optimum(state.planes, surface, corner, place)
+        constrained_optimum(state.quadrics, surface, corner, place)
         start = place.copy()
-        before = error_by_mismatch(state.deviation, surface, corner, start)
-        found = refined_place(
-            state.deviation, state.planes, surface, corner, place, trial, 3, keeps_volume
+        before = mismatch_error(state.deviation, surface, corner, start)
+        found = refine_point(
+            state.deviation, state.quadrics, surface, corner, place, trial, 3, keeps_volume
         )
         assert found <= before
         # what is added for short edges decides between equals only
         assert found == pytest.approx(
-            error_by_mismatch(state.deviation, surface, corner, place), abs=least
+            mismatch_error(state.deviation, surface, corner, place), abs=least
         )
         moved += bool((place != start).any())
     assert moved > len(corners) / 4
@@ -45,17 +45,17 @@ def test_without_steps_the_place_stays(case):
     state, surface, corners = case
     place, trial = np.empty(3), np.empty(3)
     for corner in corners[:20]:
-        constrained_optimum(state.planes, surface, corner, place)
+        constrained_optimum(state.quadrics, surface, corner, place)
         start = place.copy()
-        found = refined_place(
-            state.deviation, state.planes, surface, corner, place, trial, 0, False
+        found = refine_point(
+            state.deviation, state.quadrics, surface, corner, place, trial, 0, False
         )
         np.testing.assert_array_equal(place, start)
-        assert found == error_by_mismatch(state.deviation, surface, corner, start)
-        assert ask_for_edge(state.deviation, surface, corner)
+        assert found == mismatch_error(state.deviation, surface, corner, start)
+        assert query_edge(state.deviation, surface, corner)
         change = change_at(state.deviation, surface, start)
         assert found == pytest.approx(
-            change, abs=1e-6 * state.deviation.weight[: state.deviation.counts[2]].sum()
+            change, abs=1e-6 * state.deviation.weight[: state.deviation.counts[SAMPLES]].sum()
         )
 
 
@@ -63,8 +63,8 @@ def test_the_volume_is_kept_where_it_has_to_be(case):
     state, surface, corners = case
     place, trial, ring, slope = np.empty(3), np.empty(3), np.empty((200, 2), np.int32), np.empty(3)
     for corner in corners:
-        constrained_optimum(state.planes, surface, corner, place)
-        refined_place(state.deviation, state.planes, surface, corner, place, trial, 3, True)
+        constrained_optimum(state.quadrics, surface, corner, place)
+        refine_point(state.deviation, state.quadrics, surface, corner, place, trial, 3, True)
         one, two = (int(surface.vertex[3 * (corner // 3) + (corner + k) % 3]) for k in (1, 2))
-        volume_slope(surface.position, ring, ring_faces(surface, one, two, ring), slope)
+        write_volume_gradient(surface.position, ring, write_edge_link(surface, one, two, ring), slope)
         assert slope @ place == pytest.approx(star_volume(surface, one, two), rel=1e-9)

@@ -5,39 +5,39 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gamutcore.decimation.deviation import (
-    HUB,
-    ask_for_edge,
-    ask_for_vertex,
+from gamutcore.decimation.costs.deviation import (
+    DENSE_LINK,
+    query_edge,
+    query_vertex,
     change_at,
-    deviation_around,
+    current_deviation,
 )
-from gamutcore.decimation.redistribution import thin_samples
-from gamutcore.decimation.samples import (
-    LARGEST_RING,
+from gamutcore.decimation.costs.sample_assignment import thin_samples
+from gamutcore.decimation.costs.samples import (
+    LARGEST_LINK,
     LARGEST_SHARE,
-    no_deviation,
-    room_for_samples,
+    empty_deviation,
+    sample_capacity,
     take_samples,
 )
 from gamutcore.decimation.star import (
     keeps_star_shape,
     link_condition_holds,
-    ring_faces,
-    vertex_ring,
-    volume_slope,
+    write_edge_link,
+    write_vertex_link,
+    write_volume_gradient,
 )
-from gamutcore.decimation.steps import step_towards_reference
+from gamutcore.decimation.costs.steps import step_towards_reference
 
 
 def change_by_collapse(deviation, surface, corner, place):
     """Infinite for very large rings and hubs."""
-    asked = ask_for_edge(deviation, surface, corner)
+    asked = query_edge(deviation, surface, corner)
     return change_at(deviation, surface, place) if asked else np.inf
 
 
 def change_by_move(deviation, surface, vertex, place):
-    asked = ask_for_vertex(deviation, surface, vertex)
+    asked = query_vertex(deviation, surface, vertex)
     return change_at(deviation, surface, place) if asked else np.inf
 
 
@@ -66,7 +66,7 @@ def test_the_change_by_a_collapse_is_that_of_the_sum(deviating, total, faces_lef
             continue
         one, two = ends_of(surface, corner)
         place = surface.position[[one, two]].mean(axis=0) * random.uniform(0.9, 1.1)
-        count = ring_faces(surface, one, two, ring)
+        count = write_edge_link(surface, one, two, ring)
         if not link_condition_holds(surface, one, two, 10**6 + query) or not keeps_star_shape(
             surface.position, ring, count, *place
         ):
@@ -92,7 +92,7 @@ def test_the_change_by_a_move_is_that_of_the_sum(deviating, total, faces_left, s
     ring, random, compared = np.empty((200, 2), np.int32), np.random.default_rng(seed), 0
     for vertex in np.unique(faces).tolist():
         place = surface.position[vertex] * random.uniform(0.9, 1.1, 3)
-        count = vertex_ring(surface, vertex, ring)
+        count = write_vertex_link(surface, vertex, ring)
         if not keeps_star_shape(surface.position, ring, count, *place):
             continue
         positions = surface.position.copy()
@@ -114,7 +114,7 @@ def test_what_is_around_is_what_there_is_to_save(deviating, total, faces_left):
         place = surface.position[vertex].copy()
         # nothing changes where the vertex stays where it is
         change = change_by_move(deviation, surface, vertex, place)
-        around = deviation_around(deviation)
+        around = current_deviation(deviation)
         assert change == pytest.approx(0.0, abs=1e-9 * whole)
         expected = deviation.error[numbers[(faces == vertex).any(axis=1)]].sum()
         assert around == pytest.approx(expected, rel=1e-12)
@@ -123,7 +123,7 @@ def test_what_is_around_is_what_there_is_to_save(deviating, total, faces_left):
 
 def test_asking_changes_nothing_but_scratch(deviating):
     deviation, surface = deviating(4)
-    kept = [deviation.begin, deviation.end, deviation.error, deviation.vanished]
+    kept = [deviation.begin, deviation.end, deviation.error, deviation.released]
     # what is behind the last sample, or in the other half, is not in use
     top = int(deviation.counts[3])
     kept += [array[:top] for array in (deviation.x, deviation.y, deviation.z, deviation.weight)]
@@ -164,10 +164,10 @@ def lantern(sides, rows):
 @pytest.mark.parametrize("more", [0, 1, 200])
 def test_very_large_rings_are_not_evaluated(surface_from, corner_of, total, faces_left, more):
     """Exactly as many faces as there is room for are; one more is not, and nothing breaks."""
-    sides, rows = LARGEST_RING + more, 9
+    sides, rows = LARGEST_LINK + more, 9
     positions, faces = lantern(sides, rows)
     surface = surface_from(positions, faces)
-    deviation = no_deviation(3 * len(positions), len(faces))
+    deviation = empty_deviation(3 * len(positions), len(faces))
     take_samples(deviation, surface, 1, True)
     pole, place = sides * rows, np.array([0.01, 0.0, 0.98])
     change = change_by_move(deviation, surface, pole, place)
@@ -188,7 +188,7 @@ def test_very_large_rings_are_not_evaluated(surface_from, corner_of, total, face
 
 @pytest.mark.parametrize(
     ("sides", "rows", "evaluated"),
-    [(HUB, 1, True), (HUB + 1, 1, False), (HUB + 1, 9, True), (40, 1, False), (40, 9, True)],
+    [(DENSE_LINK, 1, True), (DENSE_LINK + 1, 1, False), (DENSE_LINK + 1, 9, True), (40, 1, False), (40, 9, True)],
 )
 def test_hubs_are_not_evaluated_if_they_have_a_good_part_of_all_samples(
     surface_from, corner_of, sides, rows, evaluated
@@ -196,14 +196,14 @@ def test_hubs_are_not_evaluated_if_they_have_a_good_part_of_all_samples(
     """A half of them with one ring between two poles, a 36th or less with nine."""
     positions, faces = lantern(sides, rows)
     surface = surface_from(positions, faces)
-    deviation = no_deviation(room_for_samples(10 * len(faces), len(faces)), len(faces))
+    deviation = empty_deviation(sample_capacity(10 * len(faces), len(faces)), len(faces))
     take_samples(deviation, surface, 10 * len(faces), True)
     pole, better = sides * rows, np.array([0.01, 0.0, 0.98])
     assert (change_by_move(deviation, surface, pole, better) < np.inf) == evaluated
     # two faces vanish, and both ends have these
     around = sides + surface.degree[0] - 4
     edge = change_by_collapse(deviation, surface, corner_of(surface, pole, 0), better)
-    assert (edge < np.inf) == (evaluated and (around <= HUB or rows > 1))
+    assert (edge < np.inf) == (evaluated and (around <= DENSE_LINK or rows > 1))
     for end in (0, sides - 1):
         assert change_by_move(deviation, surface, end, positions[end]) < np.inf
     assert change_by_collapse(deviation, surface, corner_of(surface, 0, 1), positions[0]) < np.inf
@@ -217,15 +217,15 @@ def test_what_is_blown_up_where_there_are_no_samples_counts_all_the_same(
     mesh = icosphere(3)
     positions = mesh.vertices.astype(np.float64) * 40 / np.linalg.norm(mesh.vertices[0])
     surface = surface_from(positions - (0, 0, 38), mesh.faces)
-    deviation = no_deviation(room_for_samples(3000, mesh.triangles), mesh.triangles)
+    deviation = empty_deviation(sample_capacity(3000, mesh.triangles), mesh.triangles)
     take_samples(deviation, surface, 3000, True)
     while thin_samples(deviation, surface, 200):
         pass
-    slack = 10 * deviation.residual[3] / deviation.counts[2]
+    slack = 10 * deviation.sums[3] / deviation.counts[SAMPLES]
     ring = np.empty((10, 2), np.int32)
     for vertex in np.argsort(np.linalg.norm(surface.position, axis=1))[:20].tolist():
         slope = np.empty(3)
-        volume_slope(surface.position, ring, vertex_ring(surface, vertex, ring), slope)
+        write_volume_gradient(surface.position, ring, write_vertex_link(surface, vertex, ring), slope)
         here = surface.position[vertex]
         grown = (times - 1) * (slope @ here)
         change = change_by_move(deviation, surface, vertex, times * here)

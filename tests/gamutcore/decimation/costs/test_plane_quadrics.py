@@ -33,7 +33,7 @@ def quadric_of(planes):
     )
 
 
-def shortness(positions, planes, one, two):
+def length_penalty(positions, planes, one, two):
     """What exactly flat sides are ordered by: 10⁻¹⁰ of the trace by the squared length."""
     return 1e-10 * len(planes) * np.sum((positions[one] - positions[two]) ** 2)
 
@@ -54,7 +54,7 @@ def test_the_error_is_the_sum_over_the_planes_of_both_ends(
         expected = squared_distances(both, place)
         assert place @ A @ place + 2 * b @ place + c == pytest.approx(expected, rel=1e-6)
         assert compiled.error(state, surface, corner_of(surface, one, two), place) == pytest.approx(
-            expected + shortness(positions, both, one, two), rel=1e-9
+            expected + length_penalty(positions, both, one, two), rel=1e-9
         )
 
 
@@ -80,7 +80,7 @@ def test_the_optimum_is_where_the_gradient_vanishes(
             middle = (positions[one] + positions[two]) / 2
             off = np.linalg.norm(place + np.linalg.solve(A, b))
             assert off <= 1e-3 * np.linalg.norm(middle + np.linalg.solve(A, b))
-            assert value <= least * (1 + 1e-5) + shortness(positions, both, one, two) + 1e-4
+            assert value <= least * (1 + 1e-5) + length_penalty(positions, both, one, two) + 1e-4
             compared += 1
     assert compared > 10
 
@@ -103,7 +103,7 @@ def test_quadrics_accumulate(surface_from, bumpy_mesh, edges_of, corner_of, comp
         place = surface.position[two] + 10 * random.normal(size=3)
         both = planes[one] + planes[two]
         assert compiled.error(state, surface, corner_of(surface, one, two), place) == pytest.approx(
-            squared_distances(both, place) + shortness(surface.position, both, one, two), rel=1e-9
+            squared_distances(both, place) + length_penalty(surface.position, both, one, two), rel=1e-9
         )
 
 

@@ -1,7 +1,7 @@
-"""Which samples are in which face: found at first, and kept up to date as faces change.
+"""Assignment of samples to faces: the initial search, and updates as faces change.
 
-A collapse, or a move of a vertex, exchanges samples only among the faces around it. Most stay in
-the face that they were in, so each of them is compared with that one first.
+A collapse, or a move of a vertex, exchanges samples only among the faces around it. Most samples
+stay in their face, so each sample is compared with its present face first.
 """
 
 from __future__ import annotations
@@ -10,81 +10,98 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray
 from gamutcore.corner_table import following, preceding
-from gamutcore.decimation.samples import LARGEST_SHARE, SHARE_OUTSIDE, Deviation
+from gamutcore.decimation.costs.samples import (
+    HALF_BEGIN,
+    HALF_SIZE,
+    LARGEST_SHARE,
+    PENALTY_OUTSIDE,
+    SAMPLES,
+    TOP,
+    Deviation,
+)
 from gamutcore.decimation.star import Surface
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 
-__all__ = ["hand_over_samples", "locate_samples", "redistribute_samples", "thin_samples"]
+__all__ = ["assign_samples", "reassign_samples", "release_samples", "thin_samples"]
 
 
 @leaf_kernel
-def locate_samples(deviation: Deviation, surface: Surface) -> None:
-    """Put samples that are in no faces into those of a surface.
+def assign_samples(deviation: Deviation, surface: Surface) -> None:
+    """Assign samples that are in no face yet to the faces of a surface.
 
     Parameters
     ----------
     deviation : Deviation
-        As `take_samples` left it, or `deviation_on` that, with room for all faces.
+        As `take_samples` or `deviation_on_faces` left it, with room for all faces.
     surface : Surface
     """
-    count, half = deviation.counts[2], deviation.counts[6]
-    deviation.place[:] = 0
+    count, half = deviation.counts[SAMPLES], deviation.counts[HALF_SIZE]
+    for face in range(deviation.cursor.size):
+        deviation.cursor[face] = 0
     at = 0
     for edge in range(surface.corner_facing.size):
-        at = surface.corner_facing[edge]
+        at = int(surface.corner_facing[edge])
         if at >= 0:
             break
     for sample in range(count):
-        # they come in the order of memory, so the next one is near
+        # samples follow each other in space, so the next face is near
         at = _corner_below(
             surface, deviation.x[sample], deviation.y[sample], deviation.z[sample], at
         )
         deviation.pair[sample] = at
-        deviation.place[at // 3] += 1
+        deviation.cursor[at // 3] += 1
     top = half
     for face in range(deviation.begin.size):
         deviation.begin[face] = top
-        top += deviation.place[face]
-        deviation.place[face] = deviation.begin[face]
+        top += deviation.cursor[face]
+        deviation.cursor[face] = deviation.begin[face]
         deviation.end[face] = top
-    _move_to_places(deviation, 0, count, 0)
-    deviation.counts[3], deviation.counts[4] = top, half
+    _move_to_cursors(deviation, 0, count, 0)
+    deviation.counts[TOP], deviation.counts[HALF_BEGIN] = top, half
     for face in range(deviation.begin.size):
         if deviation.end[face] > deviation.begin[face]:
             _sum_errors(deviation, surface, 3 * face)
 
 
 @leaf_kernel
+def _depth_in_face(surface: Surface, corner: int, x: float, y: float, z: float) -> float:
+    """Smallest determinant of a point with the edges of a face; not negative inside its cone."""
+    position, vertex = surface.position, surface.vertex
+    zero, one = int(vertex[corner]), int(vertex[following(corner)])
+    two = int(vertex[preceding(corner)])
+    return min(
+        _side(position, one, two, x, y, z),
+        _side(position, two, zero, x, y, z),
+        _side(position, zero, one, x, y, z),
+    )
+
+
+@leaf_kernel
 def _corner_below(surface: Surface, x: float, y: float, z: float, begin: int) -> int:
-    """A corner of the face whose cone a point is in, found by walking over the faces."""
+    """A corner of the face whose cone contains a point, found by walking over the faces."""
     position, vertex, at = surface.position, surface.vertex, begin
     for _ in range(surface.corner_facing.size):
-        zero, one, two = vertex[at], vertex[following(at)], vertex[preceding(at)]
+        zero, one, two = int(vertex[at]), int(vertex[following(at)]), int(vertex[preceding(at)])
         facing = _side(position, one, two, x, y, z)
         second = _side(position, two, zero, x, y, z)
         third = _side(position, zero, one, x, y, z)
         if min(facing, second, third) >= 0.0:
             return at
         if facing <= second and facing <= third:
-            at = surface.opposite[at]
+            at = int(surface.opposite[at])
         elif second <= third:
-            at = surface.opposite[following(at)]
+            at = int(surface.opposite[following(at)])
         else:
-            at = surface.opposite[preceding(at)]
-    # a walk can go round for ever where faces are slivers (Devillers, Pion & Teillaud 2002)
+            at = int(surface.opposite[preceding(at)])
+    # a walk can cycle where faces are slivers (Devillers, Pion & Teillaud 2002)
     depth = -np.inf
     for edge in range(surface.corner_facing.size):
-        corner = surface.corner_facing[edge]
+        corner = int(surface.corner_facing[edge])
         if corner < 0:
             continue
         for side in range(2):
-            tried = corner if side == 0 else surface.opposite[corner]
-            zero, one, two = vertex[tried], vertex[following(tried)], vertex[preceding(tried)]
-            least = min(
-                _side(position, one, two, x, y, z),
-                _side(position, two, zero, x, y, z),
-                _side(position, zero, one, x, y, z),
-            )
+            tried = corner if side == 0 else int(surface.opposite[corner])
+            least = _depth_in_face(surface, tried, x, y, z)
             if least > depth:
                 at, depth = tried, least
     return at
@@ -92,32 +109,31 @@ def _corner_below(surface: Surface, x: float, y: float, z: float, begin: int) ->
 
 @leaf_kernel
 def thin_samples(deviation: Deviation, surface: Surface, most: int) -> bool:
-    """Let about half of the samples go, or more, if there are many.
+    """Remove at least about half of the samples if there are more than `most`.
 
-    Their shares are lined up face by face, and those samples stay in whose share a mark falls, all
-    marks being equally far apart; a sample stands for the marks in its share then (systematic
-    resampling, Kitagawa 1996): small shares grow to the size of the others.
+    The weights form a line, face by face, with marks at equal distances. A sample stays if a mark
+    falls on its weight, and then represents its marks (systematic resampling, Kitagawa 1996). Small
+    weights thereby grow to the size of the others.
 
     Parameters
     ----------
     deviation : Deviation
     surface : Surface
     most : int
-        Samples that need no thinning.
 
     Returns
     -------
     bool
-        Whether there were more, and all errors have changed.
+        Whether samples were removed. All errors of edges have then changed.
     """
-    if deviation.counts[2] <= most:
+    if deviation.counts[SAMPLES] <= most:
         return False
     weight = deviation.weight
     total = 0.0
     for face in range(deviation.begin.size):
         for sample in range(deviation.begin[face], deviation.end[face]):
             total += weight[sample]
-    # a mark in the middle of each part of the line; `passed`: since the last one
+    # marks lie in the middle of each share; `passed` is the distance from the last mark
     share = total / (most // 2)
     kept, passed = 0, 0.5 * share
     for face in range(deviation.begin.size):
@@ -136,15 +152,15 @@ def thin_samples(deviation: Deviation, surface: Surface, most: int) -> bool:
         deviation.end[face] = last
         kept += last - begin
         _sum_errors(deviation, surface, 3 * face)
-    deviation.counts[2] = kept
+    deviation.counts[SAMPLES] = kept
     return True
 
 
 @leaf_kernel
-def hand_over_samples(deviation: Deviation, surface: Surface, corner: int) -> None:
-    """Take the samples out of the two faces that vanish with an edge.
+def release_samples(deviation: Deviation, surface: Surface, corner: int) -> None:
+    """Take the samples out of the two faces that a collapse removes.
 
-    `redistribute_samples` puts them into the faces around the new vertex.
+    `reassign_samples` assigns them to the faces around the new vertex.
 
     Parameters
     ----------
@@ -155,127 +171,132 @@ def hand_over_samples(deviation: Deviation, surface: Surface, corner: int) -> No
         One of the two corners that face the edge.
     """
     for side in range(2):
-        face = (corner if side == 0 else surface.opposite[corner]) // 3
-        deviation.vanished[side, 0] = deviation.begin[face]
-        deviation.vanished[side, 1] = deviation.end[face]
+        face = (corner if side == 0 else int(surface.opposite[corner])) // 3
+        deviation.released[side, 0] = deviation.begin[face]
+        deviation.released[side, 1] = deviation.end[face]
         deviation.end[face] = deviation.begin[face]
         deviation.error[face] = 0.0
 
 
 @leaf_kernel
-def redistribute_samples(deviation: Deviation, surface: Surface, centre: int) -> None:
-    """Put the samples around a vertex into the faces that they are in now, and sum their errors.
+def reassign_samples(deviation: Deviation, surface: Surface, centre: int) -> None:
+    """Assign the samples around a vertex to their present faces and sum the faces' errors.
 
     Parameters
     ----------
     deviation : Deviation
     surface : Surface
-        After a collapse to the vertex, or after its move.
+        After a collapse to the vertex or a move of it.
     centre : int
         The vertex.
     """
-    begin, end, place, swing = deviation.begin, deviation.end, deviation.place, surface.swing
-    vanished = deviation.vanished
-    first = surface.corner_at[centre]
-    count = vanished[0, 1] - vanished[0, 0] + vanished[1, 1] - vanished[1, 0]
+    begin, end, cursor, swing = deviation.begin, deviation.end, deviation.cursor, surface.swing
+    released = deviation.released
+    first = int(surface.corner_at[centre])
+    count = released[0, 1] - released[0, 0] + released[1, 1] - released[1, 0]
     at = first
     while True:
         count += end[at // 3] - begin[at // 3]
-        place[at // 3] = 0
-        at = swing[at]
+        cursor[at // 3] = 0
+        at = int(swing[at])
         if at == first:
             break
     _make_room(deviation, count)
-    asked = 0
+    found = 0
     while True:
-        asked = _find_faces(deviation, surface, at, begin[at // 3], end[at // 3], asked)
-        at = swing[at]
+        found = _find_faces(deviation, surface, at, begin[at // 3], end[at // 3], found)
+        at = int(swing[at])
         if at == first:
             break
     for side in range(2):
-        asked = _find_faces(deviation, surface, at, vanished[side, 0], vanished[side, 1], asked)
-    top = deviation.counts[3]
+        found = _find_faces(deviation, surface, at, released[side, 0], released[side, 1], found)
+    top = deviation.counts[TOP]
     while True:
-        more = place[at // 3]
-        place[at // 3] = top
+        more = cursor[at // 3]
+        cursor[at // 3] = top
         top += more
-        at = swing[at]
+        at = int(swing[at])
         if at == first:
             break
-    asked = 0
+    moved = 0
     while True:
-        _move_to_places(deviation, begin[at // 3], end[at // 3], asked)
-        asked += end[at // 3] - begin[at // 3]
-        at = swing[at]
+        _move_to_cursors(deviation, begin[at // 3], end[at // 3], moved)
+        moved += end[at // 3] - begin[at // 3]
+        at = int(swing[at])
         if at == first:
             break
     for side in range(2):
-        _move_to_places(deviation, vanished[side, 0], vanished[side, 1], asked)
-        asked += vanished[side, 1] - vanished[side, 0]
-        vanished[side, 0] = vanished[side, 1] = 0
-    top = deviation.counts[3]
+        _move_to_cursors(deviation, released[side, 0], released[side, 1], moved)
+        moved += released[side, 1] - released[side, 0]
+        released[side, 0] = released[side, 1] = 0
+    top = deviation.counts[TOP]
     while True:
         face = at // 3
-        begin[face], end[face] = top, place[face]
+        begin[face], end[face] = top, cursor[face]
         top = end[face]
         _sum_errors(deviation, surface, at)
-        at = swing[at]
+        at = int(swing[at])
         if at == first:
             break
-    deviation.counts[3] = top
+    deviation.counts[TOP] = top
 
 
 @leaf_kernel
 def _find_faces(
-    deviation: Deviation, surface: Surface, corner: int, begin: int, end: int, asked: int
+    deviation: Deviation, surface: Surface, corner: int, begin: int, end: int, found: int
 ) -> int:
-    """Write to `pair` the corners at a vertex in whose faces samples are, and count them there.
+    """Write corners of the faces around a vertex that samples lie in to `pair`, and count them.
 
-    Most are in the face of the corner at hand; the others look for theirs around the vertex.
+    Most samples lie in the face of `corner`. The others search around the vertex. `found` entries
+    of `pair` are in use before; the result is their number afterwards.
     """
-    position, vertex, side = surface.position, surface.vertex, deviation.side
-    centre, one, two = vertex[corner], vertex[following(corner)], vertex[preceding(corner)]
+    position, vertex, depths = surface.position, surface.vertex, deviation.depth
+    centre = int(vertex[corner])
+    one, two = vertex[following(corner)], vertex[preceding(corner)]
     cx, cy, cz = position[centre, 0], position[centre, 1], position[centre, 2]
     ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
     bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
     px, py, pz = cy * az - cz * ay, cz * ax - cx * az, cx * ay - cy * ax
     qx, qy, qz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
-    source, target, count = np.uint64(begin), np.uint64(asked), end - begin
+    source, target, count = np.uint64(begin), np.uint64(found), end - begin
     for index in range(count):
         sample = source + np.uint64(index)
         x, y, z = deviation.x[sample], deviation.y[sample], deviation.z[sample]
         left, right = px * x + py * y + pz * z, qx * x + qy * y + qz * z
-        side[target + np.uint64(index)] = min(right, left)
-    for index in range(asked, asked + count):
+        depths[target + np.uint64(index)] = min(right, left)
+    for index in range(found, found + count):
         chosen = corner
-        depth = side[index]
+        depth = depths[index]
         if depth < 0.0:
-            found = begin + index - asked
-            x, y, z = deviation.x[found], deviation.y[found], deviation.z[found]
-            at = surface.swing[corner]
+            sample_index = begin + index - found
+            x = deviation.x[sample_index]
+            y = deviation.y[sample_index]
+            z = deviation.z[sample_index]
+            at = int(surface.swing[corner])
             while at != corner:
-                one, two = vertex[following(at)], vertex[preceding(at)]
+                after, before = int(vertex[following(at)]), int(vertex[preceding(at)])
                 least = min(
-                    _side(position, centre, one, x, y, z), _side(position, two, centre, x, y, z)
+                    _side(position, centre, after, x, y, z),
+                    _side(position, before, centre, x, y, z),
                 )
                 if least > depth:
                     chosen, depth = at, least
                 if least >= 0.0:
                     break
-                at = surface.swing[at]
+                at = int(surface.swing[at])
         deviation.pair[index] = chosen
-        deviation.place[chosen // 3] += 1
-    return asked + count
+        deviation.cursor[chosen // 3] += 1
+    return found + count
 
 
 @leaf_kernel
 def _make_room(deviation: Deviation, more: int) -> None:
-    """See to it that so many samples, of those in use, can be written behind the last ones."""
-    half = deviation.counts[6]
-    if deviation.counts[3] + more <= deviation.counts[4] + half:
+    """Move all samples to the other half if `more` samples do not fit behind the last one."""
+    counts, half = deviation.counts, deviation.counts[HALF_SIZE]
+    if counts[TOP] + more <= counts[HALF_BEGIN] + half:
         return
-    deviation.counts[4] = half - deviation.counts[4]
-    top = deviation.counts[4]
+    counts[HALF_BEGIN] = half - counts[HALF_BEGIN]
+    top = counts[HALF_BEGIN]
     for face in range(deviation.begin.size):
         begin, end = deviation.begin[face], deviation.end[face]
         deviation.begin[face] = top
@@ -284,22 +305,22 @@ def _make_room(deviation: Deviation, more: int) -> None:
             top += 1
         deviation.end[face] = top
     for side in range(2):
-        begin, end = deviation.vanished[side, 0], deviation.vanished[side, 1]
-        deviation.vanished[side, 0] = top
+        begin, end = deviation.released[side, 0], deviation.released[side, 1]
+        deviation.released[side, 0] = top
         for sample in range(begin, end):
             _copy_sample(deviation, sample, top)
             top += 1
-        deviation.vanished[side, 1] = top
-    deviation.counts[3] = top
+        deviation.released[side, 1] = top
+    counts[TOP] = top
 
 
 @leaf_kernel
-def _move_to_places(deviation: Deviation, begin: int, end: int, asked: int) -> None:
-    """Copy samples to the places of the faces of the corners in `pair`, from `asked` on."""
+def _move_to_cursors(deviation: Deviation, begin: int, end: int, first: int) -> None:
+    """Copy samples to the cursors of the faces that `pair` names, from entry `first` on."""
     for sample in range(begin, end):
-        face = deviation.pair[asked + sample - begin] // 3
-        _copy_sample(deviation, sample, deviation.place[face])
-        deviation.place[face] += 1
+        face = deviation.pair[first + sample - begin] // 3
+        _copy_sample(deviation, sample, deviation.cursor[face])
+        deviation.cursor[face] += 1
 
 
 @inlined_kernel
@@ -312,7 +333,7 @@ def _copy_sample(deviation: Deviation, source: int, target: int) -> None:
 
 @leaf_kernel
 def _side(position: FloatArray, one: int, two: int, x: float, y: float, z: float) -> float:
-    """(one × two)·(x, y, z): on which side of the plane through the centre and an edge it lies."""
+    """(one × two)·(x, y, z): the side of the plane through the centre and an edge."""
     ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
     bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
     return x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
@@ -334,6 +355,6 @@ def _sum_errors(deviation: Deviation, surface: Surface, at: int) -> None:
     for sample in range(deviation.begin[at // 3], deviation.end[at // 3]):
         inverse = nx * deviation.x[sample] + ny * deviation.y[sample] + nz * deviation.z[sample]
         t = 1.0 / inverse
-        share = abs(1.0 - t * t * t) if inverse > 0.0 else SHARE_OUTSIDE
+        share = abs(1.0 - t * t * t) if inverse > 0.0 else PENALTY_OUTSIDE
         total += deviation.weight[sample] * min(share, LARGEST_SHARE)
     deviation.error[at // 3] = total

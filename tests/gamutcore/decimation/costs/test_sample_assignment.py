@@ -6,16 +6,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.decimation.costs import finest
-from gamutcore.decimation.redistribution import (
-    hand_over_samples,
-    locate_samples,
-    redistribute_samples,
+from gamutcore.decimation.costs.sample_assignment import (
+    release_samples,
+    assign_samples,
+    reassign_samples,
     thin_samples,
 )
-from gamutcore.decimation.samples import (
-    LARGEST_RING,
-    no_deviation,
-    room_for_samples,
+from gamutcore.decimation.costs.samples import (
+    LARGEST_LINK,
+    empty_deviation,
+    sample_capacity,
     take_samples,
 )
 from gamutcore.mesh import TriangleMesh
@@ -45,7 +45,7 @@ class Tracked:
         self.surface = surface
         # the cost that does nothing about the samples but hand them over and redistribute them
         self.state = finest.state(positions, faces)
-        room = no_deviation(room_for_samples(PARTS * len(faces), len(faces)), len(faces))
+        room = empty_deviation(sample_capacity(PARTS * len(faces), len(faces)), len(faces))
         self.state = self.state._replace(deviation=room)
         self.deviation = room
         start(room, surface)
@@ -72,7 +72,7 @@ def test_samples_follow_random_collapses(
     deviation, surface = case.deviation, case.surface
     _numbers, faces = faces_left(surface)
     whole = six_volumes(surface.position, faces).sum()
-    count = int(deviation.counts[2])
+    count = int(deviation.counts[SAMPLES])
     assert count == len(faces) if start is start_at_centroids else count > 2 * len(faces)
     for _ in random_collapses(case.state, surface, seed, 25):
         samples = assert_in_their_faces(deviation, surface)
@@ -100,7 +100,7 @@ def test_samples_follow_moves(tracked, assert_in_their_faces, start):
     random = np.random.default_rng(0)
     for vertex in range(0, len(case.surface.position), 3):
         case.surface.position[vertex] *= random.uniform(0.9, 1.1)
-        redistribute_samples(case.deviation, case.surface, vertex)
+        reassign_samples(case.deviation, case.surface, vertex)
         assert_in_their_faces(case.deviation, case.surface)
     assert case.deviation.error.sum() > 0
 
@@ -123,7 +123,7 @@ def test_thinning_leaves_samples_that_stand_for_equal_shares(
     deviation, surface = case.deviation, case.surface
     for _ in random_collapses(case.state, surface, 1, 60):
         pass
-    count = int(deviation.counts[2])
+    count = int(deviation.counts[SAMPLES])
     before = assert_in_their_faces(deviation, surface)
     # by their points, for those that stay move up
     weights = dict(
@@ -137,7 +137,7 @@ def test_thinning_leaves_samples_that_stand_for_equal_shares(
     most = max(2, int(part * (count - 1)))
     assert thin_samples(deviation, surface, most) is True
     after = assert_in_their_faces(deviation, surface)
-    assert 0 < len(after) == int(deviation.counts[2]) <= most // 2
+    assert 0 < len(after) == int(deviation.counts[SAMPLES]) <= most // 2
     share = whole / (most // 2)
     marks = deviation.weight[after] / share
     np.testing.assert_allclose(marks, np.rint(marks), rtol=1e-9)
@@ -155,8 +155,8 @@ def test_samples_of_faces_that_vanish_wait_to_be_redistributed(tracked, samples_
     corner = int(case.surface.corner_facing[17])
     gone = [corner // 3, int(case.surface.opposite[corner]) // 3]
     before = [samples_in(case.deviation, face) for face in gone]
-    hand_over_samples(case.deviation, case.surface, corner)
-    for face, samples, waiting in zip(gone, before, case.deviation.vanished, strict=True):
+    release_samples(case.deviation, case.surface, corner)
+    for face, samples, waiting in zip(gone, before, case.deviation.released, strict=True):
         assert samples
         assert samples_in(case.deviation, face) == []
         assert case.deviation.error[face] == 0.0
@@ -169,12 +169,12 @@ def test_samples_taken_earlier_are_found_at_any_level(
     tracked, random_collapses, assert_in_their_faces, seed
 ):
     case = tracked(start_at_centroids, seed, 100)
-    loose = no_deviation(len(case.deviation.pair), len(case.deviation.begin))
+    loose = empty_deviation(len(case.deviation.pair), len(case.deviation.begin))
     take_samples(loose, case.surface, 500, False)
-    whole = loose.weight[: loose.counts[2]].sum()
+    whole = loose.weight[: loose.counts[SAMPLES]].sum()
     for _ in random_collapses(case.state, case.surface, seed, 60):
         pass
-    locate_samples(loose, case.surface)
+    assign_samples(loose, case.surface)
     samples = assert_in_their_faces(loose, case.surface)
     assert loose.weight[samples].sum() == pytest.approx(whole, rel=1e-12)
 
@@ -192,19 +192,19 @@ def test_samples_are_found_where_no_walk_leads(surface_from, faces_left, assert_
         below = np.stack([after, np.arange(sides), np.full(sides, sides + 1)], axis=1)
         surface = surface_from(positions, np.vstack([above, below]))
         assert np.linalg.det(positions[faces_left(surface)[1]]).min() > 0
-        deviation = no_deviation(room_for_samples(3000, 2 * sides), 2 * sides)
+        deviation = empty_deviation(sample_capacity(3000, 2 * sides), 2 * sides)
         take_samples(deviation, surface, 3000, False)
-        count = int(deviation.counts[2])
+        count = int(deviation.counts[SAMPLES])
         order = random.permutation(count)
         for array in (deviation.x, deviation.y, deviation.z, deviation.weight):
             array[:count] = array[order]
-        locate_samples(deviation, surface)
+        assign_samples(deviation, surface)
         assert len(assert_in_their_faces(deviation, surface)) == count
 
 
 def test_the_ring_may_be_larger_than_the_scratch(surface_from, assert_in_their_faces):
     """Redistribution goes around a vertex with any number of faces."""
-    sides = LARGEST_RING + 50
+    sides = LARGEST_LINK + 50
     turn = np.linspace(0, 2 * np.pi, sides, endpoint=False)
     rim = np.stack([np.cos(turn), np.sin(turn), np.zeros(sides)], axis=1)
     positions = np.vstack([rim, [[0, 0, 1], [0, 0, -1]]])
@@ -212,10 +212,10 @@ def test_the_ring_may_be_larger_than_the_scratch(surface_from, assert_in_their_f
     above = np.stack([np.arange(sides), after, np.full(sides, sides)], axis=1)
     below = np.stack([after, np.arange(sides), np.full(sides, sides + 1)], axis=1)
     surface = surface_from(positions, np.vstack([above, below]))
-    deviation = no_deviation(3 * len(positions), 2 * sides)
+    deviation = empty_deviation(3 * len(positions), 2 * sides)
     take_samples(deviation, surface, 1, True)
     surface.position[sides] = (0.2, 0.1, 0.8)
-    redistribute_samples(deviation, surface, sides)
+    reassign_samples(deviation, surface, sides)
     assert_in_their_faces(deviation, surface)
     assert deviation.error.sum() > 0
 

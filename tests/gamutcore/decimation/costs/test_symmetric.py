@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gamutcore.decimation.symmetric import adjugate
+from gamutcore.decimation.costs.symmetric import adjugate
 
 NUMBERS = st.lists(st.floats(-100, 100), min_size=6, max_size=6)
 

@@ -3,7 +3,7 @@ import time
 
 import pytest
 
-from gamutcore.decimation.watching import Course, watched
+from gamutcore.decimation.progress import Progress, report_progress
 
 
 def test_what_is_done_is_told_while_it_is_being_done():
@@ -15,7 +15,7 @@ def test_what_is_done_is_told_while_it_is_being_done():
         if len(told) == 2:
             twice.set()
 
-    with watched(lambda: done[0] / 4, progress):
+    with report_progress(lambda: done[0] / 4, progress):
         assert twice.wait(10)
     assert told[:2] == [0.0, 0.25]
     after = len(told)
@@ -25,7 +25,7 @@ def test_what_is_done_is_told_while_it_is_being_done():
 
 def test_nobody_looks_where_nobody_wants_to_know():
     before = threading.active_count()
-    with watched(lambda: 0.0, None):
+    with report_progress(lambda: 0.0, None):
         assert threading.active_count() == before
 
 
@@ -36,29 +36,29 @@ def test_a_fault_of_the_one_who_is_told_is_raised():
         failed.set()
         raise OSError("nobody listens")
 
-    with pytest.raises(OSError, match="nobody listens"), watched(lambda: 0.0, progress):
+    with pytest.raises(OSError, match="nobody listens"), report_progress(lambda: 0.0, progress):
         assert failed.wait(10)
 
 
 def test_parts_count_by_their_work():
-    course = Course([(2, 3.0), (10, 1.0), (1, 4.0)])
+    course = Progress([(2, 3.0), (10, 1.0), (1, 4.0)])
     assert course.done() == 0
-    first = course.next_part()
+    first = course.begin_part()
     first[0] = 1
     assert course.done() == 1.5 / 8
-    second = course.next_part()
+    second = course.begin_part()
     assert course.done() == 3 / 8
     second[0] = 5
     assert course.done() == 3.5 / 8
-    course.next_part()[0] = 1
+    course.begin_part()[0] = 1
     assert course.done() == 1
 
 
 def test_more_than_was_expected_is_no_more_than_the_part():
-    course = Course([(2, 1.0), (2, 1.0)])
-    course.next_part()[0] = 3
+    course = Progress([(2, 1.0), (2, 1.0)])
+    course.begin_part()[0] = 3
     assert course.done() == 0.5
 
 
 def test_what_takes_no_work_is_done():
-    assert Course([(0, 0.0)]).done() == 1
+    assert Progress([(0, 0.0)]).done() == 1
