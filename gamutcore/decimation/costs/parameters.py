@@ -159,7 +159,7 @@ _COSTS = {
                 thinned_vertices=250,
             ),
             compacted=(_COMPARED_VERTICES,),
-            trials=Trials(200, 6, 27),
+            trials=Trials(200, 8, 27),
         ),
         Cost("quadric", Parameters(ACCUMULATED)),
         Cost(

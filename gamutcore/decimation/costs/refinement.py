@@ -23,8 +23,8 @@ __all__ = ["find_better_position", "mismatch_error", "refine_point"]
 LEAST_GAIN = 1e-3
 """Fraction of the deviation around a vertex that a move must save."""
 
-STEP_LENGTHS = (2.0, 1.0, 0.5)
-"""Step lengths tried for a move, in units of the least-squares step.
+RELAXATION_FACTOR = 2.0
+"""Length of a move, in units of the least-squares step.
 
 Neighbours move the same way in their turn, so a step beyond the own optimum converges sooner
 (successive over-relaxation).
@@ -139,10 +139,7 @@ def find_better_position(
     if not step_towards_reference(deviation, point, trial_point):
         return False
     present = current_deviation(deviation)
-    for length in STEP_LENGTHS:
-        point[0] = x + length * (trial_point[0] - x)
-        point[1] = y + length * (trial_point[1] - y)
-        point[2] = z + length * (trial_point[2] - z)
-        if change_at(deviation, surface, point) < -LEAST_GAIN * present:
-            return True
-    return False
+    point[0] = x + RELAXATION_FACTOR * (trial_point[0] - x)
+    point[1] = y + RELAXATION_FACTOR * (trial_point[1] - y)
+    point[2] = z + RELAXATION_FACTOR * (trial_point[2] - z)
+    return change_at(deviation, surface, point) < -LEAST_GAIN * present

@@ -5,17 +5,21 @@ import pytest
 
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.corner_table import opposite_corners
-from gamutcore.decimation.costs import finest
+from gamutcore.decimation.candidates import Grid
+from gamutcore.decimation.costs import cost_named
+from gamutcore.decimation.costs.dispatch import cost_state
+from gamutcore.decimation.costs.samples import LARGEST_SHARE, SAMPLES, empty_deviation, take_samples
+from gamutcore.decimation.edge_collapse import collapse_edge, empty_workspace
 from gamutcore.decimation.edge_queue import fill_queue
 from gamutcore.decimation.record import empty_record
-from gamutcore.decimation.costs.samples import LARGEST_SHARE, empty_deviation, take_samples
 from gamutcore.decimation.star import (
     keeps_star_shape,
     link_condition_holds,
-    write_edge_link,
     surface_of,
+    write_edge_link,
 )
-from gamutcore.decimation.edge_collapse import collapse_edge, workspace
+
+FINEST = cost_named("finest").parameters
 
 
 @pytest.fixture(scope="session")
@@ -93,7 +97,7 @@ def faces_left():
 
 def _workspace(surface):
     edges = len(surface.corner_facing)
-    work = workspace(edges, len(surface.position), np.zeros(1, np.int64), np.zeros(2), np.empty(0))
+    work = empty_workspace(edges, len(surface.position), np.zeros(1, np.int64), np.empty(0))
     work.queue.heap[:] = np.arange(edges)
     work.queue.priority[:] = np.arange(edges)
     fill_queue(work.queue, edges)
@@ -116,8 +120,8 @@ def random_collapses():
 
     def collapses(cost, surface, seed, wanted):
         random = np.random.default_rng(seed)
-        delivered = surface.position.astype(np.float32)
-        record, work = empty_record(len(delivered)), _workspace(surface)
+        grid = Grid(surface.position.astype(np.float32), np.zeros(3), 1.0)
+        record, work = empty_record(len(grid.position)), _workspace(surface)
         ring, done = np.empty((200, 2), np.int32), 0
         for query, edge in enumerate(random.permutation(len(surface.corner_facing)).tolist()):
             if done == wanted:
@@ -134,7 +138,7 @@ def random_collapses():
             ):
                 continue
             work.rounded[:] = work.point
-            kept = collapse_edge(cost, surface, delivered, record, work, edge, done)
+            kept = collapse_edge(cost, surface, grid, record, work, edge, done)
             done += 1
             yield int(kept)
 
@@ -228,7 +232,7 @@ def deviating(bumpy_mesh, surface_from, random_collapses):
         surface = surface_from(positions, faces)
         deviation = empty_deviation(len(positions) + len(faces), len(faces))
         take_samples(deviation, surface, 1, True)
-        state = finest.state(positions, faces)._replace(deviation=deviation)
+        state = cost_state(FINEST, positions, faces)._replace(deviation=deviation)
         for _ in random_collapses(state, surface, seed, collapses):
             pass
         return deviation, surface

@@ -448,7 +448,7 @@ class TestRefusals:
         with pytest.raises(MeshError):
             decimate(TriangleMesh(np.eye(3), faces), (0, 0, 0))
 
-    @pytest.mark.parametrize("cost", ["area", "", "interface", "__init__", "../quadric"])
+    @pytest.mark.parametrize("cost", ["area", "", "Volume", "../quadric"])
     def test_of_a_cost_that_is_not_there(self, icosphere, cost):
         with pytest.raises(OptionError, match=re.escape(repr(cost))) as caught:
             decimate(icosphere(1), (0, 0, 0), cost)

@@ -41,24 +41,24 @@ def test_a_fault_of_the_one_who_is_told_is_raised():
 
 
 def test_parts_count_by_their_work():
-    course = Progress([(2, 3.0), (10, 1.0), (1, 4.0)])
-    assert course.done() == 0
-    first = course.begin_part()
+    progress = Progress([(2, 3.0), (10, 1.0), (1, 4.0)])
+    assert progress.fraction() == 0
+    first = progress.begin_part()
     first[0] = 1
-    assert course.done() == 1.5 / 8
-    second = course.begin_part()
-    assert course.done() == 3 / 8
+    assert progress.fraction() == 1.5 / 8
+    second = progress.begin_part()
+    assert progress.fraction() == 3 / 8
     second[0] = 5
-    assert course.done() == 3.5 / 8
-    course.begin_part()[0] = 1
-    assert course.done() == 1
+    assert progress.fraction() == 3.5 / 8
+    progress.begin_part()[0] = 1
+    assert progress.fraction() == 1
 
 
 def test_more_than_was_expected_is_no_more_than_the_part():
-    course = Progress([(2, 1.0), (2, 1.0)])
-    course.begin_part()[0] = 3
-    assert course.done() == 0.5
+    progress = Progress([(2, 1.0), (2, 1.0)])
+    progress.begin_part()[0] = 3
+    assert progress.fraction() == 0.5
 
 
 def test_what_takes_no_work_is_done():
-    assert Progress([(0, 0.0)]).done() == 1
+    assert Progress([(0, 0.0)]).fraction() == 1

@@ -7,19 +7,23 @@ from hypothesis import strategies as st
 
 from gamutcore.decimation.costs.deviation import (
     DENSE_LINK,
-    query_edge,
-    query_vertex,
     change_at,
     current_deviation,
+    query_edge,
+    query_vertex,
 )
 from gamutcore.decimation.costs.sample_assignment import thin_samples
 from gamutcore.decimation.costs.samples import (
     LARGEST_LINK,
     LARGEST_SHARE,
+    SAMPLES,
+    TOP,
+    TOTAL_WEIGHT,
     empty_deviation,
     sample_capacity,
     take_samples,
 )
+from gamutcore.decimation.costs.steps import step_towards_reference
 from gamutcore.decimation.star import (
     keeps_star_shape,
     link_condition_holds,
@@ -27,7 +31,6 @@ from gamutcore.decimation.star import (
     write_vertex_link,
     write_volume_gradient,
 )
-from gamutcore.decimation.costs.steps import step_towards_reference
 
 
 def change_by_collapse(deviation, surface, corner, place):
@@ -125,7 +128,7 @@ def test_asking_changes_nothing_but_scratch(deviating):
     deviation, surface = deviating(4)
     kept = [deviation.begin, deviation.end, deviation.error, deviation.released]
     # what is behind the last sample, or in the other half, is not in use
-    top = int(deviation.counts[3])
+    top = int(deviation.counts[TOP])
     kept += [array[:top] for array in (deviation.x, deviation.y, deviation.z, deviation.weight)]
     before = [array.copy() for array in (*surface, *kept)]
     corner = int(surface.corner_facing[surface.corner_facing >= 0][0])
@@ -188,7 +191,13 @@ def test_very_large_rings_are_not_evaluated(surface_from, corner_of, total, face
 
 @pytest.mark.parametrize(
     ("sides", "rows", "evaluated"),
-    [(DENSE_LINK, 1, True), (DENSE_LINK + 1, 1, False), (DENSE_LINK + 1, 9, True), (40, 1, False), (40, 9, True)],
+    [
+        (DENSE_LINK, 1, True),
+        (DENSE_LINK + 1, 1, False),
+        (DENSE_LINK + 1, 9, True),
+        (40, 1, False),
+        (40, 9, True),
+    ],
 )
 def test_hubs_are_not_evaluated_if_they_have_a_good_part_of_all_samples(
     surface_from, corner_of, sides, rows, evaluated
@@ -221,11 +230,13 @@ def test_what_is_blown_up_where_there_are_no_samples_counts_all_the_same(
     take_samples(deviation, surface, 3000, True)
     while thin_samples(deviation, surface, 200):
         pass
-    slack = 10 * deviation.sums[3] / deviation.counts[SAMPLES]
+    slack = 10 * deviation.sums[TOTAL_WEIGHT] / deviation.counts[SAMPLES]
     ring = np.empty((10, 2), np.int32)
     for vertex in np.argsort(np.linalg.norm(surface.position, axis=1))[:20].tolist():
         slope = np.empty(3)
-        write_volume_gradient(surface.position, ring, write_vertex_link(surface, vertex, ring), slope)
+        write_volume_gradient(
+            surface.position, ring, write_vertex_link(surface, vertex, ring), slope
+        )
         here = surface.position[vertex]
         grown = (times - 1) * (slope @ here)
         change = change_by_move(deviation, surface, vertex, times * here)

@@ -8,10 +8,19 @@ from gamutcore.boundary import modified_convex_hull
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.decimation import decimate
-from gamutcore.decimation.costs import finest
-from gamutcore.decimation.costs.samples import LARGEST_SHARE
+from gamutcore.decimation.costs import cost_named
+from gamutcore.decimation.costs.dispatch import cost_state, enter_level, find_improvement
+from gamutcore.decimation.costs.parameters import (
+    MOVED_AT_LEAST,
+    MOVED_FRACTION,
+    SAMPLES_OF_REFERENCE_FACE,
+)
+from gamutcore.decimation.costs.refinement import LEAST_GAIN
+from gamutcore.decimation.costs.samples import LARGEST_SHARE, SAMPLES
 from gamutcore.history import history_bytes, history_of
 from gamutcore.metric import mismatch
+
+FINEST = cost_named("finest").parameters
 
 COMPARED = (200, 100, 50)
 
@@ -91,7 +100,7 @@ def test_vertices_move_in_a_tenth_of_all_levels(icosphere, divisions, first):
     left = len(mesh.vertices) - 1 - np.arange(len(shifts))
     assert (shifts[left > first] == 0).all()
     assert (shifts[left < first] > 0).mean() > 0.5
-    assert first <= max(len(mesh.vertices) / finest.MOVED_PART, finest.MOVED_AT_LEAST)
+    assert first <= max(len(mesh.vertices) / MOVED_FRACTION, MOVED_AT_LEAST)
 
 
 @pytest.mark.parametrize("colours", [8_000, 30_000])
@@ -106,39 +115,39 @@ def test_a_history_takes_110_bits_a_vertex(fogra39, colours):
 
 
 @pytest.fixture(scope="module")
-def state_and_surface(bumpy_mesh, surface_from, compiled, random_collapses):
+def state_and_surface(bumpy_mesh, surface_from, random_collapses):
     """Return a state after some collapses, and its surface."""
     positions, faces = bumpy_mesh(7, 200)
-    state, surface = finest.state(positions, faces), surface_from(positions, faces)
-    compiled.reach(state, surface, len(positions))
+    state, surface = cost_state(FINEST, positions, faces), surface_from(positions, faces)
+    enter_level(state, surface, len(positions))
     for left, _ in enumerate(random_collapses(state, surface, 0, 100)):
-        compiled.reach(state, surface, len(positions) - 1 - left)
+        enter_level(state, surface, len(positions) - 1 - left)
     return state, surface
 
 
 @pytest.mark.parametrize("divisions", [1, 2, 3, 4])
 def test_faces_that_are_few_have_several_samples_each(
-    icosphere, surface_from, compiled, samples_in, divisions
+    icosphere, surface_from, samples_in, divisions
 ):
     mesh = icosphere(divisions)
     positions = mesh.vertices.astype(np.float64)
-    state, surface = finest.state(positions, mesh.faces), surface_from(positions, mesh.faces)
+    state, surface = cost_state(FINEST, positions, mesh.faces), surface_from(positions, mesh.faces)
     assert state.deviation.counts[SAMPLES] == 0
-    assert compiled.reach(state, surface, len(positions)) is False
+    assert enter_level(state, surface, len(positions)) is False
     used = int(state.deviation.counts[SAMPLES])
     assert min(len(samples_in(state.deviation, face)) for face in range(mesh.triangles)) > 3
-    wanted = min(finest.SAMPLES, finest.SAMPLES_OF_FACE * mesh.triangles)
+    wanted = min(FINEST.samples, SAMPLES_OF_REFERENCE_FACE * mesh.triangles)
     assert used == pytest.approx(wanted, rel=0.25)
     whole = np.linalg.det(positions[mesh.faces]).sum()
     assert state.deviation.weight[:used].sum() == pytest.approx(whole, rel=1e-12)
 
 
-def test_of_many_faces_each_has_one_sample(icosphere, surface_from, compiled, points_of):
+def test_of_many_faces_each_has_one_sample(icosphere, surface_from, points_of):
     mesh = icosphere(6)
     positions = mesh.vertices.astype(np.float64)
-    state, surface = finest.state(positions, mesh.faces), surface_from(positions, mesh.faces)
-    assert compiled.reach(state, surface, len(positions)) is False
-    assert state.deviation.counts[SAMPLES] == mesh.triangles < finest.MOST_SAMPLES
+    state, surface = cost_state(FINEST, positions, mesh.faces), surface_from(positions, mesh.faces)
+    assert enter_level(state, surface, len(positions)) is False
+    assert state.deviation.counts[SAMPLES] == mesh.triangles < FINEST.largest_samples
     # in no faces yet, for nothing depends on it
     assert (state.deviation.end == 0).all()
     found = cKDTree(points_of(state.deviation, slice(mesh.triangles)))
@@ -147,20 +156,20 @@ def test_of_many_faces_each_has_one_sample(icosphere, surface_from, compiled, po
     assert away.max() < 1e-14
 
 
-def test_very_many_faces_share_samples(icosphere, surface_from, compiled):
+def test_very_many_faces_share_samples(icosphere, surface_from):
     mesh = icosphere(7)
-    assert mesh.triangles > 2 * finest.MOST_SAMPLES
+    assert mesh.triangles > 2 * FINEST.largest_samples
     positions = mesh.vertices.astype(np.float64)
-    state, surface = finest.state(positions, mesh.faces), surface_from(positions, mesh.faces)
-    assert compiled.reach(state, surface, len(positions)) is False
+    state, surface = cost_state(FINEST, positions, mesh.faces), surface_from(positions, mesh.faces)
+    assert enter_level(state, surface, len(positions)) is False
     used = int(state.deviation.counts[SAMPLES])
-    assert used == pytest.approx(finest.MOST_SAMPLES / 2, rel=1e-4)
+    assert used == pytest.approx(FINEST.largest_samples / 2, rel=1e-4)
     whole = np.linalg.det(positions[mesh.faces]).sum()
     assert state.deviation.weight[:used].sum() == pytest.approx(whole, rel=1e-4)
 
 
 def test_a_proposed_move_saves_a_worthwhile_part(
-    state_and_surface, compiled, faces_left, by_hand, all_samples, points_of
+    state_and_surface, faces_left, by_hand, all_samples, points_of
 ):
     """By sums over all samples before and after."""
     state, surface = state_and_surface
@@ -172,7 +181,7 @@ def test_a_proposed_move_saves_a_worthwhile_part(
     proposed = 0
     for vertex in np.unique(faces).tolist():
         place = np.empty(3)
-        if not compiled.improve(state, surface, vertex, place):
+        if not find_improvement(state, surface, vertex, place):
             continue
         positions = surface.position.copy()
         positions[vertex] = place
@@ -181,16 +190,16 @@ def test_a_proposed_move_saves_a_worthwhile_part(
         after = by_hand(positions, faces, points, weights)[1]
         after = np.minimum(after, LARGEST_SHARE * weights).sum()
         around = shares[(faces == vertex).any(axis=1)[inside]].sum()
-        assert shares.sum() - after >= finest.WORTHWHILE * around * 0.999
+        assert shares.sum() - after >= LEAST_GAIN * around * 0.999
         proposed += 1
     assert proposed > 5
 
 
-def test_nothing_is_proposed_in_fine_levels(state_and_surface, compiled):
+def test_nothing_is_proposed_in_fine_levels(state_and_surface):
     state, surface = state_and_surface
     vertices = np.unique(surface.vertex[surface.corner_facing[surface.corner_facing >= 0]]).tolist()
     present = int(state.vertices[0])
-    assert any(compiled.improve(state, surface, vertex, np.empty(3)) for vertex in vertices)
+    assert any(find_improvement(state, surface, vertex, np.empty(3)) for vertex in vertices)
     state.vertices[0] = state.vertices[1] + 1
-    assert not any(compiled.improve(state, surface, vertex, np.empty(3)) for vertex in vertices)
+    assert not any(find_improvement(state, surface, vertex, np.empty(3)) for vertex in vertices)
     state.vertices[0] = present

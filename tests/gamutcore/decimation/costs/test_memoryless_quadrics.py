@@ -6,14 +6,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import lapack
 
-from gamutcore.decimation.costs import volume
+from gamutcore.decimation.costs import cost_named
+from gamutcore.decimation.costs.dispatch import cost_state
 from gamutcore.decimation.costs.memoryless_quadrics import (
     account_for_volume,
-    constrained_optimum,
     constrained_error,
+    constrained_optimum,
     shift_to_preserve_volume,
-    memoryless,
 )
+from gamutcore.decimation.star import DEFICIT_NOW
+
+VOLUME = cost_named("volume").parameters
+
+
+def memoryless_quadrics(positions, faces):
+    return cost_state(VOLUME, positions, faces).quadrics
 
 
 def stars(faces, one, two):
@@ -67,7 +74,7 @@ def edges(surface_from, bumpy_mesh, ends_of):
         positions, faces = bumpy_mesh(seed, count)
         surface = surface_from(positions, faces)
         named = [(int(corner), *ends_of(surface, int(corner))) for corner in surface.corner_facing]
-        return positions, faces, memoryless(positions, faces), surface, named
+        return positions, faces, memoryless_quadrics(positions, faces), surface, named
 
     return make
 
@@ -80,7 +87,9 @@ def test_the_error_is_area_by_squared_distance(edges, seed):
     for corner, one, two in named[::4]:
         place = positions[one] + 20 * random.normal(size=3)
         expected = error_by_hand(positions, faces, one, two, place)
-        assert constrained_error(planes, surface, corner, place) == pytest.approx(expected, rel=1e-9)
+        assert constrained_error(planes, surface, corner, place) == pytest.approx(
+            expected, rel=1e-9
+        )
 
 
 @settings(max_examples=10)
@@ -121,7 +130,7 @@ def test_the_optimum_preserves_the_volume(edges, seed):
 def test_the_optimum_makes_up_for_what_is_missing(edges):
     positions, faces, planes, surface, named = edges(2)
     before = np.linalg.det(positions[faces]).sum() / 6
-    surface.deficit[0] = 6 * 0.01 * before
+    surface.deficit[DEFICIT_NOW] = 6 * 0.01 * before
     for corner, one, two in named:
         place = np.empty(3)
         constrained_optimum(planes, surface, corner, place)
@@ -146,12 +155,12 @@ def test_a_place_is_shifted_to_the_volume_by_the_shortest_way(edges):
 def test_what_rounding_loses_is_missing_from_then_on(edges):
     positions, faces, planes, surface, named = edges(4)
     before = np.linalg.det(positions[faces]).sum() / 6
-    surface.deficit[0] = 0.5
+    surface.deficit[DEFICIT_NOW] = 0.5
     for corner, one, two in named[:1]:
         place = positions[one] * 1.01
         account_for_volume(planes, surface, corner, place)
         lost = before - enclosed(positions, faces, one, two, place)
-        assert surface.deficit[0] == pytest.approx(0.5 + 6 * lost, rel=1e-9)
+        assert surface.deficit[DEFICIT_NOW] == pytest.approx(0.5 + 6 * lost, rel=1e-9)
 
 
 def test_either_corner_that_faces_an_edge_will_do(edges):
@@ -167,19 +176,19 @@ def test_either_corner_that_faces_an_edge_will_do(edges):
 def test_nothing_is_remembered(surface_from, bumpy_mesh, faces_left, random_collapses):
     """After collapses all is as if the surface had been like that from the start."""
     positions, faces = bumpy_mesh(6, 80)
-    surface, state = surface_from(positions, faces), volume.state(positions, faces)
+    surface, state = surface_from(positions, faces), cost_state(VOLUME, positions, faces)
     before = np.linalg.det(positions[faces]).sum()
     for _ in random_collapses(state, surface, 0, 40):
         pass
     numbers, left = faces_left(surface)
     assert len(left) < len(faces) - 40
     missing = before - np.linalg.det(surface.position[left]).sum()
-    assert surface.deficit[0] == pytest.approx(missing, rel=1e-9)
+    assert surface.deficit[DEFICIT_NOW] == pytest.approx(missing, rel=1e-9)
     # the same surface anew, with faces and vertices of other numbers
     kept, renamed = np.unique(left, return_inverse=True)
     again = surface_from(surface.position[kept], renamed.reshape(-1, 3))
-    again.deficit[0] = surface.deficit[0]
-    fresh = memoryless(again.position, renamed.reshape(-1, 3))
+    again.deficit[DEFICIT_NOW] = surface.deficit[DEFICIT_NOW]
+    fresh = memoryless_quadrics(again.position, renamed.reshape(-1, 3))
     for corner in again.corner_facing.tolist():
         here, there = np.empty(3), np.empty(3)
         old = int(3 * numbers[corner // 3] + corner % 3)
@@ -194,8 +203,8 @@ def test_scale_costs_no_digits(surface_from, bumpy_mesh, scale):
     positions, faces = bumpy_mesh(5, 40)
     here, there = np.empty(3), np.empty(3)
     surface, other = surface_from(positions, faces), surface_from(positions * scale, faces)
-    expected = constrained_optimum(memoryless(positions, faces), surface, 2, here)
-    value = constrained_optimum(memoryless(positions * scale, faces), other, 2, there)
+    expected = constrained_optimum(memoryless_quadrics(positions, faces), surface, 2, here)
+    value = constrained_optimum(memoryless_quadrics(positions * scale, faces), other, 2, there)
     # of the order of a volume
     assert value == pytest.approx(expected * scale**3, rel=1e-9)
     np.testing.assert_allclose(there / scale, here, rtol=1e-9)
@@ -213,7 +222,7 @@ def test_on_a_flat_side_the_shorter_edge_comes_first(surface_from):
     below = [(25, rim[(i + 1) % 16], rim[i]) for i in range(16)]
     faces = np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]], below])
     positions = np.vstack([top, [[0, 0, -1]]])
-    surface, planes = surface_from(positions, faces), memoryless(positions, faces)
+    surface, planes = surface_from(positions, faces), memoryless_quadrics(positions, faces)
     for corner in surface.corner_facing.tolist():
         face = surface.vertex[3 * (corner // 3) : 3 * (corner // 3) + 3].tolist()
         one, two = (face[(corner + step) % 3] for step in (1, 2))

@@ -3,19 +3,22 @@
 import numpy as np
 import pytest
 
-from gamutcore.decimation.costs import finest
-from gamutcore.decimation.costs.deviation import query_edge, change_at
+from gamutcore.decimation.costs import cost_named
+from gamutcore.decimation.costs.deviation import change_at, query_edge
+from gamutcore.decimation.costs.dispatch import cost_state
 from gamutcore.decimation.costs.memoryless_quadrics import constrained_optimum
 from gamutcore.decimation.costs.refinement import mismatch_error, refine_point
-from gamutcore.decimation.costs.samples import take_samples
-from gamutcore.decimation.star import write_edge_link, star_volume, write_volume_gradient
+from gamutcore.decimation.costs.samples import SAMPLES, take_samples
+from gamutcore.decimation.star import star_volume, write_edge_link, write_volume_gradient
+
+FINEST = cost_named("finest").parameters
 
 
 @pytest.fixture(scope="module")
 def case(bumpy_mesh, surface_from):
     """Return the planes, the deviation and the surface of a small boundary, and its edges."""
     positions, faces = bumpy_mesh(3, 150)
-    surface, state = surface_from(positions, faces), finest.state(positions, faces)
+    surface, state = surface_from(positions, faces), cost_state(FINEST, positions, faces)
     take_samples(state.deviation, surface, 8000, True)
     return state, surface, surface.corner_facing[surface.corner_facing >= 0].tolist()
 
@@ -66,5 +69,7 @@ def test_the_volume_is_kept_where_it_has_to_be(case):
         constrained_optimum(state.quadrics, surface, corner, place)
         refine_point(state.deviation, state.quadrics, surface, corner, place, trial, 3, True)
         one, two = (int(surface.vertex[3 * (corner // 3) + (corner + k) % 3]) for k in (1, 2))
-        write_volume_gradient(surface.position, ring, write_edge_link(surface, one, two, ring), slope)
+        write_volume_gradient(
+            surface.position, ring, write_edge_link(surface, one, two, ring), slope
+        )
         assert slope @ place == pytest.approx(star_volume(surface, one, two), rel=1e-9)

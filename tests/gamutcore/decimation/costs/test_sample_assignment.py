@@ -5,21 +5,25 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gamutcore.decimation.costs import finest
+from gamutcore.decimation.costs import cost_named
+from gamutcore.decimation.costs.dispatch import cost_state
 from gamutcore.decimation.costs.sample_assignment import (
-    release_samples,
     assign_samples,
     reassign_samples,
+    release_samples,
     thin_samples,
 )
 from gamutcore.decimation.costs.samples import (
     LARGEST_LINK,
+    SAMPLES,
     empty_deviation,
     sample_capacity,
     take_samples,
 )
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import mismatch
+
+FINEST = cost_named("finest").parameters
 
 
 def start_at_centroids(deviation, surface):
@@ -44,7 +48,7 @@ class Tracked:
     def __init__(self, start, positions, faces, surface):
         self.surface = surface
         # the cost that does nothing about the samples but hand them over and redistribute them
-        self.state = finest.state(positions, faces)
+        self.state = cost_state(FINEST, positions, faces)
         room = empty_deviation(sample_capacity(PARTS * len(faces), len(faces)), len(faces))
         self.state = self.state._replace(deviation=room)
         self.deviation = room

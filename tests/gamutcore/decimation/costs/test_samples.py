@@ -6,6 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.decimation.costs.samples import (
+    SAMPLES,
+    TOP,
     deviation_on_faces,
     empty_deviation,
     sample_capacity,
@@ -98,7 +100,7 @@ def test_samples_go_along_to_a_surface_of_fewer_faces(bumpy_mesh, surface_from, 
     deviation.counts[SAMPLES] = sum(len(values) for values in kept)
     other = deviation_on_faces(deviation, left)
     np.testing.assert_array_equal(other.error, left)
-    assert other.counts[SAMPLES] == other.counts[3] == other.end[-1] == deviation.counts[SAMPLES]
+    assert other.counts[SAMPLES] == other.counts[TOP] == other.end[-1] == deviation.counts[SAMPLES]
     for face, values in enumerate(kept):
         np.testing.assert_array_equal(other.x[samples_in(other, face)], values)
 
@@ -113,7 +115,7 @@ def test_samples_in_no_faces_go_along_as_they_are(bumpy_mesh, surface_from):
     assert (deviation.end == 0).all()
     other = deviation_on_faces(deviation, np.arange(7, dtype=np.int32))
     assert other.counts[SAMPLES] == count
-    assert other.counts[3] == 0
+    assert other.counts[TOP] == 0
     for name in ("x", "y", "z", "weight"):
         one, two = getattr(other, name), getattr(deviation, name)
         np.testing.assert_array_equal(one[:count], two[:count])
