@@ -24,7 +24,7 @@ from gamutcore.boundary import Boundary, modified_convex_hull
 from gamutcore.colours import surface_colours
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.gamut import Options, build_gamut
-from gamutcore.history import History, history_of
+from gamutcore.history import History, build_history
 from gamutcore.metric import mismatch
 
 __all__ = ["accuracy", "build_times", "level_times", "peak_megabytes", "peak_memory"]
@@ -60,7 +60,7 @@ def history(samples: int, cost: str = "volume") -> History:
 
 
 def _decimated_history(boundary: Boundary, cost: str) -> History:
-    return history_of(decimate(boundary.mesh, boundary.centre, cost))
+    return build_history(decimate(boundary.mesh, boundary.centre, cost))
 
 
 def build_times(samples: int, runs: int) -> list[dict[str, Any]]:

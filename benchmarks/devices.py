@@ -21,7 +21,7 @@ from gamutcore.boundary import Boundary, modified_convex_hull
 from gamutcore.colours import surface_colours
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.errors import MeshError
-from gamutcore.history import History, history_of
+from gamutcore.history import History, build_history
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import mismatch
 from gamutcore.metric.radial_overlay import radial_difference
@@ -69,7 +69,7 @@ class Device:
     def histories(self) -> dict[str, History]:
         """Its boundary's histories, by the name of the cost."""
         mesh, centre = self.boundary.mesh, self.boundary.centre
-        return {cost: history_of(decimate(mesh, centre, cost)) for cost in COSTS}
+        return {cost: build_history(decimate(mesh, centre, cost)) for cost in COSTS}
 
     @cached_property
     def boundary(self) -> Boundary:

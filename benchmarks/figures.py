@@ -31,7 +31,7 @@ from gamutcore.boundary import modified_convex_hull
 from gamutcore.boundary.segment_maxima import segment_maxima
 from gamutcore.boundary.usv import usv
 from gamutcore.decimation import COSTS, decimate
-from gamutcore.history import history_of
+from gamutcore.history import build_history
 from gamutcore.version import ALGORITHM_VERSION
 from gamutcore.warm import compile_kernels
 
@@ -150,14 +150,14 @@ def draw(costs: list[str]) -> None:
     """Draw the pictures: levels of three devices with the default cost, and one by all methods."""
     for device in devices():
         if device.name in DRAWN:
-            history = history_of(decimate(device.boundary.mesh, device.boundary.centre))
+            history = build_history(decimate(device.boundary.mesh, device.boundary.centre))
             levels_picture(device, history, DRAWN[device.name])
     device = devices()[0]
     boundary, points = device.boundary, device.points
     by_usv = usv(points, "icosahedron", 1, 0.05, boundary.centre).mesh
     count = by_usv.triangles
     decimations = [
-        (f"decimation, {cost}", history_of(decimate(boundary.mesh, boundary.centre, cost)))
+        (f"decimation, {cost}", build_history(decimate(boundary.mesh, boundary.centre, cost)))
         for cost in costs
     ]
     methods_picture(

@@ -16,7 +16,7 @@ import numpy as np
 from benchmarks.devices import Device
 from gamutcore.history import History
 from gamutcore.metric.error_curve import curve_counts, error_curve
-from gamutcore.metric.level_choice import Bounds, FullBoundary, LevelChoice
+from gamutcore.metric.level_search import Bounds, FullBoundary, LevelSearch
 
 __all__ = ["limit_rows"]
 
@@ -60,7 +60,7 @@ def limit_rows(device: Device, histories: dict[str, History]) -> list[dict[str, 
             found, seconds = [], []
             for limit in limits:
                 start = time.process_time()
-                found.append(LevelChoice(history.triangles, curve).found(history, limit).triangles)
+                found.append(LevelSearch(history.triangles, curve).find(history, limit).triangles)
                 seconds.append(time.process_time() - start)
             asked = list(zip(limits, found, strict=True))
             saved = [by_curve(curve, limit) / count for limit, count in asked]

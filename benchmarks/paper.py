@@ -26,7 +26,7 @@ from gamutcore.boundary.segment_maxima import segment_maxima
 from gamutcore.boundary.usv import BASES, usv
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.errors import BoundaryError, InvalidPointsError
-from gamutcore.history import History, history_of
+from gamutcore.history import History, build_history
 from gamutcore.metric import mismatch
 from gamutcore.metric.voxel_mismatch import voxel_mismatch
 
@@ -144,7 +144,7 @@ def sphere_rows() -> list[dict[str, Any]]:
     for spread in ("spiral", "random"):
         mesh = sphere(10_000, random=spread == "random")
         for cost in COSTS:
-            history = history_of(decimate(mesh, (50.0, 0.0, 0.0), cost))
+            history = build_history(decimate(mesh, (50.0, 0.0, 0.0), cost))
             for count in (2000, 1000, 500, 200, 100):
                 level = history.level(count)
                 product = mismatch(mesh, level) * count

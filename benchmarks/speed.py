@@ -29,7 +29,7 @@ from gamutcore.boundary import Boundary, modified_convex_hull
 from gamutcore.colours import surface_colours
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.gamut import Options, build_gamut
-from gamutcore.history import History, history_bytes, history_from_bytes, history_of
+from gamutcore.history import History, build_history, history_bytes, history_from_bytes
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric.error_curve import curve_counts, error_curve
 
@@ -93,7 +93,7 @@ def measured_histories(
     for cost in COSTS:
 
         def build(cost: str = cost) -> None:
-            histories[cost] = history_of(decimate(boundary.mesh, boundary.centre, cost))
+            histories[cost] = build_history(decimate(boundary.mesh, boundary.centre, cost))
 
         shortest, middle = shortest_and_median(build, runs)
         history = histories[cost]
@@ -187,7 +187,7 @@ def million_points() -> dict[str, Any]:
     start = time.process_time()
     boundary = modified_convex_hull(points)
     hull = time.process_time() - start
-    history_of(decimate(boundary.mesh, boundary.centre))
+    build_history(decimate(boundary.mesh, boundary.centre))
     total = time.process_time() - start
     return {
         "points": len(points),
@@ -203,7 +203,7 @@ def storage(runs: int) -> list[dict[str, Any]]:
     boundary = srgb_boundary(115_000)
     rows = []
     for cost in COSTS:
-        history = history_of(decimate(boundary.mesh, boundary.centre, cost))
+        history = build_history(decimate(boundary.mesh, boundary.centre, cost))
         data = history_bytes(history)
         opening, common, whole = (
             shortest_and_median(functools.partial(_level_of_file, data, count), runs)
@@ -261,13 +261,13 @@ def main() -> None:
     """Print by how many bytes this process grows while it decimates the boundary in a file."""
     file, cost = sys.argv[1:]
     small = srgb_boundary(200)
-    history_of(decimate(small.mesh, small.centre, cost))  # loads the kernels
+    build_history(decimate(small.mesh, small.centre, cost))  # loads the kernels
     with np.load(file) as arrays:
         mesh = TriangleMesh(arrays["vertices"], arrays["faces"])
         centre = arrays["centre"]
     Path("/proc/self/clear_refs").write_text("5")  # the peak begins anew (man 5 proc)
     before = resident("VmRSS")
-    history_of(decimate(mesh, centre, cost))
+    build_history(decimate(mesh, centre, cost))
     print(resident("VmHWM") - before)
 
 

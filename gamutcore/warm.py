@@ -10,17 +10,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from gamutcore.boundary import BOUNDARIES, wrapped
+from gamutcore.boundary import BOUNDARIES, compute_boundary
 from gamutcore.characterisation.icc.grid import Grid
 from gamutcore.characterisation.icc.process_elements import FloatGrid
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.device_values import DeviceValues
-from gamutcore.export import FORMATS, encoded_mesh
+from gamutcore.export import FORMATS, mesh_file
 from gamutcore.gamut import Gamut, Options, build_gamut
-from gamutcore.history import History, Splits, history_bytes, history_from_bytes, history_of
-from gamutcore.history.device_history import device_history_of
+from gamutcore.history import History, Splits, build_history, history_bytes, history_from_bytes
+from gamutcore.history.device_history import build_device_history
 from gamutcore.metric import mismatch, radial_difference, voxel_mismatch
-from gamutcore.metric.level_choice import Bounds, LevelChoice
+from gamutcore.metric.level_search import Bounds, LevelSearch
 
 __all__ = ["compile_kernels", "compile_reading_kernels"]
 
@@ -41,12 +41,12 @@ def compile_kernels() -> None:
     Grid((2, 2, 2), np.zeros((8, 3), np.uint16)).values(np.full((1, 3), 0.5))
     FloatGrid((2, 2, 2), (np.zeros((8, 3), np.float32),), 3).values(np.full((1, 3), 0.5))
     for method in BOUNDARIES:
-        boundary = wrapped(device, method)
+        boundary = compute_boundary(device, method)
     # small: errors by samples, of which there are as many however few the faces, take a while
-    cube = wrapped(device[(device % 1.0 == 0.0).all(axis=1)], "convex-hull")
+    cube = compute_boundary(device[(device % 1.0 == 0.0).all(axis=1)], "convex-hull")
     for cost in COSTS:
         decimate(cube.mesh, cube.centre, cost)
-    history = history_of(decimate(boundary.mesh, boundary.centre, "quadric"))
+    history = build_history(decimate(boundary.mesh, boundary.centre, "quadric"))
     cursor = history.cursor(100)
     cursor.finer()
     cursor.coarser()
@@ -76,13 +76,13 @@ def compile_reading_kernels() -> None:
         shifted_fine=np.zeros((0, 3), np.float32),
     )
     ramp = DeviceValues(("K",), np.linspace(0.0, 1.0, 5)[:, np.newaxis])
-    device = device_history_of(ramp, np.arange(5, dtype=np.int32), splits)
+    device = build_device_history(ramp, np.arange(5, dtype=np.int32), splits)
     history = History(splits, np.array([60.0, 0.0, 0.0]), 2.0**-11, device)
     history, _ = history_from_bytes(history_bytes(history))
-    LevelChoice(history.triangles, []).found(history, Bounds(distance=1e-6))
+    LevelSearch(history.triangles, []).find(history, Bounds(distance=1e-6))
     mesh = replace(history.level(6), device=history.device_values(6))
     for name in FORMATS:
-        encoded_mesh(mesh, name)
+        mesh_file(mesh, name)
 
 
 if __name__ == "__main__":

@@ -140,10 +140,10 @@ def _refresh(
                     and work.evaluated[edge] < collapses
                 ):
                     _requeue(state, surface, work, edge, collapses)
-                around = int(surface.swing[around])
+                around = int(surface.swung[around])
                 if around == begin:
                     break
-        spoke = int(surface.swing[spoke])
+        spoke = int(surface.swung[spoke])
         if spoke == first:
             break
 

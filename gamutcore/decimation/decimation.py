@@ -16,7 +16,7 @@ from gamutcore.decimation.stages import Stage, join_records
 from gamutcore.decimation.star import DEFICIT_LARGEST, surface_of
 from gamutcore.decimation.trials import progress_of, run_schedule
 from gamutcore.errors import DecimationError, MeshError
-from gamutcore.grid import mesh_grid_step, rounded_to_grid
+from gamutcore.grid import mesh_grid_step, nearest_grid_points
 from gamutcore.star_shape import faces_not_seeing_centre
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ def decimate(
     step = mesh_grid_step(mesh.vertices)
     # a unit near the size of the mesh: products of nine coordinates must not vanish or overflow
     unit = step * 2.0**UNIT_STEPS
-    on_grid = np.ascontiguousarray(rounded_to_grid(mesh.vertices, step) / unit, np.float32)
+    on_grid = np.ascontiguousarray(nearest_grid_points(mesh.vertices, step) / unit, np.float32)
     positions = on_grid.astype(np.float64) - origin / unit
     faces = np.ascontiguousarray(mesh.faces, np.int32)
     opposite = opposite_corners(faces, len(positions))

@@ -168,7 +168,7 @@ def _close_gap(surface: Surface, corner: int) -> int:
     vertex, opposite = surface.vertex, surface.opposite
     one, two = int(opposite[following(corner)]), int(opposite[preceding(corner)])
     opposite[one], opposite[two] = two, one
-    surface.swing[preceding(one)], surface.swing[preceding(two)] = following(two), following(one)
+    surface.swung[preceding(one)], surface.swung[preceding(two)] = following(two), following(one)
     surface.corner_at[vertex[following(one)]] = following(one)
     surface.corner_at[vertex[preceding(one)]] = preceding(one)
     stays, goes = int(surface.edge_of[one]), int(surface.edge_of[two])
@@ -199,7 +199,7 @@ def mark_changed(surface: Surface, work: Workspace, vertex: int, collapses: int)
     spoke = first
     while True:
         work.changed[surface.vertex[following(spoke)]] = collapses
-        spoke = int(surface.swing[np.uint64(spoke)])
+        spoke = int(surface.swung[np.uint64(spoke)])
         if spoke == first:
             break
 

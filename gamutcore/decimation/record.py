@@ -144,11 +144,11 @@ def record_moved_corners(surface: Surface, right_corner: int, record: Record, fi
         Number of entries in use afterwards.
     """
     kept = surface.vertex[following(right_corner)]
-    corner = int(surface.swing[right_corner])
+    corner = int(surface.swung[right_corner])
     while surface.vertex[preceding(corner)] != kept:
         record.moved[filled] = corner
         filled += 1
-        corner = int(surface.swing[corner])
+        corner = int(surface.swung[corner])
     return filled
 
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
-from gamutcore.corner_table import following, preceding, swung
+from gamutcore.corner_table import following, preceding, swing
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.star_shape import sees_centre
 
@@ -52,8 +52,8 @@ class Surface(NamedTuple):
         Positions relative to the centre.
     vertex, opposite : (3 F,) int32
         The corner table.
-    swing : (3 F,) int32
-        The next corner around the same vertex: `swung` of every corner. A walk around a vertex
+    swung : (3 F,) int32
+        The next corner around the same vertex: `swing` of every corner. A walk around a vertex
         waits for each of its steps, so the value is stored.
     corner_at : (V,) int32
         Some corner at each vertex.
@@ -72,7 +72,7 @@ class Surface(NamedTuple):
     position: FloatArray
     vertex: IndexArray
     opposite: IndexArray
-    swing: IndexArray
+    swung: IndexArray
     corner_at: IndexArray
     degree: IndexArray
     edge_of: IndexArray
@@ -101,13 +101,13 @@ def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -
     corner_at = np.empty(len(positions), np.int32)
     edge_of = np.empty(vertex.size, np.int32)
     corner_facing = np.empty(vertex.size // 2, np.int32)
-    swing = np.empty(vertex.size, np.int32)
+    swung = np.empty(vertex.size, np.int32)
     edges = 0
     degree = np.zeros(len(positions), np.int32)
     for corner in range(vertex.size):
         corner_at[vertex[corner]] = corner
         degree[vertex[corner]] += 1
-        swing[corner] = swung(opposite, corner)
+        swung[corner] = swing(opposite, corner)
         if corner < opposite[corner]:
             edge_of[corner] = edges
             edge_of[opposite[corner]] = edges
@@ -118,7 +118,7 @@ def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -
         positions.copy(),
         vertex,
         opposite.copy(),
-        swing,
+        swung,
         corner_at,
         degree,
         edge_of,
@@ -149,7 +149,7 @@ def link_condition_holds(surface: Surface, kept: int, dead: int, query: int) -> 
     corner = first
     while True:
         mark[vertex[following(corner)]] = query
-        corner = int(surface.swing[np.uint64(corner)])
+        corner = int(surface.swung[np.uint64(corner)])
         if corner == first:
             break
     common = 0
@@ -158,7 +158,7 @@ def link_condition_holds(surface: Surface, kept: int, dead: int, query: int) -> 
     while True:
         if mark[vertex[following(corner)]] == query:
             common += 1
-        corner = int(surface.swing[np.uint64(corner)])
+        corner = int(surface.swung[np.uint64(corner)])
         if corner == first:
             break
     return common == 2
@@ -193,7 +193,7 @@ def write_edge_link(surface: Surface, kept: int, dead: int, link: IndexArray) ->
                 link[count, 0] = one
                 link[count, 1] = two
                 count += 1
-            corner = int(surface.swing[np.uint64(corner)])
+            corner = int(surface.swung[np.uint64(corner)])
             if corner == first:
                 break
     return count
@@ -209,7 +209,7 @@ def write_vertex_link(surface: Surface, centre: int, link: IndexArray) -> int:
         link[count, 0] = surface.vertex[following(corner)]
         link[count, 1] = surface.vertex[preceding(corner)]
         count += 1
-        corner = int(surface.swing[np.uint64(corner)])
+        corner = int(surface.swung[np.uint64(corner)])
         if corner == first:
             break
     return count
@@ -272,7 +272,7 @@ def star_volume(surface: Surface, kept: int, dead: int) -> float:
                 ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
                 bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
                 total += x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
-            corner = int(surface.swing[np.uint64(corner)])
+            corner = int(surface.swung[np.uint64(corner)])
             if corner == first:
                 break
     return total

@@ -2,7 +2,7 @@
 
 from gamutcore.history.device_history import DeviceHistory
 from gamutcore.history.file import history_bytes, history_from_bytes, history_metadata
-from gamutcore.history.history import MINIMUM_TRIANGLES, History, history_of
+from gamutcore.history.history import MINIMUM_TRIANGLES, History, build_history
 from gamutcore.history.prefix_order import Splits
 from gamutcore.history.stepping import LevelCursor
 
@@ -12,8 +12,8 @@ __all__ = [
     "History",
     "LevelCursor",
     "Splits",
+    "build_history",
     "history_bytes",
     "history_from_bytes",
     "history_metadata",
-    "history_of",
 ]

@@ -61,8 +61,8 @@ __all__ = [
     "DeviceHistory",
     "DeviceSection",
     "PackedDeviceValues",
+    "build_device_history",
     "device_history_in",
-    "device_history_of",
     "device_section",
     "packed_device_values",
 ]
@@ -266,7 +266,7 @@ class DeviceHistory:
         return values
 
 
-def device_history_of(device: DeviceValues, slots: IndexArray, splits: Splits) -> DeviceHistory:
+def build_device_history(device: DeviceValues, slots: IndexArray, splits: Splits) -> DeviceHistory:
     """Return the device values of all levels from those of the full boundary.
 
     Parameters

@@ -93,7 +93,7 @@ def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -
     ------
     HistoryFileError
         If positions are not on the history's grid, or its splits not in the canonical order that
-        `history_of` gives them.
+        `build_history` gives them.
     NeighbourLimitError
         If readers would refuse the file, since reading it could take minutes.
     """
@@ -113,7 +113,7 @@ def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -
             raise HistoryFileError(
                 f"the split that adds slot {faulty} does not fit the level before it",
                 where={"slot": int(faulty)},
-                remedy="splits in the order that history_of gives them",
+                remedy="splits in the order that build_history gives them",
             )
         _refuse_long_rings(replay, splits, end)
         arrays.append((group_name(number), written(writer)))

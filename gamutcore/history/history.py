@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.errors import TriangleCountError
-from gamutcore.history.device_history import device_history_of
+from gamutcore.history.device_history import build_device_history
 from gamutcore.history.groups import groups_leading_to, groups_of
 from gamutcore.history.packed_splits import PackedSplits
 from gamutcore.history.prefix_order import slots_of_vertices, splits_in_prefix_order
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from gamutcore.history.device_history import DeviceHistory
     from gamutcore.history.prefix_order import Splits
 
-__all__ = ["MINIMUM_TRIANGLES", "History", "history_of"]
+__all__ = ["MINIMUM_TRIANGLES", "History", "build_history"]
 
 MINIMUM_TRIANGLES = 4
 """A tetrahedron: the only triangulation of the sphere in which no edge can be collapsed."""
@@ -47,7 +47,7 @@ class History:
     Parameters
     ----------
     splits : Splits or PackedSplits
-        In prefix order, and consistent: what `history_of` arranges or a file holds.
+        In prefix order, and consistent: what `build_history` arranges or a file holds.
     centre : (3,) float64
         What every level is star-shaped about.
     step : float
@@ -155,7 +155,7 @@ class History:
         if self._device is not None:
             self._reach_device(self._device, group)
 
-    def triangles_of(self, triangles: int) -> int:
+    def level_triangles(self, triangles: int) -> int:
         """Return how many triangles the level has that is meant by a number of them.
 
         Parameters
@@ -301,7 +301,7 @@ class History:
             yield self.level(triangles)
 
 
-def history_of(decimation: Decimation, device: DeviceValues | None = None) -> History:
+def build_history(decimation: Decimation, device: DeviceValues | None = None) -> History:
     """Return the history of a decimation.
 
     Parameters
@@ -317,5 +317,5 @@ def history_of(decimation: Decimation, device: DeviceValues | None = None) -> Hi
     splits = splits_in_prefix_order(decimation)
     if device is None:
         return History(splits, decimation.centre, decimation.step)
-    values = device_history_of(device, slots_of_vertices(decimation), splits)
+    values = build_device_history(device, slots_of_vertices(decimation), splits)
     return History(splits, decimation.centre, decimation.step, values)

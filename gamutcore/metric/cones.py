@@ -16,7 +16,7 @@ from gamutcore.corner_table import opposite_corners
 from gamutcore.kernels import inlined_kernel, kernel
 
 if TYPE_CHECKING:
-    from gamutcore.metric.farthest import Faces
+    from gamutcore.metric.distance_bound import Faces
 
 __all__ = ["INDEX", "MOVES", "Cones", "Places", "cones_of", "crossing", "located"]
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gamutcore.kernels import kernel
-from gamutcore.metric.farthest import faces_of
+from gamutcore.metric.distance_bound import faces_of
 from gamutcore.metric.radial_overlay import Distances, overlaid, volume_within
 
 if TYPE_CHECKING:
@@ -26,16 +26,16 @@ if TYPE_CHECKING:
     from gamutcore.arrays import Float32Array, FloatArray, IndexArray
     from gamutcore.history import History
     from gamutcore.mesh import TriangleMesh
-    from gamutcore.metric.farthest import Faces
+    from gamutcore.metric.distance_bound import Faces
 
-__all__ = ["LevelError", "arranged", "curve_counts", "error_curve", "rounded_up"]
+__all__ = ["LevelError", "arranged", "curve_counts", "error_curve", "round_up"]
 
 EVEN_UP_TO = 16
 """Up to here all levels are in the curve."""
 
 DENSE = 2.0**0.5
 """Ratio of the counts that follow, up to a `DENSE_PART` of the full count. Levels between them are
-compared when a limit asks for them (`gamutcore.metric.level_choice`)."""
+compared when a limit asks for them (`gamutcore.metric.level_search`)."""
 
 SPARSE = ((2_000, DENSE, 2), (20_000, 2.0, 4), (2**62, 4.0, 16))
 """From a 128th of the full count on: up to which full count, the ratio of the counts, and the full
@@ -98,8 +98,8 @@ class LevelError:
             "triangles": self.triangles,
             "volume": float(f"{self.volume:.10g}"),
             "mismatch": _rounded(self.mismatch),
-            "mismatch_bound": rounded_up(self.mismatch_bound),
-            "distance_bound": rounded_up(self.distance_bound),
+            "mismatch_bound": round_up(self.mismatch_bound),
+            "distance_bound": round_up(self.distance_bound),
             "from_full": _described(self.from_full),
             "to_full": _described(self.to_full),
         }
@@ -164,7 +164,7 @@ def error_curve(
     volume = volume_within(surfaces[full.triangles][0])
     curve = {full.triangles: LevelError(full.triangles, volume, 0.0, 0.0, 0.0, none, none)}
     mismatch_bound = distance_bound = 0.0
-    asked = sorted({history.triangles_of(count) for count in counts})
+    asked = sorted({history.level_triangles(count) for count in counts})
     work = sum(count for count in asked if count < full.triangles)
     done = 0
     for count in reversed(asked):
@@ -218,7 +218,7 @@ def arranged(level: TriangleMesh, history: History) -> tuple[Faces, IndexArray]:
     return faces_of(position, corner), near
 
 
-def rounded_up(bound: float) -> float:
+def round_up(bound: float) -> float:
     """Return a bound in as many digits as a description has of it, never less than it is."""
     return float(Context(DIGITS, ROUND_CEILING).create_decimal(Decimal(bound)))
 
@@ -300,7 +300,7 @@ def _at_most(distances: Distances) -> Distances:
 
 
 def _described(distances: Distances) -> dict[str, float]:
-    return {"mean": _rounded(distances.mean), "maximum": rounded_up(distances.maximum)}
+    return {"mean": _rounded(distances.mean), "maximum": round_up(distances.maximum)}
 
 
 def _rounded(value: float) -> float:

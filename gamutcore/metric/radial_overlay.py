@@ -18,7 +18,7 @@ from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 from gamutcore.metric.clipping import Clipping, begin, clipping, next_piece
 from gamutcore.metric.cones import INDEX, MOVES, Cones, Places, cones_of, crossing, located
-from gamutcore.metric.farthest import (
+from gamutcore.metric.distance_bound import (
     SLACK,
     STACK,
     Faces,

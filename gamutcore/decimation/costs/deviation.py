@@ -302,7 +302,7 @@ def query_edge(deviation: Deviation, surface: Surface, corner: int) -> bool:
     bool
         False for links of more than `LARGEST_LINK` pairs and for dense ones.
     """
-    vertex, swing = surface.vertex, surface.swing
+    vertex, swung = surface.vertex, surface.swung
     one, two = vertex[following(corner)], vertex[preceding(corner)]
     deviation.sums[QUERY_DISTANCE] = 0.0
     # faces around the edge; around the new vertex there are two fewer
@@ -317,11 +317,11 @@ def query_edge(deviation: Deviation, surface: Surface, corner: int) -> bool:
         at = following(corner if end == 0 else twin)
         filled = _add_face(deviation, at // 3, filled)
         last = preceding(twin if end == 0 else corner)
-        at = int(swing[at])
+        at = int(swung[at])
         while at != last:
             filled = _add_face(deviation, at // 3, filled)
             _add_pair(deviation, int(vertex[following(at)]), int(vertex[preceding(at)]))
-            at = int(swing[at])
+            at = int(swung[at])
     _pad_query(deviation, filled)
     return not _is_dense(deviation)
 
@@ -340,7 +340,7 @@ def query_vertex(deviation: Deviation, surface: Surface, centre: int) -> bool:
     while True:
         filled = _add_face(deviation, at // 3, filled)
         _add_pair(deviation, int(vertex[following(at)]), int(vertex[preceding(at)]))
-        at = int(surface.swing[at])
+        at = int(surface.swung[at])
         if at == first:
             break
     _pad_query(deviation, filled)

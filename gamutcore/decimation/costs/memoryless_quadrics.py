@@ -150,7 +150,7 @@ def _renew_sums(quadrics: Quadrics, surface: Surface, centre: int) -> None:
         g0 += nx
         g1 += ny
         g2 += nz
-        at = int(surface.swing[corner])
+        at = int(surface.swung[corner])
         if at == first:
             break
     sums[centre, 0], sums[centre, 1], sums[centre, 2] = a00, a01, a02
@@ -372,6 +372,6 @@ def renew_quadrics(quadrics: Quadrics, surface: Surface, centre: int) -> None:
         one, two = int(vertex[following(at)]), int(vertex[preceding(at)])
         _write_area_vector(quadrics.area_vector, at // 3, surface.position, centre, one, two)
         quadrics.fresh[one] = 0
-        at = int(surface.swing[np.uint64(at)])
+        at = int(surface.swung[np.uint64(at)])
         if at == first:
             break

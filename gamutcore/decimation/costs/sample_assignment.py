@@ -190,7 +190,7 @@ def reassign_samples(deviation: Deviation, surface: Surface, centre: int) -> Non
     centre : int
         The vertex.
     """
-    begin, end, cursor, swing = deviation.begin, deviation.end, deviation.cursor, surface.swing
+    begin, end, cursor, swung = deviation.begin, deviation.end, deviation.cursor, surface.swung
     released = deviation.released
     first = int(surface.corner_at[centre])
     count = released[0, 1] - released[0, 0] + released[1, 1] - released[1, 0]
@@ -198,14 +198,14 @@ def reassign_samples(deviation: Deviation, surface: Surface, centre: int) -> Non
     while True:
         count += end[at // 3] - begin[at // 3]
         cursor[at // 3] = 0
-        at = int(swing[at])
+        at = int(swung[at])
         if at == first:
             break
     _make_room(deviation, count)
     found = 0
     while True:
         found = _find_faces(deviation, surface, at, begin[at // 3], end[at // 3], found)
-        at = int(swing[at])
+        at = int(swung[at])
         if at == first:
             break
     for side in range(2):
@@ -215,14 +215,14 @@ def reassign_samples(deviation: Deviation, surface: Surface, centre: int) -> Non
         more = cursor[at // 3]
         cursor[at // 3] = top
         top += more
-        at = int(swing[at])
+        at = int(swung[at])
         if at == first:
             break
     moved = 0
     while True:
         _move_to_cursors(deviation, begin[at // 3], end[at // 3], moved)
         moved += end[at // 3] - begin[at // 3]
-        at = int(swing[at])
+        at = int(swung[at])
         if at == first:
             break
     for side in range(2):
@@ -235,7 +235,7 @@ def reassign_samples(deviation: Deviation, surface: Surface, centre: int) -> Non
         begin[face], end[face] = top, cursor[face]
         top = end[face]
         _sum_errors(deviation, surface, at)
-        at = int(swing[at])
+        at = int(swung[at])
         if at == first:
             break
     deviation.counts[TOP] = top
@@ -272,7 +272,7 @@ def _find_faces(
             x = deviation.x[sample_index]
             y = deviation.y[sample_index]
             z = deviation.z[sample_index]
-            at = int(surface.swing[corner])
+            at = int(surface.swung[corner])
             while at != corner:
                 after, before = int(vertex[following(at)]), int(vertex[preceding(at)])
                 least = min(
@@ -283,7 +283,7 @@ def _find_faces(
                     chosen, depth = at, least
                 if least >= 0.0:
                     break
-                at = int(surface.swing[at])
+                at = int(surface.swung[at])
         deviation.pair[index] = chosen
         deviation.cursor[chosen // 3] += 1
     return found + count

@@ -89,7 +89,7 @@ area; the sum of their weights. `TOTAL_WEIGHT` is the sum over all samples.
 class Deviation(NamedTuple):
     """Samples of a reference and the faces that they lie in; scratch for queries.
 
-    A query (`gamutcore.decimation.costs.deviation`) asks for the samples around an edge or a vertex.
+    A query asks for the samples around an edge or a vertex (`costs.deviation`).
 
     Attributes
     ----------

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gamutcore.decimation import decimate
-from gamutcore.history import history_of
+from gamutcore.history import build_history
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -75,7 +75,7 @@ def assert_decimates(
         mesh = boundary.mesh
         assert_every_invariant(mesh, boundary.centre, mesh.triangles)
         assert times_around(mesh, boundary.centre) == pytest.approx(1.0, abs=1e-9)
-        history = history_of(decimate(mesh, boundary.centre))
+        history = build_history(decimate(mesh, boundary.centre))
         assert history.triangles == mesh.triangles
         np.testing.assert_array_equal(
             np.sort(history.full().vertices, axis=0), np.sort(mesh.vertices, axis=0)

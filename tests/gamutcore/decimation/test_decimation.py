@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.errors import FlatPointsError, GamutError, MeshError, OptionError
-from gamutcore.history import history_of
+from gamutcore.history import build_history
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import mismatch
 
@@ -105,7 +105,7 @@ class TestEveryLevel:
     ):
         """And of the same volume, to what the grid resolves of a flat body: see the next test."""
         boundary = modified_convex_hull(cloud(kind, seed, count) * scale, gamma)
-        history = history_of(decimate(boundary.mesh, boundary.centre, cost))
+        history = build_history(decimate(boundary.mesh, boundary.centre, cost))
         volume = boundary.mesh.volume
         counts = []
         for level in history.levels():
@@ -134,7 +134,7 @@ class TestEveryLevel:
             boundary = modified_convex_hull(points, 0.2, middle + part * (points[0] - middle))
         except GamutError:
             reject()  # it is outside
-        history = history_of(decimate(boundary.mesh, boundary.centre, cost))
+        history = build_history(decimate(boundary.mesh, boundary.centre, cost))
         counts = []
         for level in history.levels():
             counts.append(level.triangles)
@@ -155,7 +155,7 @@ class TestEveryLevel:
         mesh = rugged(np.random.default_rng(seed), count, radii)
         centre = np.zeros(3)
         try:
-            history = history_of(decimate(mesh, centre, cost))
+            history = build_history(decimate(mesh, centre, cost))
         except MeshError:
             reject()  # on the grid it is not star-shaped any more
         counts = []
@@ -188,7 +188,7 @@ class TestEveryLevel:
             boundary = modified_convex_hull(points)
         except FlatPointsError:
             reject()  # the grid is so coarse there that nothing is left of a flat body
-        history = history_of(decimate(boundary.mesh, boundary.centre, cost))
+        history = build_history(decimate(boundary.mesh, boundary.centre, cost))
         rounding = np.sqrt(3) / 2 * history.step
         for level in history.levels():
             assert_every_invariant(level, boundary.centre, level.triangles)
@@ -213,7 +213,7 @@ class TestEveryLevel:
         except FlatPointsError:
             reject()
         decimation = decimate(boundary.mesh, boundary.centre)
-        history = history_of(decimation)
+        history = build_history(decimation)
         whole = history.full().volume
         worst = max(abs(level.volume - whole) for level in history.levels())
         assert decimation.volume_error == pytest.approx(worst, rel=1e-6, abs=1e-11 * whole)
@@ -226,7 +226,7 @@ class TestEveryLevel:
     @pytest.mark.parametrize("cost", COSTS)
     def test_of_a_sphere_of_20480_triangles(self, assert_every_invariant, icosphere, cost):
         mesh = icosphere(5, 40.0, (50.0, 0.0, 0.0))
-        history = history_of(decimate(mesh, (50, 0, 0), cost))
+        history = build_history(decimate(mesh, (50, 0, 0), cost))
         for triangles in [*range(4, 400, 2), 1000, 5000, 10_000, mesh.triangles]:
             level = history.level(triangles)
             assert_every_invariant(level, (50, 0, 0), triangles)
@@ -236,7 +236,7 @@ class TestEveryLevel:
     @pytest.mark.parametrize("cost", COSTS)
     def test_of_a_random_sphere(self, assert_every_invariant, cost):
         boundary = modified_convex_hull(directions(np.random.default_rng(0), 1000), 1.0, (0, 0, 0))
-        history = history_of(decimate(boundary.mesh, boundary.centre, cost))
+        history = build_history(decimate(boundary.mesh, boundary.centre, cost))
         for level in history.levels():
             assert_every_invariant(level, boundary.centre, level.triangles)
 
@@ -244,7 +244,7 @@ class TestEveryLevel:
     def test_the_full_level_is_the_boundary(self, random_cloud, cost):
         """The same faces over the same vertices: only their numbers are in another order."""
         boundary = modified_convex_hull(random_cloud(2))
-        full = history_of(decimate(boundary.mesh, boundary.centre, cost)).full()
+        full = build_history(decimate(boundary.mesh, boundary.centre, cost)).full()
 
         def triangles(mesh):
             corners = mesh.vertices[mesh.faces].tolist()
@@ -257,7 +257,7 @@ class TestEveryLevel:
         boundary = modified_convex_hull(np.vstack([np.zeros(3), np.eye(3)]))
         decimation = decimate(boundary.mesh, boundary.centre, cost)
         assert len(decimation.record.kept) == 0
-        assert history_of(decimation).triangles == 4
+        assert build_history(decimation).triangles == 4
 
 
 class TestSphereAgainstTheory:
@@ -275,7 +275,7 @@ class TestSphereAgainstTheory:
         mesh = icosphere(5)
 
         def product(cost):
-            level = history_of(decimate(mesh, (0, 0, 0), cost)).level(1000)
+            level = build_history(decimate(mesh, (0, 0, 0), cost)).level(1000)
             return 1000 * mismatch(mesh, level)
 
         return product
@@ -316,8 +316,8 @@ class TestDeterminism:
         mesh = icosphere(2)
         wide = TriangleMesh(mesh.vertices.astype(np.float64), mesh.faces.astype(np.int64))
         assert (
-            history_of(decimate(wide, (0, 0, 0))).level(50)
-            == history_of(decimate(mesh, (0, 0, 0))).level(50)
+            build_history(decimate(wide, (0, 0, 0))).level(50)
+            == build_history(decimate(mesh, (0, 0, 0))).level(50)
         )  # fmt: skip
 
 
@@ -334,7 +334,7 @@ class TestStructure:
         points = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
         points = points[(np.abs(points) == 1.0).any(axis=1)]
         boundary = modified_convex_hull(points * (40.0, 60.0, 50.0))
-        history = history_of(decimate(boundary.mesh, boundary.centre, cost))
+        history = build_history(decimate(boundary.mesh, boundary.centre, cost))
         triangles = history.triangles
         while triangles >= 12:
             level = history.level(triangles)
@@ -351,7 +351,7 @@ class TestStructure:
         rim = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)
         boundary = modified_convex_hull(np.vstack([rim, [[0, 0, 1], [0, 0, -1]]]), 1.0)
         assert highest_degree(boundary.mesh) == 1000
-        history = history_of(decimate(boundary.mesh, boundary.centre, cost))
+        history = build_history(decimate(boundary.mesh, boundary.centre, cost))
         for triangles in range(4, history.triangles + 1, 26):
             assert_every_invariant(history.level(triangles), boundary.centre, triangles)
         # the end of lower degree dies: three corners or so move in a collapse, not a thousand

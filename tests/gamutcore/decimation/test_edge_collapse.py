@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gamutcore.corner_table import opposite_corners, swung
+from gamutcore.corner_table import opposite_corners, swing
 from gamutcore.decimation.candidates import CANDIDATES, Grid
 from gamutcore.decimation.costs import cost_named
 from gamutcore.decimation.costs.dispatch import cost_state
@@ -55,7 +55,7 @@ def assert_consistent(surface, work, numbers, faces):
     assert set(surface.edge_of[corners].tolist()) == set(left.tolist())
     np.testing.assert_array_equal(surface.edge_of[surface.corner_facing[left]], left)
     np.testing.assert_array_equal(
-        surface.swing[corners], [swung(surface.opposite, corner) for corner in corners.tolist()]
+        surface.swung[corners], [swing(surface.opposite, corner) for corner in corners.tolist()]
     )
     twins = surface.opposite[surface.corner_facing[left]]
     np.testing.assert_array_equal(surface.edge_of[twins], left)
@@ -178,7 +178,7 @@ class TestPlaces:
     ):
         positions, faces = bumpy_mesh(6, 40)
         state, surface = cost_state(QUADRIC, positions, faces), surface_from(positions, faces)
-        work, ring = workspace_for(surface), np.empty((100, 2), np.int32)
+        work, _ring = workspace_for(surface), np.empty((100, 2), np.int32)
         seen = set()
         for edge, corner in enumerate(surface.corner_facing.tolist()):
             one, two = ends_of(surface, corner)

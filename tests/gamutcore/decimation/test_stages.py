@@ -19,8 +19,8 @@ from gamutcore.decimation.stages import (
 )
 from gamutcore.decimation.star import DEFICIT_LARGEST, DEFICIT_NOW, surface_of
 from gamutcore.decimation.trials import perturbation
-from gamutcore.grid import grid_step, rounded_to_grid
-from gamutcore.history import history_of
+from gamutcore.grid import grid_step, nearest_grid_points
+from gamutcore.history import build_history
 
 QUADRIC, VOLUME = (cost_named(name).parameters for name in ("quadric", "volume"))
 
@@ -32,7 +32,7 @@ def first_stage(bumpy_mesh):
     def make(seed, parameters, count=80):
         rough, faces = bumpy_mesh(seed, count)
         step = grid_step(rough)
-        positions = rounded_to_grid(rough, step)
+        positions = nearest_grid_points(rough, step)
         faces = np.ascontiguousarray(faces, np.int32)
         return Stage(
             cost_state(parameters, positions, faces),
@@ -66,8 +66,8 @@ def rows(level):
 @given(seed=st.integers(0, 10**6), stops=st.lists(st.integers(5, 60), max_size=4, unique=True))
 def test_a_decimation_in_stages_is_the_one_in_one(first_stage, seed, stops):
     """`quadric` remembers everything in its vertices, so nothing is lost between two stages."""
-    whole = history_of(in_stages(first_stage(seed, QUADRIC), []))
-    stages = history_of(in_stages(first_stage(seed, QUADRIC), sorted(stops)[::-1]))
+    whole = build_history(in_stages(first_stage(seed, QUADRIC), []))
+    stages = build_history(in_stages(first_stage(seed, QUADRIC), sorted(stops)[::-1]))
     for one, other in zip(whole.levels(), stages.levels(), strict=True):
         assert one.triangles == other.triangles
         assert rows(one) == rows(other)

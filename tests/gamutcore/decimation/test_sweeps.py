@@ -13,7 +13,7 @@ from gamutcore.decimation.edge_collapse import COLLAPSES, LONGEST_LINK, new_loop
 from gamutcore.decimation.record import empty_record, extend_record
 from gamutcore.decimation.star import surface_of
 from gamutcore.decimation.sweeps import begin_sweeps, collapse_in_sweeps
-from gamutcore.history import history_of
+from gamutcore.history import build_history
 from gamutcore.metric import mismatch
 
 VOLUME = cost_named("volume").parameters
@@ -37,7 +37,7 @@ def run(large):
 
 class TestLargeBoundary:
     def test_levels_are_gamuts_of_the_same_volume(self, large, run, assert_every_invariant):
-        history = history_of(run)
+        history = build_history(run)
         full = history.full()
         swept = [2 * SWEPT_DOWN_TO - 4 + more for more in (-2, 0, 2, 2000, 20_000, 38_000)]
         for triangles in [4, 100, 1000, 10_000, *swept, large.triangles]:
@@ -54,7 +54,7 @@ class TestLargeBoundary:
     @pytest.mark.parametrize("triangles", [500, 1000])
     def test_coarse_levels_are_as_good_as_of_smaller_spheres(self, large, run, triangles):
         """3.0 ÷ n is what is asked of 10,000 vertices; the limit for n → ∞ is 2.127 ÷ n."""
-        assert triangles * mismatch(large, history_of(run).level(triangles)) <= 3.0
+        assert triangles * mismatch(large, build_history(run).level(triangles)) <= 3.0
 
     def test_reruns_are_bit_identical(self, large, run):
         again = decimate(large, CENTRE)

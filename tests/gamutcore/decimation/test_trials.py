@@ -1,5 +1,7 @@
 """Schedules of decimations, and multi-start trials of the coarse levels."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -69,7 +71,7 @@ def test_a_schedule_goes_from_the_boundary_to_four_vertices(cost, size):
     segments = schedule(cost_named(cost), size)
     assert segments[0].vertices == size
     assert segments[-1].until == 4
-    for one, two in zip(segments, segments[1:], strict=False):
+    for one, two in itertools.pairwise(segments):
         assert one.until == two.vertices < one.vertices
     with_trials = [segment for segment in segments if segment.trials]
     assert len(with_trials) == (cost != "quadric" and size > 27)

@@ -18,8 +18,8 @@ from gamutcore.decimation import decimate
 from gamutcore.device_values import DeviceValues
 from gamutcore.errors import HistoryFileError, MeshError, TriangleCountError
 from gamutcore.gamut import Gamut, Options, build_gamut
-from gamutcore.history import History, history_bytes, history_from_bytes, history_of
-from gamutcore.history.device_history import CORRECTED, FULL_SCALE, device_history_of
+from gamutcore.history import History, build_history, history_bytes, history_from_bytes
+from gamutcore.history.device_history import CORRECTED, FULL_SCALE, build_device_history
 
 CHANNELS = ("Cyan", "Größe 🎨")
 
@@ -31,7 +31,7 @@ def inked(random_cloud):
     random = np.random.default_rng(2)
     values = random.choice([0.0, 1.0, 0.37, 0.123456], (len(boundary.mesh.vertices), 2))
     device = DeviceValues(CHANNELS, values)
-    return history_of(decimate(boundary.mesh, boundary.centre), device), boundary, values
+    return build_history(decimate(boundary.mesh, boundary.centre), device), boundary, values
 
 
 TRACES = ("x", "y", "z")
@@ -48,7 +48,7 @@ def tracing(icosphere):
     mesh = icosphere(3, 60.0, (50.0, 0.0, 0.0))
     boundary = modified_convex_hull(mesh.vertices)
     device = DeviceValues(TRACES, traced(boundary.mesh.vertices))
-    return history_of(decimate(boundary.mesh, boundary.centre), device)
+    return build_history(decimate(boundary.mesh, boundary.centre), device)
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +126,7 @@ class TestFullBoundary:
         boundary = modified_convex_hull(random_cloud(1))
         decimation = decimate(boundary.mesh, boundary.centre)
         with pytest.raises(MeshError):
-            history_of(decimation, DeviceValues(CHANNELS, np.zeros((3, 2))))
+            build_history(decimation, DeviceValues(CHANNELS, np.zeros((3, 2))))
 
 
 class TestLevels:
@@ -142,7 +142,7 @@ class TestLevels:
     def test_neighbours_that_move_too(self, shifting_history):
         slots = np.arange(shifting_history.vertices, dtype=np.int32)
         full = shifting_history.full()
-        device = device_history_of(
+        device = build_device_history(
             DeviceValues(TRACES, traced(full.vertices)), slots, shifting_history.splits
         )
         assert len(device.splits.shifted_fine) == len(shifting_history.splits.shifted) > 100
@@ -242,7 +242,7 @@ class TestFile:
         corners = [(50, 0, 40), (50, 40, -20), (50, -40, -20), (90, 0, 0)]
         boundary = modified_convex_hull(corners, centre=(60, 0, 0))
         device = DeviceValues(("W",), np.array([[0.0], [0.25], [0.5], [1.0]]))
-        built = history_of(decimate(boundary.mesh, boundary.centre), device)
+        built = build_history(decimate(boundary.mesh, boundary.centre), device)
         history, _ = history_from_bytes(history_bytes(built))
         np.testing.assert_array_equal(history.device_values(4).values, device.values)
 
@@ -312,7 +312,7 @@ class TestReaderInJavaScript:
         slots = np.arange(shifting_history.vertices, dtype=np.int32)
         values = DeviceValues(TRACES, traced(shifting_history.full().vertices))
         splits = shifting_history.splits
-        device = device_history_of(values, slots, splits)
+        device = build_device_history(values, slots, splits)
         history = History(splits, shifting_history.centre, shifting_history.step, device)
         data = history_bytes(history)
         read, _ = history_from_bytes(data)

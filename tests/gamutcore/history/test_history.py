@@ -8,8 +8,8 @@ import pytest
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.errors import TriangleCountError
-from gamutcore.export import encoded_mesh
-from gamutcore.history import MINIMUM_TRIANGLES, History, history_of
+from gamutcore.export import mesh_file
+from gamutcore.history import MINIMUM_TRIANGLES, History, build_history
 from gamutcore.mesh import TriangleMesh
 
 UNUSED_BY_LEVELS = ("fine", "added", "faces", "moved_end", "moved", "shifted_fine")
@@ -42,7 +42,7 @@ class TestEveryLevelOfASmallGamut:
     ):
         history = small_gamut.history
         for level in history.levels():
-            read = mesh_readers[reader](encoded_mesh(level, reader[0]))
+            read = mesh_readers[reader](mesh_file(level, reader[0]))
             assert read == level
             delivered = type(read)(read.vertices.astype(np.float32), read.faces)
             assert_every_invariant(delivered, history.centre, level.triangles)
@@ -73,7 +73,7 @@ class TestLevelsAcrossALargeGamut:
         history = fogra39_gamut.history
         for count in spread_counts:
             level = history.level(count)
-            read = mesh_readers[reader](encoded_mesh(level, reader[0]))
+            read = mesh_readers[reader](mesh_file(level, reader[0]))
             assert read == level  # bit for bit, so with it goes every invariant of the test above
         delivered = type(read)(read.vertices.astype(np.float32), read.faces)
         assert_every_invariant(delivered, history.centre, history.triangles)
@@ -143,7 +143,7 @@ class TestArrays:
             assert slot in fine.faces[-2]
 
     def test_reruns_are_bit_identical(self, fogra39_boundary, fogra39_gamut):
-        again = history_of(decimate(fogra39_boundary.mesh, fogra39_boundary.centre))
+        again = build_history(decimate(fogra39_boundary.mesh, fogra39_boundary.centre))
         for one, other in zip(again.splits, fogra39_gamut.history.splits, strict=True):
             assert one.tobytes() == other.tobytes()
 
@@ -153,7 +153,7 @@ def test_levels_are_the_collapses_played_forward(random_cloud, cost):
     """From the full boundary down, by renaming vertices in plain lists, without slots."""
     boundary = modified_convex_hull(random_cloud(40, 80))
     decimation = decimate(boundary.mesh, boundary.centre, cost)
-    history = history_of(decimation)
+    history = build_history(decimation)
     positions, faces = boundary.mesh.vertices.copy(), boundary.mesh.faces.tolist()
 
     def triangles(positions, faces):
@@ -206,7 +206,7 @@ class TestWorkFollowsTheLevel:
 
 def test_a_history_of_a_tetrahedron_has_one_level(assert_every_invariant):
     boundary = modified_convex_hull(np.vstack([np.zeros(3), np.eye(3)]))
-    history = history_of(decimate(boundary.mesh, boundary.centre))
+    history = build_history(decimate(boundary.mesh, boundary.centre))
     (level,) = history.levels()
     assert_every_invariant(level, history.centre, 4)
     assert history.level(4) == history.full() == level

@@ -5,7 +5,7 @@ import pytest
 
 from gamutcore.metric.clipping import begin, clipping, next_piece
 from gamutcore.metric.cones import MOVES, cones_of
-from gamutcore.metric.farthest import faces_of
+from gamutcore.metric.distance_bound import faces_of
 
 CENTRE = (50.0, 0.0, 0.0)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gamutcore.metric.cones import MOVES, cones_of, crossing, located
-from gamutcore.metric.farthest import faces_of
+from gamutcore.metric.distance_bound import faces_of
 
 CENTRE = (50.0, 0.0, 0.0)
 

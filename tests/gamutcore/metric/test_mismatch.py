@@ -9,7 +9,7 @@ import trimesh
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import decimate
 from gamutcore.errors import MeshError
-from gamutcore.history import history_of
+from gamutcore.history import build_history
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import intersection_volume, mismatch
 
@@ -123,7 +123,7 @@ def copies(fogra39_points):
 
     @functools.cache
     def histories(cost):
-        return [history_of(decimate(each.mesh, each.centre, cost)) for each in boundaries]
+        return [build_history(decimate(each.mesh, each.centre, cost)) for each in boundaries]
 
     def found(cost, triangles):
         return [100 * mismatch(each.full(), each.level(triangles)) for each in histories(cost)]

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from gamutcore.errors import MeshError
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import intersection_volume, mismatch
-from gamutcore.metric.farthest import SLACK, faces_of
+from gamutcore.metric.distance_bound import SLACK, faces_of
 from gamutcore.metric.radial_overlay import overlaid, radial_difference
 
 CENTRE = (50.0, 0.0, 0.0)

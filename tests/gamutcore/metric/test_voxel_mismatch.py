@@ -14,7 +14,7 @@ from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.decimation import decimate
 from gamutcore.errors import MeshError, OptionError
-from gamutcore.history import history_of
+from gamutcore.history import build_history
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import mismatch, voxel_mismatch
 
@@ -197,7 +197,7 @@ class TestDevices:
         device = characterisation((shared_data / path).read_bytes())
         points = surface_colours(device, surface_samples=20_000).points
         boundary = modified_convex_hull(points)
-        history = history_of(decimate(boundary.mesh, boundary.centre))
+        history = build_history(decimate(boundary.mesh, boundary.centre))
         for other in (
             history.level(100),
             usv(points, subdivisions=2).mesh,

@@ -17,7 +17,7 @@ from gamutcore.decimation.costs.parameters import (
 )
 from gamutcore.decimation.costs.refinement import LEAST_GAIN
 from gamutcore.decimation.costs.samples import LARGEST_SHARE, SAMPLES
-from gamutcore.history import history_bytes, history_of
+from gamutcore.history import build_history, history_bytes
 from gamutcore.metric import mismatch
 
 FINEST = cost_named("finest").parameters
@@ -46,7 +46,7 @@ def histories(boundaries):
     """Return the history of each boundary, by `finest` and by `volume`."""
     return [
         [
-            history_of(decimate(boundary.mesh, boundary.centre, cost))
+            build_history(decimate(boundary.mesh, boundary.centre, cost))
             for cost in ("finest", "volume")
         ]
         for boundary in boundaries
@@ -83,7 +83,8 @@ def test_about_a_centre_near_the_surface_no_level_is_blown_up(fogra39, centre):
     points = surface_colours(characterisation(fogra39), surface_samples=20_000).points
     boundary = modified_convex_hull(points, 0.2, centre)
     closer, default = (
-        history_of(decimate(boundary.mesh, boundary.centre, cost)) for cost in ("finest", "volume")
+        build_history(decimate(boundary.mesh, boundary.centre, cost))
+        for cost in ("finest", "volume")
     )
     for triangles in (4, 6, 10, 20, *COMPARED):
         level = closer.level(triangles)
@@ -109,7 +110,7 @@ def test_a_history_takes_110_bits_a_vertex(fogra39, colours):
     points = surface_colours(characterisation(fogra39), surface_samples=colours).points
     boundary = modified_convex_hull(points)
     assert boundary.mesh.triangles > 1.3 * colours
-    history = history_of(decimate(boundary.mesh, boundary.centre, "finest"))
+    history = build_history(decimate(boundary.mesh, boundary.centre, "finest"))
     assert (np.diff(history.splits.shifted_end, prepend=0) > 0).mean() > 0.05
     assert 8 * len(history_bytes(history)) <= 110 * history.vertices
 

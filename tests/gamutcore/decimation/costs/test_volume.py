@@ -18,7 +18,7 @@ from gamutcore.decimation.star import (
     link_condition_holds,
     write_edge_link,
 )
-from gamutcore.history import history_of
+from gamutcore.history import build_history
 from gamutcore.metric import mismatch
 
 VOLUME = cost_named("volume").parameters
@@ -49,7 +49,7 @@ def large_boundary():
 @pytest.mark.parametrize("seed", [0, 1])
 def test_every_level_has_the_volume_of_the_boundary(large_boundary, seed):
     boundary = large_boundary(seed)
-    history = history_of(decimate(boundary.mesh, boundary.centre, "volume"))
+    history = build_history(decimate(boundary.mesh, boundary.centre, "volume"))
     for level in history.levels():
         assert level.volume == pytest.approx(boundary.mesh.volume, rel=1e-5)
     assert level.triangles == boundary.mesh.triangles
@@ -59,7 +59,7 @@ def test_every_level_has_the_volume_of_the_boundary(large_boundary, seed):
 @given(seed=st.integers(0, 10**6), count=st.integers(8, 300))
 def test_every_level_of_a_small_boundary_too(random_cloud, seed, count):
     boundary = modified_convex_hull(random_cloud(seed, count))
-    history = history_of(decimate(boundary.mesh, boundary.centre, "volume"))
+    history = build_history(decimate(boundary.mesh, boundary.centre, "volume"))
     for level in history.levels():
         assert level.volume == pytest.approx(boundary.mesh.volume, rel=1e-5)
 
@@ -72,7 +72,7 @@ def test_small_spheres_are_as_close_as_large_ones(icosphere, subdivisions):
     accumulated quadrics do.
     """
     mesh = icosphere(subdivisions)
-    history = history_of(decimate(mesh, (0, 0, 0)))
+    history = build_history(decimate(mesh, (0, 0, 0)))
     triangles = mesh.triangles // 6 * 2
     assert triangles * mismatch(mesh, history.level(triangles)) <= 5.13
     assert 40 * mismatch(mesh, history.level(40)) <= 3.07
