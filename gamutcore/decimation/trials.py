@@ -53,7 +53,7 @@ class Segment(NamedTuple):
     @property
     def collapses(self) -> int:
         """Number of collapses, in all trials."""
-        return (self.vertices - self.until) * (self.trials.count if self.trials else 1)
+        return (self.vertices - self.until) * (self.trials.number if self.trials else 1)
 
     def work(self, coarse: float) -> float:
         """Approximate work, in collapses of a fine level.
@@ -159,7 +159,7 @@ def _run_trials(stage: Stage, trials: Trials, counter: LongArray) -> StageResult
     """Return the trial with the least deviation; one that ends too early counts as infinite."""
     results = []
     deviations = []
-    for trial in range(trials.count):
+    for trial in range(trials.number):
         copy = copy_stage(stage)
         perturbed = perturbation(copy.surface.corner_facing.size, trial)
         results.append(run_stage(copy, trials.until, counter, perturbation=perturbed))

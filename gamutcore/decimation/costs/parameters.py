@@ -109,14 +109,14 @@ class Trials(NamedTuple):
     ----------
     vertices : int
         Level at which the trials begin. Smaller boundaries begin at once.
-    count : int
+    number : int
         Number of trials. The first has the exact errors, the others perturbed ones.
     until : int
         Level at which the trials end and their deviations are compared.
     """
 
     vertices: int
-    count: int
+    number: int
     until: int
 
 
