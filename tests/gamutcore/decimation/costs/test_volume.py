@@ -197,7 +197,7 @@ def test_samples_are_thinned_as_levels_become_coarser(icosphere, surface_from):
     mesh = icosphere(3)
     positions = mesh.vertices.astype(np.float64)
     state, surface = cost_state(VOLUME, positions, mesh.faces), surface_from(positions, mesh.faces)
-    assert enter_level(state, surface, len(positions)) is True
+    enter_level(state, surface, len(positions))
     used = int(state.deviation.counts[SAMPLES])
     assert used == pytest.approx(VOLUME.samples, rel=0.5)
     assert enter_level(state, surface, len(positions)) is False
