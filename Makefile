@@ -81,6 +81,10 @@ fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)
 bench: install ## measure speed and memory; updates docs/benchmarks.md
 	$(python) -m benchmarks.bench
 
+.PHONY: bench-startup
+bench-startup: .venv/.installed ## measure a fresh clone up to its first gamut; writes docs/benchmarks.md
+	$(python) -m benchmarks.startup
+
 .PHONY: soak
 soak: install .venv/.installed-test ## load the service for minutes; updates docs/reliability.md
 	$(python) -m benchmarks.soak
