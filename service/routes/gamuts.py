@@ -81,8 +81,8 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
     operation_id="createGamut",
     summary="Build a gamut, or return the existing one",
     description="Accepts characterisation data as a file or inline. The answer is the gamut with "
-    "200 if it exists, the gamut with 201 if it was built while the client waited, or a job with 202. "
-    "The same data and options always give the same id, so the request is idempotent. "
+    "200 if it exists, the gamut with 201 if it was built while the client waited, or a job with "
+    "202. The same data and options always give the same id, so the request is idempotent. "
     "`Prefer: wait=N` sets the waiting time in seconds, and `Prefer: respond-async` "
     "asks for a job at once (RFC 7240).",
     responses={
