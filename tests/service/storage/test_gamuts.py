@@ -10,10 +10,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from service.storage.blobs import BlobNotFoundError, StoreUnavailableError, seal
+from service.storage.blobs import BlobNotFoundError, StoreUnavailableError
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError, GamutStore
 from service.storage.local import LocalBlobs
-from service.storage.records import record_key
+from service.storage.records import record_key, seal
 
 CONTENT = bytes(range(256)) * 40
 
