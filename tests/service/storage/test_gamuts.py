@@ -233,7 +233,7 @@ def test_a_sound_gamut_is_not_set_aside_for_what_its_predecessor_was(store, publ
     with pytest.raises(GamutDamagedError):
         store.record(record.id)
     mended = publish(store)
-    store._damaged(record.id, "found by the second reader", None, damaged)
+    store._quarantine_gamut(record.id, "found by the second reader", None, damaged)
     assert isinstance(store.set_aside(record, "found by the second reader"), GamutDamagedError)
     assert store.content(record.id) == (mended, CONTENT)
     assert store.corruptions == 1
