@@ -97,7 +97,7 @@ def mesh_boundary(
 
 
 def _steps(vertices: FloatArray) -> list[float]:
-    """Steps of the grids to try: the mesh's own grid if there is one, else a coarse and a fine one."""
+    """Steps of the grids to try: the mesh's own grid, else a coarse and a fine one."""
     fine = mesh_grid_step(vertices)
     if np.array_equal(nearest_grid_points(vertices, fine), vertices):
         return [fine]

@@ -104,7 +104,6 @@ def test_provenance_says_that_a_press_has_no_limit():
 @pytest.mark.parametrize(
     ("columns", "rows"),
     [
-        ("L a b", [[50, 0, 0], [60, 9, 0], [40, 0, 9], [55, 5, 5]]),
         ("R G B L a b", [[0, 0, 0, 0, 0, 0], [1, 1, 1, 90, 0, 0]]),
         ("CMYK_C CMYK_M CMYK_Y CMYK_K L a b", [[0, 0, 0, 0, 90, 0, 0]]),
     ],
