@@ -297,7 +297,7 @@ class TestMesh:
     def test_an_open_mesh_is_refused(self, fogra39_gamut):
         level = fogra39_gamut.history.level(100)
         data = mesh_file(type(level)(level.vertices, level.faces[1:]), "ply")
-        with pytest.raises(MeshError, match="3 edges have one face only"):
+        with pytest.raises(MeshError, match="3 edges"):
             build_gamut(data, Options())
 
 
