@@ -50,10 +50,6 @@ help: ## list the targets
 	$(python) -m pip install -q -c constraints.txt -e '.[service,peers,plots]'
 	@touch $@
 
-.venv/.compiled: .venv/.installed $(shell find gamutcore -name '*.py')
-	$(python) -m gamutcore.warm
-	@touch $@
-
 node_packages := tests/gltf/node_modules/.package-lock.json tests/azurite/node_modules/.package-lock.json
 
 $(node_packages): tests/%/node_modules/.package-lock.json: tests/%/package.json tests/%/package-lock.json
@@ -64,12 +60,13 @@ $(node_packages): tests/%/node_modules/.package-lock.json: tests/%/package.json 
 	fi
 
 .PHONY: install
-install: .venv/.compiled ## install into .venv and compile the kernels
+install: .venv/.installed ## install into .venv and compile the kernels that have changed
+	$(python) -m gamutcore.warm
 
 # --- use ------------------------------------------------------------------------------------------
 
 .PHONY: serve
-serve: install ## serve on http://127.0.0.1:8000, data under var/ (docs/operations.md)
+serve: .venv/.installed ## serve on http://127.0.0.1:8000, data under var/ (docs/operations.md)
 	exec .venv/bin/gamut serve
 
 .PHONY: test
@@ -83,6 +80,10 @@ fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)
 .PHONY: bench
 bench: install ## measure what is claimed about speed and accuracy
 	$(python) -m benchmarks.bench
+
+.PHONY: bench-startup
+bench-startup: .venv/.installed ## measure a fresh clone up to its first gamut; writes docs/benchmarks.md
+	$(python) -m benchmarks.startup
 
 .PHONY: soak
 soak: install .venv/.installed-test ## load the service for minutes: rates, /livez, memory; writes docs/reliability.md

@@ -6,8 +6,10 @@ from gamutcore.errors import TriangleCountError
 from gamutcore.export import FORMATS
 from gamutcore.metric import radial_difference
 from service.http.compression import CODINGS
-from service.meshes.encoded_meshes import MEDIA_TYPES, SUFFIXES, EncodedMesh, Meshes, Wanted
+from service.meshes.encoding import MEDIA_TYPES, SUFFIXES, EncodedMesh
+from service.meshes.level_search import LevelRequest
 from service.meshes.library import Library
+from service.meshes.meshes import Meshes
 from service.storage.gamuts import GamutNotStoredError
 
 
@@ -33,13 +35,13 @@ def test_every_format_has_a_media_type_and_a_suffix_of_its_own():
 def test_a_mesh_is_at_hand_once_its_level_is_unpacked(run, built):
     async def scenario(library, meshes):
         name = built[0].id
-        assert meshes.at_once(name, Wanted(100), "glb") is None
+        assert meshes.find_ready(name, LevelRequest(100), "glb") is None
         opened = await library.gamut(name)
-        assert meshes.at_once(name, Wanted(100), "glb") is None
+        assert meshes.find_ready(name, LevelRequest(100), "glb") is None
         await library.unpack(opened, 100)
-        mesh = meshes.at_once(name, Wanted(101), "glb")
-        assert mesh is meshes.at_once(name, Wanted(100), "glb")
-        assert mesh is await meshes.mesh(name, Wanted(100), "glb")
+        mesh = meshes.find_ready(name, LevelRequest(101), "glb")
+        assert mesh is meshes.find_ready(name, LevelRequest(100), "glb")
+        assert mesh is await meshes.mesh(name, LevelRequest(100), "glb")
 
     run(scenario)
 
@@ -47,13 +49,13 @@ def test_a_mesh_is_at_hand_once_its_level_is_unpacked(run, built):
 def test_a_mesh_outlives_its_closed_gamut_but_not_its_deleted_one(run, built):
     async def scenario(library, meshes):
         name = built[0].id
-        mesh = await meshes.mesh(name, Wanted(100), "glb")
+        mesh = await meshes.mesh(name, LevelRequest(100), "glb")
         library.discard(name)
-        assert meshes.at_once(name, Wanted(100), "glb") is mesh
-        assert meshes.at_once(name, Wanted(101), "glb") is None
-        assert meshes.at_once(name, Wanted(), "glb") is None
+        assert meshes.find_ready(name, LevelRequest(100), "glb") is mesh
+        assert meshes.find_ready(name, LevelRequest(101), "glb") is None
+        assert meshes.find_ready(name, LevelRequest(), "glb") is None
         meshes.discard_gamut(name)
-        assert meshes.at_once(name, Wanted(100), "glb") is None
+        assert meshes.find_ready(name, LevelRequest(100), "glb") is None
 
     run(scenario)
 
@@ -61,11 +63,11 @@ def test_a_mesh_outlives_its_closed_gamut_but_not_its_deleted_one(run, built):
 def test_a_coarse_mesh_leaves_the_finer_levels_packed(run, built):
     async def scenario(library, meshes):
         name = built[0].id
-        assert triangles(await meshes.mesh(name, Wanted(10), "ply")) == 10
+        assert triangles(await meshes.mesh(name, LevelRequest(10), "ply")) == 10
         opened = library.opened(name)
         assert not opened.gamut.history.is_unpacked(built[0].history.triangles)
         before = library.cache.nbytes
-        await meshes.mesh(name, Wanted(built[0].history.triangles), "ply")
+        await meshes.mesh(name, LevelRequest(built[0].history.triangles), "ply")
         assert library.opened(name) is opened
         assert opened.gamut.nbytes == library.cache.nbytes > before
 
@@ -80,7 +82,7 @@ class TestLimits:
             for name, limits in (("max_error", (20, 5, 0.7)), ("max_mismatch", (0.2, 0.01))):
                 counts = []
                 for limit in limits:
-                    mesh = await meshes.mesh(built[0].id, Wanted(**{name: limit}), "glb")
+                    mesh = await meshes.mesh(built[0].id, LevelRequest(**{name: limit}), "glb")
                     assert promised(mesh)[name] <= limit
                     counts.append(triangles(mesh))
                 assert counts == sorted(set(counts))
@@ -93,7 +95,7 @@ class TestLimits:
         mismatches = [level["mismatch_bound"] for level in levels[2::3]]
 
         async def count(meshes, *limits):
-            mesh = await meshes.mesh(built[0].id, Wanted(None, *limits), "glb")
+            mesh = await meshes.mesh(built[0].id, LevelRequest(None, *limits), "glb")
             for found, limit in zip(promised(mesh).values(), limits, strict=True):
                 assert limit is None or found <= limit
             return triangles(mesh)
@@ -108,7 +110,7 @@ class TestLimits:
 
     def test_of_zero_only_the_full_boundary_keeps(self, run, built):
         async def scenario(_library, meshes):
-            for wanted in (Wanted(max_error=0.0), Wanted(max_mismatch=0.0)):
+            for wanted in (LevelRequest(max_error=0.0), LevelRequest(max_mismatch=0.0)):
                 mesh = await meshes.mesh(built[0].id, wanted, "glb")
                 assert triangles(mesh) == built[0].history.triangles
                 assert promised(mesh) == {"max_error": 0, "max_mismatch": 0}
@@ -119,9 +121,9 @@ class TestLimits:
         """Which promises nothing, if the curve does not have it."""
 
         async def scenario(_library, meshes):
-            wanted = Wanted(max_error=0.7)
+            wanted = LevelRequest(max_error=0.7)
             limited = await meshes.mesh(built[0].id, wanted, "glb")
-            plain = await meshes.mesh(built[0].id, Wanted(triangles(limited)), "glb")
+            plain = await meshes.mesh(built[0].id, LevelRequest(triangles(limited)), "glb")
             assert limited.body is plain.body
             assert limited.etag == plain.etag
             assert triangles(limited) not in {
@@ -131,22 +133,22 @@ class TestLimits:
             for coding in CODINGS:
                 coded = await meshes.mesh(built[0].id, wanted, "glb", coding)
                 assert promised(coded) == promised(limited)
-                assert meshes.at_once(built[0].id, wanted, "glb", coding) == coded
+                assert meshes.find_ready(built[0].id, wanted, "glb", coding) == coded
             assert len(meshes.cache) == 1 + len(CODINGS)
 
         run(scenario)
 
     def test_are_found_once_and_then_at_hand(self, run, built):
         async def scenario(library, meshes):
-            wanted = Wanted(max_error=0.7, max_mismatch=0.02)
-            assert meshes.at_once(built[0].id, wanted, "glb") is None
+            wanted = LevelRequest(max_error=0.7, max_mismatch=0.02)
+            assert meshes.find_ready(built[0].id, wanted, "glb") is None
             mesh = await meshes.mesh(built[0].id, wanted, "glb")
-            assert meshes.at_once(built[0].id, wanted, "glb") == mesh
+            assert meshes.find_ready(built[0].id, wanted, "glb") == mesh
             library.discard(built[0].id)
-            assert meshes.at_once(built[0].id, wanted, "glb") == mesh
-            assert meshes.at_once(built[0].id, wanted, "ply") is None
+            assert meshes.find_ready(built[0].id, wanted, "glb") == mesh
+            assert meshes.find_ready(built[0].id, wanted, "ply") is None
             meshes.discard_gamut(built[0].id)
-            assert meshes.at_once(built[0].id, wanted, "glb") is None
+            assert meshes.find_ready(built[0].id, wanted, "glb") is None
 
         run(scenario)
 
@@ -155,12 +157,12 @@ class TestLimits:
             opened = await library.gamut(built[0].id)
             for level in opened.gamut.description["levels"]:
                 del level["distance_bound"], level["mismatch_bound"]
-            mesh = await meshes.mesh(built[0].id, Wanted(max_error=2.0), "ply")
+            mesh = await meshes.mesh(built[0].id, LevelRequest(max_error=2.0), "ply")
             assert promised(mesh)["max_error"] <= 2
             full, level = opened.gamut.history.full(), opened.gamut.level(triangles(mesh))
             direct = radial_difference(full, level, opened.gamut.history.centre)
             assert promised(mesh)["max_mismatch"] == pytest.approx(direct.mismatch, rel=1e-5)
-            assert promised(await meshes.mesh(built[0].id, Wanted(100), "ply")) == {}
+            assert promised(await meshes.mesh(built[0].id, LevelRequest(100), "ply")) == {}
 
         run(scenario)
 
@@ -177,7 +179,7 @@ class TestLimits:
             assert {b"gamut-max-error", b"gamut-max-mismatch"}.isdisjoint(headers)
 
         def question(count):
-            return built[0].id, Wanted(count), "glb"
+            return built[0].id, LevelRequest(count), "glb"
 
         run(scenario)
 
@@ -197,13 +199,13 @@ def test_levels_that_are_not_there_are_never_answered(run, built):
     async def scenario(_library, meshes):
         gamut = built[0]
         largest = gamut.history.triangles
-        await meshes.mesh(gamut.id, Wanted(largest), "glb")
+        await meshes.mesh(gamut.id, LevelRequest(largest), "glb")
         for count in (3, 0, -1, largest + 1):
-            assert meshes.at_once(gamut.id, Wanted(count), "glb") is None
+            assert meshes.find_ready(gamut.id, LevelRequest(count), "glb") is None
             with pytest.raises(TriangleCountError):
-                await meshes.mesh(gamut.id, Wanted(count), "glb")
+                await meshes.mesh(gamut.id, LevelRequest(count), "glb")
         with pytest.raises(GamutNotStoredError):
-            await meshes.mesh("0" * 64, Wanted(100), "glb")
+            await meshes.mesh("0" * 64, LevelRequest(100), "glb")
 
     run(scenario)
 
@@ -212,10 +214,12 @@ def test_a_slow_format_is_left_to_a_thread_and_made_once(run, built):
     async def scenario(library, meshes):
         name = built[0].id
         await library.gamut(name)
-        assert meshes.at_once(name, Wanted(100), "obj") is None
-        both = await asyncio.gather(*(meshes.mesh(name, Wanted(100), "obj") for _ in range(5)))
+        assert meshes.find_ready(name, LevelRequest(100), "obj") is None
+        both = await asyncio.gather(
+            *(meshes.mesh(name, LevelRequest(100), "obj") for _ in range(5))
+        )
         assert len({id(mesh) for mesh in both}) == 1
-        assert meshes.at_once(name, Wanted(100), "obj") is both[0]
+        assert meshes.find_ready(name, LevelRequest(100), "obj") is both[0]
 
     run(scenario)
 
@@ -224,12 +228,12 @@ def test_what_is_deleted_while_it_is_encoded_is_not_kept(run, built):
     async def scenario(library, meshes):
         name = built[0].id
         await library.gamut(name)
-        encoding = asyncio.create_task(meshes.mesh(name, Wanted(100), "obj"))
+        encoding = asyncio.create_task(meshes.mesh(name, LevelRequest(100), "obj"))
         await asyncio.sleep(0)
         library.discard(name)
         meshes.discard_gamut(name)
         await encoding
-        assert meshes.at_once(name, Wanted(100), "obj") is None
+        assert meshes.find_ready(name, LevelRequest(100), "obj") is None
 
     run(scenario)
 
@@ -237,10 +241,10 @@ def test_what_is_deleted_while_it_is_encoded_is_not_kept(run, built):
 def test_a_cache_without_room_keeps_nothing_and_hinders_nobody(run, built):
     async def scenario(library, meshes):
         name = built[0].id
-        first = await meshes.mesh(name, Wanted(100), "ply")
-        assert meshes.at_once(name, Wanted(100), "ply") == first
+        first = await meshes.mesh(name, LevelRequest(100), "ply")
+        assert meshes.find_ready(name, LevelRequest(100), "ply") == first
         library.discard(name)
-        assert meshes.at_once(name, Wanted(100), "ply") is None
+        assert meshes.find_ready(name, LevelRequest(100), "ply") is None
 
     run(scenario, capacity=0)
 

@@ -10,13 +10,10 @@ from types import SimpleNamespace
 
 import pytest
 
+from service import readiness
 from service.building.engine import EngineFacts
-from service.container import Service
-from service.settings import Settings
-from service.storage.blobs import Blob, StoreFullError, StoreUnavailableError
-from service.storage.local import LocalBlobs
-from service.telemetry import readiness
-from service.telemetry.readiness import (
+from service.container import ServiceContainer
+from service.readiness import (
     Finding,
     Probe,
     Readiness,
@@ -25,6 +22,9 @@ from service.telemetry.readiness import (
     service_readiness,
     store_probe,
 )
+from service.settings import Settings
+from service.storage.blobs import Blob, StoreFullError, StoreUnavailableError
+from service.storage.local import LocalBlobs
 
 
 def facts(**changes):
@@ -35,12 +35,21 @@ def facts(**changes):
 @pytest.fixture
 def service(tmp_path, monkeypatch):
     """A service that is warm, of which nothing runs."""
-    made = Service(Settings(store=str(tmp_path / "store")))
-    made.warm = True
+    made = ServiceContainer(Settings(store=str(tmp_path / "store")))
+    made.kernels.loaded = True
     made.store.open()
     monkeypatch.setattr(made.builds, "facts", facts)
     yield made
     made.store.close()
+
+
+def probes_of(service):
+    return service_readiness(
+        service.builds,
+        service.store.blobs,
+        service.kernels,
+        needed_bytes=service.settings.store_reserve_bytes + service.settings.max_body_bytes,
+    )
 
 
 def report(of):
@@ -49,7 +58,7 @@ def report(of):
 
 def found(service):
     """What each probe of a service finds."""
-    return {probe.name: probe.status for probe in report(service_readiness(service)).probes}
+    return {probe.name: probe.status for probe in report(probes_of(service)).probes}
 
 
 class TestService:
@@ -58,7 +67,7 @@ class TestService:
         assert found(service) == dict.fromkeys(names, "ok")
 
     def test_it_is_not_ready_before_its_kernels_are_loaded(self, service):
-        service.warm = False
+        service.kernels.loaded = False
         assert found(service)["kernels"] == "failed"
 
     def test_a_service_that_stops_sends_requests_elsewhere(self, service):
@@ -67,12 +76,12 @@ class TestService:
 
     def test_a_full_queue_sends_nobody_elsewhere(self, service, monkeypatch):
         monkeypatch.setattr(service.builds, "facts", lambda: facts(queued=4))
-        made = report(service_readiness(service))
+        made = report(probes_of(service))
         assert made.ready
-        assert "4 of 4 builds wait" in made.wrong
+        assert "4 of 4 builds are waiting" in made.wrong
 
     def test_workers_have_to_be_warm_once_and_may_then_be_started_anew(self, service, monkeypatch):
-        probes = service_readiness(service)
+        probes = probes_of(service)
 
         def with_warm(count):
             monkeypatch.setattr(service.builds, "facts", lambda: facts(warm_workers=count))
@@ -85,13 +94,13 @@ class TestService:
 
     def test_a_service_without_workers_of_its_own_needs_none(self, service, monkeypatch):
         monkeypatch.setattr(service.builds, "facts", lambda: facts(workers=0, warm_workers=0))
-        assert report(service_readiness(service)).ready
+        assert report(probes_of(service)).ready
 
     def test_a_directory_that_is_gone_is_named_without_its_path(self, service, tmp_path, caplog):
         (tmp_path / "store" / "temporary").rmdir()
-        made = report(service_readiness(service))
+        made = report(probes_of(service))
         assert not made.ready
-        assert made.wrong == "store: it cannot be written: No such file or directory"
+        assert made.wrong == "store: not writable: No such file or directory"
         # the operator's log has it
         assert str(tmp_path) in caplog.text
 
@@ -217,11 +226,11 @@ class TestProbes:
     def test_a_defect_of_a_probe_is_a_finding(self, caplog):
         probes = Readiness()
         probes.add_slow("odd", lambda: 1 / 0)
-        assert report(probes).wrong == "odd: it cannot be looked at; the log says why"
+        assert report(probes).wrong == "odd: the check failed; see the log"
         assert "ZeroDivisionError" in caplog.text
 
     def test_a_change_is_logged_once(self, caplog):
-        caplog.set_level(logging.INFO, logger="service.telemetry.readiness")
+        caplog.set_level(logging.INFO, logger="service.readiness")
         state = SimpleNamespace(finding=Finding("ok", ""))
         probes = Readiness()
         probes.add("thing", lambda: state.finding)
@@ -231,7 +240,7 @@ class TestProbes:
         assert caplog.messages == [
             "not ready: thing: so it is",
             "degraded: thing: so it is",
-            "nothing is wrong any more",
+            "all probes are ok again",
         ]
 
 

@@ -1,10 +1,9 @@
-"""Whether the service is ready, and if not, what is wrong: what ``/readyz`` answers.
+"""Readiness probes: the answer of ``/readyz``.
 
-A probe looks at one thing and finds it ok, degraded (some requests will fail or be slow, and
-another replica would be no better off) or failed (requests had better go elsewhere). Probes that
-touch the disk or the network run in threads, one at a time each, and what they found holds for a
-moment, so that asking often costs nothing. A disk that hangs makes one answer late, and occupies
-one thread, however often it is asked for.
+A probe checks one thing. ``ok``: no fault. ``degraded``: some requests fail or are slow, and
+another replica would not be better. ``failed``: requests should go elsewhere. Probes that touch the
+disk or the network run in threads, one thread per probe. Their results stay valid for a moment, so
+frequent requests are cheap and a hanging disk occupies one thread only.
 """
 
 from __future__ import annotations
@@ -26,7 +25,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from service.container import Service
+    from service.building.builds import Builds
+    from service.building.kernels import Kernels
     from service.storage.blobs import Blobs
 
 __all__ = [
@@ -42,20 +42,20 @@ __all__ = [
 logger = logging.getLogger(__name__)
 
 HOLDS_SECONDS = 2.0
-"""How long what a slow probe found holds: shorter than the interval at which balancers ask."""
+"""Validity of a slow probe's result, shorter than the interval of load balancers."""
 
 TIMEOUT_SECONDS = 5.0
-"""How long an answer waits for a slow probe."""
+"""Time limit of waiting for a slow probe."""
 
 _GRACE_SECONDS = 30.0
-"""How long a service that was ready stays so without a warm worker: enough to start one anew, with
-the first repetitions. Meanwhile builds wait, and everything else goes on."""
+"""How long a service stays ready without a warm worker: enough for a restart with retries. Builds
+wait meanwhile, and everything else works."""
 
 Status = Literal["ok", "degraded", "failed"]
 
 
 class Finding(NamedTuple):
-    """What a look at one thing found."""
+    """Result of a check."""
 
     status: Status
     detail: str
@@ -63,16 +63,16 @@ class Finding(NamedTuple):
 
 @dataclass(frozen=True)
 class Probe:
-    """One thing that is looked at, and what was found.
+    """A named check and its result.
 
     Attributes
     ----------
     name : str
-        What is looked at.
+        The checked part.
     status, detail : str
-        What was found; the detail is for people, and names no path and no address.
+        The result. The detail contains no path and no address.
     seconds : float
-        How long it took.
+        Duration of the check.
     """
 
     name: str
@@ -91,30 +91,30 @@ class Probe:
 
 @dataclass(frozen=True)
 class Report:
-    """What all probes found."""
+    """Results of all probes."""
 
     probes: tuple[Probe, ...]
 
     @property
     def ready(self) -> bool:
-        """Whether requests are welcome."""
+        """Whether no probe failed."""
         return not any(probe.status == "failed" for probe in self.probes)
 
     @property
     def statuses(self) -> dict[str, Status]:
-        """What is not ok, by its name."""
+        """Statuses other than ok, by name."""
         return {probe.name: probe.status for probe in self.probes if probe.status != "ok"}
 
     @property
     def wrong(self) -> str:
-        """What is wrong, in a sentence for people; empty if nothing is."""
+        """Faults as one sentence for people; empty if there are none."""
         return "; ".join(
             f"{probe.name}: {probe.detail}" for probe in self.probes if probe.status != "ok"
         )
 
 
 class _SlowProbe:
-    """A look that may take long: done in a thread, and remembered for a moment."""
+    """A check that may block: it runs in a thread, and its result is kept for a moment."""
 
     def __init__(self, name: str, look: Callable[[], Finding]) -> None:
         self._name = name
@@ -124,25 +124,25 @@ class _SlowProbe:
         self._patience = TIMEOUT_SECONDS
 
     async def probe(self) -> Probe:
-        """Return what was found a moment ago, or is found now."""
+        """Return a recent or a new result."""
         if self._found is not None and time.monotonic() - self._found[0] < HOLDS_SECONDS:
             return self._found[1]
         if self._under_way is None:
-            self._under_way = asyncio.create_task(self._looked())
+            self._under_way = asyncio.create_task(self._run())
         try:
             return await asyncio.wait_for(asyncio.shield(self._under_way), self._patience)
         except TimeoutError:
-            # Whoever asks next need not wait as well.
+            # The next caller does not wait again.
             self._patience = 0.0
             return Probe(self._name, "failed", f"no answer within {TIMEOUT_SECONDS:g} s")
 
-    async def _looked(self) -> Probe:
+    async def _run(self) -> Probe:
         clock = time.monotonic()
         try:
             status, detail = await asyncio.to_thread(self._look)
         except Exception:
-            logger.exception("the probe of %s failed", self._name)
-            status, detail = "failed", "it cannot be looked at; the log says why"
+            logger.exception("probe of %s failed", self._name)
+            status, detail = "failed", "the check failed; see the log"
         finally:
             self._under_way, self._patience = None, TIMEOUT_SECONDS
         now = time.monotonic()
@@ -157,7 +157,7 @@ class Readiness:
     Attributes
     ----------
     last : Report or None
-        What was answered last.
+        The previous report.
     """
 
     def __init__(self) -> None:
@@ -166,15 +166,15 @@ class Readiness:
         self.last: Report | None = None
 
     def add(self, name: str, look: Callable[[], Finding]) -> None:
-        """Add a look that takes no time, and is done on the event loop each time."""
+        """Add a check that runs on the event loop at every report."""
         self._quick[name] = look
 
     def add_slow(self, name: str, look: Callable[[], Finding]) -> None:
-        """Add a look that may block, and is done in a thread."""
+        """Add a check that may block and runs in a thread."""
         self._slow.append(_SlowProbe(name, look))
 
     async def report(self) -> Report:
-        """Return what all probes find."""
+        """Run all probes and return their results."""
         quick = [Probe(name, *look()) for name, look in self._quick.items()]
         slow = await asyncio.gather(*[probe.probe() for probe in self._slow])
         report = Report((*quick, *slow))
@@ -184,60 +184,72 @@ class Readiness:
             if report.wrong:
                 logger.warning("%s: %s", "degraded" if report.ready else "not ready", report.wrong)
             else:
-                logger.info("nothing is wrong any more")
+                logger.info("all probes are ok again")
         return report
 
 
-def service_readiness(service: Service) -> Readiness:
-    """Return the probes of a service: kernels, workers, queue, store and disk space."""
+def service_readiness(
+    builds: Builds, blobs: Blobs, kernels: Kernels, *, needed_bytes: int
+) -> Readiness:
+    """Return the probes of a service: kernels, workers, queue, builds, store and disk.
+
+    Parameters
+    ----------
+    builds : Builds
+        The builds of this process.
+    blobs : Blobs
+        The storage.
+    kernels : Kernels
+        The compiled kernels.
+    needed_bytes : int
+        Free disk space that the largest input needs.
+    """
     readiness = Readiness()
-    readiness.add("kernels", lambda: _kernels(warm=service.warm))
-    readiness.add("workers", _WorkersProbe(service))
-    readiness.add("queue", lambda: _queue(service))
-    readiness.add("builds", lambda: _builds(draining=service.builds.draining))
-    blobs, settings = service.store.blobs, service.settings
+    readiness.add("kernels", lambda: _kernels(kernels))
+    readiness.add("workers", _WorkersProbe(builds))
+    readiness.add("queue", lambda: _queue(builds))
+    readiness.add("builds", lambda: _builds(draining=builds.draining))
     readiness.add_slow("store", lambda: store_probe(blobs))
     if isinstance(blobs, LocalBlobs):
-        needed = settings.store_reserve_bytes + settings.max_body_bytes
-        readiness.add_slow("disk", lambda: disk_probe(blobs.directory, needed))
+        readiness.add_slow("disk", lambda: disk_probe(blobs.directory, needed_bytes))
     return readiness
 
 
 def store_probe(blobs: Blobs) -> Finding:
-    """Return whether something can be written into a storage and read from it."""
+    """Check that a storage can be written and read."""
     content = secrets.token_bytes(32)
     try:
-        same = _written_and_read(blobs, content)
+        same = _write_and_read(blobs, content)
     except StoreFullError:
-        # What is stored is still served.
-        return Finding("degraded", "it is full")
+        # Existing gamuts are still served.
+        return Finding("degraded", "full")
     except StoreUnavailableError as error:
-        return Finding("failed", f"it cannot be used: {error}")
+        return Finding("failed", f"unavailable: {error}")
     except OSError as error:
         if error.errno in {errno.ENOSPC, errno.EDQUOT}:
-            return Finding("degraded", "it is full")
-        logger.warning("the store cannot be written: %s", error)
-        return Finding("failed", f"it cannot be written: {error.strerror or type(error).__name__}")
+            return Finding("degraded", "full")
+        logger.warning("store cannot be written: %s", error)
+        return Finding("failed", f"not writable: {error.strerror or type(error).__name__}")
     if not same:
-        return Finding("failed", "what was written is not what is read")
+        return Finding("failed", "read other content than was written")
     return Finding("ok", "written and read")
 
 
 def disk_probe(directory: Path, needed: int) -> Finding:
-    """Return whether a directory's file system has at least `needed` bytes free."""
+    """Check that a directory's file system has at least `needed` bytes free."""
     try:
         free = shutil.disk_usage(directory).free
     except OSError as error:
-        return Finding("failed", f"it cannot be asked: {error.strerror or type(error).__name__}")
+        return Finding("failed", f"free space is unknown: {error.strerror or type(error).__name__}")
     if free < needed:
         room = f"{free / 1e6:,.0f} MB are free"
-        return Finding("degraded", f"{room}, and the largest input needs {needed / 1e6:,.0f} MB")
+        return Finding("degraded", f"{room}; the largest input needs {needed / 1e6:,.0f} MB")
     return Finding("ok", f"{free / 1e9:,.1f} GB are free")
 
 
-def _written_and_read(blobs: Blobs, content: bytes) -> bool:
+def _write_and_read(blobs: Blobs, content: bytes) -> bool:
     if not blobs.remote:
-        # Not a blob: nothing of it has to survive, or to be waited for until it would.
+        # A scratch file instead of a blob, because the content need not be durable.
         path = blobs.scratch(".probe")
         try:
             path.write_bytes(content)
@@ -253,35 +265,36 @@ def _written_and_read(blobs: Blobs, content: bytes) -> bool:
         blobs.delete(key)
 
 
-def _kernels(*, warm: bool) -> Finding:
-    return Finding("ok", "loaded") if warm else Finding("failed", "they are being loaded")
+def _kernels(kernels: Kernels) -> Finding:
+    states = ", ".join(f"{group}: {state}" for group, state in kernels.states.items())
+    return Finding("ok" if kernels.loaded else "failed", states)
 
 
 def _builds(*, draining: bool) -> Finding:
     if draining:
         return Finding("failed", "the service is stopping")
-    return Finding("ok", "new ones are welcome")
+    return Finding("ok", "accepted")
 
 
-def _queue(service: Service) -> Finding:
-    facts = service.builds.facts()
+def _queue(builds: Builds) -> Finding:
+    facts = builds.facts()
     if facts.fault is not None:
         return Finding("degraded", facts.fault)
-    detail = f"{facts.queued} of {facts.capacity} builds wait"
+    detail = f"{facts.queued} of {facts.capacity} builds are waiting"
     return Finding("degraded" if facts.queued >= facts.capacity else "ok", detail)
 
 
 class _WorkersProbe:
-    """Whether builds find a worker: strict at the start, patient when one is started anew."""
+    """Checks the workers: strict at the start, tolerant of restarts later."""
 
-    def __init__(self, service: Service) -> None:
-        self._service = service
+    def __init__(self, builds: Builds) -> None:
+        self._builds = builds
         self._started = False
         self._none_since: float | None = None
 
     def __call__(self) -> Finding:
-        facts = self._service.builds.facts()
-        detail = f"{facts.warm_workers} of {facts.workers} are warm"
+        facts = self._builds.facts()
+        detail = f"{facts.warm_workers} of {facts.workers} workers are warm"
         if facts.warm_workers >= facts.workers:
             self._started, self._none_since = True, None
             return Finding("ok", detail)
