@@ -73,22 +73,16 @@ def _hilbert_position(column: int, row: int) -> int:
     return position
 
 
-@kernel
 def _rounds(count: int) -> LongArray:
     """Random round of each point: three quarters in the last, a fifth in the round before it."""
-    drawn = np.empty(count, np.int64)
-    for index in range(count):
-        # Steele, Lea & Flood, "Fast splittable pseudorandom number generators" (2014): SplitMix64
-        bits = np.uint64(index + 1) * np.uint64(0x9E3779B97F4A7C15)
-        bits = (bits ^ (bits >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-        bits = (bits ^ (bits >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-        bits = bits ^ (bits >> np.uint64(31))
-        left = LAST_ROUND
-        while left > 0 and bits & np.uint64(2**ROUND_BITS - 1) == np.uint64(0):
-            bits >>= np.uint64(ROUND_BITS)
-            left -= 1
-        drawn[index] = left
-    return drawn
+    # Steele, Lea & Flood, "Fast splittable pseudorandom number generators" (2014): SplitMix64
+    bits = np.arange(1, count + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
+    bits = (bits ^ (bits >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    bits = (bits ^ (bits >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    bits = bits ^ (bits >> np.uint64(31))
+    lowest_bit = bits & (~bits + np.uint64(1))
+    trailing_zeros = np.frexp(lowest_bit.astype(np.float64))[1] - 1  # exact for a power of two
+    return np.maximum(LAST_ROUND - trailing_zeros.astype(np.int64) // ROUND_BITS, 0)
 
 
 def insertion_order(positions: LongArray) -> LongArray:

@@ -224,8 +224,8 @@ class ColourSpace:
     Examples
     --------
     >>> space = ColourSpace("Oklab")
-    >>> space.coordinates(np.array([[100.0, 0.0, 0.0]]))[0].round(3).tolist()
-    [[1.0, 0.0, 0.0]]
+    >>> space.coordinates(np.array([[100.0, 0.0, 0.0]]))[0].round(3)[0, 0].item()
+    1.0
     """
 
     name: str = "CIELAB"
