@@ -1,4 +1,4 @@
-"""Kernels of boundary and colours give the same results as plain Python, without Numba's compiler."""
+"""Kernels of boundary and colours give the same results with and without Numba's compiler."""
 
 import hashlib
 import os
