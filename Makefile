@@ -50,10 +50,6 @@ help: ## list the targets
 	$(python) -m pip install -q -c constraints.txt -e '.[service,peers,plots]'
 	@touch $@
 
-.venv/.compiled: .venv/.installed $(shell find gamutcore -name '*.py')
-	$(python) -m gamutcore.warm
-	@touch $@
-
 node_packages := tests/gltf/node_modules/.package-lock.json tests/azurite/node_modules/.package-lock.json
 
 $(node_packages): tests/%/node_modules/.package-lock.json: tests/%/package.json tests/%/package-lock.json
@@ -64,25 +60,31 @@ $(node_packages): tests/%/node_modules/.package-lock.json: tests/%/package.json 
 	fi
 
 .PHONY: install
-install: .venv/.compiled ## install into .venv and compile the kernels
+install: .venv/.installed ## install into .venv and compile the kernels that have changed
+	$(python) -m gamutcore.warm
 
 # --- use ------------------------------------------------------------------------------------------
 
 .PHONY: serve
-serve: install ## serve on http://127.0.0.1:8000, data under var/ (docs/operations.md)
+serve: .venv/.installed ## serve on http://127.0.0.1:8000, data under var/ (docs/operations.md)
 	exec .venv/bin/gamut serve
 
-# T names files, folders or tests and K is an expression of pytest: only these run, in one process.
-selected := $(T) $(if $(K),-k '$(K)')
-parallel := -n auto --dist loadfile
+# T names files, folders or tests, and K is an expression of pytest. Only these tests run, in one
+# process, and each compiles the kernels that it needs.
+ifneq ($(T)$(K),)
+test: .venv/.installed-test
+	$(python) -m pytest $(T) $(if $(K),-k '$(K)')
+else
+test: install .venv/.installed-test $(node_packages)
+	$(python) -m pytest -n auto --dist loadfile
+endif
 
 .PHONY: test
-test: install .venv/.installed-test $(if $(T)$(K),,$(node_packages)) ## run all tests, or some: make test T=tests/gamutcore/test_mesh.py, K=volume
-	$(python) -m pytest $(if $(T)$(K),$(selected),$(parallel))
+test: ## run all tests, or some: make test T=tests/gamutcore/test_mesh.py, make test K=volume
 
 .PHONY: test-fast
-test-fast: install .venv/.installed-test ## run the tests that take less than a minute: no servers, brokers, browsers or fuzzing
-	$(python) -m pytest $(parallel) -m 'not slow'
+test-fast: install .venv/.installed-test ## run the tests that need no server, broker, browser or long computation
+	$(python) -m pytest -n auto --dist loadfile -m 'not slow'
 
 .PHONY: fuzz
 fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)
@@ -91,6 +93,10 @@ fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)
 .PHONY: bench
 bench: install ## measure what is claimed about speed and accuracy
 	$(python) -m benchmarks.bench
+
+.PHONY: bench-startup
+bench-startup: .venv/.installed ## measure a fresh clone up to its first gamut; writes docs/benchmarks.md
+	$(python) -m benchmarks.startup
 
 .PHONY: soak
 soak: install .venv/.installed-test ## load the service for minutes: rates, /livez, memory; writes docs/reliability.md

@@ -16,13 +16,13 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import NamedTuple
 
 import httpx
 import numpy as np
 import uvloop
 
+from benchmarks.common import resident_bytes
 from benchmarks.http import Server, mesh_rates, posted, server
 from benchmarks.reliability import Result, record
 
@@ -131,14 +131,6 @@ def mixed_requests(gamuts: list[tuple[str, int]], known: bytes) -> Iterator[Mixe
         yield chance.choices(kinds, shares)[0][1]()
 
 
-def resident_bytes(pid: int) -> int:
-    """Return the resident memory of a process (VmRSS)."""
-    for line in Path(f"/proc/{pid}/status").read_text().splitlines():
-        if line.startswith("VmRSS:"):
-            return int(line.split()[1]) * 1024
-    raise ProcessLookupError(pid)
-
-
 class MixedRun(NamedTuple):
     """Memory in bytes by the number of requests sent, statuses, and unexpected answers."""
 
@@ -169,7 +161,7 @@ async def run_mixture(
                 if answer.status_code not in sent.expected:
                     run.unexpected.append(f"{answer.status_code}: {sent.method} {sent.path}")
                 if number % 1000 == 0:
-                    run.memory.append((number, resident_bytes(found.process.pid)))
+                    run.memory.append((number, resident_bytes(pid=found.process.pid)))
 
         await asyncio.gather(*(send_all() for _ in range(CONNECTIONS)))
     run.memory.sort()

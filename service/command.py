@@ -9,18 +9,15 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-import uvicorn
 from pydantic import ValidationError
 
 from gamutcore.version import __version__
-from gamutcore.warm import compile_kernels
 from service.access.api_keys import new_key
 from service.access.middleware import OpenToAllError
 from service.application import create_app
 from service.broker import health
-from service.building.choice import EngineMissingError, run_worker
-from service.http.protocol import ConnectionLimits, limited_protocol
-from service.server import Server
+from service.container import MISSING_BROKER_EXTRA, EngineMissingError
+from service.server import Server, server_config
 from service.settings import ENVIRONMENT_PREFIX, Settings
 from service.storage.blobs import StoreUnavailableError
 from service.storage.check import report
@@ -28,16 +25,11 @@ from service.storage.gamuts import GamutStore
 from service.storage.local import StoreInUseError
 from service.storage.location import StoreLocationError, blobs_at, is_address
 from service.telemetry.logs import configure_logging
-from service.telemetry.request_observer import Refusals
 from service.telemetry.traces import TracesUnavailableError
 
 __all__ = ["main", "openapi_document", "raise_file_limit"]
 
 logger = logging.getLogger(__name__)
-
-_KEEP_ALIVE_SECONDS = 5
-"""How long a connection may idle between requests: a page's or a script's next one comes sooner,
-and every idle connection holds a file descriptor."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -85,6 +77,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if parsed.command == "openapi":
         sys.stdout.write(openapi_document())
     else:
+        from gamutcore.warm import compile_kernels  # noqa: PLC0415  # a server compiles nothing
+
         compile_kernels()
     return 0
 
@@ -160,8 +154,14 @@ def _worker() -> int:
         sys.stderr.write("gamut: GAMUT_BROKER: is needed, to know where builds come from\n")
         return 2
     try:
+        # Slow to import, and not installed by default.
+        from service.broker.celery_worker import run_worker  # noqa: PLC0415
+    except ModuleNotFoundError:
+        sys.stderr.write(f"gamut: {MISSING_BROKER_EXTRA}\n")
+        return 1
+    try:
         return run_worker(settings)
-    except (EngineMissingError, TracesUnavailableError) as error:
+    except TracesUnavailableError as error:
         sys.stderr.write(f"gamut: {error}\n")
         return 1
 
@@ -190,25 +190,6 @@ def _serve(overrides: dict[str, Any]) -> int:
     ) as error:
         sys.stderr.write(f"gamut: {error}\n")
         return 1
-    figures = app.state.service.metrics.requests
-    refusals = Refusals(figures, access_log=settings.access_log)
-    config = uvicorn.Config(
-        app,
-        host=settings.host,
-        port=settings.port,
-        log_config=None,
-        log_level=settings.log_level,
-        access_log=False,  # `service.telemetry.request_observer` has a better one
-        http=limited_protocol(ConnectionLimits.of(settings), refusals),
-        ws="none",
-        # Off, or any client on this machine could state the address that it is counted under.
-        proxy_headers=bool(settings.trusted_proxies),
-        forwarded_allow_ips=settings.trusted_proxies,
-        server_header=False,
-        timeout_keep_alive=_KEEP_ALIVE_SECONDS,
-        # Builds end or are given back within the time to drain; then their requests are answered.
-        timeout_graceful_shutdown=int(settings.drain_seconds) + 2,
-    )
-    server = Server(config, app.state.service)
+    server = Server(server_config(app, settings), app.state.service)
     server.run()
     return 0 if server.started else 1

@@ -7,7 +7,8 @@ Routes name the problems that they can answer with; their responses are made fro
 from typing import Any
 
 from service.openapi.models import ProblemDocument
-from service.problems.problem import KINDS, MEDIA_TYPE, Problem
+from service.problems.kinds import KINDS
+from service.problems.problem import MEDIA_TYPE, Problem
 
 __all__ = [
     "BATCH_RESPONSE",

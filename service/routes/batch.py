@@ -10,12 +10,12 @@ from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
 from gamutcore.export import FORMATS
-from service.container import Service, service_of
+from service.container import ServiceContainer, service_of
 from service.http.conditional import IMMUTABLE, check_if_match, matches
 from service.http.negotiation import preferred_media_type
 from service.http.parameters import DECIMAL_PATTERN, ID_PATTERN, IDS, check_query
 from service.meshes.containers import CONTAINERS, Asked, Container, Item, ZipContainer
-from service.meshes.encoded_meshes import Wanted
+from service.meshes.level_search import LevelRequest
 from service.openapi.documentation import BATCH_RESPONSE, EXAMPLE_ID, problems
 from service.problems.problem import Problem, ProblemError
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
@@ -136,12 +136,12 @@ class _Batch:
 
     Parameters
     ----------
-    service : Service
+    service : ServiceContainer
     asked : list of Asked
     container : Container
     """
 
-    def __init__(self, service: Service, asked: list[Asked], container: Container) -> None:
+    def __init__(self, service: ServiceContainer, asked: list[Asked], container: Container) -> None:
         self._service = service
         self._asked = asked
         self._container = container
@@ -202,7 +202,7 @@ class _Batch:
                 continue
             largest = record.description["counts"]["triangles"]
             for one in wanted:
-                count = self._service.meshes.most_triangles(record, _wanted(one))
+                count = self._service.meshes.levels.triangle_bound(record, _wanted(one))
                 if not 4 <= count <= largest:
                     failed[one] = Problem(
                         "triangle-count",
@@ -233,8 +233,8 @@ class _Batch:
         return Item(one, mesh)
 
 
-def _wanted(one: Asked) -> Wanted:
-    return Wanted(**{one.name: _READ[one.name](one.value)})
+def _wanted(one: Asked) -> LevelRequest:
+    return LevelRequest(**{one.name: _READ[one.name](one.value)})
 
 
 async def _chained(parts: list[bytes], rest: AsyncIterator[bytes]) -> AsyncIterator[bytes]:

@@ -2,16 +2,14 @@
 
 import asyncio
 import contextlib
-import hashlib
 from collections.abc import AsyncIterator
 from typing import IO, Annotated, Any
 
 from fastapi import APIRouter, Depends, Path, Request
 from fastapi.responses import Response, StreamingResponse
 
-from gamutcore.gamut import gamut_id as identity
-from service.container import Service, service_of
-from service.http.compression import CODINGS, compress_response, compressed
+from service.container import ServiceContainer, service_of
+from service.http.compression import CODINGS, compress, compress_response
 from service.http.conditional import (
     IMMUTABLE,
     byte_range,
@@ -36,8 +34,8 @@ from service.openapi.documentation import (
     problems,
 )
 from service.openapi.models import GamutDescription, GamutList, JobDescription, Levels
-from service.problems.problem import BUILD_PROBLEMS, KINDS, Problem, ProblemError
-from service.problems.responses import JsonResponse
+from service.problems.kinds import BUILD_PROBLEMS, KINDS
+from service.problems.problem import JsonResponse, Problem, ProblemError
 from service.routes.jobs import job_document
 from service.routes.paging import After, Limit, page_of
 from service.routes.submission import submission
@@ -157,22 +155,19 @@ async def create_gamut(request: Request) -> Response:
     """Build a gamut, or find it built."""
     service = service_of(request)
     settings = service.settings
-    prefer = preference(request.headers.getlist("prefer"))
     await _check_admission_of_large(request, service)
     large, scratch = service.large_bodies, service.scratch_directory
-    # Left, and so out of memory, before the wait for the build.
     async with submission(request, settings, scratch, large) as posted:
-        digest = await asyncio.to_thread(hashlib.sha256, posted.data)
-        gamut_id = identity(posted.options, digest.hexdigest())
-        with contextlib.suppress(GamutNotStoredError):
-            return _found(await service.library.record(gamut_id))
-        job = await service.builds.submit(
-            gamut_id, posted.options.to_mapping(), posted.data, propagation_headers()
+        gamut_id = posted.gamut_id
+        found = await service.builds.submit(
+            gamut_id, posted.options.to_mapping(), posted.data, propagation_headers(), posted.sha256
         )
-        if job is None:
-            return _found(await _record_of_built(service, gamut_id))
+        if isinstance(found, Record):
+            return _found(found)
+        job = found
+    # The data leaves the memory before the wait for the build.
     del posted
-
+    prefer = preference(request.headers.getlist("prefer"))
     seconds = prefer.seconds(settings.client_wait, settings.max_client_wait)
     with timed("build"):
         job = await service.builds.wait(gamut_id, seconds) or job
@@ -191,7 +186,7 @@ async def create_gamut(request: Request) -> Response:
     return _described(record, 201, {**headers, "Location": f"/v1/gamuts/{gamut_id}"})
 
 
-async def _record_of_built(service: Service, gamut_id: str) -> Record:
+async def _record_of_built(service: ServiceContainer, gamut_id: str) -> Record:
     """Return the record of a gamut that was there just now."""
     try:
         return await service.library.record(gamut_id)
@@ -202,7 +197,7 @@ async def _record_of_built(service: Service, gamut_id: str) -> Record:
         raise ProblemError(Problem("gamut-deleted", KINDS["gamut-deleted"].detail)) from None
 
 
-async def _check_admission_of_large(request: Request, service: Service) -> None:
+async def _check_admission_of_large(request: Request, service: ServiceContainer) -> None:
     """Refuse a large body before it is read, if its build would be refused.
 
     A small one is read first: it may turn out to ask for a gamut that is there, or that is being
@@ -412,7 +407,7 @@ def _conditional(request: Request, document: dict[str, Any], cache_control: str)
 def _description_tags(record: Record) -> list[str]:
     """Return the entity tags that a gamut's description has, by content coding."""
     content = bytes(JsonResponse(_description(record)).body)
-    return [entity_tag(content), *(entity_tag(compressed(content, coding)) for coding in CODINGS)]
+    return [entity_tag(content), *(entity_tag(compress(content, coding)) for coding in CODINGS)]
 
 
 def _found(record: Record) -> Response:

@@ -7,14 +7,13 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Header, Path, Request
 from fastapi.responses import Response, StreamingResponse
 
-from service.container import Service, service_of
+from service.container import ServiceContainer, service_of
 from service.http.parameters import ID, ID_PATTERN, check_query
 from service.jobs.book import JobDocument
 from service.jobs.events import HEARTBEAT_SECONDS, MEDIA_TYPE, event_id, stream_of_events
 from service.openapi.documentation import EXAMPLE_ID, EXAMPLE_JOB, header, json_response, problems
 from service.openapi.models import JobDescription, JobList
-from service.problems.problem import Problem, ProblemError
-from service.problems.responses import JsonResponse
+from service.problems.problem import JsonResponse, Problem, ProblemError
 from service.routes.paging import After, Limit, page_of
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 
@@ -214,7 +213,7 @@ def job_document(document: JobDocument) -> dict[str, Any]:
     }
 
 
-async def _known(service: Service, job_id: str) -> JobDocument:
+async def _known(service: ServiceContainer, job_id: str) -> JobDocument:
     """Return a job that is remembered, or that must have been if its gamut is there."""
     document = await service.builds.job(job_id)
     if document is not None and document.state != "succeeded":
@@ -233,7 +232,7 @@ async def _known(service: Service, job_id: str) -> JobDocument:
 
 
 async def _events(
-    service: Service, document: JobDocument, known: str | None
+    service: ServiceContainer, document: JobDocument, known: str | None
 ) -> AsyncIterator[bytes]:
     with service.events.one():
         async for event in stream_of_events(_told(service, document), known):
@@ -241,7 +240,7 @@ async def _events(
 
 
 async def _told(
-    service: Service, document: JobDocument
+    service: ServiceContainer, document: JobDocument
 ) -> AsyncIterator[tuple[JobDocument, dict[str, Any]] | None]:
     if document.final:
         yield document, job_document(document)

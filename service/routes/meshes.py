@@ -11,7 +11,8 @@ from service.http.compression import preferred_coding
 from service.http.conditional import check_if_match
 from service.http.negotiation import preferred_media_type
 from service.http.parameters import DECIMAL_NUMBER, LARGEST_WHOLE, WHOLE_NUMBER, check_query
-from service.meshes.encoded_meshes import DEFAULT_TRIANGLES, MEDIA_TYPES, SUFFIXES, Wanted
+from service.meshes.encoding import MEDIA_TYPES, SUFFIXES
+from service.meshes.level_search import DEFAULT_TRIANGLES, LevelRequest
 from service.openapi.documentation import MESH_HEADERS, problems
 from service.problems.problem import Problem, ProblemError
 from service.routes.gamuts import GamutId
@@ -121,7 +122,7 @@ async def download_mesh(
                 )
             )
         format_name = MEDIA_TYPES[media_type]
-    wanted = Wanted(triangles, max_error, max_mismatch)
+    wanted = LevelRequest(triangles, max_error, max_mismatch)
     return await _mesh(request, gamut_id, wanted, format_name)
 
 
@@ -156,11 +157,13 @@ async def download_mesh_file(
         raise ProblemError(
             Problem("not-found", detail, {"field": "suffix"}, f"Use one of {known}.")
         )
-    wanted = Wanted(triangles, max_error, max_mismatch)
+    wanted = LevelRequest(triangles, max_error, max_mismatch)
     return await _mesh(request, gamut_id, wanted, format_name or SUFFIXES[suffix])
 
 
-async def _mesh(request: Request, gamut_id: str, wanted: Wanted, format_name: str) -> Response:
+async def _mesh(
+    request: Request, gamut_id: str, wanted: LevelRequest, format_name: str
+) -> Response:
     if wanted.triangles is not None and wanted.limits is not None:
         raise ProblemError(
             Problem(

@@ -11,14 +11,14 @@ from fastapi import APIRouter, Path, Request
 from fastapi.responses import Response
 
 from gamutcore.version import ALGORITHM_VERSION, __version__
-from service.container import Service, service_of
+from service.container import ServiceContainer, service_of
 from service.http.conditional import conditional
 from service.http.negotiation import preferred_media_type
-from service.problems.problem import KINDS, Kind, Problem, ProblemError
-from service.problems.responses import JsonResponse
+from service.problems.kinds import KINDS, Kind
+from service.problems.problem import JsonResponse, Problem, ProblemError
+from service.readiness import Report
 from service.routes.html_pages import definitions, link, page, table
 from service.routes.state import readiness
-from service.telemetry.readiness import Report
 
 __all__ = ["router"]
 
@@ -126,7 +126,7 @@ def _json_headers(headers: dict[str, str]) -> dict[str, str]:
     return {**headers, "Vary": "Accept"}
 
 
-def _landing_document(service: Service, report: Report) -> dict[str, Any]:
+def _landing_document(service: ServiceContainer, report: Report) -> dict[str, Any]:
     return {
         "service": "Gamut boundary service",
         "version": __version__,
@@ -136,7 +136,7 @@ def _landing_document(service: Service, report: Report) -> dict[str, Any]:
     }
 
 
-def _state(service: Service, report: Report) -> str:
+def _state(service: ServiceContainer, report: Report) -> str:
     facts = service.builds.facts()
     word, kind = ("ready", "ok") if report.ready else ("not ready", "failed")
     overview = definitions(

@@ -3,12 +3,11 @@
 from fastapi import APIRouter, Request
 from fastapi.responses import PlainTextResponse, Response
 
-from service.container import Service, service_of
+from service.container import ServiceContainer, service_of
 from service.openapi.documentation import EXAMPLE_READINESS, header, json_response, problems
 from service.openapi.models import Readiness
-from service.problems.problem import Problem, ProblemError
-from service.problems.responses import JsonResponse
-from service.telemetry.readiness import Report
+from service.problems.problem import JsonResponse, Problem, ProblemError
+from service.readiness import Report
 
 __all__ = ["readiness", "router"]
 
@@ -67,7 +66,7 @@ async def ready(request: Request) -> Response:
     return JsonResponse(state, headers=_NO_STORE)
 
 
-def readiness(service: Service, report: Report) -> dict[str, object]:
+def readiness(service: ServiceContainer, report: Report) -> dict[str, object]:
     """Return the JSON of the service's state."""
     facts = service.builds.facts()
     return {

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import hashlib
 import json
 from dataclasses import dataclass, fields
 from tempfile import SpooledTemporaryFile
@@ -19,7 +20,7 @@ from starlette.datastructures import UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
 
 from gamutcore.characterisation.json_samples import MAX_JSON_SAMPLES, json_samples
-from gamutcore.gamut import Options
+from gamutcore.gamut import Options, gamut_id
 from service.problems.problem import Problem, ProblemError
 from service.telemetry.server_timing import timed
 
@@ -53,11 +54,19 @@ class Submission:
     data : bytes
         The characterisation, in any format that `gamutcore` reads.
     options : Options
-        Checked, defaults made explicit.
+        Checked, with explicit defaults.
+    sha256 : str
+        SHA-256 of the data, hexadecimal.
     """
 
     data: bytes
     options: Options
+    sha256: str
+
+    @property
+    def gamut_id(self) -> str:
+        """The id of the gamut that the data and the options define."""
+        return gamut_id(self.options, self.sha256)
 
 
 _OPTION_NAMES = frozenset(field.name for field in fields(Options))
@@ -162,7 +171,9 @@ async def _submission(
         )
     if media_type == "application/json" and len(data) <= _CHECKED_BYTES:
         await asyncio.to_thread(json_samples, data.decode(), condition=options.condition)
-    return Submission(data, options)
+    # The only hash of the data until a build reads the data back.
+    digest = await asyncio.to_thread(hashlib.sha256, data)
+    return Submission(data, options, digest.hexdigest())
 
 
 async def _inline_body(request: Request, limit: int) -> bytes:

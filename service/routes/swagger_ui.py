@@ -16,10 +16,9 @@ from fastapi import APIRouter, Path, Request
 from fastapi.openapi.docs import get_swagger_ui_html
 from fastapi.responses import HTMLResponse, Response
 
-from service.http.compression import IDENTITY, compress_response, compressed, preferred_coding
+from service.http.compression import IDENTITY, compress, compress_response, preferred_coding
 from service.http.conditional import IMMUTABLE, conditional, entity_tag, matches
-from service.problems.problem import Problem, ProblemError
-from service.problems.responses import JsonResponse
+from service.problems.problem import JsonResponse, Problem, ProblemError
 from service.routes.html_pages import SECURITY_HEADERS
 
 __all__ = ["MEDIA_TYPES", "VERSION", "router"]
@@ -108,5 +107,5 @@ def _content(name: str, coding: str) -> tuple[bytes, str]:
     """Return a file in a coding, and the entity tag of that; kept, 3 MB in all."""
     content = (_FILES / name).read_bytes()
     if coding != IDENTITY:
-        content = compressed(content, coding)
+        content = compress(content, coding)
     return content, entity_tag(content)

@@ -10,7 +10,7 @@ a bucket. Both promise the same:
 - a reader sees a blob whole or not at all.
 
 Neither promises that bytes are still the ones that were written: disks and networks flip them.
-Whoever keeps a blob says so in it, by `sealed`, or beside it.
+Whoever keeps a blob says so in it, by `seal`, or beside it.
 
 All methods block: the event loop calls them in threads, which they are safe for.
 """
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from typing import BinaryIO
 
 __all__ = [
+    "UNVERSIONED",
     "Blob",
     "BlobDamagedError",
     "BlobNotFoundError",
@@ -34,8 +35,8 @@ __all__ = [
     "Content",
     "StoreFullError",
     "StoreUnavailableError",
-    "sealed",
-    "unsealed",
+    "seal",
+    "unseal",
 ]
 
 
@@ -44,7 +45,7 @@ class BlobNotFoundError(LookupError):
 
 
 class BlobDamagedError(ValueError):
-    """The bytes of a blob are not those that were sealed."""
+    """The bytes of a blob are not those that were seal."""
 
 
 class StoreFullError(OSError):
@@ -79,6 +80,10 @@ class Blob(NamedTuple):
     data: bytes
     version: str
 
+
+UNVERSIONED = ""
+"""Version of a new blob of pieces or of a file. Such blobs are large and never replaced, so a local
+store does not hash them."""
 
 Content: TypeAlias = "bytes | list[bytes] | Path"
 """What a new blob is made of: large inputs come in pieces, results of other processes as files."""
@@ -135,7 +140,8 @@ class Blobs(Protocol):
         Returns
         -------
         str or None
-            The new blob's version. None if there is a blob of this key, which stays as it is.
+            The new blob's version, which may be `UNVERSIONED` unless the content is bytes. None
+            if there is a blob of this key, which stays as it is.
 
         Raises
         ------
@@ -176,8 +182,8 @@ class Blobs(Protocol):
         """
 
 
-def sealed(payload: bytes) -> bytes:
-    """Return a payload with its SHA-256 before it: what `unsealed` can verify.
+def seal(payload: bytes) -> bytes:
+    """Return a payload with its SHA-256 before it: what `unseal` can verify.
 
     Returns
     -------
@@ -187,13 +193,13 @@ def sealed(payload: bytes) -> bytes:
     return b"%b\n%b\n" % (hashlib.sha256(payload).hexdigest().encode(), payload)
 
 
-def unsealed(data: bytes) -> bytes:
-    """Return the payload of sealed bytes.
+def unseal(data: bytes) -> bytes:
+    """Return the payload of seal bytes.
 
     Raises
     ------
     BlobDamagedError
-        Anything about them is not as `sealed` made it.
+        Anything about them is not as `seal` made it.
     """
     digest, payload = data[:65], data[65:-1]
     expected = hashlib.sha256(payload).hexdigest().encode() + b"\n"

@@ -15,14 +15,11 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from service.storage.blobs import BlobNotFoundError
 from service.storage.local import LocalBlobs
 from service.storage.records import id_of, input_key, record_key
-
-if TYPE_CHECKING:
-    from service.storage.gamuts import GamutStore
 
 __all__ = ["Eviction"]
 
@@ -42,18 +39,31 @@ class _Candidate:
     evict: Callable[[str], int]
 
 
+class Evictable(Protocol):
+    """The gamuts of a store, as far as eviction needs them."""
+
+    def flush_uses(self) -> None:
+        """Write the times of last use to the files."""
+
+    def is_being_published(self, gamut_id: str) -> bool:
+        """Return whether a thread of this process is publishing the gamut."""
+
+    def evict(self, gamut_id: str) -> int:
+        """Remove a gamut and return the number of bytes freed."""
+
+
 class Eviction:
     """Makes room in a local store.
 
     Parameters
     ----------
-    store : GamutStore
+    store : Evictable
         The gamuts.
     blobs : LocalBlobs
         Its storage.
     """
 
-    def __init__(self, store: GamutStore, blobs: LocalBlobs) -> None:
+    def __init__(self, store: Evictable, blobs: LocalBlobs) -> None:
         self._store = store
         self._blobs = blobs
         self._lock = threading.RLock()

@@ -31,8 +31,7 @@ from service.storage.eviction import Eviction
 from service.storage.inputs import Inputs
 from service.storage.local import LocalBlobs
 from service.storage.quarantine import Quarantine
-from service.storage.record_cache import RecordCache
-from service.storage.records import Record, id_of, record_key
+from service.storage.records import Record, RecordCache, id_of, record_key
 from service.storage.sweep import remove_uncommitted
 
 __all__ = ["GamutDamagedError", "GamutNotStoredError", "GamutStore"]
@@ -308,9 +307,15 @@ class GamutStore:
         """
         return self._damaged(record.id, reason, record)
 
-    def keep_input(self, gamut_id: str, data: bytes, options: dict[str, Any] | None = None) -> None:
-        """Store the input of a gamut, durably, with the options that it is built with."""
-        self._inputs.keep(gamut_id, data, options or {})
+    def keep_input(
+        self,
+        gamut_id: str,
+        data: bytes,
+        options: dict[str, Any] | None = None,
+        sha256: str | None = None,
+    ) -> None:
+        """Store the input of a gamut durably, with its options and the SHA-256 of the data."""
+        self._inputs.keep(gamut_id, data, options or {}, sha256 or hashlib.sha256(data).hexdigest())
 
     def input_path(self, gamut_id: str) -> Path:
         """Return a new scratch file with the verified input of a gamut; the caller removes it.

@@ -22,7 +22,7 @@ import time
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
-from service.storage.blobs import Blob, BlobNotFoundError, Content, StoreFullError
+from service.storage.blobs import UNVERSIONED, Blob, BlobNotFoundError, Content, StoreFullError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -270,12 +270,9 @@ class LocalBlobs:
         if isinstance(content, Path):
             source = content
             _sync(source)
-            with source.open("rb") as file:
-                version = hashlib.file_digest(file, "sha256").hexdigest()
         else:
-            pieces = [content] if isinstance(content, bytes) else content
-            source = self._written(*pieces)
-            version = _version(*pieces)
+            source = self._written(*([content] if isinstance(content, bytes) else content))
+        version = _version(content) if isinstance(content, bytes) else UNVERSIONED
         try:
             self._make_folder(path.parent)
             try:
@@ -387,11 +384,8 @@ class LocalBlobs:
         return self._key_locks[hash(key) % _LOCKS]
 
 
-def _version(*pieces: bytes) -> str:
-    digest = hashlib.sha256()
-    for piece in pieces:
-        digest.update(piece)
-    return digest.hexdigest()
+def _version(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
 
 
 def _nbytes(content: Content) -> int:

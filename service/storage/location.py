@@ -10,7 +10,6 @@ from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
 
 if TYPE_CHECKING:
-    from service.settings import Settings
     from service.storage.blobs import Blobs
 
 __all__ = ["StoreLocationError", "blobs_at", "gamut_store", "is_address"]
@@ -59,7 +58,8 @@ def blobs_at(location: str, limit: int = 0, reserve: int = 0) -> Blobs:
     return LocalBlobs(Path(location), limit, reserve)
 
 
-def gamut_store(settings: Settings) -> GamutStore:
-    """Return the store that the settings speak of, not yet opened."""
-    blobs = blobs_at(settings.store, settings.store_bytes, settings.store_reserve_bytes)
-    return GamutStore(blobs, keep_inputs=settings.keep_inputs)
+def gamut_store(
+    location: str, limit: int = 0, reserve: int = 0, *, keep_inputs: bool = True
+) -> GamutStore:
+    """Return the gamut store at a location, not yet opened; parameters as for `blobs_at`."""
+    return GamutStore(blobs_at(location, limit, reserve), keep_inputs=keep_inputs)

@@ -51,7 +51,7 @@ def test_nothing_is_served_to_everybody_unless_that_is_said(capsys, host):
 def test_a_key_is_printed_with_what_the_service_has_to_know(capsys):
     assert main(["key", "press-room", "--scopes", "read"]) == 0
     key, entry = (line.split()[-1] for line in capsys.readouterr().out.splitlines())
-    known = ApiKeys(entry).found(key.encode())
+    known = ApiKeys(entry).find(key.encode())
     assert (known.name, known.scopes) == ("press-room", {"read"})
     assert key not in entry
 

@@ -8,7 +8,7 @@ import pytest
 
 from gamutcore.colours.spaces import SPACES
 from gamutcore.errors import OptionError
-from gamutcore.export import encoded_mesh
+from gamutcore.export import mesh_file
 from gamutcore.gamut import Options, build_gamut
 from gamutcore.history import packed_splits
 from service.meshes.library import Library, mesh_provenance
@@ -218,10 +218,10 @@ def test_glb_and_ply_carry_centre_white_input_and_algorithm(sphere):
         "algorithm_version": str(stated["algorithm"]["version"]),
     }
     level = gamut.history.level(10)
-    glb = encoded_mesh(level, "glb", provenance)
+    glb = mesh_file(level, "glb", provenance)
     length = int.from_bytes(glb[12:16], "little")
     assert expected.items() <= json.loads(glb[20 : 20 + length])["asset"]["extras"].items()
-    header = encoded_mesh(level, "ply", provenance).partition(b"end_header")[0].decode()
+    header = mesh_file(level, "ply", provenance).partition(b"end_header")[0].decode()
     for name, value in expected.items():
         assert any(
             line.startswith("comment") and name in line and value in line
@@ -264,7 +264,7 @@ def posted_back(options, format_name, asked):
     gamut = build_gamut(DEVICE, Options.from_mapping({"surface_samples": 2000, **options}))
     level = gamut.level(60)
     provenance = mesh_provenance(gamut.id, gamut.description)
-    data = encoded_mesh(level, format_name, provenance, gamut.colour_space)
+    data = mesh_file(level, format_name, provenance, gamut.colour_space)
     return gamut, level, build_gamut(data, Options.from_mapping(asked))
 
 
@@ -338,7 +338,7 @@ def test_inks_of_any_name_are_read_back(format_name):
     mesh = build_gamut(DEVICE, Options(surface_samples=2000)).level(60)
     channels = ("Größe", "end of header", "黒")
     named = replace(mesh, device=replace(mesh.device, channels=channels))
-    again = build_gamut(encoded_mesh(named, format_name, {"observer": "2°"}), Options())
+    again = build_gamut(mesh_file(named, format_name, {"observer": "2°"}), Options())
     assert recipes(again.level(60)) == recipes(named)
     provenance = again.description["provenance"]
     assert provenance["observer"] == "2°"

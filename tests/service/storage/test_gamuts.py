@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from service.storage.blobs import BlobNotFoundError, StoreUnavailableError, sealed
+from service.storage.blobs import BlobNotFoundError, StoreUnavailableError, seal
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError, GamutStore
 from service.storage.local import LocalBlobs
 from service.storage.records import record_key
@@ -149,7 +149,7 @@ def test_a_gamut_of_before_there_were_copies_is_served_and_deleted(store, publis
     del fields["copy"]
     history, record_file = files(store, record.id)
     history.rename(history.with_name(f"{record.id}.gamut"))
-    record_file.write_bytes(sealed(json.dumps(fields, separators=(",", ":")).encode()))
+    record_file.write_bytes(seal(json.dumps(fields, separators=(",", ":")).encode()))
     assert store.content(record.id)[1] == CONTENT
     assert store.delete(record.id)
     assert files(store, record.id) == []
