@@ -91,7 +91,7 @@ fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)
 	$(python) tests/fuzz/fuzz.py --seconds $(or $(FUZZ_SECONDS),600)
 
 .PHONY: bench
-bench: install ## measure what is claimed about speed and accuracy
+bench: install ## measure speed and memory; updates docs/benchmarks.md
 	$(python) -m benchmarks.bench
 
 .PHONY: bench-startup
@@ -99,20 +99,24 @@ bench-startup: .venv/.installed ## measure a fresh clone up to its first gamut; 
 	$(python) -m benchmarks.startup
 
 .PHONY: soak
-soak: install .venv/.installed-test ## load the service for minutes: rates, /livez, memory; writes docs/reliability.md
+soak: install .venv/.installed-test ## load the service for minutes; updates docs/reliability.md
 	$(python) -m benchmarks.soak
 
 .PHONY: faults
-faults: install .venv/.installed-test $(node_packages) ## kill, fill, damage and attack the service for an hour; writes docs/reliability.md
+faults: install .venv/.installed-test $(node_packages) ## inject faults for an hour; updates docs/reliability.md
 	$(python) -m benchmarks.faults
 
 .PHONY: scaling
-scaling: install ## work out docs/scaling.md anew from the figures that were measured
+scaling: install ## estimate machines for a load; updates docs/scaling.md
 	$(python) -m benchmarks.scaling
 
 .PHONY: figures
-figures: install .venv/.installed-figures ## repeat the published experiment and write docs/decimation.md
+figures: install .venv/.installed-figures ## measure accuracy beside other libraries; updates docs/decimation.md
 	$(python) -m benchmarks.figures
+
+.PHONY: documents
+documents: install ## update the generated tables of all documents
+	$(python) -m benchmarks.documents
 
 # --- checks ---------------------------------------------------------------------------------------
 

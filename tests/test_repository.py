@@ -191,6 +191,38 @@ class TestLayout:
         assert stray == []
 
 
+HEADING = re.compile(r"^#+ +(.*?) *$", re.MULTILINE)
+LINK = re.compile(r"\]\(([^()\s]*(?:\([^()]*\))?[^()\s]*)\)")
+
+
+def anchors(document):
+    """Return the anchors that GitHub makes of the headings of a document."""
+    titles = (re.sub(r"[`*]|\[|\]\([^)]*\)", "", title) for title in HEADING.findall(document))
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def test_links_in_documents_lead_to_files_and_headings():
+    broken = []
+    for path in tracked():
+        if path.suffix != ".md":
+            continue
+        for link in LINK.findall(re.sub(r"```.*?```", "", path.read_text(), flags=re.DOTALL)):
+            target, _, anchor = link.partition("#")
+            if re.match(r"[a-z]+:", target):
+                continue
+            file = path.parent / target if target else path
+            if not file.exists() or (anchor and anchor not in anchors(file.read_text())):
+                broken.append(f"{path.relative_to(ROOT)}: {link}")
+    assert broken == []
+
+
+def test_the_index_lists_every_decision_record():
+    folder = ROOT / "docs" / "decisions"
+    records = sorted(path.name for path in folder.glob("*.md") if path.name != "README.md")
+    index = (folder / "README.md").read_text()
+    assert sorted(re.findall(r"^\| \[.*?\]\(([\w-]+\.md)\) \|", index, re.MULTILINE)) == records
+
+
 def test_the_example_is_the_file_that_its_notice_speaks_of():
     notice = (ROOT / "examples/README.md").read_text()
     (stated,) = re.findall(r"`([0-9a-f]{64})`", notice)

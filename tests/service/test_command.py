@@ -139,7 +139,7 @@ class TestWorker:
     def test_its_check_says_that_none_is_running(self, capsys, monkeypatch, tmp_path):
         monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
         assert main(["worker", "--check"]) == 1
-        assert "no worker is running" in capsys.readouterr().out
+        assert "no worker that is connected" in capsys.readouterr().out
 
 
 def test_without_the_extra_the_command_says_what_to_install(capsys, monkeypatch):
