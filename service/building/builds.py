@@ -348,9 +348,9 @@ class Builds:
     async def _current(self, job_id: str, subscription: _Subscription) -> JobDocument | None:
         """Return a job as it was reported, or as it is in the book."""
         subscription.changed.clear()
-        told = subscription.document
-        if told is not None and (told.final or self._engine.document(job_id) is not None):
-            return told
+        reported = subscription.document
+        if reported is not None and (reported.final or self._engine.document(job_id) is not None):
+            return reported
         return await self.job(job_id)
 
     async def _wait_for_change(

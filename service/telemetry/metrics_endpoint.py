@@ -105,10 +105,10 @@ def _registry(families: Callable[[], Iterable[Metric]], process: str = "self") -
             # Otherwise the library would collect all metrics to learn the names.
             return []
 
-    told = CollectorRegistry()
-    told.register(Figures())
-    ProcessCollector(pid=lambda: process, registry=told)
-    return told
+    registry = CollectorRegistry()
+    registry.register(Figures())
+    ProcessCollector(pid=lambda: process, registry=registry)
+    return registry
 
 
 def _common_families(process: str) -> Iterator[Metric]:
