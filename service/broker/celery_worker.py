@@ -38,7 +38,7 @@ from service.storage.location import StoreLocationError, gamut_store
 from service.telemetry.build_observer import BuildObserver, BuildReports
 from service.telemetry.metrics import BuildFigures
 from service.telemetry.metrics_endpoint import serve_build_figures
-from service.telemetry.traces import Traces, traces_of, traces_wanted
+from service.telemetry.traces import Traces, traces_enabled, traces_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -244,7 +244,7 @@ def run_worker(settings: Settings) -> int:
     if fault is not None:
         sys.stderr.write(f"gamut: {fault}\n")
         return 1
-    traces_wanted(settings.traces)  # fail here, not in every slot
+    traces_enabled(settings.traces)  # fail here, not in every slot
     reports = BuildReports()
     fault = _figures_fault(settings, reports) if settings.worker_metrics_port else None
     if fault is not None:

@@ -304,7 +304,7 @@ class JobRunner:
 
         try:
             # An identical request may have ended since this one looked into the store.
-            if self._store.stored(job_id):
+            if self._store.is_stored(job_id):
                 return _Built(None, False, {})
             try:
                 source = self._store.input_path(job_id)
