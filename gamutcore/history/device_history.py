@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 
-from gamutcore.device_values import DeviceValues
 from gamutcore.errors import HistoryFileError, MeshError
 from gamutcore.history.bit_codes import reader_of, written
 from gamutcore.history.device_codes import (
@@ -47,6 +46,7 @@ from gamutcore.history.groups import (
 )
 from gamutcore.history.nearest_values import nearest_values
 from gamutcore.history.stepping import refine
+from gamutcore.mesh import DeviceValues
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

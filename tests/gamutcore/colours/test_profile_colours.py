@@ -5,9 +5,9 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from gamutcore.characterisation import characterisation, measurements_of
-from gamutcore.colours import surface_colours
+from gamutcore.colours import colours_in_space, surface_colours
 from gamutcore.colours.profile_colours import profile_colours
-from gamutcore.colours.spaces import ColourSpace, colours_in_space
+from gamutcore.colours.spaces import ColourSpace
 from gamutcore.colours.spaces.cielab import xyz_to_lab
 from gamutcore.colours.spaces.formulas import oklab
 
