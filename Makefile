@@ -35,19 +35,19 @@ help: ## list the targets
 	exit 1
 
 .venv/.installed: .venv/bin/pip $(pins)
-	$(python) -m pip install -q -c constraints.txt -e .
+	$(python) -m pip install -q -c constraints.txt -e '.[service]'
 	@touch $@
 
 .venv/.installed-test: .venv/.installed
-	$(python) -m pip install -q -c constraints.txt -e '.[test]'
+	$(python) -m pip install -q -c constraints.txt -e '.[service,test]'
 	@touch $@
 
 .venv/.installed-lint: .venv/.installed-test
-	$(python) -m pip install -q -c constraints.txt -e '.[test,lint]'
+	$(python) -m pip install -q -c constraints.txt -e '.[service,test,lint]'
 	@touch $@
 
 .venv/.installed-figures: .venv/.installed
-	$(python) -m pip install -q -c constraints.txt -e '.[peers,plots]'
+	$(python) -m pip install -q -c constraints.txt -e '.[service,peers,plots]'
 	@touch $@
 
 .venv/.compiled: .venv/.installed $(shell find gamutcore -name '*.py')
@@ -85,7 +85,7 @@ bench: install ## measure what is claimed about speed and accuracy
 	$(python) -m benchmarks.bench
 
 .PHONY: soak
-soak: install ## load the service for minutes: rates, /livez, memory; writes docs/reliability.md
+soak: install .venv/.installed-test ## load the service for minutes: rates, /livez, memory; writes docs/reliability.md
 	$(python) -m benchmarks.soak
 
 .PHONY: faults
@@ -156,7 +156,7 @@ image-check: ## run the Dockerfile's own steps without a container engine (Linux
 constraints: ## pin the newest versions that pyproject.toml admits, from a clean venv, with Python 3.11
 	rm -rf build/constraints
 	python3.11 -m venv build/constraints
-	env -u PIP_CONSTRAINT -u PIP_BUILD_CONSTRAINT build/constraints/bin/python -m pip install -q -e '.[celery,cloud,otel,test,lint,peers,plots]' hatchling editables
+	env -u PIP_CONSTRAINT -u PIP_BUILD_CONSTRAINT build/constraints/bin/python -m pip install -q -e '.[service,celery,cloud,otel,test,lint,peers,plots]' hatchling editables
 	{ sed -n '/^#/p' constraints.txt; \
 	  build/constraints/bin/python -m pip freeze --exclude-editable --exclude pip --exclude setuptools; } > build/constraints.txt
 	mv build/constraints.txt constraints.txt

@@ -1,9 +1,9 @@
 """Use the installed packages as a newcomer would: a gamut built with gamutcore, one over HTTP.
 
-``smoke.py FILE [ADDRESS]``: characterisation data, and a running service; without one, this starts
-the installed console script on a free port with a data directory of its own. Meant for a clean
-environment outside the checkout, where only the wheel can be imported. Needs the standard library
-and the wheel only.
+``smoke.py FILE [ADDRESS]`` takes characterisation data and the address of a running service.
+Without an address, it starts the installed console script on a free port with its own data folder.
+``smoke.py --core FILE`` uses gamutcore alone and checks that no web package is imported. The script
+is meant for a clean environment outside the checkout, where only the wheel can be imported.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 __all__: list[str] = []
 
 TRIANGLES = 100
+WEB_PACKAGES = {"fastapi", "pydantic", "service", "starlette", "uvicorn"}
 START_SECONDS = 600
 
 
@@ -55,7 +56,7 @@ def glb_triangles(glb: bytes) -> int:
 def check_core(data: bytes) -> str:
     """Build a gamut with gamutcore alone, look at a level, and return the gamut's id."""
     import gamutcore
-    from gamutcore.export import encoded_mesh
+    from gamutcore.export import mesh_file
     from gamutcore.gamut import Options, build_gamut
 
     site = Path(sysconfig.get_path("purelib")).resolve()
@@ -65,7 +66,7 @@ def check_core(data: bytes) -> str:
 
     gamut = build_gamut(data, Options(surface_samples=2000))
     mesh = gamut.history.level(TRIANGLES)
-    expect(glb_triangles(encoded_mesh(mesh, "glb", {})) == TRIANGLES, f"{TRIANGLES} triangles")
+    expect(glb_triangles(mesh_file(mesh, "glb", {})) == TRIANGLES, f"{TRIANGLES} triangles")
     print(f"gamutcore {version}: {gamut.history.triangles} triangles, levels down to 4")
     return str(gamut.id)
 
@@ -131,14 +132,18 @@ def wait_until_ready(address: str, server: subprocess.Popen[bytes]) -> None:
 
 def main() -> None:
     """Check the packages, then the service."""
-    file = Path(sys.argv[1])
-    data = file.read_bytes()
+    core_only = sys.argv[1] == "--core"
+    file, *addresses = sys.argv[2:] if core_only else sys.argv[1:]
+    data = Path(file).read_bytes()
     check_core(data)
-    if len(sys.argv) > 2:
-        check_service(sys.argv[2], data, file.name)
+    if core_only:
+        web = sorted(WEB_PACKAGES & sys.modules.keys())
+        expect(not web, f"no web package in gamutcore, not {', '.join(web)}")
+    elif addresses:
+        check_service(addresses[0], data, Path(file).name)
     else:
         with served() as address:
-            check_service(address, data, file.name)
+            check_service(address, data, Path(file).name)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
-"""All measurements in one run: ``make bench``.
+"""Measure speed, memory and accuracy of the compute package and of the service: ``make bench``.
 
-Prints tables, and writes the same figures to ``benchmarks/results.json`` and
-``docs/benchmarks.md``, with the machine named. ``--quick`` takes fewer runs and writes nothing.
+Prints one table per measurement. Writes the figures to ``benchmarks/results.json`` and updates the
+tables of ``docs/benchmarks.md`` and ``docs/scaling.md``. ``--only NAME ...`` repeats some
+measurements and keeps the figures of the others. ``--quick`` takes fewer runs and writes nothing.
 """
 
 from __future__ import annotations
@@ -17,38 +18,20 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from benchmarks import compute, device_values, http, inputs, pictures, scaling
+from benchmarks import compute, device_values, http, inputs, markdown, pictures, scaling
 from gamutcore.decimation import COSTS
 from gamutcore.warm import compile_kernels
 
-__all__ = ["main"]
+__all__ = ["DOCUMENT", "RESULTS", "document_blocks", "machine", "main"]
 
 RESULTS = Path(__file__).with_name("results.json")
 DOCUMENT = compute.ROOT / "docs" / "benchmarks.md"
 
-GOALS = {
-    "build": "sRGB, 100,000 points: boundary + history ≤ 1.0 s, of which decimation ≤ 0.5 s",
-    "memory": "peak memory of that ≤ 500 MB",
-    "levels": "1,000 triangles ≤ 0.2 ms, 10,000 ≤ 1.5 ms, full mesh ≤ 15 ms; cost follows n",
-    "accuracy": "FOGRA39L: no worse than the published figures plus 10 %",
-    "inputs": "to 100,000 surface colours: CMYK profile ≤ 0.3 s, 1,617 patches ≤ 1.5 s; by HTTP",
-    "pictures": "24 megapixels to a gamut: ≤ 10 s, ≤ 1,500 MB",
-    "device_values": "device values at vertices: ΔE of what they make, mean / largest; bits each",
-    "post": "FOGRA39L posted to a fresh, warm server: 201 within 3 s",
-    "meshes": "1,000 triangles, one process: ≥ 1,800 requests/s uncached, ≥ 5,000/s repeated with "
-    "p99 ≤ 15 ms, ≥ 6,000/s not modified",
-}
-
-
-INTRODUCTION = """\
-Written by `make bench` (benchmarks/bench.py), on the machine named here, one core per process; the
-same figures are in benchmarks/results.json. Times are medians of several runs with warm kernels.
-Mismatches are exact, in %.
-"""
+Rows = list[dict[str, Any]]
 
 
 def machine() -> dict[str, Any]:
-    """What this run was made on."""
+    """Return the date, the processor and the versions of the software of this run."""
     model = platform.processor() or platform.machine()
     cpus = Path("/proc/cpuinfo")
     if cpus.exists():
@@ -64,67 +47,83 @@ def machine() -> dict[str, Any]:
     }
 
 
-def table(rows: list[dict[str, Any]]) -> str:
-    """Rows as a Markdown table; numbers to three significant digits."""
-
-    def shown(value: object) -> str:
-        if isinstance(value, float):
-            return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.3g}"
-        if isinstance(value, int):
-            return f"{value:,}"
-        if isinstance(value, dict):
-            return ", ".join(f"{name}: {count:,}" for name, count in value.items())
-        return "–" if value is None else str(value)
-
-    columns = list(dict.fromkeys(name for row in rows for name in row))
-    lines = [" | ".join(columns), " | ".join("---" for _ in columns)]
-    lines += [" | ".join(shown(row.get(name)) for name in columns) for row in rows]
-    return "\n".join(f"| {line} |" for line in lines)
+def measurements(quick: bool) -> dict[str, Callable[[], Rows]]:
+    """Return the measurements by name; quick ones take fewer runs."""
+    runs = 3 if quick else 9
+    sizes = [10_000, 100_000] if quick else [10_000, 30_000, 100_000, 300_000, 1_000_000]
+    return {
+        "machine": lambda: [machine()],
+        "build": lambda: compute.build_times(100_000, runs),
+        "memory": lambda: [compute.peak_memory(100_000, cost) for cost in COSTS],
+        "levels": lambda: compute.level_times(sizes, 200),
+        "accuracy": lambda: compute.accuracy([10_000, 1000, 500, 100, 50, 20, 10]),
+        "inputs": lambda: inputs.input_times(3 if quick else 7),
+        "pictures": lambda: pictures.picture_times(1 if quick else 3),
+        "device_values": device_values.device_value_figures,
+        "post": lambda: [http.build_over_http(3 if quick else 7)],
+        "meshes": lambda: http.mesh_rates(2000 if quick else 20_000, 1 if quick else 5),
+    }
 
 
 def main() -> int:
-    """Measure, print, write."""
+    """Measure, print and write."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="fewer runs, nothing written")
-    quick = parser.parse_args().quick
-    runs = 3 if quick else 9
+    parser.add_argument("--quick", action="store_true", help="take fewer runs and write nothing")
+    names = list(measurements(quick=False))
+    parser.add_argument("--only", nargs="+", choices=names, default=names, metavar="NAME")
+    arguments = parser.parse_args()
     if sys.platform == "linux":
-        os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})  # one core, as the goals say
+        os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})  # the targets are for one core
     compile_kernels()
-    sizes = [10_000, 100_000] if quick else [10_000, 30_000, 100_000, 300_000, 1_000_000]
-    measured: dict[str, list[dict[str, Any]]] = {"machine": [machine()]}
-    print(table(measured["machine"]), flush=True)
-    measurements: tuple[tuple[str, Callable[[], list[dict[str, Any]]]], ...] = (
-        ("build", lambda: compute.build_times(100_000, runs)),
-        ("memory", lambda: [compute.peak_memory(100_000, cost) for cost in COSTS]),
-        ("levels", lambda: compute.level_times(sizes, 200)),
-        ("accuracy", lambda: compute.accuracy([10_000, 1000, 500, 100, 50, 20, 10])),
-        ("inputs", lambda: inputs.input_times(3 if quick else 7)),
-        ("pictures", lambda: pictures.picture_times(1 if quick else 3)),
-        ("device_values", device_values.device_value_figures),
-        ("post", lambda: [http.build_over_http(3 if quick else 7)]),
-        ("meshes", lambda: http.mesh_rates(2000 if quick else 20_000, 1 if quick else 5)),
-    )
-    for name, measure in measurements:
-        measured[name] = measure()
-        print(f"\n{GOALS[name]}\n\n{table(measured[name])}", flush=True)
-    if not quick:
-        RESULTS.write_text(json.dumps(measured, indent=1) + "\n")
-        DOCUMENT.write_text(document(measured))
-        scaling.write(scaling.Load())  # the same figures, taken further
+    results: dict[str, Rows] = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
+    for name, measure in measurements(arguments.quick).items():
+        if name in arguments.only or name not in results:
+            results[name] = measure()
+            print(f"\n{name}\n\n{figure_table(results[name])}", flush=True)
+    if not arguments.quick:
+        RESULTS.write_text(json.dumps(results, indent=1) + "\n")
+        markdown.update_document(DOCUMENT, document_blocks(results))
+        scaling.update(scaling.Load())
     return 0
 
 
-def document(measured: dict[str, list[dict[str, Any]]]) -> str:
-    """The figures as a page of the documentation."""
-    parts = [
-        "# Benchmarks\n",
-        INTRODUCTION,
-        table(measured["machine"]),
-    ]
-    for name, goal in GOALS.items():
-        parts.append(f"\n## {goal}\n\n{table(measured[name])}")
-    return "\n".join(parts) + "\n"
+def document_blocks(results: dict[str, Rows]) -> dict[str, str]:
+    """Return the generated blocks of docs/benchmarks.md: one table per measurement."""
+    return {name.replace("_", "-"): figure_table(rows) for name, rows in results.items()}
+
+
+def figure_table(rows: Rows) -> str:
+    """Format rows as a Markdown table, with numbers to three significant digits.
+
+    Examples
+    --------
+    >>> print(figure_table([{"boundary_s": 0.12345}]))
+    | boundary, s |
+    | --- |
+    | 0.123 |
+    """
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    lines = [[_cell(row.get(name)) for name in columns] for row in rows]
+    return markdown.table([_heading(name) for name in columns], lines)
+
+
+def _heading(name: str) -> str:
+    """Column heading: ``total_s`` becomes "total, s", ``requests_per_s`` "requests per s"."""
+    words = name.split("_")
+    unit = {"s": "s", "ms": "ms", "mb": "MB"}.get(words[-1])
+    if unit and len(words) > 1 and words[-2] != "per":
+        return f"{' '.join(words[:-1])}, {unit}"
+    return " ".join(words).replace(" us ", " µs ")
+
+
+def _cell(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.3g}"
+    if isinstance(value, int):
+        return f"{value:,}"
+    if isinstance(value, dict):
+        return ", ".join(f"{name}: {count:,}" for name, count in value.items())
+    return "–" if value is None else str(value)
 
 
 if __name__ == "__main__":

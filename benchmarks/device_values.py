@@ -14,9 +14,9 @@ import numpy as np
 
 from benchmarks.compute import FOGRA39L, ROOT, SRGB
 from gamutcore.characterisation import IccProfile, Samples, characterisation
-from gamutcore.colours.media import medium_colours
+from gamutcore.colours.device.scattered_model import scattered_model
+from gamutcore.colours.measured_colours import measured_colours
 from gamutcore.colours.profile_colours import profile_colours
-from gamutcore.colours.scattered_model import scattered_model
 from gamutcore.gamut import Gamut, Options, build_gamut
 from gamutcore.history import History, history_bytes, history_from_bytes
 
@@ -40,7 +40,7 @@ def device_model(path: Path) -> Callable[[FloatArray], FloatArray]:
         return lambda values: profile_colours(device, values, "relative").lab
     if not isinstance(device, Samples):
         raise TypeError(f"{path.name} is neither a profile nor measurements")
-    lab = medium_colours(device, "relative").lab
+    lab = measured_colours(device, "relative").lab
     given = cast("FloatArray", device.device)
     values, which, counts = np.unique(given, axis=0, return_inverse=True, return_counts=True)
     sums = np.zeros((len(values), 3))

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.devices import FloatArray
-from gamutcore.colours.appearance import srgb
+from gamutcore.colours.spaces.srgb import srgb
 from gamutcore.mesh import TriangleMesh
 
 __all__ = ["View", "picture"]

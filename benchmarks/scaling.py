@@ -1,19 +1,17 @@
-"""How many machines a load needs, by arithmetic from what was measured: ``make scaling``.
+"""Estimate the machines that a load needs from measured figures: ``make scaling``.
 
-Reads ``benchmarks/results.json`` (requests, builds), ``benchmarks/gamuts.json`` (bytes and opening
-times of gamuts, which ``--measure`` writes anew) and ``benchmarks/cluster.json`` (figures of a
-cluster on one machine, written by ``tests/faults/cluster.py``), and writes ``docs/scaling.md``. Not
-one figure of a machine is in this file; what is assumed about the load is in `Load`, and can be
-given on the command line.
+Reads ``benchmarks/results.json`` (requests and builds), ``benchmarks/gamuts.json`` (sizes and
+opening times of gamuts) and ``benchmarks/cluster.json`` (a cluster on one machine, written by
+``tests/faults/cluster.py``). Updates the tables of ``docs/scaling.md``. With another load on the
+command line the tables are printed and the document stays as it is. ``--measure`` renews
+``gamuts.json`` first.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import re
-import sys
-import textwrap
+import math
 from dataclasses import dataclass, fields
 from pathlib import Path
 from statistics import mean
@@ -21,42 +19,34 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.markdown import table
+from benchmarks.markdown import table, update_document
 from service.settings import Settings
 
-__all__ = ["Load", "Measured", "hit_ratio", "page", "write"]
+__all__ = ["Load", "Measured", "document_blocks", "hit_ratio", "read_results", "update"]
 
 FOLDER = Path(__file__).parent
 DOCUMENT = FOLDER.parent / "docs" / "scaling.md"
-RESULTS = FOLDER / "results.json"
 GAMUTS = FOLDER / "gamuts.json"
-CLUSTER = FOLDER / "cluster.json"
 
-_DAY = 86_400.0
+DAY_SECONDS = 86_400.0
+CDN_HIT_RATIOS = (0.0, 0.9, 0.99, 0.999)
+HISTORY_CACHE_GIB = (0.5, 2, 8, 32)
+NETWORK_BITS = 10e9
+"""Bits per second of the network link that the estimate assumes."""
 
-_EDGES = (0.0, 0.9, 0.99, 0.999)
-"""Hit ratios of the CDN for which the origin is worked out: nobody measures those but the CDN."""
+LOAD_TEXTS = {
+    "gamuts": "stored gamuts",
+    "requests": "mesh requests per second, at the CDN",
+    "levels": "different meshes per gamut (triangle counts and formats)",
+    "exponent": "exponent s of the popularity: the i-th gamut gets requests in proportion to 1/i^s",
+    "days": "days in which all gamuts are built",
+    "utilisation": "mean utilisation of a core",
+}
 
 
 @dataclass(frozen=True)
 class Load:
-    """What is assumed: a load, and how far a machine is to be loaded by it.
-
-    Attributes
-    ----------
-    gamuts : int
-        Gamuts that are kept.
-    requests : float
-        Requests for meshes per second, at the CDN.
-    levels : int
-        Different meshes (triangle counts and formats) that are asked for of a gamut.
-    exponent : float
-        How uneven gamuts are asked for: the i-th most popular in proportion to 1/i^exponent.
-    days : float
-        Days in which all gamuts are built.
-    utilisation : float
-        Part of a core that may be busy on the average.
-    """
+    """The assumed load. `LOAD_TEXTS` describes the fields."""
 
     gamuts: int = 1_000_000
     requests: float = 100_000.0
@@ -68,20 +58,20 @@ class Load:
 
 @dataclass(frozen=True)
 class Measured:
-    """The figures that everything else follows from.
+    """Measured figures of one core and of one gamut.
 
     Attributes
     ----------
     repeated, encoded : float
-        Meshes per second of one API process: from memory, and read from an open history.
+        Meshes per second of one API process: from the mesh cache, and encoded from an open history.
     answer_bytes : float
-        Bytes of a mesh of 1,000 triangles.
+        Bytes of a 200 answer with a mesh of 1,000 triangles, header fields included.
     opening_seconds : float
-        From the bytes of a history, whose digest is compared, to a level of 1000 triangles.
+        Time from the bytes of a history to a level of 1,000 triangles, digest check included.
     history_bytes, record_bytes, input_bytes, open_bytes : float
-        Of one gamut: its history file, the description, what it was built from, and in memory.
+        Mean over the inputs: history file, description, input file, and open history in memory.
     build_seconds : float
-        From a POST to the gamut, one worker on one core.
+        Mean time from a POST to the gamut, with one worker on one core.
     """
 
     repeated: float
@@ -95,382 +85,340 @@ class Measured:
     build_seconds: float
 
     @classmethod
-    def read(cls, results: dict[str, Any], gamuts: list[dict[str, Any]]) -> Measured:
-        """Return the figures out of the two files."""
+    def from_results(cls, results: dict[str, Any], gamuts: list[dict[str, Any]]) -> Measured:
+        """Return the figures from the content of results.json and gamuts.json."""
         rates = {row["request"]: row for row in results["meshes"]}
         repeated, encoded = rates["repeated, 1000 triangles"], rates["uncached, 500 counts in turn"]
-
-        def typical(name: str) -> float:
-            figure: float = mean(row[name] for row in gamuts)
-            return figure
-
         return cls(
             repeated=repeated["requests_per_s"],
             encoded=encoded["requests_per_s"],
             answer_bytes=repeated["bytes_per_answer"],
-            opening_seconds=typical("opening_s"),
-            history_bytes=typical("history_bytes"),
-            record_bytes=typical("record_bytes"),
-            input_bytes=typical("input_bytes"),
-            open_bytes=typical("open_bytes"),
+            opening_seconds=mean(row["opening_s"] for row in gamuts),
+            history_bytes=mean(row["history_bytes"] for row in gamuts),
+            record_bytes=mean(row["record_bytes"] for row in gamuts),
+            input_bytes=mean(row["input_bytes"] for row in gamuts),
+            open_bytes=mean(row["open_bytes"] for row in gamuts),
             build_seconds=mean(row["http_s"] for row in results["inputs"]),
         )
 
-    def seconds_per_request(self, meshes: float, histories: float) -> float:
-        """Return the processor time of a request by the hit ratios of both caches."""
-        read = 1 / self.encoded + (1 - histories) * self.opening_seconds
-        return meshes / self.repeated + (1 - meshes) * read
+    def seconds_per_request(self, mesh_hits: float, history_hits: float) -> float:
+        """Mean processor time of a request for the hit ratios of the mesh and history caches."""
+        miss = 1 / self.encoded + (1 - history_hits) * self.opening_seconds
+        return mesh_hits / self.repeated + (1 - mesh_hits) * miss
 
 
-def hit_ratio(objects: int, exponent: float, kept: float) -> float:
-    """Return the part of requests that a cache answers which keeps what was used last.
+def hit_ratio(objects: int, exponent: float, capacity: float) -> float:
+    """Hit ratio of a least-recently-used cache under independent Zipf requests.
 
     Parameters
     ----------
     objects : int
-        How many there are; the i-th is asked for in proportion to 1/i^exponent, independently.
+        Number of objects. Object i is requested in proportion to 1/i^exponent.
     exponent : float
-        See above; 0 is evenly.
-    kept : float
-        How many fit.
+        0 for uniform popularity.
+    capacity : float
+        Number of objects that fit into the cache.
 
     Returns
     -------
     float
-        0 to 1, by the approximation of H. Che, Y. Tung, Z. Wang, "Hierarchical Web caching systems:
-        modeling, design and experimental results", IEEE JSAC 20 (7), 2002: an object is in the
-        cache if it was asked for within a time that is the same for all.
+        0 to 1.
+
+    References
+    ----------
+    H. Che, Y. Tung, Z. Wang, "Hierarchical Web caching systems: modeling, design and experimental
+    results", IEEE JSAC 20 (7), 2002.
+
+    Examples
+    --------
+    >>> round(hit_ratio(10_000, 0.0, 1000), 3)
+    0.1
     """
-    if kept >= objects:
+    if capacity >= objects:
         return 1.0
-    if kept <= 0:
+    if capacity <= 0:
         return 0.0
-    # The tail is nearly even, so that groups of neighbours stand for their members.
+    # Popularity hardly changes between neighbours of the tail, so groups share one weight.
     edges = np.unique(np.geomspace(1, objects + 1, 20_000).astype(np.int64))
     counts = np.diff(edges)
     weights = ((edges[:-1] + edges[1:] - 1) / 2.0) ** -exponent
     weights /= (weights * counts).sum()
     low, high = 0.0, 1.0
-    while (counts * -np.expm1(-weights * high)).sum() < kept:
+    while (counts * -np.expm1(-weights * high)).sum() < capacity:
         high *= 2.0
     for _ in range(100):
         middle = (low + high) / 2
         inside = (counts * -np.expm1(-weights * middle)).sum()
-        low, high = (middle, high) if inside < kept else (low, middle)
+        low, high = (middle, high) if inside < capacity else (low, middle)
     return float((counts * weights * -np.expm1(-weights * low)).sum())
 
 
-def page(
+@dataclass(frozen=True)
+class Caches:
+    """Capacities (objects) and hit ratios of the caches of one replica with default settings."""
+
+    meshes: float
+    mesh_hits: float
+    histories: float
+    history_hits: float
+
+    @classmethod
+    def of_replica(cls, figures: Measured, load: Load) -> Caches:
+        """Return the caches of a replica that serves all gamuts without a CDN."""
+        settings = Settings.model_construct()
+        meshes = settings.mesh_cache_bytes / figures.answer_bytes
+        histories = settings.history_cache_bytes / figures.open_bytes
+        return cls(
+            meshes,
+            # All levels of a gamut are equally popular, so a gamut occupies `levels` entries.
+            hit_ratio(load.gamuts, load.exponent, meshes / load.levels),
+            histories,
+            hit_ratio(load.gamuts, load.exponent, histories),
+        )
+
+
+def document_blocks(
     results: dict[str, Any], gamuts: list[dict[str, Any]], cluster: dict[str, Any], load: Load
-) -> str:
-    """Return the text of docs/scaling.md."""
-    figures = Measured.read(results, gamuts)
-    text = "\n".join(
-        (
-            _introduction(results, load),
-            _measured(gamuts, cluster, figures),
-            _a_million(figures, load),
-            _origin(figures, load),
-            _limits(figures, load),
-        )
-    )
-    return "\n\n".join(map(_filled, text.strip().split("\n\n"))) + "\n"
-
-
-def _introduction(results: dict[str, Any], load: Load) -> str:
-    machine = results["machine"][0]
-    command = "".join(
-        f" --{field.name} {getattr(load, field.name):g}"
-        for field in fields(Load)
-        if getattr(load, field.name) != field.default
-    )
-    return f"""\
-# How far it scales, and what breaks first
-
-Written by `make scaling` (`python -m benchmarks.scaling{command}`) from figures that were measured on
-one machine: {machine["cpu"]}, {machine["cores"]} cores, Python {machine["python"]}, {machine["date"]}.
-Nothing here was run at this size. Every number is either **measured** (with the file and the name of
-its figure), **assumed** (in the list below, and an option of the program), or worked out from those by
-the arithmetic beside it. Another machine: measure there (`make bench`, then
-`python -m benchmarks.scaling --measure`), and this page says what follows.
-
-Assumed of the load:
-
-- {load.gamuts:,} gamuts, built within {load.days:g} days;
-- {load.requests:,.0f} requests per second for meshes of about 1,000 triangles, at a CDN;
-- {load.levels} different meshes of each gamut (triangle counts and formats);
-- the i-th most popular gamut is asked for in proportion to 1/i^{load.exponent:g};
-- a core may be busy {100 * load.utilisation:g} % of the time.
-"""
-
-
-def _measured(
-    gamuts: list[dict[str, Any]],
-    cluster: dict[str, Any],
-    figures: Measured,
-) -> str:
-    rows = [
-        ["mesh from memory", f"{figures.repeated:,.0f} requests/s of one API process",
-         "results.json, `meshes`, repeated"],
-        ["mesh from an open history", f"{figures.encoded:,.0f} requests/s of one API process",
-         "results.json, `meshes`, uncached"],
-        ["bytes of such a mesh", f"{figures.answer_bytes:,.0f}", "results.json, `meshes`"],
-        ["a history opened, to 1,000 triangles", f"{1e3 * figures.opening_seconds:.1f} ms of one core",
-         "gamuts.json, `opening_s`, mean"],
-        ["a gamut built, POST to 201", f"{figures.build_seconds:.2f} s of one core",
-         "results.json, `inputs`, `http_s`, mean"],
-        ["history file", f"{figures.history_bytes:,.0f} bytes", "gamuts.json, mean"],
-        ["description", f"{figures.record_bytes:,.0f} bytes", "gamuts.json, mean"],
-        ["input", f"{figures.input_bytes:,.0f} bytes", "gamuts.json, mean"],
-        ["open history, to 1,000 triangles", f"{_size(figures.open_bytes)} of memory", "gamuts.json, mean"],
-    ]  # fmt: skip
-    each = [
-        [
-            row["input"], f"{row['triangles']:,}", f"{row['history_bytes']:,}",
-            f"{row['record_bytes']:,}", f"{row['input_bytes']:,}", _size(row["open_bytes"]),
-            f"{1e3 * row['opening_s']:.1f}",
-        ]
-        for row in gamuts
-    ]  # fmt: skip
-    text = f"""\
-## Measured
-
-{table(["what", "figure", "from"], rows)}
-
-By input:
-
-{
-        table(
-            ["input", "triangles", "history, bytes", "description", "input", "open", "opening, ms"],
-            each,
-        )
+) -> dict[str, str]:
+    """Return the generated blocks of docs/scaling.md."""
+    figures = Measured.from_results(results, gamuts)
+    return {
+        "machine": _machine_table(results, cluster),
+        "load": _load_table(load),
+        "measured": _measured_table(figures),
+        "inputs": _inputs_table(gamuts),
+        "cluster": table(
+            ["measurement", "result", "sample"],
+            [[row["what"], row["figure"], row["counted"]] for row in cluster["figures"]],
+        ),
+        "storage": _storage_table(figures, load),
+        "answers": _answers_table(figures, load),
+        "caches": _caches_table(figures, load),
+        "origin": _origin_table(figures, load),
+        "limits": _limits_table(figures, load),
+        "history-cache": _history_cache_table(figures, load),
     }
-"""
-    if cluster:
-        rows = [[row["what"], row["figure"], row["counted"]] for row in cluster["figures"]]
-        text += f"""
-With a broker: {cluster["api"]} API processes, {cluster["workers"]} workers, {cluster["broker"]} and an
-S3 server (moto's) on the same {cluster["cores"]} cores, {cluster["date"]}; cluster.json, written by
-`tests/faults/cluster.py`:
-
-{table(["what", "figure", "counted"], rows)}
-"""
-    return text
 
 
-def _a_million(figures: Measured, load: Load) -> str:
-    per_gamut = figures.history_bytes + figures.record_bytes + figures.input_bytes
-    core_days = load.gamuts * figures.build_seconds / _DAY
-    cores = core_days / load.days / load.utilisation
-    rate = load.gamuts / load.days / _DAY
-    return f"""\
-## {load.gamuts:,} gamuts
-
-| | arithmetic | result |
-| --- | --- | --- |
-| a gamut in the bucket | {figures.history_bytes:,.0f} + {figures.record_bytes:,.0f} + {
-        figures.input_bytes:,.0f} bytes | {_size(per_gamut)} |
-| all of them | × {load.gamuts:,} | {_size(per_gamut * load.gamuts)} |
-| without the inputs (`GAMUT_KEEP_INPUTS=false`) | | {
-        _size((figures.history_bytes + figures.record_bytes) * load.gamuts)
-    } |
-| building them | {load.gamuts:,} × {figures.build_seconds:.2f} s ÷ 86,400 s | {
-        core_days:,.1f} core days |
-| worker cores for {load.days:g} days | {core_days:,.1f} ÷ {load.days:g} ÷ {load.utilisation:g} | {
-        _up(cores)
-    } |
-| builds per second, on the average | {load.gamuts:,} ÷ {load.days:g} ÷ 86,400 | {rate:.2f} |
-
-Builds are independent and share nothing but the broker and the bucket, so cores may be exchanged for
-days. What a build asks of the broker is one message.
-"""
+def _machine_table(results: dict[str, Any], cluster: dict[str, Any]) -> str:
+    machine = results["machine"][0]
+    return table(
+        ["figures", "machine", "date"],
+        [
+            [
+                "one process",
+                f"{machine['cpu']}, {machine['cores']} cores, Python {machine['python']}",
+                machine["date"],
+            ],
+            [
+                "cluster",
+                (
+                    f"{cluster['api']} API processes, {cluster['workers']} workers, "
+                    f"{cluster['broker']} and an S3 emulator on {cluster['cores']} cores"
+                ),
+                cluster["date"],
+            ],
+        ],
+    )
 
 
-def _origin(figures: Measured, load: Load) -> str:
-    settings = Settings.model_construct()
-    meshes_kept = settings.mesh_cache_bytes / figures.answer_bytes
-    histories_kept = settings.history_cache_bytes / figures.open_bytes
-    # As likely as each other, the levels of a gamut are together what it would be alone.
-    meshes = hit_ratio(load.gamuts, load.exponent, meshes_kept / load.levels)
-    histories = hit_ratio(load.gamuts, load.exponent, histories_kept)
-    best = figures.seconds_per_request(1.0, 1.0)
-    worst = figures.seconds_per_request(0.0, 0.0)
-    seconds = figures.seconds_per_request(meshes, histories)
+def _load_table(load: Load) -> str:
+    rows = [
+        [LOAD_TEXTS[field.name], f"{getattr(load, field.name):,.10g}",
+         f"`--{field.name}`"]
+        for field in fields(Load)
+    ]  # fmt: skip
+    return table(["assumption", "value", "option"], rows)
+
+
+def _measured_table(figures: Measured) -> str:
+    rows = [
+        ["mesh from the mesh cache", f"{figures.repeated:,.0f} per second",
+         "results.json, `meshes`, repeated"],
+        ["mesh encoded from an open history", f"{figures.encoded:,.0f} per second",
+         "results.json, `meshes`, uncached"],
+        ["answer with a mesh of 1,000 triangles", f"{figures.answer_bytes:,.0f} bytes",
+         "results.json, `meshes`, repeated"],
+        ["opening a history, to 1,000 triangles", f"{1e3 * figures.opening_seconds:.1f} ms",
+         "gamuts.json, `opening_s`"],
+        ["building a gamut, POST to 201", f"{figures.build_seconds:.2f} s",
+         "results.json, `inputs`, `http_s`"],
+        ["history file", f"{figures.history_bytes:,.0f} bytes", "gamuts.json"],
+        ["description", f"{figures.record_bytes:,.0f} bytes", "gamuts.json"],
+        ["input file", f"{figures.input_bytes:,.0f} bytes", "gamuts.json"],
+        ["open history in memory", f"{figures.open_bytes:,.0f} bytes", "gamuts.json"],
+    ]  # fmt: skip
+    return table(["figure of one core or one gamut", "value", "source"], rows)
+
+
+def _inputs_table(gamuts: list[dict[str, Any]]) -> str:
+    sizes = ("triangles", "history_bytes", "record_bytes", "input_bytes", "open_bytes")
+    rows = [
+        [row["input"], *(f"{row[name]:,}" for name in sizes), f"{1e3 * row['opening_s']:.1f}"]
+        for row in gamuts
+    ]
+    heads = ["history file", "description", "input file", "open history", "opening, ms"]
+    return table(["input", "triangles", *heads], rows)
+
+
+def _storage_table(figures: Measured, load: Load) -> str:
+    without_input = figures.history_bytes + figures.record_bytes
+    parts = (figures.history_bytes, figures.record_bytes, figures.input_bytes)
+    core_days = load.gamuts * figures.build_seconds / DAY_SECONDS
+    gamuts = f"{load.gamuts:,}"
+    rows = [
+        ["one gamut", " + ".join(f"{part:,.0f}" for part in parts), size_text(sum(parts))],
+        ["all gamuts", f"{gamuts} × {size_text(sum(parts))}", size_text(load.gamuts * sum(parts))],
+        ["all gamuts with `GAMUT_KEEP_INPUTS=false`", f"{gamuts} × {size_text(without_input)}",
+         size_text(load.gamuts * without_input)],
+        ["all builds", f"{gamuts} × {figures.build_seconds:.2f} s", f"{core_days:,.1f} core days"],
+        ["worker cores", f"{core_days:,.1f} ÷ {load.days:g} ÷ {load.utilisation:g}",
+         _ceiling(core_days / load.days / load.utilisation)],
+        ["mean rate of builds", f"{gamuts} ÷ {load.days:g} ÷ 86,400 s",
+         f"{load.gamuts / load.days / DAY_SECONDS:.2f} per second"],
+    ]  # fmt: skip
+    return table(["quantity", "arithmetic", "result"], rows)
+
+
+def _answers_table(figures: Measured, load: Load) -> str:
+    rows = [
+        (name, figures.seconds_per_request(meshes, histories))
+        for name, meshes, histories in (
+            ("mesh in the mesh cache", 1.0, 1.0),
+            ("history open, mesh not cached", 0.0, 1.0),
+            ("history not open", 0.0, 0.0),
+        )
+    ]
+    head = [
+        "state of the replica",
+        "processor time",
+        f"per second at {load.utilisation:g} of a core",
+    ]
+    return table(
+        head,
+        [
+            [name, f"{1e6 * seconds:,.0f} µs", f"{load.utilisation / seconds:,.0f}"]
+            for name, seconds in rows
+        ],
+    )
+
+
+def _caches_table(figures: Measured, load: Load) -> str:
+    settings, caches = Settings.model_construct(), Caches.of_replica(figures, load)
+    rows = [
+        ["`GAMUT_MESH_CACHE_BYTES`", f"{settings.mesh_cache_bytes:,}",
+         f"{caches.meshes:,.0f} meshes", f"{100 * caches.mesh_hits:.1f} %"],
+        ["`GAMUT_HISTORY_CACHE_BYTES`", f"{settings.history_cache_bytes:,}",
+         f"{caches.histories:,.0f} histories", f"{100 * caches.history_hits:.1f} %"],
+    ]  # fmt: skip
+    return table(["cache", "bytes", "capacity", "hit ratio without a CDN"], rows)
+
+
+def _origin_table(figures: Measured, load: Load) -> str:
+    caches = Caches.of_replica(figures, load)
+    times = [
+        figures.seconds_per_request(1.0, 1.0),
+        figures.seconds_per_request(caches.mesh_hits, caches.history_hits),
+        figures.seconds_per_request(0.0, 0.0),
+    ]
     rows = []
-    for edge in _EDGES:
-        arriving = load.requests * (1 - edge)
+    for ratio in CDN_HIT_RATIOS:
+        arriving = load.requests * (1 - ratio)
         rows.append(
             [
-                f"{100 * edge:g} %",
+                f"{100 * ratio:g} %",
                 f"{arriving:,.0f}",
-                f"{_size(arriving * figures.answer_bytes)}/s",
-                _up(arriving * best / load.utilisation),
-                _up(arriving * seconds / load.utilisation),
-                _up(arriving * worst / load.utilisation),
+                f"{size_text(arriving * figures.answer_bytes)}/s",
+                *(_ceiling(arriving * seconds / load.utilisation) for seconds in times),
             ]
         )
-    return f"""\
-## {load.requests:,.0f} mesh requests per second
-
-The answers never change, so a CDN may keep each for good. All of them together are {
-        load.gamuts:,} ×
-{load.levels} × {figures.answer_bytes:,.0f} bytes = {
-        _size(load.gamuts * load.levels * figures.answer_bytes)
-    }, and {load.requests:,.0f} × {figures.answer_bytes:,.0f} bytes = {
-        _size(load.requests * figures.answer_bytes)
-    }/s leave the CDN.
-
-What the CDN does not have comes from an API replica, by one of three ways:
-
-| way | processor time |
-| --- | --- |
-| the mesh is in memory | 1 ÷ {figures.repeated:,.0f} = {1e6 * best:.0f} µs |
-| its history is open | 1 ÷ {figures.encoded:,.0f} = {1e6 / figures.encoded:.0f} µs |
-| neither | {1e6 / figures.encoded:.0f} µs + {1e3 * figures.opening_seconds:.1f} ms = {
-        1e3 * worst:.1f} ms, and {figures.history_bytes:,.0f} bytes out of the bucket |
-
-With its default settings a replica keeps {settings.mesh_cache_bytes:,} ÷ {
-        figures.answer_bytes:,.0f} = {meshes_kept:,.0f} meshes and {
-        settings.history_cache_bytes:,} ÷ {figures.open_bytes:,.0f} = {
-        histories_kept:,.0f} open histories. Asked for in proportion to
-1/i^{load.exponent:g}, without a CDN before it, memory would have {
-        100 * meshes:.1f} % of the meshes and
-{
-        100
-        * histories:.1f} % of the histories (Che's approximation of a cache that drops what was not used for
-the longest time; every level of a gamut taken for as popular as the next, and the
-two caches for independent), so that a request takes
-{
-        1e3
-        * seconds:.2f} ms on the average. A CDN that takes the popular ones away makes what is left less
-even, and the last column is nearer to the truth then.
-
-| hits at the CDN | requests/s at the origin | out of the origin | cores, all in memory | cores, as above | cores, nothing in memory |
-| --- | --- | --- | --- | --- | --- |
-{chr(10).join(f"| {' | '.join(row)} |" for row in rows)}
-
-Cores are requests/s × time ÷ {load.utilisation:g}. An API process was measured on one
-core, so there is to be a replica for each.
-"""
+    cores = [f"cores, {state}" for state in ("all cached", "caches as above", "nothing cached")]
+    return table(["CDN hit ratio", "requests/s at the origin", "traffic", *cores], rows)
 
 
-def _limits(figures: Measured, load: Load) -> str:
+def _limits_table(figures: Measured, load: Load) -> str:
     settings = Settings.model_construct()
-    histories_kept = settings.history_cache_bytes / figures.open_bytes
     cold = load.utilisation / figures.seconds_per_request(0.0, 0.0)
-    warm = load.utilisation * figures.encoded
-    hot = load.utilisation * figures.repeated
-    needed = load.gamuts * figures.open_bytes
-    ratios = [
-        [
-            f"{size:g} GiB",
-            f"{size * 2**30 / figures.open_bytes:,.0f}",
-            f"{100 * (part := hit_ratio(load.gamuts, load.exponent, size * 2**30 / figures.open_bytes)):.1f} %",
-            f"{load.utilisation / figures.seconds_per_request(0.0, part):,.0f}",
-        ]
-        for size in (0.5, 2, 8, 32)
-    ]
-    return f"""\
-## What breaks first
+    pages = load.gamuts / settings.max_page_size
+    rows = [
+        ["memory for open histories", f"{load.gamuts:,} × {figures.open_bytes:,.0f} bytes",
+         size_text(load.gamuts * figures.open_bytes)],
+        ["network of a replica", f"{figures.repeated:,.0f} × {figures.answer_bytes:,.0f} bytes/s",
+         f"{8e-9 * figures.repeated * figures.answer_bytes:.1f} Gbit/s"],
+        ["answers per second on 10 Gbit/s", f"10¹⁰ ÷ 8 ÷ {figures.answer_bytes:,.0f}",
+         f"{NETWORK_BITS / 8 / figures.answer_bytes:,.0f}"],
+        ["reads from the bucket, per core", f"{cold:,.0f} × {figures.history_bytes:,.0f} bytes/s",
+         f"{size_text(cold * figures.history_bytes)}/s"],
+        ["builds per second, per core", f"{load.utilisation:g} ÷ {figures.build_seconds:.2f} s",
+         f"{load.utilisation / figures.build_seconds:.2f}"],
+        ["pages of `GET /v1/gamuts`", f"{load.gamuts:,} ÷ {settings.max_page_size}",
+         f"{pages:,.0f}"],
+    ]  # fmt: skip
+    return table(["limit", "arithmetic", "result"], rows)
 
-In this order:
 
-1. **Cold gamuts.** A replica that has a gamut open answers {
-        warm:,.0f} requests/s of one core, and {
-        hot:,.0f}/s of a mesh that it has in memory; one that has to open it first, {
-        cold:,.0f}/s: the {1e3 * figures.opening_seconds:.1f} ms of opening are {
-        figures.opening_seconds * figures.encoded:,.1f} times the rest. Only {
-        histories_kept:,.0f} fit into
-   `GAMUT_HISTORY_CACHE_BYTES` of {_size(settings.history_cache_bytes)}; all {
-        load.gamuts:,} would need {
-        _size(needed)
-    }. What helps, the cheapest first: more memory for each replica (below); a proxy
-   that sends the same gamut to the same replica (hashing the path), so that N replicas keep N times as
-   many; a CDN with one shield in front of the origin.
-
-{
-        table(
-            ["`GAMUT_HISTORY_CACHE_BYTES`", "open histories", "hits", "requests/s of one core"],
-            ratios,
+def _history_cache_table(figures: Measured, load: Load) -> str:
+    rows = []
+    for gibibytes in HISTORY_CACHE_GIB:
+        capacity = gibibytes * 2**30 / figures.open_bytes
+        hits = hit_ratio(load.gamuts, load.exponent, capacity)
+        rate = load.utilisation / figures.seconds_per_request(0.0, hits)
+        rows.append(
+            [f"{gibibytes:g} GiB", f"{capacity:,.0f}", f"{100 * hits:.1f} %", f"{rate:,.0f}"]
         )
-    }
-
-2. **The line out of a replica.** At {figures.repeated:,.0f} requests/s a process sends {
-        _size(figures.repeated * figures.answer_bytes)
-    }/s = {
-        8e-9 * figures.repeated * figures.answer_bytes:.1f} Gbit/s: a network of 10 Gbit/s carries {
-        10e9 / 8 / figures.answer_bytes:,.0f} such answers per second, whatever the number of cores.
-3. **The bucket, for cold gamuts**: {figures.history_bytes:,.0f} bytes for each opening, so that {
-        cold:,.0f} openings/s of one core draw {_size(cold * figures.history_bytes)}/s.
-4. **Workers**, where gamuts arrive faster than {load.utilisation:g} ÷ {
-        figures.build_seconds:.2f} s = {
-        load.utilisation
-        / figures.build_seconds:.2f} builds/s of each core: the queue fills, and POST is
-   answered with 429 beyond `GAMUT_BUILD_QUEUE`; what exists is served as before. More workers help
-   at once, and an autoscaler that looks at the queue starts them.
-5. **The list of all gamuts.** `GET /v1/gamuts` pages through the bucket's keys in their order, at most
-   {settings.max_page_size} to a page: {
-        load.gamuts / settings.max_page_size:,.0f} pages for everything.
-   Nothing else looks at more than one gamut.
-
-The broker is not in this list: a message for each build, and none for a mesh.
-"""
+    head = ["open histories", "hit ratio", "requests/s of one core"]
+    return table(["`GAMUT_HISTORY_CACHE_BYTES`", *head], rows)
 
 
-def _filled(block: str) -> str:
-    """Return a paragraph or a list in lines of 100 characters; tables and headings as they are."""
-    if block.lstrip().startswith(("|", "#")):
-        return block
-    items = re.split(r"\n(?=- |\d+\. )", block.strip("\n"))
-    filled = []
-    for item in items:
-        mark = re.match(r"(- |\d+\. )?", item)
-        indent = " " * (len(mark[0]) if mark else 0)
-        filled.append(
-            textwrap.fill(
-                " ".join(item.split()),
-                100,
-                subsequent_indent=indent,
-                break_long_words=False,
-                break_on_hyphens=False,
-            )
-        )
-    return "\n".join(filled)
+def size_text(nbytes: float) -> str:
+    """Format a number of bytes with three significant digits and a decimal unit.
+
+    Examples
+    --------
+    >>> size_text(32_920)
+    '32.9 kB'
+    """
+    exponent = min(int(math.log10(max(nbytes, 1)) // 3), 4)
+    return f"{nbytes / 1000**exponent:,.3g} {('bytes', 'kB', 'MB', 'GB', 'TB')[exponent]}"
 
 
-def _size(nbytes: float) -> str:
-    for unit in ("bytes", "kB", "MB", "GB", "TB"):
-        if nbytes < 1000 or unit == "TB":
-            break
-        nbytes /= 1000
-    return f"{nbytes:,.3g} {unit}" if nbytes < 1000 else f"{nbytes:,.0f} {unit}"
+def _ceiling(cores: float) -> str:
+    return f"{math.ceil(cores):,}"
 
 
-def _up(cores: float) -> str:
-    return f"{int(np.ceil(cores)):,}"
+def read_results() -> tuple[dict[str, Any], list[dict[str, Any]], dict[str, Any]]:
+    """Return the content of results.json, gamuts.json and cluster.json."""
+    files = (FOLDER / "results.json", GAMUTS, FOLDER / "cluster.json")
+    results, gamuts, cluster = (json.loads(path.read_text()) for path in files)
+    return results, gamuts, cluster
 
 
-def write(load: Load) -> None:
-    """Write the page from the files of figures."""
-    cluster = json.loads(CLUSTER.read_text()) if CLUSTER.is_file() else {}
-    results, gamuts = (json.loads(path.read_text()) for path in (RESULTS, GAMUTS))
-    DOCUMENT.write_text(page(results, gamuts, cluster, load))
+def update(load: Load) -> None:
+    """Update docs/scaling.md for the default load; print the tables of any other load."""
+    contents = document_blocks(*read_results(), load)
+    if load == Load():
+        update_document(DOCUMENT, contents)
+    else:
+        print("\n\n".join(contents.values()))
 
 
 def main() -> int:
-    """Write the page, after measuring what is to be measured."""
+    """Measure sizes if asked, and write the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--measure", action="store_true", help="write gamuts.json anew, first")
+    parser.add_argument("--measure", action="store_true", help="write gamuts.json first")
     for field in fields(Load):
-        parser.add_argument(f"--{field.name}", type=type(field.default), default=field.default)
-    given = vars(parser.parse_args())
-    if given.pop("measure"):
-        from benchmarks.inputs import gamut_sizes  # it brings the service's server along
+        kind = type(field.default)
+        parser.add_argument(
+            f"--{field.name}", type=kind, default=field.default, help=LOAD_TEXTS[field.name]
+        )
+    arguments = vars(parser.parse_args())
+    if arguments.pop("measure"):
+        from benchmarks.inputs import gamut_sizes  # imports the client of a running service
 
         GAMUTS.write_text(json.dumps(gamut_sizes(), indent=1) + "\n")
-    write(Load(**given))
+    update(Load(**arguments))
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    raise SystemExit(main())

@@ -3,7 +3,7 @@
 Corner ``c = 3 f + i`` is the i-th corner of face f. ``vertex[c]`` is the vertex at it;
 ``opposite[c]`` is the corner facing it across the edge that joins the face's other two corners
 (Rossignac, Safonova & Szymczak, "3D Compression Made Simple: Edgebreaker on a Corner-Table",
-2001). All traversal is index arithmetic: ``following`` and ``preceding`` within a face, ``swung``
+2001). All traversal is index arithmetic: ``following`` and ``preceding`` within a face, ``swing``
 around a vertex.
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 from gamutcore.arrays import IndexArray
 from gamutcore.kernels import kernel, leaf_kernel
 
-__all__ = ["following", "opposite_corners", "preceding", "swung"]
+__all__ = ["following", "opposite_corners", "preceding", "swing"]
 
 
 UNKNOWN, TWICE = -1, -2
@@ -37,7 +37,7 @@ def preceding(corner: int) -> int:
 
 
 @leaf_kernel
-def swung(opposite: IndexArray, corner: int) -> int:
+def swing(opposite: IndexArray, corner: int) -> int:
     """Corner at the same vertex in the face across the edge to the preceding corner."""
     return following(opposite[following(corner)])
 

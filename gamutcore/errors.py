@@ -77,7 +77,7 @@ class OptionError(GamutError):
     code = "invalid-option"
 
     @classmethod
-    def refusing(cls, name: str, value: object, accepted: str) -> OptionError:
+    def refusal(cls, name: str, value: object, accepted: str) -> OptionError:
         """Return the error for an option's value, which is shown if it is short.
 
         Parameters
@@ -95,7 +95,7 @@ class OptionError(GamutError):
         return cls(message, where={"field": name}, remedy=f"Give {accepted}.")
 
     @classmethod
-    def not_applying(
+    def not_applicable(
         cls, name: str, value: object, why: str, remedy: str = "Leave it out."
     ) -> OptionError:
         """Return the error for an option that the data, or another option, leaves no place for.

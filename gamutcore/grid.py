@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from gamutcore.arrays import FloatArray
 
-__all__ = ["grid_step", "mesh_grid_step", "rounded_to_grid"]
+__all__ = ["grid_step", "mesh_grid_step", "nearest_grid_points"]
 
 STEPS_PER_EXTENT = 18
 """Binary logarithm of the steps in the power of two that is not below the extent. Lightness extends
@@ -78,7 +78,7 @@ def mesh_grid_step(vertices: ArrayLike) -> float:
     return min(grid_step(given), own) if own > 0 else grid_step(given)
 
 
-def rounded_to_grid(points: ArrayLike, step: float) -> FloatArray:
+def nearest_grid_points(points: ArrayLike, step: float) -> FloatArray:
     """Points rounded to the nearest multiples of a step, halves to even, without negative zeros.
 
     Parameters

@@ -2,7 +2,7 @@
 
 Every reader has bounds of its own, beyond which no real data goes. Whoever reads the data of
 strangers may lower the two that decide about time and memory, for the length of a call:
-`limited_to` holds for whatever reads inside it, in the same thread or task.
+`apply_limits` holds for whatever reads inside it, in the same thread or task.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["MAX_PIXELS", "MAX_SAMPLES", "Limits", "current_limits", "limited_to"]
+__all__ = ["MAX_PIXELS", "MAX_SAMPLES", "Limits", "apply_limits", "current_limits"]
 
 MAX_SAMPLES = 5_000_000
 """Samples that are accepted at most: a 24-bit picture's worth of distinct colours takes 120 MB."""
@@ -50,7 +50,7 @@ def current_limits() -> Limits:
 
 
 @contextlib.contextmanager
-def limited_to(limits: Limits) -> Iterator[None]:
+def apply_limits(limits: Limits) -> Iterator[None]:
     """Let limits hold inside."""
     token = _current.set(limits)
     try:

@@ -10,12 +10,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from gamutcore.boundary import BOUNDARIES, wrapped
+from gamutcore.boundary import BOUNDARIES, compute_boundary
 from gamutcore.characterisation.icc.grid import Grid
 from gamutcore.characterisation.icc.process_elements import FloatGrid
 from gamutcore.decimation import COSTS, decimated
 from gamutcore.device_values import DeviceValues
-from gamutcore.export import FORMATS, encoded_mesh
+from gamutcore.export import FORMATS, mesh_file
 from gamutcore.gamut import Gamut, Options, build_gamut
 from gamutcore.history import History, Splits, build_history, history_bytes, history_from_bytes
 from gamutcore.history.device_history import build_device_history
@@ -41,9 +41,9 @@ def compile_kernels() -> None:
     Grid((2, 2, 2), np.zeros((8, 3), np.uint16)).values(np.full((1, 3), 0.5))
     FloatGrid((2, 2, 2), (np.zeros((8, 3), np.float32),), 3).values(np.full((1, 3), 0.5))
     for method in BOUNDARIES:
-        boundary = wrapped(device, method)
+        boundary = compute_boundary(device, method)
     # small: errors by samples, of which there are as many however few the faces, take a while
-    cube = wrapped(device[(device % 1.0 == 0.0).all(axis=1)], "convex-hull")
+    cube = compute_boundary(device[(device % 1.0 == 0.0).all(axis=1)], "convex-hull")
     for cost in COSTS:
         decimated(cube.mesh, cube.centre, cost)
     history = build_history(decimated(boundary.mesh, boundary.centre, "quadric"))
@@ -82,7 +82,7 @@ def compile_reading_kernels() -> None:
     LevelSearch(history.triangles, []).find(history, Bounds(distance=1e-6))
     mesh = replace(history.level(6), device=history.device_values(6))
     for name in FORMATS:
-        encoded_mesh(mesh, name)
+        mesh_file(mesh, name)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Puts the service together: settings in, a FastAPI app out.
 
-Everything that lives as long as the app (store, workers, caches) is in `service.state.Service`,
+Everything that lives as long as the app (store, workers, caches) is in `service.container.Service`,
 opened and closed by the app's lifespan. The ASGI layers are, from the outside: the request's id and
 times, other origins (CORS); then, within Starlette's, which answers defects: HEAD answered as GET,
 keys and rate limits, plain requests for meshes, the limit for bodies, the refusal of control
@@ -16,19 +16,19 @@ from fastapi.openapi.utils import get_openapi
 from starlette.types import ASGIApp
 
 from gamutcore.version import __version__
-from service import models, request_models
-from service.access import Access, AccessRules
-from service.cors import Cors, origins
-from service.documentation import SECURITY, SECURITY_SCHEMES
-from service.front import MeshFront
-from service.handlers import add_exception_handlers
-from service.middleware import BodyLimit, HeadAsGet, PlainPaths
-from service.observation import Observed
-from service.request_id import RequestIds
+from service.access.middleware import Access, AccessRules
+from service.container import Service
+from service.http.cors import Cors, origins
+from service.http.middleware import BodyLimit, HeadAsGet, PlainPaths
+from service.http.request_id import RequestIds
+from service.meshes.fast_path import MeshFront
+from service.openapi import models, request_models
+from service.openapi.documentation import SECURITY, SECURITY_SCHEMES
+from service.problems.handlers import add_exception_handlers
 from service.routes import batch, gamuts, jobs, meshes, metrics, pages, state, swagger_ui
-from service.server_timing import ServerTiming
 from service.settings import Settings
-from service.state import Service
+from service.telemetry.request_observer import Observed
+from service.telemetry.server_timing import ServerTiming
 
 __all__ = ["create_app"]
 

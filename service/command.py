@@ -14,14 +14,12 @@ from pydantic import ValidationError
 
 from gamutcore.version import __version__
 from gamutcore.warm import compile_kernels
-from service.access import OpenToAllError
-from service.api_keys import new_key
+from service.access.api_keys import new_key
+from service.access.middleware import OpenToAllError
 from service.application import create_app
-from service.building import health
+from service.broker import health
 from service.building.choice import EngineMissingError, run_worker
-from service.logs import configure_logging
-from service.observation import Refusals
-from service.protocol import ConnectionLimits, limited_protocol
+from service.http.protocol import ConnectionLimits, limited_protocol
 from service.server import Server
 from service.settings import ENVIRONMENT_PREFIX, Settings
 from service.storage.blobs import StoreUnavailableError
@@ -29,7 +27,9 @@ from service.storage.check import report
 from service.storage.gamuts import GamutStore
 from service.storage.local import StoreInUseError
 from service.storage.location import StoreLocationError, blobs_at, is_address
-from service.traces import TracesUnavailableError
+from service.telemetry.logs import configure_logging
+from service.telemetry.request_observer import Refusals
+from service.telemetry.traces import TracesUnavailableError
 
 __all__ = ["main", "openapi_document", "raise_file_limit"]
 
@@ -198,7 +198,7 @@ def _serve(overrides: dict[str, Any]) -> int:
         port=settings.port,
         log_config=None,
         log_level=settings.log_level,
-        access_log=False,  # `service.observation` has a better one
+        access_log=False,  # `service.telemetry.request_observer` has a better one
         http=limited_protocol(ConnectionLimits.of(settings), refusals),
         ws="none",
         # Off, or any client on this machine could state the address that it is counted under.

@@ -14,7 +14,7 @@ import uvicorn
 if TYPE_CHECKING:
     from types import FrameType
 
-    from service.state import Service
+    from service.container import Service
 
 __all__ = ["Server"]
 

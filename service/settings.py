@@ -12,8 +12,8 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from gamutcore.limits import MAX_PIXELS, MAX_SAMPLES, Limits
-from service.api_keys import ApiKeys
-from service.cors import origins
+from service.access.api_keys import ApiKeys
+from service.http.cors import origins
 from service.storage.location import is_address
 
 __all__ = ["ENVIRONMENT_PREFIX", "Settings", "settings_table"]

@@ -1,5 +1,6 @@
 """The benchmarks' own arithmetic, and that the documents say what was measured."""
 
+import doctest
 import json
 import math
 import re
@@ -8,19 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import document
+from benchmarks import bench, document, markdown, reliability, scaling
 from benchmarks.compute import FOGRA39L
 from benchmarks.devices import Device, devices, exact_mismatch, faults, sphere
 from benchmarks.document import BEGIN, END, json_text, page, readme_table, with_table
 from benchmarks.markdown import count_text, percent, table
 from benchmarks.paper import SPHERE_LIMIT
 from benchmarks.raster import View, picture
-from benchmarks.scaling import CLUSTER, GAMUTS, Load, Measured, hit_ratio
-from benchmarks.scaling import DOCUMENT as SCALING
-from benchmarks.scaling import RESULTS as SERVICE_RESULTS
-from benchmarks.scaling import page as scaling_page
+from benchmarks.scaling import Measured, hit_ratio
 from benchmarks.summary import best_peer, families, goals, level_errors, ratios
-from gamutcore.export import encoded_mesh
+from gamutcore.export import mesh_file
 from gamutcore.gamut import Options, build_gamut
 from gamutcore.mesh import TriangleMesh
 
@@ -61,6 +59,51 @@ class TestDocuments:
         assert measured["sphere"]
         # 10,000 vertices are not quite a sphere: at 2,000 triangles a tenth of the difference
         assert min(row["product"] for row in measured["sphere"]) > 0.85 * SPHERE_LIMIT
+
+
+@pytest.mark.parametrize(
+    ("document", "contents"),
+    [
+        (bench.DOCUMENT, lambda: bench.document_blocks(json.loads(bench.RESULTS.read_text()))),
+        (
+            scaling.DOCUMENT,
+            lambda: scaling.document_blocks(*scaling.read_results(), scaling.Load()),
+        ),
+        (
+            reliability.DOCUMENT,
+            lambda: reliability.document_blocks(json.loads(reliability.RESULTS.read_text())),
+        ),
+    ],
+    ids=lambda value: getattr(value, "stem", ""),
+)
+def test_generated_blocks_are_those_of_the_results(document, contents):
+    written = markdown.blocks(document.read_text())
+    computed = contents()
+    assert {name: written[name] for name in computed} == computed
+    assert all(written.values())
+
+
+class TestMarkdown:
+    def test_blocks_are_replaced_and_the_rest_is_kept(self):
+        text = "before\n<!-- begin a -->\nold\n<!-- end a -->\nafter"
+        replaced = markdown.replace_blocks(text, {"a": "new"})
+        assert markdown.blocks(replaced) == {"a": "new"}
+        assert replaced.startswith("before\n")
+        assert replaced.endswith("\nafter")
+        assert markdown.replace_blocks(text, {}) == text
+
+    @pytest.mark.parametrize(
+        "text", ["", "<!-- begin a -->", 2 * "<!-- begin a -->\n<!-- end a -->"]
+    )
+    def test_a_block_must_occur_once(self, text):
+        with pytest.raises(ValueError, match="must contain the block 'a' once"):
+            markdown.replace_blocks(text, {"a": "new"})
+
+    @pytest.mark.parametrize("module", [markdown, bench, scaling])
+    def test_examples_in_docstrings(self, module):
+        result = doctest.testmod(module)
+        assert result.attempted > 0
+        assert result.failed == 0
 
 
 class TestText:
@@ -217,67 +260,46 @@ class TestPictures:
         assert middle[0] > middle[1] + 0.2
 
 
-@pytest.fixture(scope="module")
-def figures():
-    return [json.loads(path.read_text()) for path in (SERVICE_RESULTS, GAMUTS, CLUSTER)]
-
-
 class TestScaling:
-    def test_the_bytes_of_an_answer_are_those_of_the_mesh(self, figures):
-        results, gamuts, _ = figures
+    def test_the_bytes_of_an_answer_are_those_of_the_mesh(self):
+        results, gamuts, _ = scaling.read_results()
         level = build_gamut(FOGRA39L.read_bytes(), Options()).level(1000)
-        mesh_bytes = len(encoded_mesh(level, "glb", {}))
-        answer_bytes = Measured.read(results, gamuts).answer_bytes
+        mesh_bytes = len(mesh_file(level, "glb", {}))
+        answer_bytes = Measured.from_results(results, gamuts).answer_bytes
         # The answer adds its header fields and the provenance inside the GLB.
         assert mesh_bytes < answer_bytes < mesh_bytes + 3000
 
-    def test_the_document_is_what_the_figures_give(self, figures):
-        assert SCALING.read_text() == scaling_page(*figures, Load())
+    def test_only_answers_with_a_mesh_count(self):
+        results, gamuts, _ = scaling.read_results()
+        spoiled = json.loads(json.dumps(results))
+        for row in spoiled["meshes"]:
+            if "304" in row["statuses"]:
+                row["bytes_per_answer"] = row["requests_per_s"] = 1.0
+        assert Measured.from_results(spoiled, gamuts) == Measured.from_results(results, gamuts)
 
-    def test_other_figures_give_another_document(self, figures):
-        """No figure of a machine is in the program: with all of them doubled, results move."""
-        results, gamuts, cluster = json.loads(json.dumps(figures))
-        for row in results["meshes"]:
-            row["requests_per_s"] *= 2
-            row["bytes_per_answer"] *= 2
-        for row in [*results["inputs"], *gamuts]:
-            for name, value in row.items():
-                if isinstance(value, float | int):
-                    row[name] = 2 * value
-        lines = scaling_page(results, gamuts, cluster, Load()).splitlines()
-        usual = SCALING.read_text().splitlines()
-        assert len(lines) == len(usual)
-        told = [row["what"] for row in cluster["figures"]]
-        kept = [
-            line
-            for line in lines
-            if line in usual and re.match(r"\| .*\d", line) and line.split(" | ")[0][2:] not in told
-        ]
-        # of the load only
-        assert [line for line in kept if "÷ 30 ÷ 86,400" not in line] == []
-
-    def test_cores_are_for_the_mean_of_the_three_ways(self):
+    def test_time_per_request_is_the_mean_over_the_three_states(self):
         measured = Measured(1000, 100, 1, 0.1, 1, 1, 1, 1, 1)
         assert math.isclose(measured.seconds_per_request(1, 1), 0.001)
         assert math.isclose(measured.seconds_per_request(0, 1), 0.01)
         assert math.isclose(measured.seconds_per_request(0, 0), 0.11)
         assert math.isclose(measured.seconds_per_request(0.5, 0.5), 0.0005 + 0.5 * 0.06)
 
-    def test_a_cache_of_evenly_asked_objects_has_its_share(self):
-        for kept in (1, 100, 5000, 9999):
-            assert math.isclose(hit_ratio(10_000, 0.0, kept), kept / 10_000, rel_tol=1e-6)
+    def test_uniform_popularity_gives_a_proportional_hit_ratio(self):
+        for capacity in (1, 100, 5000, 9999):
+            ratio = hit_ratio(10_000, 0.0, capacity)
+            assert math.isclose(ratio, capacity / 10_000, rel_tol=1e-6)
         assert hit_ratio(10, 1.0, 0) == 0
         assert hit_ratio(10, 1.0, 10) == 1
 
-    def test_hits_are_those_of_a_cache_that_was_run(self):
-        """Che's approximation beside the thing itself: least recently used, 300,000 requests."""
+    def test_hit_ratio_agrees_with_a_simulated_cache(self):
+        """Simulate a least-recently-used cache with 300,000 Zipf requests."""
         random = np.random.default_rng(0)
         weights = 1 / np.arange(1, 2001)
-        asked = random.choice(2000, 300_000, p=weights / weights.sum())
+        requested = random.choice(2000, 300_000, p=weights / weights.sum())
         cache, hits = {}, 0
-        for place, number in enumerate(asked.tolist()):
+        for position, number in enumerate(requested.tolist()):
             found = cache.pop(number, None) is not None
-            hits += found and place >= 50_000
+            hits += found and position >= 50_000
             cache[number] = True
             if len(cache) > 100:
                 del cache[next(iter(cache))]

@@ -82,7 +82,12 @@ class TestPins:
         extras = PROJECT["project"]["optional-dependencies"]
         waiting = [
             Requirement(text)
-            for text in [*PROJECT["project"]["dependencies"], *extras["test"], *extras["lint"]]
+            for text in [
+                *PROJECT["project"]["dependencies"],
+                *extras["service"],
+                *extras["test"],
+                *extras["lint"],
+            ]
         ]
         seen = set()
         while waiting:

@@ -1,7 +1,7 @@
 """Boundaries: closed surfaces around a device's colours, valid and star-shaped from the start."""
 
-from gamutcore.boundary.given_mesh import given_boundary
-from gamutcore.boundary.methods import BOUNDARIES, wrapped
+from gamutcore.boundary.mesh_boundary import mesh_boundary
+from gamutcore.boundary.methods import BOUNDARIES, compute_boundary
 from gamutcore.boundary.modified_convex_hull import Boundary, modified_convex_hull
 from gamutcore.boundary.segment_maxima import segment_maxima
 from gamutcore.boundary.sources import vertex_device_values
@@ -10,10 +10,10 @@ from gamutcore.boundary.usv import usv
 __all__ = [
     "BOUNDARIES",
     "Boundary",
-    "given_boundary",
+    "compute_boundary",
+    "mesh_boundary",
     "modified_convex_hull",
     "segment_maxima",
     "usv",
     "vertex_device_values",
-    "wrapped",
 ]

@@ -18,13 +18,13 @@ from gamutcore.errors import (
     OptionError,
     TooFewPointsError,
 )
-from gamutcore.grid import grid_step, rounded_to_grid
+from gamutcore.grid import grid_step, nearest_grid_points
 from gamutcore.kernels import kernel
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = ["automatic_centre", "bounds", "checked_centre", "checked_points"]
+__all__ = ["automatic_centre", "bounds", "centre_on_grid", "points_on_grid"]
 
 LARGEST_COORDINATE = 1e12
 """Coordinates beyond this are refused: products of three and more must stay far from overflow."""
@@ -40,7 +40,7 @@ SAMPLE = 1000
 """Points among which a simplex is nearly always found, in an order that is drawn by chance."""
 
 
-def checked_points(points: ArrayLike) -> tuple[FloatArray, float]:
+def points_on_grid(points: ArrayLike) -> tuple[FloatArray, float]:
     """Points on their grid.
 
     Parameters
@@ -81,7 +81,7 @@ def checked_points(points: ArrayLike) -> tuple[FloatArray, float]:
             remedy=f"finite numbers below {LARGEST_COORDINATE:g}",
         )
     step = grid_step(given) if len(given) else 1.0
-    rounded = np.ascontiguousarray(rounded_to_grid(given, step))  # kernels know one layout only
+    rounded = np.ascontiguousarray(nearest_grid_points(given, step))  # kernels know one layout only
     distinct = len(np.unique(rounded, axis=0)) if len(rounded) < 1000 else 4
     if distinct < 4:
         raise TooFewPointsError(
@@ -112,7 +112,7 @@ def bounds(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     return lowest, highest
 
 
-def checked_centre(centre: object, points: FloatArray, step: float) -> FloatArray | None:
+def centre_on_grid(centre: object, points: FloatArray, step: float) -> FloatArray | None:
     """Return a given centre on the points' grid.
 
     Parameters
@@ -149,7 +149,7 @@ def checked_centre(centre: object, points: FloatArray, step: float) -> FloatArra
             where={"field": "centre"},
             remedy="'auto' or three finite numbers",
         )
-    rounded = rounded_to_grid(given, step)
+    rounded = nearest_grid_points(given, step)
     lowest, highest = bounds(points)
     if not ((lowest < rounded) & (rounded < highest)).all():
         automatic_centre(points, step)  # flat points are the better explanation where they are flat
@@ -199,7 +199,7 @@ def automatic_centre(points: FloatArray, step: float) -> FloatArray:
             f" {FLATNESS:g} of the cube of their extent",
             remedy="points that enclose a volume",
         )
-    inside = rounded_to_grid(inside, step * 2.0**-20)
+    inside = nearest_grid_points(inside, step * 2.0**-20)
     relative = points - inside
     faces = radial_hull(relative)
     volume, *moment = _moments(relative, faces)
@@ -212,8 +212,8 @@ def automatic_centre(points: FloatArray, step: float) -> FloatArray:
     centroid = np.array(moment) / volume
     depth_of_middle = _depth(relative, faces, middle - inside)
     if depth_of_middle >= 0.5 * _depth(relative, faces, centroid):
-        return rounded_to_grid(middle, step)
-    return rounded_to_grid(inside + centroid, step)
+        return nearest_grid_points(middle, step)
+    return nearest_grid_points(inside + centroid, step)
 
 
 def _point_inside(points: FloatArray, extent: float) -> FloatArray | None:

@@ -10,11 +10,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from gamutcore.errors import MeshError
-from gamutcore.mesh import TriangleMesh
+from gamutcore.mesh import TriangleMesh, connected_components
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray, LongArray
@@ -208,12 +206,12 @@ def _turned(faces: LongArray, order: LongArray) -> np.ndarray:
     same = starts[one] == starts[two]
     left, right = one // 3, two // 3
     if not same.any():
-        pieces, label = _components(left, right, count)
+        pieces, label = connected_components(left, right, count)
         if pieces > 1:
             raise _several(pieces, label, count)
         return np.zeros(count, bool)
     # every face twice, as it is and turned; neighbours are joined where they fit together
-    pieces, label = _components(
+    pieces, label = connected_components(
         np.concatenate([left, left + count]),
         np.concatenate(
             [np.where(same, right + count, right), np.where(same, right, right + count)]
@@ -231,12 +229,6 @@ def _turned(faces: LongArray, order: LongArray) -> np.ndarray:
     # the orientation that most faces have already
     chosen = label[:count] == label[0]
     return ~chosen if 2 * int(chosen.sum()) >= count else chosen
-
-
-def _components(left: LongArray, right: LongArray, count: int) -> tuple[int, np.ndarray]:
-    graph = coo_array((np.ones(len(left), np.int8), (left, right)), shape=(count, count))
-    pieces, label = connected_components(graph, directed=False)
-    return int(pieces), label
 
 
 def _several(pieces: int, label: np.ndarray, count: int) -> MeshError:

@@ -13,23 +13,27 @@ about the centre, so the surface is star-shaped because the hull is.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
-from gamutcore.boundary.centre import automatic_centre, bounds, checked_centre, checked_points
+from gamutcore.boundary.centre import automatic_centre, bounds, centre_on_grid, points_on_grid
 from gamutcore.boundary.insertion_order import insertion_order, places_on_curve
 from gamutcore.boundary.radial_hull import radial_hull
-from gamutcore.errors import BoundaryError, CentreError, FlatPointsError, OptionError
+from gamutcore.errors import BoundaryError, CentreError, FlatPointsError
 from gamutcore.kernels import kernel
 from gamutcore.mesh import TriangleMesh
+from gamutcore.option_types import Number, check_option
 from gamutcore.star_shape import faces_not_seeing_centre
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = ["Boundary", "modified_convex_hull"]
+__all__ = ["GAMMA", "Boundary", "modified_convex_hull"]
+
+GAMMA = Number(0, 1, above_least=True)
+"""Accepted values of `gamma`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,12 +92,9 @@ def modified_convex_hull(
     BoundaryError
         If the surface is not valid, which is a fault of the program.
     """
-    if not _is_power(gamma):
-        raise OptionError(
-            f"gamma is {gamma!r}", where={"field": "gamma"}, remedy="a number above 0, at most 1"
-        )
-    rounded, step = checked_points(points)
-    given = checked_centre(centre, rounded, step)
+    power = cast("float", check_option("gamma", gamma, GAMMA))
+    rounded, step = points_on_grid(points)
+    given = centre_on_grid(centre, rounded, step)
     about = sum(bounds(rounded)) / 2 if given is None else given
     places = places_on_curve(rounded - about)
     order = insertion_order(places)
@@ -101,7 +102,7 @@ def modified_convex_hull(
     middle = automatic_centre(ordered, step) if given is None else given
 
     relative = ordered - middle
-    faces = radial_hull(_with_raised_radii(relative, float(gamma)))
+    faces = radial_hull(_with_raised_radii(relative, power))
     if len(faces) == 0:
         if given is None:
             raise FlatPointsError(
@@ -123,12 +124,7 @@ def modified_convex_hull(
         )
     corners, packed = _coherent_order(faces, places[order])
     mesh = TriangleMesh(ordered[corners].astype(np.float32), packed)
-    return Boundary(mesh, middle, order[corners], float(gamma))
-
-
-def _is_power(gamma: object) -> bool:
-    real = isinstance(gamma, int | float | np.integer | np.floating) and not isinstance(gamma, bool)
-    return real and 0 < float(gamma) <= 1  # type: ignore[arg-type]
+    return Boundary(mesh, middle, order[corners], power)
 
 
 def _with_raised_radii(relative: FloatArray, gamma: float) -> FloatArray:

@@ -12,7 +12,7 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray, LongArray
 from gamutcore.boundary.modified_convex_hull import modified_convex_hull
-from gamutcore.grid import grid_step, rounded_to_grid
+from gamutcore.grid import grid_step, nearest_grid_points
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -45,7 +45,7 @@ def centred_points(
     # the convex hull is needed in any case, to know whether the centre is inside
     middle = modified_convex_hull(points, 1.0, centre).centre
     given = np.asarray(points, np.float64)
-    return rounded_to_grid(given, grid_step(given)), middle
+    return nearest_grid_points(given, grid_step(given)), middle
 
 
 def farthest_points(segment: LongArray, radii: FloatArray, count: int) -> LongArray:

@@ -14,34 +14,32 @@ the centre, they are turned towards the middles of their segments just as far as
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
-from scipy.sparse import coo_array, diags_array
-from scipy.sparse.linalg import spsolve
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.boundary.modified_convex_hull import Boundary
 from gamutcore.boundary.points import centred_points, farthest_points
-from gamutcore.errors import BoundaryError, OptionError
-from gamutcore.grid import grid_step, rounded_to_grid
+from gamutcore.errors import BoundaryError
+from gamutcore.grid import grid_step, nearest_grid_points
 from gamutcore.mesh import TriangleMesh
+from gamutcore.option_types import WholeNumber, WholeNumbers, check_option
 from gamutcore.star_shape import faces_not_seeing_centre
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["MOST_SEGMENTS", "SEGMENTS", "checked_segments", "segment_maxima"]
+__all__ = ["SEGMENTS", "SEGMENT_COUNTS", "segment_maxima"]
 
 SEGMENTS = (16, 16)
 """Polar and azimuth segments unless told: those of Morovic & Luo, and of Little CMS."""
 
-FEWEST_SEGMENTS = (2, 3)
-"""Fewer do not go round the centre."""
-
-MOST_SEGMENTS = (180, 360)
-"""One degree each way: 64,800 segments, mostly empty for the colours that a device model is asked
-for, and as narrow at the poles as the grid of positions can tell apart."""
+SEGMENT_COUNTS = WholeNumbers(
+    (WholeNumber(2, 180), WholeNumber(3, 360)), "polar and azimuth segments"
+)
+"""Accepted values of `segments`. Fewer do not surround the centre. One degree each way makes 64,800
+segments: most are empty, and at the poles they are as narrow as the grid of positions resolves."""
 
 TURNS = 8
 """Steps in which a vertex is turned from its own direction to the middle of its segment."""
@@ -52,39 +50,6 @@ ATTEMPTS = 100
 RESOLVED = 8.0
 """A vertex is told apart from its neighbours if it is this many grid steps away from them: rounding
 moves either by 0.87 steps at most."""
-
-
-def checked_segments(segments: object) -> tuple[int, int]:
-    """Numbers of polar and azimuth segments, if they are accepted.
-
-    Parameters
-    ----------
-    segments : object
-        Two whole numbers, from `FEWEST_SEGMENTS` to `MOST_SEGMENTS`.
-
-    Returns
-    -------
-    tuple of two int
-
-    Raises
-    ------
-    OptionError
-        If they are not; ``where["field"]`` is ``"segments"``.
-    """
-    if isinstance(segments, list | tuple) and len(segments) == 2:
-        polar, azimuth = segments
-        whole = all(isinstance(n, int) and not isinstance(n, bool) for n in segments)
-        if whole and all(
-            least <= n <= most
-            for n, least, most in zip(segments, FEWEST_SEGMENTS, MOST_SEGMENTS, strict=True)
-        ):
-            return polar, azimuth
-    raise OptionError.refusing(
-        "segments",
-        segments,
-        f"two whole numbers: {FEWEST_SEGMENTS[0]} to {MOST_SEGMENTS[0]} polar and"
-        f" {FEWEST_SEGMENTS[1]} to {MOST_SEGMENTS[1]} azimuth segments",
-    )
 
 
 def segment_maxima(
@@ -99,7 +64,7 @@ def segment_maxima(
     points : (n, 3) array_like
         Colours, in the order of the colour space. They are rounded to their grid first.
     segments : (polar, azimuth) int, optional
-        Numbers of segments; see `FEWEST_SEGMENTS` and `MOST_SEGMENTS`.
+        Numbers of segments; see `SEGMENT_COUNTS`.
     centre : (3,) array_like or "auto", optional
         As for `modified_convex_hull`.
 
@@ -122,7 +87,7 @@ def segment_maxima(
     BoundaryError
         If the grid of positions does not resolve the segments about this centre.
     """
-    polar, azimuth = checked_segments(segments)
+    polar, azimuth = cast("tuple[int, int]", check_option("segments", segments, SEGMENT_COUNTS))
     rounded, middle = centred_points(points, centre)
     relative = rounded - middle
     radii = np.linalg.norm(relative, axis=1)
@@ -150,7 +115,7 @@ def segment_maxima(
         outside = np.maximum(towards / lowest, towards / highest).max(axis=1)
         radius = np.minimum(reach, 1 / outside)
         radius = np.where(lifted, np.maximum(radius, resolved), radius)
-        positions = rounded_to_grid(towards * radius[:, np.newaxis], step)
+        positions = nearest_grid_points(towards * radius[:, np.newaxis], step)
         at_colour = (turns == 0) & ~lifted
         positions[at_colour] = relative[sources[at_colour]]
         faces = _faces(positions, polar, azimuth)
@@ -219,6 +184,9 @@ def _stretched(
     -------
     (polar · azimuth + 2,) float64
     """
+    from scipy.sparse import coo_array, diags_array  # noqa: PLC0415  # slow, for this method alone
+    from scipy.sparse.linalg import spsolve  # noqa: PLC0415
+
     number = np.arange(polar * azimuth).reshape(polar, azimuth)
     high, wide = np.pi / polar, 2 * np.pi / azimuth
     middle, border = (np.arange(polar) + 0.5) * high, np.arange(1, polar) * high

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from gamutcore.device_values import DeviceValues
 
@@ -42,6 +41,8 @@ def vertex_device_values(
     sources = boundary.sources.copy()
     constructed = sources < 0
     if constructed.any():
+        from scipy.spatial import cKDTree  # noqa: PLC0415  # 0.15 s and 15 MB; few boundaries need it
+
         tree = cKDTree(np.asarray(points, np.float64))
         vertices = boundary.mesh.vertices[constructed].astype(np.float64)
         sources[constructed] = tree.query(vertices)[1]

@@ -9,7 +9,7 @@ taken, with a γ of 0.05, so that nearly all of them are on the surface. Empty s
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
 
@@ -17,17 +17,17 @@ from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.boundary.modified_convex_hull import Boundary, modified_convex_hull
 from gamutcore.boundary.points import centred_points, farthest_points
 from gamutcore.corner_table import opposite_corners
-from gamutcore.errors import BoundaryError, InvalidPointsError, OptionError
+from gamutcore.errors import BoundaryError, InvalidPointsError
 from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.option_types import Choice, WholeNumber, check_option
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 __all__ = [
     "BASES",
-    "MOST_SUBDIVISIONS",
-    "checked_basis",
-    "checked_subdivisions",
+    "BASIS",
+    "SUBDIVISIONS",
     "sphere_triangles",
     "triangles_towards",
     "usv",
@@ -49,42 +49,12 @@ BASES: dict[str, FloatArray] = {
 }
 """Corners of the regular bodies that directions can be divided by, in the usual coordinates."""
 
-MOST_SUBDIVISIONS = 7
-"""Seven make 327,680 segments of an icosahedron, three for each colour that a device model is asked
-for: more would only copy the points."""
+BASIS = Choice(tuple(BASES))
+"""Accepted values of `basis`."""
 
-
-def checked_basis(basis: object) -> str:
-    """Name of a regular body, if it is one of `BASES`.
-
-    Raises
-    ------
-    OptionError
-        If it is not; ``where["field"]`` is ``"basis"``.
-    """
-    if isinstance(basis, str) and basis in BASES:
-        return basis
-    raise OptionError.refusing("basis", basis, f"one of {', '.join(BASES)}")
-
-
-def checked_subdivisions(subdivisions: object) -> int:
-    """Number of subdivisions, if it is accepted.
-
-    Raises
-    ------
-    OptionError
-        If it is not a whole number from 0 to `MOST_SUBDIVISIONS`; ``where["field"]`` is
-        ``"subdivisions"``.
-    """
-    if (
-        isinstance(subdivisions, int)
-        and not isinstance(subdivisions, bool)
-        and 0 <= subdivisions <= MOST_SUBDIVISIONS
-    ):
-        return subdivisions
-    raise OptionError.refusing(
-        "subdivisions", subdivisions, f"a whole number from 0 to {MOST_SUBDIVISIONS}"
-    )
+SUBDIVISIONS = WholeNumber(0, 7)
+"""Accepted values of `subdivisions`. Seven subdivisions of an icosahedron make 327,680 segments,
+three for each colour that a device model is asked for by default."""
 
 
 def usv(
@@ -103,7 +73,7 @@ def usv(
     basis : str, optional
         The body that is split; one of `BASES`.
     subdivisions : int, optional
-        How often it is split, 0 to `MOST_SUBDIVISIONS`: an icosahedron's 20 faces become
+        How often it is split, 0 to 7: an icosahedron's 20 faces become
         20 · 4ⁿ segments, and the boundary has 2 · 20 · 4ⁿ − 4 triangles if none is empty and all
         farthest points are on the hull.
     gamma : float, optional
@@ -126,7 +96,8 @@ def usv(
     BoundaryError
         If the farthest points of the segments do not surround the centre.
     """
-    body, splits = checked_basis(basis), checked_subdivisions(subdivisions)
+    body = str(check_option("basis", basis, BASIS))
+    splits = cast("int", check_option("subdivisions", subdivisions, SUBDIVISIONS))
     rounded, middle = centred_points(points, centre)
     relative = rounded - middle
     radii = np.linalg.norm(relative, axis=1)

@@ -1,8 +1,8 @@
-"""Samples from CxF3 files (.cxf, .mxf, .txf; ISO 17972-1), read by colour-cxf.
+"""Samples from CxF3 files (.cxf, .mxf, .txf; ISO 17972-1).
 
-Such files have device values and measurements as separate objects that know each other by a tag:
-SampleID, or the place on the chart. They are joined here, condition by condition: a file measured
-under M0, M1 and M2 holds three characterisations, of which one has to be chosen.
+A file has device values and measurements as separate objects. Tags join them: SampleID, or the
+position on the chart. This module joins the objects of one measurement condition. A file measured
+under M0, M1 and M2 holds three characterisations, and the caller chooses one of them.
 """
 
 from __future__ import annotations
@@ -14,25 +14,24 @@ import numpy as np
 
 from gamutcore.characterisation.columns import ColumnRoles
 from gamutcore.characterisation.conditions import chosen_condition
-from gamutcore.characterisation.cxf_document import cxf_document, looks_like_cxf, looks_like_xml
 from gamutcore.characterisation.cxf_objects import (
     ColourKey,
     CxfObject,
     cxf_objects,
     specifications,
 )
+from gamutcore.characterisation.cxf_xml import cxf_root, looks_like_cxf, looks_like_xml
 from gamutcore.characterisation.samples import Samples, samples_from_values
 from gamutcore.errors import MalformedFileError, MissingColumnError, SampleLimitError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
-
-    from gamutcore.characterisation.cxf_document import CxfDocument
+    from xml.etree.ElementTree import Element
 
 __all__ = ["cxf_samples", "looks_like_cxf", "looks_like_xml"]
 
 MAX_CHANNELS = 15
-"""Channels of a device at most, as in ICC profiles (ICC.1:2022, 7.2.8)."""
+"""Maximum number of channels of a device, as in ICC profiles (ICC.1:2022, 7.2.8)."""
 
 _NAMES = {
     "lab": ("LAB_L", "LAB_A", "LAB_B"),
@@ -41,7 +40,7 @@ _NAMES = {
     "xyy": ("XYY_X", "XYY_Y", "XYY_CAPY"),
 }
 _IDENTITIES = ("sample", "location", "name")
-"""What objects are joined by, the surest first."""
+"""Keys by which objects are joined, the most reliable first."""
 
 
 def cxf_samples(data: bytes, *, condition: str | None = None) -> Samples:
@@ -52,29 +51,30 @@ def cxf_samples(data: bytes, *, condition: str | None = None) -> Samples:
     data : bytes
         The file.
     condition : str, optional
-        The measurement condition whose samples are wanted, if the file has several.
+        The measurement condition to read, if the file has several.
 
     Returns
     -------
     Samples
-        Objects with device values, each with the measurements of its SampleID, else of its page,
-        row and column, else of its name; without any device values, all colours.
+        Device values with measurements. Objects are joined by SampleID, else by page, row and
+        column, else by name. Without any device values, all colours.
 
     Raises
     ------
     UnrecognisedFormatError
-        The XML is of another schema.
+        The XML has another schema.
     MissingColumnError
-        No object has a colour, or none of those that have one belongs to the device values.
+        No object has a colour, or no measurement matches the device values.
     MalformedFileError
-        The XML is broken or hostile, or a value is no number: with its line.
+        The XML is not well formed or exceeds a limit, or a value is not a number. ``where`` has
+        the line.
     ConditionError
-        The file was measured under several conditions and none was chosen, or under another.
+        The file has several conditions and none was chosen, or not the chosen one.
     SampleLimitError
-        More elements than are accepted.
+        The file has too many elements.
     """
-    document = cxf_document(data)
-    objects = list(cxf_objects(document))
+    root = cxf_root(data)
+    objects = list(cxf_objects(root))
     measurements = _measurements(objects)
     if not measurements:
         raise MissingColumnError(
@@ -85,11 +85,11 @@ def cxf_samples(data: bytes, *, condition: str | None = None) -> Samples:
     labels, label = _labels(measurements, condition)
     targets = [entry for entry in objects if entry.device]
     rows, dropped = _joined(targets, measurements, labels, label)
-    return _samples(document, rows, labels, label, dropped)
+    return _samples(root, rows, labels, label, dropped)
 
 
 def _measurements(objects: list[CxfObject]) -> list[CxfObject]:
-    # Where measurements are named as such, the colours of targets are aims or screen previews.
+    # If some objects are named measurements, the colours of targets are aims or previews.
     named = [entry for entry in objects if entry.measured and entry.colours]
     return named or [entry for entry in objects if entry.colours]
 
@@ -97,7 +97,7 @@ def _measurements(objects: list[CxfObject]) -> list[CxfObject]:
 def _labels(
     measurements: Iterable[CxfObject], asked: str | None
 ) -> tuple[dict[tuple[str, str], str | None], str | None]:
-    """Return the name of each condition and backing, and the one that is to be used."""
+    """Return the name of each pair of condition and backing, and the name to use."""
     found = dict.fromkeys(
         (key.condition, key.backing) for entry in measurements for key in entry.colours
     )
@@ -117,7 +117,7 @@ def _joined(
     labels: dict[tuple[str, str], str | None],
     label: str | None,
 ) -> tuple[list[tuple[CxfObject | None, CxfObject]], int]:
-    """Return targets with their measurements of one condition, and how many have no partner."""
+    """Return targets with their measurements of one condition, and the number left unmatched."""
     wanted = [
         entry
         for entry in measurements
@@ -138,10 +138,10 @@ def _joined(
             break
     if not best:
         raise MissingColumnError(
-            "No measurement belongs to any of the device values.",
+            "No measurement matches any of the device values.",
             where={"line": alone[0].line, "field": "TagCollection"},
-            remedy="Objects of one patch need the same tag SampleID, or the same tags Page, Row "
-            "and Column.",
+            remedy="Give the objects of one patch the same tag SampleID, or the same tags Page, "
+            "Row and Column.",
         )
     rows += best
     used = {id(target) for target, _ in rows}
@@ -172,7 +172,7 @@ def _pairs(
 
 
 def _samples(
-    document: CxfDocument,
+    root: Element,
     rows: list[tuple[CxfObject | None, CxfObject]],
     labels: dict[tuple[str, str], str | None],
     label: str | None,
@@ -189,9 +189,9 @@ def _samples(
         (most, _), *_ = counts.most_common(1)
         lacking = next(entry for _, entry in rows if most not in entry.colours)
         raise MalformedFileError(
-            f"The objects have no kind of colour in common; this one has no {most.kind} as others.",
+            f"The objects have no kind of colour in common. This object has no {most.kind}.",
             where={"line": lacking.line, "field": "ColorValues"},
-            remedy="Every measurement needs the same kind of colour, or a spectrum of the same "
+            remedy="Give every measurement the same kind of colour, or a spectrum of the same "
             "wavelengths.",
         )
     channels = _channels(rows)
@@ -204,10 +204,10 @@ def _samples(
     roles = _roles(channels, keys, label)
     used = [
         entry
-        for entry in specifications(document).values()
+        for entry in specifications(root).values()
         if labels.get((entry.condition or "", entry.backing)) == label
     ]
-    conditions = _conditions(document, keys)
+    conditions = _conditions(root, keys)
     for specification in used:
         conditions = {**specification.facts, **conditions}
     emissive = {entry.emissive for entry in used} - {None}
@@ -217,7 +217,9 @@ def _samples(
         conditions["DEVICE_CLASS"] = "DISPLAY" if True in emissive else "OUTPUT"
     warnings = []
     if dropped:
-        warnings.append(f"{dropped} objects have device values or measurements only.")
+        warnings.append(
+            f"{dropped} objects have only device values or only measurements; they are not used."
+        )
     return samples_from_values(
         "cxf",
         roles,
@@ -231,7 +233,7 @@ def _samples(
 
 
 def _used_keys(keys: list[ColourKey]) -> list[ColourKey]:
-    """Return one key per kind, colours for D50 and 2° first."""
+    """Return one key per kind of colour, D50 and 2° preferred."""
     order = sorted(
         keys, key=lambda key: ((key.illuminant, key.observer) != ("D50", "2"), -key.bands)
     )
@@ -242,7 +244,7 @@ def _used_keys(keys: list[ColourKey]) -> list[ColourKey]:
         used.pop("lch", None)
     if "xyz" in used:
         used.pop("xyy", None)
-    # One file states one illuminant: colours of another are left out.
+    # Samples have one illuminant. Colours for another one are left out.
     first = next((key for key in used.values() if key.kind != "spectrum"), None)
     light = (first.illuminant, first.observer) if first is not None else None
     return [
@@ -258,13 +260,13 @@ def _channels(rows: list[tuple[CxfObject | None, CxfObject]]) -> tuple[str, ...]
     channels = first.channels if first is not None else ()
     if len(channels) > MAX_CHANNELS:
         raise SampleLimitError(
-            f"{len(channels)} channels are more than the {MAX_CHANNELS} that are accepted.",
+            f"The device has {len(channels)} channels, more than {MAX_CHANNELS}.",
             where={"field": "DeviceColorValues"},
         )
     for target, _ in rows:
         if target is not None and target.channels != channels:
             raise MalformedFileError(
-                f"This object's device values are {', '.join(target.channels)}, others' are "
+                f"This object has the channels {', '.join(target.channels)}; others have "
                 f"{', '.join(channels)}.",
                 where={"line": target.line, "field": "DeviceColorValues"},
                 remedy="Send the measurements of one device.",
@@ -304,14 +306,13 @@ def _roles(channels: tuple[str, ...], keys: list[ColourKey], label: str | None) 
     )
 
 
-def _conditions(document: CxfDocument, keys: list[ColourKey]) -> dict[str, str]:
-    information = document.root.file_information
+def _conditions(root: Element, keys: list[ColourKey]) -> dict[str, str]:
     found = {
-        "CREATOR": getattr(information, "creator", None),
-        "DESCRIPTION": getattr(information, "description", None),
+        "CREATOR": root.findtext("FileInformation/Creator"),
+        "DESCRIPTION": root.findtext("FileInformation/Description"),
     }
     colour = next((key for key in keys if key.kind != "spectrum"), None)
     if colour is not None:
         found["ILLUMINANT"] = colour.illuminant
         found["OBSERVER"] = f"{colour.observer} degree" if colour.observer else None
-    return {name: text for name, text in found.items() if isinstance(text, str) and text}
+    return {name: text for name, text in found.items() if text}

@@ -1,43 +1,54 @@
-"""What the objects of a CxF3 file hold: device values, and colours under their conditions.
+"""Objects and colour specifications of a CxF3 file.
 
-An object has device values, measured colours, or both. Each colour names a colour specification,
-which says how it was measured (ISO 13655's M0 to M3, the backing) and for which illuminant and
-observer it was computed. This module reads single objects; `cxf` joins them into samples.
+An object has device values, measured colours, or both. Each colour refers to a colour
+specification. The specification states the measurement condition (M0 to M3 of ISO 13655), the
+backing, the illuminant and the observer. `gamutcore.characterisation.cxf` joins objects to samples.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from gamutcore.arrays import FloatArray
 from gamutcore.characterisation.conditions import condition_label
+from gamutcore.characterisation.cxf_xml import element_line
 from gamutcore.characterisation.spectra import FEWEST_BANDS, spans_the_visible_range
+from gamutcore.characterisation.table import number
 from gamutcore.errors import MalformedFileError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from gamutcore.arrays import FloatArray
-    from gamutcore.characterisation.cxf_document import CxfDocument
 
 __all__ = ["ColourKey", "CxfObject", "Specification", "cxf_objects", "specifications"]
 
 MAX_BANDS = 1000
 MAX_NAME = 40
+MAX_FACT = 500
 
-_INKS = ("cyan", "magenta", "yellow", "black")
-_HEXACHROME = (*_INKS, "orange", "green")
-_FILTERS = {"Filter_UVExcluded": "M2"}
-_KINDS = {
-    "ColorCielab": ("lab", ("l", "a", "b")),
-    "ColorCielch": ("lch", ("l", "c", "h")),
-    "ColorCiexyz": ("xyz", ("x", "y", "z")),
-    "ColorEmissiveCiexyz": ("xyz", ("x", "y", "z")),
-    "ColorCiexyY": ("xyy", ("x", "y", "colorexchangeformat_com_cx_f3_core_y")),
-    "ColorEmissiveCiexyY": ("xyy", ("x", "y", "colorexchangeformat_com_cx_f3_core_y")),
+_CONDITIONS = frozenset({"M0", "M1", "M2", "M3"})
+_INKS = {"Cyan": "C", "Magenta": "M", "Yellow": "Y", "Black": "K"}
+_DEVICES: dict[str, dict[str, str]] = {
+    "ColorRGB": {"R": "R", "G": "G", "B": "B"},
+    "ColorCMYK": _INKS,
+    "ColorCMYKPlusN": _INKS,
+    "ColorPantoneHexachrome": {**_INKS, "Orange": "O", "Green": "G"},
+    "ColorCustom": {},
 }
+"""Elements of device values: their child elements and the channel names of these. Elements
+``SpotColor`` add further channels."""
+
+_COLOURS = {
+    "ColorCIELab": ("lab", ("L", "A", "B")),
+    "ColorCIELCh": ("lch", ("L", "C", "H")),
+    "ColorCIEXYZ": ("xyz", ("X", "Y", "Z")),
+    "ColorEmissiveCIEXYZ": ("xyz", ("X", "Y", "Z")),
+    "ColorCIExyY": ("xyy", ("x", "y", "Y")),
+    "ColorEmissiveCIExyY": ("xyy", ("x", "y", "Y")),
+}
+"""Elements of colours: the kind of colour and the child elements with its coordinates."""
+
+_SPECTRA = frozenset({"ReflectanceSpectrum", "TransmittanceSpectrum", "EmissiveSpectrum"})
 
 
 @dataclass(frozen=True)
@@ -47,19 +58,19 @@ class Specification:
     Parameters
     ----------
     condition : str or None
-        ``"M0"`` to ``"M3"``, or None where it is not said.
+        ``"M0"`` to ``"M3"``; None if not stated.
     backing : str
-        What lay under the samples, as the file says it.
+        The material under the samples, in lower case.
     illuminant, observer : str
-        What colours were computed for, ``"D50"`` and ``"2"``; empty where it is not said.
+        Illuminant and observer of the colours, such as ``"D50"`` and ``"2"``; empty if not stated.
     increment : float or None
-        Step of spectra in nm.
+        Wavelength step of spectra in nm.
     start : float or None
         First wavelength of spectra in nm.
     emissive : bool or None
-        Whether lights were measured; None where it is not said.
+        Whether the samples are lights; None if not stated.
     facts : dict
-        Instrument and so on, by keyword.
+        Instrument and other notes, by keyword.
     """
 
     condition: str | None = None
@@ -74,19 +85,19 @@ class Specification:
 
 @dataclass(frozen=True, order=True)
 class ColourKey:
-    """What distinguishes the colours that one object can have.
+    """Kind of a colour and its conditions; one object can have a colour for each key.
 
     Parameters
     ----------
     condition : str
-        The measurement condition, empty where it is not said.
+        The measurement condition; empty if not stated.
     backing : str
     kind : str
         ``"lab"``, ``"lch"``, ``"xyz"``, ``"xyy"`` or ``"spectrum"``.
     illuminant, observer : str
         Of colours; empty for spectra.
     start, step, bands : float, float, int
-        Of spectra; zero for colours.
+        First wavelength and step in nm, and number of bands; zero for colours.
     """
 
     condition: str
@@ -106,17 +117,17 @@ class CxfObject:
     Parameters
     ----------
     line : int
-        Where it starts.
+        Line of its start tag.
     identity : dict
-        Texts that join it with others: ``"sample"``, ``"location"``, ``"name"``; those it has.
+        Texts by which objects are joined: ``"sample"``, ``"location"``, ``"name"``.
     measured : bool
-        Whether the file calls it a measurement.
+        Whether the object's type is a measurement.
     channels : tuple of str
-        Channel names of its device values; empty if it has none.
+        Channel names of the device values; empty without device values.
     device : tuple of float
         Device values, 0 to 1.
     colours : dict
-        From `ColourKey` to numbers.
+        Coordinates or bands by `ColourKey`.
     """
 
     line: int
@@ -127,86 +138,81 @@ class CxfObject:
     colours: dict[ColourKey, FloatArray]
 
 
-def specifications(document: CxfDocument) -> dict[str, Specification]:
+def specifications(root: Element) -> dict[str, Specification]:
     """Return the colour specifications of a file by their ids.
 
     Parameters
     ----------
-    document : CxfDocument
+    root : Element
+        The element ``CxF``.
 
     Returns
     -------
     dict
     """
-    collection = getattr(document.root.resources, "color_specification_collection", None)
-    found = {}
-    for entry in getattr(collection, "color_specification", ()):
-        identifier = str(entry.id or "")
-        found[identifier] = _specification(entry, identifier)
-    return found
+    path = "Resources/ColorSpecificationCollection/ColorSpecification"
+    return {entry.get("Id", ""): _specification(entry) for entry in root.iterfind(path)}
 
 
-def _specification(entry: Any, identifier: str) -> Specification:  # noqa: ANN401 (colour-cxf's)
-    measurement, tristimulus = entry.measurement_spec, entry.tristimulus_spec
-    device = getattr(measurement, "device", None)
-    span = getattr(measurement, "wavelength_range", None)
-    kind = _text(getattr(measurement, "measurement_type", None))
-    illuminant = _text(getattr(tristimulus, "illuminant_or_custom_illuminant", None))
-    observer = _text(getattr(tristimulus, "observer", None))
+def _specification(entry: Element) -> Specification:
+    def text(path: str) -> str:
+        return (entry.findtext(path) or "").strip()[:MAX_FACT]
+
+    device = "MeasurementSpec/Device/"
+    span = entry.find("MeasurementSpec/WavelengthRange")
+    kind = text("MeasurementSpec/MeasurementType")
+    backing = text("MeasurementSpec/Backing")
+    illuminant = text("TristimulusSpec/Illuminant")
+    observer = text("TristimulusSpec/Observer")
     facts = {
-        "MANUFACTURER": _text(getattr(device, "manufacturer", None)),
-        "INSTRUMENTATION": _text(getattr(device, "model", None)),
-        "SAMPLE_BACKING": _text(getattr(measurement, "backing", None)),
+        "MANUFACTURER": text(device + "Manufacturer"),
+        "INSTRUMENTATION": text(device + "Model"),
+        "SAMPLE_BACKING": backing,
         "MEASUREMENT_TYPE": kind,
-        "FILTER": _text(getattr(device, "device_filter", None)),
+        "FILTER": text(device + "DeviceFilter"),
     }
+    if text(device + "DevicePolarization") in {"true", "1"}:
+        condition: str | None = "M3"
+    else:
+        uv_excluded = "M2" if facts["FILTER"] == "Filter_UVExcluded" else ""
+        condition = _condition(
+            text(device + "DeviceIllumination"), uv_excluded, entry.get("Id", "")
+        )
     return Specification(
-        condition=_condition(device, identifier),
-        backing=facts["SAMPLE_BACKING"].strip().lower(),
+        condition=condition,
+        backing=backing.lower(),
         illuminant=illuminant.upper() if len(illuminant) <= MAX_NAME else "",
         observer=observer.partition("_")[0] if observer.endswith("_Degree") else "",
-        increment=_number(getattr(span, "increment", None)),
-        start=_number(getattr(span, "start_wl", None)),
+        increment=None if span is None else _number(span.get("Increment")),
+        start=None if span is None else _number(span.get("StartWL")),
         emissive="Emissive" in kind if kind else None,
-        facts={name: text for name, text in facts.items() if text},
+        facts={name: fact for name, fact in facts.items() if fact},
     )
 
 
-def _condition(device: Any, identifier: str) -> str | None:  # noqa: ANN401 (colour-cxf's Device)
-    if getattr(device, "device_polarization", None) is True:
-        return "M3"
-    for text in (
-        _text(getattr(device, "device_illumination", None)),
-        _FILTERS.get(_text(getattr(device, "device_filter", None)), ""),
-        identifier,
-    ):
-        label = condition_label(text)
-        if label in {"M0", "M1", "M2", "M3"}:
-            return label
-    return None
+def _condition(*texts: str) -> str | None:
+    """Return the first measurement condition that the texts state."""
+    return next((label for text in texts if (label := condition_label(text)) in _CONDITIONS), None)
 
 
-def _text(value: Any) -> str:  # noqa: ANN401 (texts, enumerations, and elements around them)
-    for _ in range(3):
-        if isinstance(value, str):
-            return value[:500]
-        value = getattr(value, "value", None)
-    return ""
+def _number(text: str | None) -> float | None:
+    """Return the number that a text spells; None unless it is a plain number below 10⁹."""
+    if text is None or "," in text:
+        return None
+    try:
+        value = number(text.strip())
+    except ValueError:
+        return None
+    return value if abs(value) < 1e9 else None
 
 
-def _number(value: object) -> float | None:
-    # Texts that are no numbers, and infinities, are none.
-    if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e9:
-        return float(value)
-    return None
-
-
-def cxf_objects(document: CxfDocument) -> Iterator[CxfObject]:
+def cxf_objects(root: Element) -> Iterator[CxfObject]:
     """Yield the objects of a file that have device values or colours.
 
     Parameters
     ----------
-    document : CxfDocument
+    root : Element
+        The element ``CxF``.
 
     Yields
     ------
@@ -215,108 +221,98 @@ def cxf_objects(document: CxfDocument) -> Iterator[CxfObject]:
     Raises
     ------
     MalformedFileError
-        A value is missing or no number; the error has the line of its object.
+        A value is missing or not a number; the error has the line of its object.
     """
-    specified = specifications(document)
-    collection = getattr(document.root.resources, "object_collection", None)
-    objects = getattr(collection, "object_value", ())
-    for number, entry in enumerate(objects):
-        line = document.lines[number] if number < len(document.lines) else 1
-        kind = str(entry.object_type or "")
-        channels, device = _device_values(entry.device_color_values, line)
-        by_type = condition_label(kind) if "Measurement" in kind else ""
+    specified = specifications(root)
+    for entry in root.iterfind("Resources/ObjectCollection/Object"):
+        line = element_line(entry)
+        kind = entry.get("ObjectType", "")
+        measured = "Measurement" in kind
+        condition = _condition(kind) if measured else None
+        channels, device = _device_values(entry, line)
         colours: dict[ColourKey, FloatArray] = {}
-        for value in getattr(entry.color_values, "choice", ()):
+        for value in entry.iterfind("ColorValues/*"):
+            identifier = value.get("ColorSpecification", "")
             specification = specified.get(
-                value.color_specification or "",
-                Specification(condition=_condition(None, value.color_specification or "")),
+                identifier, Specification(condition=_condition(identifier))
             )
-            read = _colour(value, specification, by_type, document, line)
+            read = _colour(value, specification, condition or specification.condition or "", line)
             if read is not None:
                 colours.setdefault(*read)
         if device or colours:
-            measured = "Measurement" in kind
             yield CxfObject(line, _identity(entry), measured, channels, device, colours)
 
 
-def _identity(entry: Any) -> dict[str, str]:  # noqa: ANN401 (colour-cxf's Object)
+def _identity(entry: Element) -> dict[str, str]:
     tags: dict[str, str] = {}
-    for collection in entry.tag_collection:
-        for tag in collection.tag:
-            name = "".join(c for c in (tag.name or "").upper() if c.isalnum())
-            tags.setdefault(name, (tag.value or "").strip())
+    for tag in entry.iterfind("TagCollection/Tag"):
+        name = "".join(c for c in tag.get("Name", "").upper() if c.isalnum())
+        tags.setdefault(name, tag.get("Value", "").strip())
     found = {}
     sample = tags.get("SAMPLEID") or tags.get("SAMPLENAME")
     if sample:
         found["sample"] = sample
     if tags.get("ROW") and tags.get("COLUMN"):
         found["location"] = "/".join(tags.get(name, "") for name in ("PAGE", "ROW", "COLUMN"))
-    if entry.name:
-        found["name"] = str(entry.name)
+    if entry.get("Name"):
+        found["name"] = entry.get("Name", "")
     return found
 
 
-def _device_values(values: Any, line: int) -> tuple[tuple[str, ...], tuple[float, ...]]:  # noqa: ANN401
-    for value in getattr(values, "choice", ()):
-        kind = type(value).__name__
-        if kind == "ColorRgb":
-            full = _number(value.max_range) or 255.0
-            parts = [(n.upper(), getattr(value, n)) for n in ("r", "g", "b")]
-        elif kind in {"ColorCmyk", "ColorCmykplusN", "ColorPantoneHexachrome", "ColorCustom"}:
-            full = 100.0
-            names = {"ColorPantoneHexachrome": _HEXACHROME, "ColorCustom": ()}.get(kind, _INKS)
-            parts = [("K" if n == "black" else n[0].upper(), getattr(value, n)) for n in names]
-            parts += [
-                (str(spot.name or "?")[:MAX_NAME], spot.percentage)
-                for spot in getattr(value, "spot_color", ())
-            ]
-        else:
+def _device_values(entry: Element, line: int) -> tuple[tuple[str, ...], tuple[float, ...]]:
+    """Return channel names and device values, 0 to 1, of the first known element."""
+    for value in entry.iterfind("DeviceColorValues/*"):
+        if value.tag not in _DEVICES:
             continue
+        full = 100.0
+        if value.tag == "ColorRGB":
+            full = _number(value.findtext("MaxRange")) or 255.0
+        parts = [(name, value.findtext(child)) for child, name in _DEVICES[value.tag].items()]
+        parts += [
+            ((spot.findtext("Name") or "?")[:MAX_NAME], spot.findtext("Percentage"))
+            for spot in value.iterfind("SpotColor")
+        ]
         if parts:
-            numbers = [_required(number, f"device value {name}", line) for name, number in parts]
-            return tuple(name for name, _ in parts), tuple(n / full for n in numbers)
+            names = tuple(name for name, _ in parts)
+            return names, tuple(
+                _required(text, f"device value {name}", line) / full for name, text in parts
+            )
     return (), ()
 
 
-def _required(value: object, what: str, line: int) -> float:
-    number = _number(value)
-    if number is None:
-        problem = "is missing" if value is None else f"is {str(value)[:40]!r}"
+def _required(text: str | None, what: str, line: int) -> float:
+    value = _number(text)
+    if value is None:
+        problem = "is missing" if text is None else f"is {text[:40]!r}"
         raise MalformedFileError(
             f"The {what} of an object {problem}.",
             where={"line": line, "field": what},
             remedy="Every colour and device value must be a plain, finite number.",
         )
-    return number
+    return value
 
 
 def _colour(
-    value: Any,  # noqa: ANN401 (one of colour-cxf's colours)
-    specification: Specification,
-    by_type: str,
-    document: CxfDocument,
-    line: int,
+    value: Element, specification: Specification, condition: str, line: int
 ) -> tuple[ColourKey, FloatArray] | None:
-    condition = by_type if by_type in {"M0", "M1", "M2", "M3"} else specification.condition or ""
-    kind = type(value).__name__
-    if kind in _KINDS:
-        name, members = _KINDS[kind]
-        numbers = [_required(getattr(value, m), f"{kind} {m[-1]}", line) for m in members]
+    if value.tag in _COLOURS:
+        kind, coordinates = _COLOURS[value.tag]
+        numbers = [_required(value.findtext(c), f"{value.tag} {c}", line) for c in coordinates]
         return ColourKey(
             condition,
             specification.backing,
-            name,
+            kind,
             illuminant=specification.illuminant,
             observer=specification.observer,
         ), np.array(numbers)
-    if not kind.endswith("Spectrum"):
+    if value.tag not in _SPECTRA:
         return None
-    bands = _spectrum(value, document, line)
-    start = _number(value.start_wl) or specification.start
+    bands = _spectrum(value, line)
+    start = _number(value.get("StartWL")) or specification.start
     step = specification.increment or 10.0
     if start is None or not 1.0 <= step <= 100.0 or not 100.0 <= start <= 1000.0:
         raise MalformedFileError(
-            "The wavelengths of a spectrum are not stated, or not those of light.",
+            "The wavelengths of a spectrum are missing, or outside 100 to 1000 nm.",
             where={"line": line, "field": "StartWL"},
             remedy="State StartWL with the spectrum, and StartWL and Increment in nm in the "
             "WavelengthRange of its specification.",
@@ -325,9 +321,9 @@ def _colour(
         (start, start + step * (len(bands) - 1))
     ):
         raise MalformedFileError(
-            f"A spectrum has {len(bands)} bands from {start:g} nm in steps of {step:g} nm, which "
-            "do not span the visible range.",
-            where={"line": line, "field": kind},
+            f"A spectrum of {len(bands)} bands from {start:g} nm in steps of {step:g} nm does not "
+            "span the visible range.",
+            where={"line": line, "field": value.tag},
             remedy="State the right Increment in the WavelengthRange of its specification.",
         )
     return ColourKey(
@@ -335,19 +331,18 @@ def _colour(
     ), bands
 
 
-def _spectrum(value: Any, document: CxfDocument, line: int) -> FloatArray:  # noqa: ANN401
-    place = value.value[0] if value.value else None
-    words = document.spectra[int(place)].split() if isinstance(place, int | float) else []
+def _spectrum(value: Element, line: int) -> FloatArray:
+    words = (value.text or "").split()
     try:
-        numbers = [float(word) for word in words[: MAX_BANDS + 1]]
+        numbers = np.array([float(word) for word in words[: MAX_BANDS + 1]])
     except ValueError:
-        numbers = []
-    # float() knows nan, inf and underscores too
-    plain = bool(numbers) and not any("_" in word for word in words)
-    if not plain or len(numbers) > MAX_BANDS or not np.isfinite(numbers).all():
+        numbers = np.empty(0)
+    # float() also accepts nan, inf and underscores.
+    plain = 0 < len(numbers) <= MAX_BANDS and "_" not in (value.text or "")
+    if not plain or not np.isfinite(numbers).all():
         raise MalformedFileError(
-            "A spectrum holds something else than plain numbers, or none, or too many.",
-            where={"line": line, "field": type(value).__name__},
-            remedy=f"A spectrum is 8 to {MAX_BANDS} numbers, separated by spaces.",
+            f"A spectrum is not a list of 1 to {MAX_BANDS} finite numbers.",
+            where={"line": line, "field": value.tag},
+            remedy=f"A spectrum is {FEWEST_BANDS} to {MAX_BANDS} numbers, separated by spaces.",
         )
-    return np.array(numbers)
+    return numbers

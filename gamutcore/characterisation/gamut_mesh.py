@@ -2,7 +2,7 @@
 
 All readers of meshes (`gamutcore.characterisation.meshes`) end here: `gamut_mesh` checks what they
 found and bounds it. Nothing is repaired; whether the triangles enclose a gamut is judged where they
-become a boundary, in `gamutcore.boundary.given_mesh`.
+become a boundary, in `gamutcore.boundary.mesh_boundary`.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class GamutMesh:
         The point that the file says its radii were taken from.
     space_notes : dict of str
         Names in lower case, to text: what says in which space the vertices are, if anything does;
-        see `gamutcore.colours.stated_space`.
+        see `gamutcore.colours.spaces.declared`.
     device : DeviceValues or None
         Of the vertices, where the file has them.
     provenance : dict

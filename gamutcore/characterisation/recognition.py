@@ -58,7 +58,7 @@ def characterisation(  # noqa: PLR0911  # one way out for each kind
     """
     if looks_like_icc(data) or looks_like_picture(data):
         if condition is not None:
-            raise OptionError.not_applying(
+            raise OptionError.not_applicable(
                 "condition",
                 condition,
                 "profiles and pictures have no measurement condition",
@@ -87,7 +87,7 @@ def characterisation(  # noqa: PLR0911  # one way out for each kind
 
 def _without_condition(mesh: GamutMesh, condition: str | None) -> GamutMesh:
     if condition is not None:
-        raise OptionError.not_applying(
+        raise OptionError.not_applicable(
             "condition", condition, "a mesh has no measurement condition"
         )
     return mesh

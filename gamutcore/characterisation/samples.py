@@ -3,7 +3,8 @@
 All readers of measured data (CGATS, CSV, JSON, NumPy) end here. Columns are told apart by their
 names (`columns`), numbers arrive as one array, and `samples_from_values` checks them and puts the
 device values on the scale 0 to 1. Colours are kept exactly as the file gives them: what white and
-scale they are meant for is decided where the medium is known, in `gamutcore.colours.media`.
+scale they are meant for is decided where the medium is known, in
+`gamutcore.colours.measured_colours`.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@
 profiles.
 """
 
-from gamutcore.colours.cielab import ICC_D50, lab_to_xyz, xyz_to_lab
-from gamutcore.colours.ink_limits import InkLimits
+from gamutcore.colours.device.ink_limits import InkLimits
+from gamutcore.colours.spaces.cielab import ICC_D50, lab_to_xyz, xyz_to_lab
 from gamutcore.colours.surface import INTENTS, SurfaceColours, surface_colours
 
 __all__ = [

@@ -14,9 +14,9 @@ import numpy as np
 from gamutcore.characterisation import IccProfile
 from gamutcore.characterisation.pictures import Encoding, Picture
 from gamutcore.characterisation.samples import JSON, IntArray
-from gamutcore.colours.cielab import xyz_to_lab
-from gamutcore.colours.media import adapted_to_d50
+from gamutcore.colours.measured_colours import adaptation_to_d50
 from gamutcore.colours.profile_colours import profile_colours, stated_white
+from gamutcore.colours.spaces.cielab import xyz_to_lab
 from gamutcore.errors import OptionError
 
 if TYPE_CHECKING:
@@ -80,7 +80,8 @@ def picture_colours(
         Which part of the pixels, the ones with the least used colours, is left out; 0 to 1.
     adaptation : str
         How colours get from the encoding's white to D50, a key of
-        `gamutcore.colours.white_points.ADAPTATIONS`; those of profiles and of CIELAB are there.
+        `gamutcore.colours.spaces.white_points.ADAPTATIONS`;
+        those of profiles and of CIELAB are there.
 
     Returns
     -------
@@ -112,7 +113,7 @@ def picture_colours(
             as_measured = intent == "absolute"
         else:
             if intent != "relative":
-                raise OptionError.not_applying(
+                raise OptionError.not_applicable(
                     "intent",
                     intent,
                     "the picture's CIELAB is taken as it is",
@@ -214,7 +215,7 @@ def _by_encoding(
         light = _light(np.broadcast_to(values, (len(values), 3)), encoding, matrix[1])
         xyz = light @ matrix.T
         if intent == "relative":
-            xyz = adapted_to_d50(xyz, white, adaptation)
+            xyz = adaptation_to_d50(xyz, white, adaptation)
         lab[start : start + len(values)] = xyz_to_lab(xyz)
     said = f"{adaptation} from the encoding's white to D50"
     if adaptation == "none":

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.characterisation.samples import JSON
-from gamutcore.colours.cielab import ICC_D50, lab_to_xyz, xyz_to_lab
-from gamutcore.colours.white_points import adaptation_matrix
+from gamutcore.colours.spaces.cielab import ICC_D50, lab_to_xyz, xyz_to_lab
+from gamutcore.colours.spaces.white_points import adaptation_matrix
 from gamutcore.errors import MalformedProfileError
 
 if TYPE_CHECKING:

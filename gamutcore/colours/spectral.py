@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.characterisation.spectra import reflectance_scale
-from gamutcore.colours.cielab import colour_science, white_of
+from gamutcore.colours.spaces.cielab import colour_science, white_of
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray

@@ -17,14 +17,15 @@ import numpy as np
 from gamutcore.characterisation import IccProfile, Picture
 from gamutcore.characterisation.pictures.raster import CHANNELS
 from gamutcore.characterisation.samples import JSON
-from gamutcore.colours.cube_surface import surface_steps
-from gamutcore.colours.device_model import device_model
-from gamutcore.colours.device_surface import MAX_PATCHES, device_surface
-from gamutcore.colours.ink_limits import InkLimits, LimitedCube, limited_cube
-from gamutcore.colours.media import MediumColours, medium_colours
+from gamutcore.colours.device.cube_surface import SURFACE_SAMPLES
+from gamutcore.colours.device.ink_limits import InkLimits, LimitedCube, limited_cube
+from gamutcore.colours.device.model import device_model
+from gamutcore.colours.device.surface import MAX_PATCHES, device_surface
+from gamutcore.colours.measured_colours import MeasuredColours, measured_colours
 from gamutcore.colours.picture_colours import picture_colours
 from gamutcore.colours.profile_colours import ProfileColours, profile_colours, stated_white
 from gamutcore.errors import MalformedProfileError, OptionError
+from gamutcore.option_types import Choice, check_option
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -113,12 +114,13 @@ def surface_colours(
         What reflectance spectra are seen under, one of `gamutcore.colours.spectral.ILLUMINANTS`.
     adaptation : str
         How measured colours, and those of pictures without a profile, are adapted to D50, one of
-        `gamutcore.colours.white_points.ADAPTATIONS`; the colours of profiles are by definition.
+        `gamutcore.colours.spaces.white_points.ADAPTATIONS`;
+        the colours of profiles are by definition.
     popularity : float, optional
         Which part of a picture's pixels, those of the least used colours, is left out.
     model : str, optional
         Which device model measured samples get, one of
-        `gamutcore.colours.device_model.DEVICE_MODELS`.
+        `gamutcore.colours.device.model.DEVICE_MODELS`.
 
     Returns
     -------
@@ -133,32 +135,13 @@ def surface_colours(
     CharacterisationError, InvalidPointsError
         The data turns out to be broken when it is evaluated.
     """
-    if intent not in INTENTS:
-        raise OptionError(
-            f"{str(intent)[:40]!r} is no intent.",
-            where={"field": "intent"},
-            remedy=f"Ask for one of {', '.join(INTENTS)}.",
-        )
-    surface_steps(3, surface_samples)  # refuses a number out of range, whatever the data is
-    if popularity is not None and not isinstance(characterisation, Picture):
-        raise OptionError.not_applying("popularity", popularity, "the data is no picture")
-    if isinstance(characterisation, IccProfile | Picture):
-        for name, value in (("observer", observer), ("illuminant", illuminant)):
-            if value is not None:
-                raise OptionError.not_applying(
-                    name, value, "the colours of profiles and pictures are for D50 and 2°"
-                )
-        if model is not None:
-            raise OptionError.not_applying(
-                "device_model", model, "the data is no measurement of device values"
-            )
+    intent = str(check_option("intent", intent, Choice(INTENTS)))
+    check_option("surface_samples", surface_samples, SURFACE_SAMPLES)
     if isinstance(characterisation, Picture):
-        return _picture_points(
-            characterisation, intent, popularity, limits or InkLimits(), adaptation
-        )
+        return _picture_points(characterisation, intent, popularity, adaptation)
     if isinstance(characterisation, IccProfile):
         return _profile_surface(characterisation, intent, surface_samples, limits or InkLimits())
-    medium = medium_colours(
+    medium = measured_colours(
         characterisation, intent, observer=observer, illuminant=illuminant, adaptation=adaptation
     )
     surface = _sample_surface(
@@ -171,11 +154,8 @@ def _picture_points(
     picture: Picture,
     intent: str,
     popularity: float | None,
-    limits: InkLimits,
     adaptation: str,
 ) -> SurfaceColours:
-    if limits:
-        raise limits.refused("a picture's pixels are what they are.")
     colours = picture_colours(picture, intent, popularity, adaptation=adaptation)
     provenance: dict[str, JSON] = {
         **colours.provenance,
@@ -220,7 +200,7 @@ def _profile_surface(
         "illuminant": "D50",
         "observer": "2°",
         "adaptation": adaptation,
-        **_stated_luminance(profile),
+        **_declared_luminance(profile),
         **_limits_provenance(limited),
         "model": {"name": "ICC profile", "tag": colours.tag, "kind": _kind(colours)},
         "surface": {"points": len(points), "density": density},
@@ -268,7 +248,7 @@ def _limits_provenance(limited: LimitedCube) -> dict[str, JSON]:
     return {} if limited.provenance is None else {"ink_limits": limited.provenance}
 
 
-def _stated_luminance(profile: IccProfile) -> dict[str, JSON]:
+def _declared_luminance(profile: IccProfile) -> dict[str, JSON]:
     """Return the luminance of a display's white, which the tag `lumi` states; nothing if broken."""
     with contextlib.suppress(MalformedProfileError):
         luminance = float(profile.xyz("lumi")[1]) if "lumi" in profile.tags else 0.0
@@ -279,7 +259,7 @@ def _stated_luminance(profile: IccProfile) -> dict[str, JSON]:
 
 def _sample_surface(
     samples: Samples,
-    medium: MediumColours,
+    medium: MeasuredColours,
     surface_samples: int,
     limits: InkLimits,
     kind: str | None,
@@ -287,12 +267,6 @@ def _sample_surface(
     provenance: dict[str, JSON] = {**samples.provenance, **medium.provenance}
     warnings = [*samples.warnings, *medium.warnings]
     if samples.device is None:
-        if limits:
-            raise limits.refused("the data are colours without device values.")
-        if kind is not None:
-            raise OptionError.not_applying(
-                "device_model", kind, "the data has no device values, only colours"
-            )
         provenance["patches"] = _patches(samples, len(medium.lab))
         provenance["model"] = {"name": "none: the colours themselves"}
         provenance["warnings"] = list[JSON](warnings)
@@ -315,9 +289,9 @@ def _sample_surface(
     if model.colours is None:
         why = f"o device model can be fitted ({model.degenerate})"
         if limits:
-            raise limits.refused(f"n{why}.")
+            raise limits.refusal(f"n{why}.")
         if kind is not None:
-            raise OptionError.not_applying("device_model", kind, f"n{why}", _NEEDED_BY_FITS)
+            raise OptionError.not_applicable("device_model", kind, f"n{why}", _NEEDED_BY_FITS)
         warnings.append(f"N{why}; the samples' colours are used.")
         provenance["warnings"] = list[JSON](warnings)
         return SurfaceColours(lab, device, provenance, channels=samples.channels)

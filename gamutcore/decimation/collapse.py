@@ -157,10 +157,10 @@ def _refresh(
                     and work.evaluated[edge] < collapses
                 ):
                     _requeue(cost, surface, work, edge, collapses)
-                around = surface.swing[around]
+                around = surface.swung[around]
                 if around == begin:
                     break
-        spoke = surface.swing[spoke]
+        spoke = surface.swung[spoke]
         if spoke == first:
             break
 
@@ -189,13 +189,13 @@ def _unpark_beyond(
                 edge = surface.edge_of[preceding(at)]
                 if work.queue.place[edge] < 0 and is_stale(surface, work, edge):
                     _requeue(cost, surface, work, edge, collapses)
-                at = surface.swing[at]
+                at = surface.swung[at]
                 if at == last:
                     break
-            around = surface.swing[around]
+            around = surface.swung[around]
             if around == begin:
                 break
-        spoke = surface.swing[spoke]
+        spoke = surface.swung[spoke]
         if spoke == first:
             break
 

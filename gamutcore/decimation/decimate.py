@@ -14,7 +14,7 @@ from gamutcore.decimation.star import surface_of
 from gamutcore.decimation.watching import watched
 from gamutcore.decimation.ways import course_of, way_down
 from gamutcore.errors import DecimationError, MeshError
-from gamutcore.grid import mesh_grid_step, rounded_to_grid
+from gamutcore.grid import mesh_grid_step, nearest_grid_points
 from gamutcore.star_shape import faces_not_seeing_centre
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def decimated(
     step = mesh_grid_step(mesh.vertices)
     # a unit near the size of the mesh: products of nine coordinates must not vanish or overflow
     unit = step * 2.0**UNIT_STEPS
-    delivered = np.ascontiguousarray(rounded_to_grid(mesh.vertices, step) / unit, np.float32)
+    delivered = np.ascontiguousarray(nearest_grid_points(mesh.vertices, step) / unit, np.float32)
     origin = middle / unit
     positions = delivered.astype(np.float64) - origin
     faces = np.ascontiguousarray(mesh.faces, np.int32)

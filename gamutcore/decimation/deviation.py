@@ -310,11 +310,11 @@ def ask_for_edge(deviation: Deviation, surface: Surface, corner: int) -> bool:
         at = following(corner if end == 0 else surface.opposite[corner])
         asked = _add_face(deviation, at // 3, asked)
         last = preceding(surface.opposite[corner] if end == 0 else corner)
-        at = surface.swing[at]
+        at = surface.swung[at]
         while at != last:
             asked = _add_face(deviation, at // 3, asked)
             _add_link(deviation, vertex[following(at)], vertex[preceding(at)])
-            at = surface.swing[at]
+            at = surface.swung[at]
     _fill_lanes(deviation, asked)
     return not _is_of_a_hub(deviation)
 
@@ -333,7 +333,7 @@ def ask_for_vertex(deviation: Deviation, surface: Surface, centre: int) -> bool:
     while True:
         asked = _add_face(deviation, at // 3, asked)
         _add_link(deviation, vertex[following(at)], vertex[preceding(at)])
-        at = surface.swing[at]
+        at = surface.swung[at]
         if at == first:
             break
     _fill_lanes(deviation, asked)

@@ -160,7 +160,7 @@ def _sum_up(planes: Memoryless, surface: Surface, centre: int) -> None:
         g0 += nx
         g1 += ny
         g2 += nz
-        at = surface.swing[corner]
+        at = surface.swung[corner]
         if at == first:
             break
     sums[centre, 0], sums[centre, 1], sums[centre, 2] = a00, a01, a02
@@ -353,6 +353,6 @@ def renew_planes(planes: Memoryless, surface: Surface, centre: int) -> None:
         one, two = vertex[following(at)], vertex[preceding(at)]
         _write_area_vector(planes.area_vector, at // 3, surface.position, centre, one, two)
         planes.fresh[one] = 0
-        at = surface.swing[np.uint64(at)]
+        at = surface.swung[np.uint64(at)]
         if at == first:
             break

@@ -143,11 +143,11 @@ def record_moved_corners(surface: Surface, right_corner: int, record: Record, fi
         How much of it is then.
     """
     kept = surface.vertex[following(right_corner)]
-    corner = surface.swing[right_corner]
+    corner = surface.swung[right_corner]
     while surface.vertex[preceding(corner)] != kept:
         record.moved[filled] = corner
         filled += 1
-        corner = surface.swing[corner]
+        corner = surface.swung[corner]
     return filled
 
 

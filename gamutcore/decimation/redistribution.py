@@ -174,7 +174,7 @@ def redistribute_samples(deviation: Deviation, surface: Surface, centre: int) ->
     centre : int
         The vertex.
     """
-    begin, end, place, swing = deviation.begin, deviation.end, deviation.place, surface.swing
+    begin, end, place, swung = deviation.begin, deviation.end, deviation.place, surface.swung
     vanished = deviation.vanished
     first = surface.corner_at[centre]
     count = vanished[0, 1] - vanished[0, 0] + vanished[1, 1] - vanished[1, 0]
@@ -182,14 +182,14 @@ def redistribute_samples(deviation: Deviation, surface: Surface, centre: int) ->
     while True:
         count += end[at // 3] - begin[at // 3]
         place[at // 3] = 0
-        at = swing[at]
+        at = swung[at]
         if at == first:
             break
     _make_room(deviation, count)
     asked = 0
     while True:
         asked = _find_faces(deviation, surface, at, begin[at // 3], end[at // 3], asked)
-        at = swing[at]
+        at = swung[at]
         if at == first:
             break
     for side in range(2):
@@ -199,14 +199,14 @@ def redistribute_samples(deviation: Deviation, surface: Surface, centre: int) ->
         more = place[at // 3]
         place[at // 3] = top
         top += more
-        at = swing[at]
+        at = swung[at]
         if at == first:
             break
     asked = 0
     while True:
         _move_to_places(deviation, begin[at // 3], end[at // 3], asked)
         asked += end[at // 3] - begin[at // 3]
-        at = swing[at]
+        at = swung[at]
         if at == first:
             break
     for side in range(2):
@@ -219,7 +219,7 @@ def redistribute_samples(deviation: Deviation, surface: Surface, centre: int) ->
         begin[face], end[face] = top, place[face]
         top = end[face]
         _sum_errors(deviation, surface, at)
-        at = swing[at]
+        at = swung[at]
         if at == first:
             break
     deviation.counts[3] = top
@@ -252,7 +252,7 @@ def _find_faces(
         if depth < 0.0:
             found = begin + index - asked
             x, y, z = deviation.x[found], deviation.y[found], deviation.z[found]
-            at = surface.swing[corner]
+            at = surface.swung[corner]
             while at != corner:
                 one, two = vertex[following(at)], vertex[preceding(at)]
                 least = min(
@@ -262,7 +262,7 @@ def _find_faces(
                     chosen, depth = at, least
                 if least >= 0.0:
                     break
-                at = surface.swing[at]
+                at = surface.swung[at]
         deviation.pair[index] = chosen
         deviation.place[chosen // 3] += 1
     return asked + count

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
-from gamutcore.corner_table import following, preceding, swung
+from gamutcore.corner_table import following, preceding, swing
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.star_shape import sees_centre
 
@@ -41,8 +41,8 @@ class Surface(NamedTuple):
         Positions relative to the centre.
     vertex, opposite : (3 F,) int32
         The corner table.
-    swing : (3 F,) int32
-        The next corner around the same vertex: `swung` of every corner, because a walk around a
+    swung : (3 F,) int32
+        The next corner around the same vertex: `swing` of every corner, because a walk around a
         vertex waits for each of its steps.
     corner_at : (V,) int32
         Some corner at each vertex.
@@ -62,7 +62,7 @@ class Surface(NamedTuple):
     position: FloatArray
     vertex: IndexArray
     opposite: IndexArray
-    swing: IndexArray
+    swung: IndexArray
     corner_at: IndexArray
     degree: IndexArray
     edge_of: IndexArray
@@ -91,13 +91,13 @@ def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -
     corner_at = np.empty(len(positions), np.int32)
     edge_of = np.empty(vertex.size, np.int32)
     corner_facing = np.empty(vertex.size // 2, np.int32)
-    swing = np.empty(vertex.size, np.int32)
+    swung = np.empty(vertex.size, np.int32)
     edges = 0
     degree = np.zeros(len(positions), np.int32)
     for corner in range(vertex.size):
         corner_at[vertex[corner]] = corner
         degree[vertex[corner]] += 1
-        swing[corner] = swung(opposite, corner)
+        swung[corner] = swing(opposite, corner)
         if corner < opposite[corner]:
             edge_of[corner] = edges
             edge_of[opposite[corner]] = edges
@@ -108,7 +108,7 @@ def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -
         positions.copy(),
         vertex,
         opposite.copy(),
-        swing,
+        swung,
         corner_at,
         degree,
         edge_of,
@@ -129,7 +129,7 @@ def link_condition_holds(surface: Surface, kept: int, dead: int, query: int) -> 
     corner = first
     while True:
         mark[vertex[following(corner)]] = query
-        corner = surface.swing[np.uint64(corner)]
+        corner = surface.swung[np.uint64(corner)]
         if corner == first:
             break
     common = 0
@@ -138,7 +138,7 @@ def link_condition_holds(surface: Surface, kept: int, dead: int, query: int) -> 
     while True:
         if mark[vertex[following(corner)]] == query:
             common += 1
-        corner = surface.swing[np.uint64(corner)]
+        corner = surface.swung[np.uint64(corner)]
         if corner == first:
             break
     return common == 2
@@ -174,7 +174,7 @@ def ring_faces(surface: Surface, kept: int, dead: int, ring: IndexArray) -> int:
                     ring[count, 0] = one
                     ring[count, 1] = two
                 count += 1
-            corner = surface.swing[np.uint64(corner)]
+            corner = surface.swung[np.uint64(corner)]
             if corner == first:
                 break
     return count
@@ -191,7 +191,7 @@ def vertex_ring(surface: Surface, centre: int, ring: IndexArray) -> int:
             ring[count, 0] = surface.vertex[following(corner)]
             ring[count, 1] = surface.vertex[preceding(corner)]
         count += 1
-        corner = surface.swing[np.uint64(corner)]
+        corner = surface.swung[np.uint64(corner)]
         if corner == first:
             break
     return count
@@ -252,7 +252,7 @@ def star_volume(surface: Surface, kept: int, dead: int) -> float:
                 ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
                 bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
                 total += x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
-            corner = surface.swing[np.uint64(corner)]
+            corner = surface.swung[np.uint64(corner)]
             if corner == first:
                 break
     return total

@@ -124,7 +124,7 @@ def _glue(surface: Surface, corner: int) -> int:
     vertex, opposite = surface.vertex, surface.opposite
     one, two = opposite[following(corner)], opposite[preceding(corner)]
     opposite[one], opposite[two] = two, one
-    surface.swing[preceding(one)], surface.swing[preceding(two)] = following(two), following(one)
+    surface.swung[preceding(one)], surface.swung[preceding(two)] = following(two), following(one)
     for outer in (following(one), preceding(one)):
         surface.corner_at[vertex[outer]] = outer
     stays, goes = surface.edge_of[one], surface.edge_of[two]
@@ -155,7 +155,7 @@ def mark_changed(surface: Surface, work: Workspace, kept: int, collapses: int) -
     spoke = first
     while True:
         work.changed[surface.vertex[following(spoke)]] = collapses
-        spoke = surface.swing[np.uint64(spoke)]
+        spoke = surface.swung[np.uint64(spoke)]
         if spoke == first:
             break
 

@@ -17,7 +17,7 @@ from gamutcore.export.ply import ply
 from gamutcore.export.triangle_files import obj, stl
 from gamutcore.mesh import TriangleMesh
 
-__all__ = ["FORMATS", "MeshFormat", "encoded_mesh"]
+__all__ = ["FORMATS", "MeshFormat", "mesh_file"]
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ FORMATS: dict[str, MeshFormat] = {
 """All formats by name, the preferred one first."""
 
 
-def encoded_mesh(
+def mesh_file(
     mesh: TriangleMesh,
     format_name: str,
     provenance: Mapping[str, str] | None = None,

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.colours.appearance import srgb
 from gamutcore.colours.spaces import CIELAB, ColourSpace
+from gamutcore.colours.spaces.srgb import srgb
 from gamutcore.export.device_properties import property_names
 from gamutcore.version import __version__
 

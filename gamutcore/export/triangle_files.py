@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.colours.appearance import srgb
 from gamutcore.colours.spaces import CIELAB, ColourSpace
+from gamutcore.colours.spaces.srgb import srgb
 from gamutcore.export.ply import comment_lines
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from service.building.embedded import EmbeddedEngine
 
 if TYPE_CHECKING:
     from service.building.engine import BuildReport, Engine
-    from service.jobs import JobBook
+    from service.jobs.book import JobBook
     from service.settings import Settings
     from service.storage.gamuts import GamutStore
 
@@ -48,7 +48,7 @@ def engine_for(
         )
     try:
         # Slow to import, and not installed by default.
-        from service.building.celery_engine import CeleryEngine  # noqa: PLC0415
+        from service.broker.celery_engine import CeleryEngine  # noqa: PLC0415
     except ModuleNotFoundError as error:
         raise EngineMissingError(_EXTRA) from error
     return CeleryEngine(settings, store, book)
@@ -63,7 +63,7 @@ def run_worker(settings: Settings) -> int:
         Brokers need an extra that is not installed.
     """
     try:
-        from service.building import celery_worker  # noqa: PLC0415 - as above
+        from service.broker import celery_worker  # noqa: PLC0415 - as above
     except ModuleNotFoundError as error:
         raise EngineMissingError(_EXTRA) from error
     return celery_worker.run_worker(settings)

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from service.building.engine import EngineFacts, queue_full, shutting_down
 from service.building.interruption import Interrupted, Interruption
-from service.building.performer import LEASE_SECONDS, Performer, owner_name
+from service.building.job_runner import LEASE_SECONDS, Performer, owner_name
 from service.building.process import WORKER_COMMAND, ProcessDiedError
 from service.storage.blobs import StoreUnavailableError
 
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from service.building.engine import BuildReport
-    from service.building.performer import Outcome
+    from service.building.job_runner import Outcome
     from service.building.process import BuildProcess
-    from service.jobs import JobBook, JobDocument
+    from service.jobs.book import JobBook, JobDocument
     from service.settings import Settings
     from service.storage.gamuts import GamutStore
 

@@ -1,7 +1,7 @@
 """What every engine does: it takes the ids of accepted jobs and sees to it that they are done.
 
-An engine is transport only. What a job is and what has become of it is in `service.jobs.JobBook`,
-so an engine may lose everything it knows, and may be given a job twice.
+An engine is transport only. The state of a job is in `service.jobs.book.JobBook`, so an engine may
+lose everything it knows, and may be given a job twice.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-from service.problems import Problem, ProblemError
+from service.problems.problem import Problem, ProblemError
 
 if TYPE_CHECKING:
-    from service.jobs import JobDocument
+    from service.jobs.book import JobDocument
 
 __all__ = ["BuildReport", "Engine", "EngineFacts", "queue_full", "shutting_down"]
 

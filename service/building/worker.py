@@ -31,7 +31,7 @@ from gamutcore.gamut import Options, build_gamut
 from gamutcore.limits import Limits
 from gamutcore.warm import compile_kernels
 from service.building.memory import private_bytes
-from service.logs import configure_logging
+from service.telemetry.logs import configure_logging
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -10,14 +10,14 @@ from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
 from gamutcore.export import FORMATS
-from service.batch import CONTAINERS, Asked, Container, Item, ZipContainer
-from service.conditional import IMMUTABLE, check_if_match, matches
-from service.documentation import BATCH_RESPONSE, EXAMPLE_ID, problems
-from service.meshes import Wanted
-from service.negotiation import preferred_media_type
-from service.parameters import DECIMAL_PATTERN, ID_PATTERN, IDS, check_query
-from service.problems import Problem, ProblemError
-from service.state import Service, service_of
+from service.container import Service, service_of
+from service.http.conditional import IMMUTABLE, check_if_match, matches
+from service.http.negotiation import preferred_media_type
+from service.http.parameters import DECIMAL_PATTERN, ID_PATTERN, IDS, check_query
+from service.meshes.containers import CONTAINERS, Asked, Container, Item, ZipContainer
+from service.meshes.encoded_meshes import Wanted
+from service.openapi.documentation import BATCH_RESPONSE, EXAMPLE_ID, problems
+from service.problems.problem import Problem, ProblemError
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 
 __all__ = ["router"]

@@ -10,8 +10,9 @@ from fastapi import APIRouter, Depends, Path, Request
 from fastapi.responses import Response, StreamingResponse
 
 from gamutcore.gamut import gamut_id as identity
-from service.compression import CODINGS, compress_response, compressed
-from service.conditional import (
+from service.container import Service, service_of
+from service.http.compression import CODINGS, compress_response, compressed
+from service.http.conditional import (
     IMMUTABLE,
     byte_range,
     check_if_match,
@@ -19,7 +20,9 @@ from service.conditional import (
     entity_tag,
     matches,
 )
-from service.documentation import (
+from service.http.negotiation import preference
+from service.http.parameters import ID, ID_PATTERN, check_query
+from service.openapi.documentation import (
     EXAMPLE_GAMUT,
     EXAMPLE_ID,
     EXAMPLE_JOB,
@@ -32,19 +35,16 @@ from service.documentation import (
     json_response,
     problems,
 )
-from service.models import GamutDescription, GamutList, JobDescription, Levels
-from service.negotiation import preference
-from service.paging import After, Limit, page_of
-from service.parameters import ID, ID_PATTERN, check_query
-from service.problems import BUILD_PROBLEMS, KINDS, Problem, ProblemError
-from service.responses import JsonResponse
+from service.openapi.models import GamutDescription, GamutList, JobDescription, Levels
+from service.problems.problem import BUILD_PROBLEMS, KINDS, Problem, ProblemError
+from service.problems.responses import JsonResponse
 from service.routes.jobs import job_document
-from service.server_timing import timed
-from service.state import Service, service_of
+from service.routes.paging import After, Limit, page_of
+from service.routes.submission import submission
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 from service.storage.records import Record
-from service.submission import submission
-from service.traces import propagation_headers
+from service.telemetry.server_timing import timed
+from service.telemetry.traces import propagation_headers
 
 __all__ = ["HISTORY_MEDIA_TYPE", "GamutId", "router"]
 

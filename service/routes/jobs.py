@@ -7,15 +7,15 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Header, Path, Request
 from fastapi.responses import Response, StreamingResponse
 
-from service.documentation import EXAMPLE_ID, EXAMPLE_JOB, header, json_response, problems
-from service.events import HEARTBEAT_SECONDS, MEDIA_TYPE, event_id, stream_of_events
-from service.jobs import JobDocument
-from service.models import JobDescription, JobList
-from service.paging import After, Limit, page_of
-from service.parameters import ID, ID_PATTERN, check_query
-from service.problems import Problem, ProblemError
-from service.responses import JsonResponse
-from service.state import Service, service_of
+from service.container import Service, service_of
+from service.http.parameters import ID, ID_PATTERN, check_query
+from service.jobs.book import JobDocument
+from service.jobs.events import HEARTBEAT_SECONDS, MEDIA_TYPE, event_id, stream_of_events
+from service.openapi.documentation import EXAMPLE_ID, EXAMPLE_JOB, header, json_response, problems
+from service.openapi.models import JobDescription, JobList
+from service.problems.problem import Problem, ProblemError
+from service.problems.responses import JsonResponse
+from service.routes.paging import After, Limit, page_of
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
 
 __all__ = ["job_document", "router"]

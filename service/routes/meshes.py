@@ -6,15 +6,15 @@ from fastapi import APIRouter, Depends, Path, Query, Request
 from fastapi.responses import Response
 
 from gamutcore.export import FORMATS
-from service.compression import preferred_coding
-from service.conditional import check_if_match
-from service.documentation import MESH_HEADERS, problems
-from service.meshes import DEFAULT_TRIANGLES, MEDIA_TYPES, SUFFIXES, Wanted
-from service.negotiation import preferred_media_type
-from service.parameters import DECIMAL_NUMBER, LARGEST_WHOLE, WHOLE_NUMBER, check_query
-from service.problems import Problem, ProblemError
+from service.container import service_of
+from service.http.compression import preferred_coding
+from service.http.conditional import check_if_match
+from service.http.negotiation import preferred_media_type
+from service.http.parameters import DECIMAL_NUMBER, LARGEST_WHOLE, WHOLE_NUMBER, check_query
+from service.meshes.encoded_meshes import DEFAULT_TRIANGLES, MEDIA_TYPES, SUFFIXES, Wanted
+from service.openapi.documentation import MESH_HEADERS, problems
+from service.problems.problem import Problem, ProblemError
 from service.routes.gamuts import GamutId
-from service.state import service_of
 
 __all__ = ["router"]
 

@@ -6,9 +6,9 @@ from concurrent.futures import ThreadPoolExecutor
 from fastapi import APIRouter, Request
 from fastapi.responses import Response
 
-from service.documentation import header, problems
-from service.exposition import exposition
-from service.state import service_of
+from service.container import service_of
+from service.openapi.documentation import header, problems
+from service.telemetry.metrics_endpoint import exposition
 
 __all__ = ["router"]
 

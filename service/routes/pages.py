@@ -11,14 +11,14 @@ from fastapi import APIRouter, Path, Request
 from fastapi.responses import Response
 
 from gamutcore.version import ALGORITHM_VERSION, __version__
-from service.conditional import conditional
-from service.html import definitions, link, page, table
-from service.negotiation import preferred_media_type
-from service.problems import KINDS, Kind, Problem, ProblemError
-from service.readiness import Report
-from service.responses import JsonResponse
+from service.container import Service, service_of
+from service.http.conditional import conditional
+from service.http.negotiation import preferred_media_type
+from service.problems.problem import KINDS, Kind, Problem, ProblemError
+from service.problems.responses import JsonResponse
+from service.routes.html_pages import definitions, link, page, table
 from service.routes.state import readiness
-from service.state import Service, service_of
+from service.telemetry.readiness import Report
 
 __all__ = ["router"]
 

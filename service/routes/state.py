@@ -3,12 +3,12 @@
 from fastapi import APIRouter, Request
 from fastapi.responses import PlainTextResponse, Response
 
-from service.documentation import EXAMPLE_READINESS, header, json_response, problems
-from service.models import Readiness
-from service.problems import Problem, ProblemError
-from service.readiness import Report
-from service.responses import JsonResponse
-from service.state import Service, service_of
+from service.container import Service, service_of
+from service.openapi.documentation import EXAMPLE_READINESS, header, json_response, problems
+from service.openapi.models import Readiness
+from service.problems.problem import Problem, ProblemError
+from service.problems.responses import JsonResponse
+from service.telemetry.readiness import Report
 
 __all__ = ["readiness", "router"]
 

@@ -16,11 +16,11 @@ from fastapi import APIRouter, Path, Request
 from fastapi.openapi.docs import get_swagger_ui_html
 from fastapi.responses import HTMLResponse, Response
 
-from service.compression import IDENTITY, compress_response, compressed, preferred_coding
-from service.conditional import IMMUTABLE, conditional, entity_tag, matches
-from service.html import SECURITY_HEADERS
-from service.problems import Problem, ProblemError
-from service.responses import JsonResponse
+from service.http.compression import IDENTITY, compress_response, compressed, preferred_coding
+from service.http.conditional import IMMUTABLE, conditional, entity_tag, matches
+from service.problems.problem import Problem, ProblemError
+from service.problems.responses import JsonResponse
+from service.routes.html_pages import SECURITY_HEADERS
 
 __all__ = ["MEDIA_TYPES", "VERSION", "router"]
 

@@ -283,7 +283,7 @@ def test_the_variables_are_settings_of_the_service(rendered):
 
 
 def test_workers_are_scaled_by_the_queue_that_they_take_from(rendered):
-    from service.building.celery_app import QUEUE
+    from service.broker.celery_app import QUEUE
 
     scaled = rendered(CASES["redis"])["ScaledObject", "worker"]["spec"]
     assert scaled["triggers"][0]["metadata"]["listName"] == QUEUE

@@ -12,9 +12,9 @@ import yaml
 from prometheus_client.parser import text_string_to_metric_families
 
 from service.application import create_app
-from service.exposition import exposition
-from service.problems import KINDS
+from service.problems.problem import KINDS
 from service.settings import Settings
+from service.telemetry.metrics_endpoint import exposition
 
 FOLDER = Path(__file__).parents[2] / "deploy" / "observability"
 ALERTS = FOLDER / "alerts.yaml"

@@ -38,7 +38,7 @@ FIGURES = ROOT / "benchmarks" / "cluster.json"
 PRESS = ROOT / "examples" / "FOGRA39L.ti3"
 
 HASTY = (
-    "import sys; import service.building.celery_app as app; app._STARTING_SECONDS = 1.0;"
+    "import sys; import service.broker.celery_app as app; app._STARTING_SECONDS = 1.0;"
     "from service.command import main; sys.exit(main())"
 )
 """A worker whose hard time limit is a second above the deadline, and not a minute."""
@@ -243,7 +243,7 @@ def _figures(run: Run, given: argparse.Namespace) -> list[dict[str, str]]:
         built = run.identical(given.posts)
         figures.append(
             {
-                "what": f"identical requests at once, at {given.replicas} replicas",
+                "what": f"identical requests at the same time, {given.replicas} replicas",
                 "figure": f"{built} build",
                 "counted": f"{given.posts} requests",
             }
@@ -260,7 +260,7 @@ def _figures(run: Run, given: argparse.Namespace) -> list[dict[str, str]]:
         )
         print(figures[-1], flush=True)
     if given.kills:
-        print(f"a slot that hung was replaced after {run.stuck():.1f} s", flush=True)
+        print(f"a hung build slot was replaced after {run.stuck():.1f} s", flush=True)
     waits = []
     for number in range(given.kills):
         waits.append(run.killed())
@@ -275,8 +275,8 @@ def _figures(run: Run, given: argparse.Namespace) -> list[dict[str, str]]:
         )
         figures.append(
             {
-                "what": f"a killed build goes on elsewhere after "
-                f"(lease {SETTINGS['build_lease']} s)",
+                "what": f"a killed build resumes on another worker "
+                f"(lease {SETTINGS['build_lease']} s) after",
                 "figure": f"{mean(waits):.1f} s, at most {max(waits):.1f} s",
                 "counted": f"{given.kills} kills",
             }

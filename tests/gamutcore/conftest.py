@@ -16,7 +16,7 @@ import trimesh
 from gamutcore.boundary import Boundary, modified_convex_hull
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
-from gamutcore.colours.cielab import ICC_D50, colour_science
+from gamutcore.colours.spaces.cielab import ICC_D50, colour_science
 from gamutcore.decimation import decimated
 from gamutcore.gamut import Gamut, Options, build_gamut
 from gamutcore.history import History, build_history

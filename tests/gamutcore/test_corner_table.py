@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.corner_table import following, opposite_corners, preceding, swung
+from gamutcore.corner_table import following, opposite_corners, preceding, swing
 
 
 def brute_force(faces):
@@ -63,11 +63,11 @@ def test_swinging_goes_once_round_a_vertex(random_cloud):
     faces = modified_convex_hull(random_cloud(1, 40)).mesh.faces
     vertex, opposite = faces.ravel(), opposite_corners(faces, 40)
     for start in range(len(vertex)):
-        round_trip, corner = [start], swung(opposite, start)
+        round_trip, corner = [start], swing(opposite, start)
         while corner != start:
             round_trip.append(corner)
             assert len(round_trip) <= len(vertex)
-            corner = swung(opposite, corner)
+            corner = swing(opposite, corner)
         assert sorted(round_trip) == np.flatnonzero(vertex == vertex[start]).tolist()
         for one, other in itertools.pairwise(round_trip):
             # across the edge to the preceding corner

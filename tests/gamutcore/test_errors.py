@@ -82,14 +82,14 @@ def test_what_is_not_said_is_empty():
 
 
 def test_a_refused_option_says_its_value_and_what_is_accepted():
-    error = OptionError.refusing("gamma", 2, "a number above 0, at most 1")
+    error = OptionError.refusal("gamma", 2, "a number above 0, at most 1")
     assert error.message == "gamma is 2, which is not accepted."
     assert error.where == {"field": "gamma"}
     assert error.remedy == "Give a number above 0, at most 1."
 
 
 def test_an_option_without_a_place_says_why():
-    error = OptionError.not_applying("popularity", 0.1, "the data is no picture")
+    error = OptionError.not_applicable("popularity", 0.1, "the data is no picture")
     assert error.message == "popularity 0.1 does not apply: the data is no picture."
     assert error.where == {"field": "popularity"}
     assert error.remedy == "Leave it out."
@@ -98,8 +98,8 @@ def test_an_option_without_a_place_says_why():
 def test_a_long_value_is_shown_in_part():
     value = "x" * 1000
     for error in (
-        OptionError.refusing("space", value, "one of CIELAB, CIEXYZ"),
-        OptionError.not_applying("condition", value, "a mesh has none"),
+        OptionError.refusal("space", value, "one of CIELAB, CIEXYZ"),
+        OptionError.not_applicable("condition", value, "a mesh has none"),
     ):
         assert "xxx…" in error.message
         assert len(error.message) < 120

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gamutcore.grid import grid_step, mesh_grid_step, rounded_to_grid
+from gamutcore.grid import grid_step, mesh_grid_step, nearest_grid_points
 
 CIELAB_BOXES = [
     # lightness, a* and b* of a newsprint press, of sRGB and of ProPhoto RGB, roughly
@@ -34,12 +34,12 @@ def test_rounded_points_are_exact_in_float32_and_near(points, scale, shift):
     if not np.abs(points).max() > 0:
         return
     step = grid_step(points)
-    rounded = rounded_to_grid(points, step)
+    rounded = nearest_grid_points(points, step)
     assert math.frexp(step)[0] == 0.5
     assert np.array_equal(rounded.astype(np.float32).astype(np.float64), rounded)
     assert np.abs(rounded - points).max() <= step / 2
     assert np.array_equal(np.rint(rounded / step), rounded / step)
-    assert np.array_equal(rounded_to_grid(rounded, step), rounded)
+    assert np.array_equal(nearest_grid_points(rounded, step), rounded)
     assert not np.signbit(rounded[rounded == 0]).any()
 
 
@@ -79,7 +79,7 @@ def test_the_grid_of_a_mesh_is_never_coarser_than_the_one_it_is_on(whole):
     points = np.array(whole) * 2.0**-12
     step = mesh_grid_step(points)
     assert step <= grid_step(points)
-    assert np.array_equal(rounded_to_grid(points, step), points)
+    assert np.array_equal(nearest_grid_points(points, step), points)
 
 
 def test_a_mesh_of_whole_numbers_has_a_grid_fine_enough_for_what_comes_between():
@@ -90,4 +90,4 @@ def test_a_mesh_of_any_float32_numbers_is_kept_as_far_as_its_largest_is_resolved
     points = np.random.default_rng(1).uniform(-100, 100, (50, 3)).astype(np.float32)
     step = mesh_grid_step(points)
     assert step == 128 * 2.0**-22
-    assert np.abs(rounded_to_grid(points, step) - points).max() <= step / 2
+    assert np.abs(nearest_grid_points(points, step) - points).max() <= step / 2

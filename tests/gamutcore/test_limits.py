@@ -6,7 +6,7 @@ from PIL import Image
 
 from gamutcore.errors import PictureSizeError, SampleLimitError
 from gamutcore.gamut import Options, build_gamut
-from gamutcore.limits import Limits, current_limits, limited_to
+from gamutcore.limits import Limits, apply_limits, current_limits
 
 SAMPLES = np.array([[50, 40, 0], [50, -40, 0], [50, 0, 40], [50, 0, -40], [90, 0, 0], [10, 0, 0]])
 
@@ -48,6 +48,6 @@ def test_as_many_pixels_as_allowed():
 
 
 def test_limits_end_with_what_they_are_for():
-    with limited_to(Limits(samples=5)):
+    with apply_limits(Limits(samples=5)):
         assert current_limits().samples == 5
     assert current_limits() == Limits()

@@ -30,7 +30,7 @@ BUILDING = """
 from gamutcore.warm import compile_kernels
 compile_kernels()
 before = signatures()
-from gamutcore.export import FORMATS, encoded_mesh
+from gamutcore.export import FORMATS, mesh_file
 from gamutcore.gamut import Gamut, Options, build_gamut
 from gamutcore.metric import mismatch, voxel_mismatch
 root = Path(sys.argv[1])
@@ -44,7 +44,7 @@ for path in ("examples/FOGRA39L.ti3", "tests/data/sRGB-v4.icc", "tests/data/Disp
         gamut = build_gamut((root / path).read_bytes(), options)
 read = Gamut.from_bytes(gamut.to_bytes())
 for name in FORMATS:
-    encoded_mesh(read.level(300), name, {"title": "x"})
+    mesh_file(read.level(300), name, {"title": "x"})
 cursor = read.history.cursor(100)
 cursor.finer(20)
 cursor.coarser(30)
@@ -57,14 +57,14 @@ READING = """
 from gamutcore.warm import compile_reading_kernels
 compile_reading_kernels()
 before = signatures()
-from gamutcore.export import FORMATS, encoded_mesh
+from gamutcore.export import FORMATS, mesh_file
 from gamutcore.gamut import Gamut
 from gamutcore.metric.level_search import Bounds, LevelSearch
 read = Gamut.from_bytes(Path(sys.argv[1]).read_bytes())
 LevelSearch(read.history.triangles, []).find(read.history, Bounds(1e-3, 1e-3))
 for triangles in (4, 100, read.history.triangles):
     for name in FORMATS:
-        encoded_mesh(read.level(triangles), name, {"title": "x"})
+        mesh_file(read.level(triangles), name, {"title": "x"})
 print(json.dumps({"compiled": sum(before.values()), "new": changed(before)}))
 """
 

@@ -181,7 +181,7 @@ class Cluster:
 
     def healthy(self):
         """Whether the check of the workers' health finds nothing wrong."""
-        command = [sys.executable, "-m", "service.building.health"]
+        command = [sys.executable, "-m", "service.broker.health"]
         return subprocess.run(command, env=self.environment, check=False).returncode == 0
 
     def close(self):

@@ -5,7 +5,8 @@ import sys
 import pytest
 
 from gamutcore.version import __version__
-from service.api_keys import ApiKeys
+from service.__main__ import main as entry_point
+from service.access.api_keys import ApiKeys
 from service.command import main
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
@@ -139,3 +140,11 @@ class TestWorker:
         monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
         assert main(["worker", "--check"]) == 1
         assert "no worker is running" in capsys.readouterr().out
+
+
+def test_without_the_extra_the_command_says_what_to_install(capsys, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == "fastapi" else ...)
+    assert entry_point() == 1
+    told = capsys.readouterr().err
+    assert "fastapi" in told
+    assert "gamut-boundary-service[service]" in told

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from gamutcore.characterisation import IccProfile, Samples, characterisation
-from gamutcore.colours.media import medium_colours
+from gamutcore.colours.measured_colours import measured_colours
 from gamutcore.errors import GamutError
 
 ROOT = Path(__file__).parents[3]
@@ -78,7 +78,7 @@ def check_samples(samples: Samples) -> None:
         assert colours is None or np.isfinite(colours).all()
     for intent in ("relative", "absolute"):
         try:
-            medium = medium_colours(samples, intent)
+            medium = measured_colours(samples, intent)
         except GamutError:
             continue
         assert np.isfinite(medium.lab).all()

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gamutcore.boundary import given_boundary
+from gamutcore.boundary import mesh_boundary
 from gamutcore.characterisation import characterisation, described_boundary
 from gamutcore.characterisation.meshes import GAMUT_BOUNDARY_TAGS
 from gamutcore.errors import GamutError
@@ -66,7 +66,7 @@ def check(data: bytes) -> None:
         try:
             mesh = described_boundary(characterisation(data), intent)
             _ply.check_mesh(mesh)
-            boundary, _ = given_boundary(mesh)
+            boundary, _ = mesh_boundary(mesh)
         except GamutError:
             continue
         assert boundary.mesh.validity(boundary.centre).is_gamut

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gamutcore.boundary import given_boundary
+from gamutcore.boundary import mesh_boundary
 from gamutcore.characterisation import GamutMesh, characterisation
 from gamutcore.errors import GamutError
 
@@ -76,7 +76,7 @@ def check(data: bytes) -> None:
         if not isinstance(read, GamutMesh):
             return
         check_mesh(read)
-        boundary, provenance = given_boundary(read)
+        boundary, provenance = mesh_boundary(read)
     except GamutError:
         return
     assert boundary.mesh.validity(boundary.centre).is_gamut

@@ -12,8 +12,8 @@ from gamutcore.boundary.centre import (
     _point_inside,
     automatic_centre,
     bounds,
-    checked_centre,
-    checked_points,
+    centre_on_grid,
+    points_on_grid,
 )
 from gamutcore.boundary.radial_hull import radial_hull
 from gamutcore.errors import CentreError, FlatPointsError, OptionError
@@ -23,7 +23,7 @@ STEP = 2.0**-18
 
 
 def cloud(seed, count=300):
-    return checked_points(np.random.default_rng(seed).normal(size=(count, 3)))
+    return points_on_grid(np.random.default_rng(seed).normal(size=(count, 3)))
 
 
 def shell(steps):
@@ -35,7 +35,7 @@ def shell(steps):
 class TestAutomaticCentre:
     @given(seed=st.integers(0, 10**6))
     def test_is_the_middle_or_the_centroid_and_inside(self, seed):
-        points, step = checked_points(cloud(seed, 12)[0] * (1, 3, 2))
+        points, step = points_on_grid(cloud(seed, 12)[0] * (1, 3, 2))
         found = automatic_centre(points, step)
         np.testing.assert_array_equal(found, np.rint(found / step) * step)
         hull = ConvexHull(points)
@@ -81,25 +81,25 @@ class TestAutomaticCentre:
 class TestGivenCentre:
     def test_is_put_on_the_grid(self):
         points, step = cloud(2)
-        found = checked_centre((0.1, 0.2, 0.3), points, step)
+        found = centre_on_grid((0.1, 0.2, 0.3), points, step)
         np.testing.assert_array_equal(found, np.rint(np.divide((0.1, 0.2, 0.3), step)) * step)
 
     def test_auto_is_none(self):
-        assert checked_centre("auto", *cloud(2)) is None
+        assert centre_on_grid("auto", *cloud(2)) is None
 
     def test_outside_the_bounds(self):
         with pytest.raises(CentreError):
-            checked_centre((9, 0, 0), *cloud(2))
+            centre_on_grid((9, 0, 0), *cloud(2))
 
     @pytest.mark.parametrize("value", ["middle", None, (1, 2), (1, np.nan, 0), 1e300])
     def test_of_another_kind(self, value):
         with pytest.raises(OptionError):
-            checked_centre(value, *cloud(2))
+            centre_on_grid(value, *cloud(2))
 
 
 def test_points_are_put_on_their_grid():
     points = np.random.default_rng(3).normal(size=(50, 3))
-    rounded, step = checked_points(points)
+    rounded, step = points_on_grid(points)
     assert step == grid_step(points)
     np.testing.assert_array_equal(rounded, np.rint(points / step) * step)
 
@@ -107,9 +107,9 @@ def test_points_are_put_on_their_grid():
 def test_points_have_one_layout_whatever_they_come_in():
     points = np.random.default_rng(3).normal(size=(50, 3))
     for layout in (np.asfortranarray(points), np.repeat(points, 2, axis=0)[::2]):
-        rounded, _ = checked_points(layout)
+        rounded, _ = points_on_grid(layout)
         assert rounded.flags.c_contiguous
-        np.testing.assert_array_equal(rounded, checked_points(points)[0])
+        np.testing.assert_array_equal(rounded, points_on_grid(points)[0])
 
 
 @given(seed=st.integers(0, 100), count=st.integers(1, 30))

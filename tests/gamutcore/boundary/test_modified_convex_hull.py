@@ -20,7 +20,7 @@ from gamutcore.errors import (
     OptionError,
     TooFewPointsError,
 )
-from gamutcore.grid import grid_step, rounded_to_grid
+from gamutcore.grid import grid_step, nearest_grid_points
 
 D50 = np.array([0.96422, 1.0, 0.82521])
 WHITES = {"D65": (0.95047, 1.0, 1.08883), "C": (0.98074, 1.0, 1.18232), "D50": D50}
@@ -140,14 +140,14 @@ class TestDefinition:
         )
         normals = np.cross(two - one, three - one)
         normals /= np.linalg.norm(normals, axis=1)[:, np.newaxis]
-        rounded = rounded_to_grid(points, grid_step(points))
+        rounded = nearest_grid_points(points, grid_step(points))
         heights = raised(rounded) @ normals.T - np.einsum("ij,ij->i", normals, one)
         assert heights.max() < 1e-12
 
     def test_vertices_are_given_points_and_say_which(self, random_cloud):
         points = random_cloud(4)
         boundary = modified_convex_hull(points)
-        rounded = rounded_to_grid(points, grid_step(points))
+        rounded = nearest_grid_points(points, grid_step(points))
         np.testing.assert_array_equal(boundary.mesh.vertices, rounded[boundary.sources])
         assert len(np.unique(boundary.sources)) == len(boundary.sources)
 

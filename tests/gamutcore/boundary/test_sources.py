@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gamutcore.boundary import BOUNDARIES, vertex_device_values, wrapped
+from gamutcore.boundary import BOUNDARIES, compute_boundary, vertex_device_values
 
 
 @pytest.mark.parametrize("method", BOUNDARIES)
@@ -11,7 +11,7 @@ def test_are_those_of_the_point_that_a_vertex_is_or_of_the_nearest(random_cloud,
     points = random_cloud(3, 400)
     # values that tell where their point is
     device = (points - points.min(axis=0)) / np.ptp(points, axis=0)
-    boundary = wrapped(points, method)
+    boundary = compute_boundary(points, method)
     values = vertex_device_values(boundary, points, device, ("R", "G", "B"))
     assert values.channels == ("R", "G", "B")
     constructed = boundary.sources < 0
@@ -27,7 +27,7 @@ def test_are_those_of_the_point_that_a_vertex_is_or_of_the_nearest(random_cloud,
 
 def test_what_is_off_the_cube_by_a_rounding_is_put_on_it(random_cloud):
     points = random_cloud(3)
-    boundary = wrapped(points, "convex-hull")
+    boundary = compute_boundary(points, "convex-hull")
     device = np.full((len(points), 2), [np.nextafter(1.0, 2.0), -1e-17])
     values = vertex_device_values(boundary, points, device, ("C", "M")).values
     assert (values == [1.0, 0.0]).all()

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from gamutcore.characterisation import characterisation
 from gamutcore.characterisation.cgats import cgats_samples, looks_like_cgats
-from gamutcore.colours.media import medium_colours
+from gamutcore.colours.measured_colours import measured_colours
 from gamutcore.errors import (
     CharacterisationError,
     ConditionError,
@@ -291,7 +291,7 @@ class TestTrapsOfRealFiles:
         rows = [(0, 0, 0, 0, *[0.8 * scale] * 36), (0, 0, 0, 100, *[0.02 * scale] * 36)]
         samples = cgats_samples(table(names, rows))
         assert samples.spectra.wavelengths.tolist() == list(BANDS)
-        lab = medium_colours(samples, "absolute").lab
+        lab = measured_colours(samples, "absolute").lab
         # L* of Y 0.8 and 0.02 by CIE 15's formula; gray is neutral under any illuminant
         np.testing.assert_allclose(lab[:, 0], [91.6849, 15.4874], atol=1e-3)
         np.testing.assert_allclose(lab[:, 1:], 0, atol=1e-9)
@@ -302,7 +302,7 @@ class TestTrapsOfRealFiles:
         samples = cgats_samples(table(names, [(0, 0, 0, *paper), (100, 0, 0, *[0.3] * 36)]))
         assert samples.spectra.values.max() == 1.25
         plain = cgats_samples(table(names, [(0, 0, 0, *[0.9] * 36), (100, 0, 0, *[0.3] * 36)]))
-        bluer, gray = medium_colours(samples, "absolute"), medium_colours(plain, "absolute")
+        bluer, gray = measured_colours(samples, "absolute"), measured_colours(plain, "absolute")
         assert bluer.lab[0, 2] < gray.lab[0, 2] - 1
 
     @pytest.mark.parametrize("full", [100, 255])
@@ -317,7 +317,7 @@ class TestTrapsOfRealFiles:
         rows = [(0, 0, 0, 0, 0, 0), (255, 0, 0, 0.41, 0.21, 0.02), (255, 255, 255, 0.95, 1, 1.09)]
         rows = [(*row[:3], *(value * scale for value in row[3:])) for row in rows]
         samples = cgats_samples(table("RGB_R RGB_G RGB_B XYZ_X XYZ_Y XYZ_Z", rows))
-        lab = medium_colours(samples, "relative").lab
+        lab = measured_colours(samples, "relative").lab
         np.testing.assert_allclose(lab[2], [100, 0, 0], atol=1e-9)
         np.testing.assert_allclose(lab[1, 0], 116 * 0.21 ** (1 / 3) - 16, atol=2)
 
@@ -400,18 +400,18 @@ class TestColourGamutEnvelopes:
         samples = cgats_samples(text)
         assert samples.provenance["dialect"] == "CGE_MEASUREMENT"
         assert samples.illumination.tolist() == [102, 100, 63.7]
-        absolute = medium_colours(samples, "absolute")
+        absolute = measured_colours(samples, "absolute")
         # Half and a 25th of the perfect diffuser: neutral, L* by CIE 15.
         np.testing.assert_allclose(absolute.lab[:, 0], 116 * np.cbrt([0.04, 0.5]) - 16)
         np.testing.assert_allclose(absolute.lab[:, 1:], 0, atol=1e-6)
         assert absolute.provenance["observer"] == "2°"
         assert "102, 100, 63.7" in absolute.provenance["illuminant"]
-        relative = medium_colours(samples, "relative")
+        relative = measured_colours(samples, "relative")
         np.testing.assert_allclose(relative.lab[1], [100, 0, 0], atol=1e-6)
 
     def test_a_measurement_of_an_emissive_display(self):
         text = table(self.XYZ, self.HALF, self.HEAD.format("CGE_MEASUREMENT", "EMISSIVE"))
-        medium = medium_colours(cgats_samples(text), "relative")
+        medium = measured_colours(cgats_samples(text), "relative")
         assert medium.provenance["medium"] == "display"
         np.testing.assert_allclose(medium.lab[1], [100, 0, 0], atol=1e-6)
 
@@ -421,7 +421,7 @@ class TestColourGamutEnvelopes:
         samples = cgats_samples(table(names, rows, self.HEAD.format("CGE_ENVELOPE", "EMISSIVE")))
         assert samples.provenance["dialect"] == "CGE_ENVELOPE"
         np.testing.assert_allclose(
-            medium_colours(samples, "relative").lab[1], [54, 81, 70], atol=1e-3
+            measured_colours(samples, "relative").lab[1], [54, 81, 70], atol=1e-3
         )
 
     def test_signals_alone_are_no_gamut(self):

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ import pytest
 from gamutcore.characterisation import characterisation
 from gamutcore.characterisation.cxf import cxf_samples
 from gamutcore.colours import surface_colours
-from gamutcore.colours.media import medium_colours
+from gamutcore.colours.measured_colours import measured_colours
 from gamutcore.errors import (
     ConditionError,
     MalformedFileError,
@@ -16,6 +16,7 @@ from gamutcore.errors import (
     UnrecognisedFormatError,
 )
 
+DATA = Path(__file__).parents[2] / "data"
 LAB = np.array([[95, 0, -2], [55, -37, -50], [48, 74, -3], [16, 0, 0]], float)
 INKS = [(0, 0, 0, 0), (100, 0, 0, 0), (0, 100, 0, 0), (0, 0, 0, 100)]
 
@@ -143,7 +144,7 @@ def test_lights_are_a_display_and_reflectances_are_not(
         ]
         data = cxf_file(objects, [cxf_specification("S", kind=f"Spectrum_{kind}")])
         samples = cxf_samples(data)
-        colours = medium_colours(samples, "relative")
+        colours = measured_colours(samples, "relative")
         assert colours.provenance["medium"] == medium
         np.testing.assert_allclose(colours.lab[2], [100, 0, 0], atol=1e-6)
 
@@ -169,30 +170,29 @@ def test_what_does_not_belong_together_is_refused(
 
 
 def test_xml_that_is_no_cxf_is_not_recognised():
-    """colour-cxf takes it for an empty file."""
     for data in (b"<a/>", b"<html><body>CxF</body></html>", b"<CxF/>"):
         with pytest.raises(UnrecognisedFormatError):
             characterisation(data)
 
 
-class TestSampleOfColourCxf:
-    """The sample file that colour-cxf is tested with: 144 measured patches of a target."""
+class TestColorPort:
+    """24 patches of a file by X-Rite ColorPort."""
 
     @pytest.fixture
     def samples(self):
-        return characterisation((files("colour_cxf") / "tests/resources/sample.cxf").read_bytes())
+        return characterisation((DATA / "colorport-24.cxf").read_bytes())
 
     def test_its_patches_are_read(self, samples):
-        assert len(samples) == 144
+        assert len(samples) == 24
         assert samples.device is None
         np.testing.assert_allclose(samples.lab[0], [17.64167, 1.076669, 0.3338588])
-        assert samples.spectra.values.shape == (144, 31)
+        assert samples.spectra.values.shape == (24, 31)
         assert (samples.spectra.wavelengths[0], samples.spectra.wavelengths[-1]) == (380, 680)
         assert samples.conditions["CREATOR"] == "X-Rite, Inc."
 
     def test_its_spectra_have_the_colours_that_it_states(self, samples):
         """By ASTM E308 table 5, D50 and 2°, as its specification says; computed by X-Rite."""
-        computed = medium_colours(samples, "relative", observer=2, illuminant="D50")
+        computed = measured_colours(samples, "relative", observer=2, illuminant="D50")
         difference = np.linalg.norm(computed.lab - samples.lab, axis=1)
         assert difference.mean() < 0.1
         assert difference.max() < 0.15
@@ -202,4 +202,4 @@ class TestSampleOfColourCxf:
         assert provenance["format"] == "cxf"
         assert provenance["illuminant"] == "D65"
         assert provenance["observer"] == "10°"
-        assert provenance["patches"]["used"] == 144
+        assert provenance["patches"]["used"] == 24

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gamutcore.characterisation.cxf_document import cxf_document
 from gamutcore.characterisation.cxf_objects import cxf_objects, specifications
+from gamutcore.characterisation.cxf_xml import cxf_root
 from gamutcore.errors import MalformedFileError
 
 RGB = "<cc:ColorRGB>{}<cc:R>255</cc:R><cc:G>0</cc:G><cc:B>51</cc:B></cc:ColorRGB>"
@@ -16,7 +16,7 @@ SPOT = "<cc:SpotColor><cc:Name>Orange</cc:Name><cc:Percentage>25</cc:Percentage>
 def first(cxf_file, cxf_object, cxf_specification):
     def read(*args, specification=None, **tags):
         data = cxf_file([cxf_object(*args, **tags)], [specification or cxf_specification("S")])
-        return next(cxf_objects(cxf_document(data)))
+        return next(cxf_objects(cxf_root(data)))
 
     return read
 
@@ -84,8 +84,8 @@ def test_spectra(first, cxf_spectrum, cxf_specification):
     ],
 )
 def test_measurement_conditions(cxf_file, cxf_specification, given, condition):
-    document = cxf_document(cxf_file([], [cxf_specification("CS1", **given)]))
-    assert specifications(document)["CS1"].condition == condition
+    root = cxf_root(cxf_file([], [cxf_specification("CS1", **given)]))
+    assert specifications(root)["CS1"].condition == condition
 
 
 def test_the_name_of_a_specification_or_an_object_may_say_the_condition(first, cxf_lab):
@@ -100,7 +100,7 @@ def test_what_is_said_of_the_measurement(cxf_file, cxf_specification):
         "S", backing="Black", kind="Spectrum_Emissive", illuminant="D65", observer=10,
         device="<cc:Manufacturer>X</cc:Manufacturer><cc:Model>i1</cc:Model>",
     )  # fmt: skip
-    found = specifications(cxf_document(cxf_file([], [text])))["S"]
+    found = specifications(cxf_root(cxf_file([], [text])))["S"]
     assert (found.backing, found.illuminant, found.observer) == ("black", "D65", "10")
     assert found.emissive is True
     assert found.facts["INSTRUMENTATION"] == "i1"
@@ -127,6 +127,7 @@ def test_identities(first, tags, identity):
         ("<cc:ColorRGB><cc:R>1</cc:R><cc:B>1</cc:B></cc:ColorRGB>", ""),
         (f"<cc:ColorCMYK>{CMYK}<cc:Black>nan</cc:Black></cc:ColorCMYK>", ""),
         (f"<cc:ColorCMYK>{CMYK}<cc:Black>1e400</cc:Black></cc:ColorCMYK>", ""),
+        (f"<cc:ColorCMYK>{CMYK}<cc:Black>1,5</cc:Black></cc:ColorCMYK>", ""),
         ("", "<cc:ColorCIELab><cc:L>1</cc:L></cc:ColorCIELab>"),
         ("", '<cc:ReflectanceSpectrum StartWL="380">0.1 x</cc:ReflectanceSpectrum>'),
         ("", '<cc:ReflectanceSpectrum StartWL="380"/>'),

@@ -6,10 +6,10 @@ from scipy.spatial import ConvexHull
 
 from gamutcore.characterisation import characterisation, measurements_of
 from gamutcore.colours import surface_colours
-from gamutcore.colours.cielab import xyz_to_lab
 from gamutcore.colours.profile_colours import profile_colours
-from gamutcore.colours.space_formulas import oklab
 from gamutcore.colours.spaces import ColourSpace, colours_in_space
+from gamutcore.colours.spaces.cielab import xyz_to_lab
+from gamutcore.colours.spaces.formulas import oklab
 
 SRGB_TO_XYZ = np.array(  # IEC 61966-2-1, 5.2
     [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
@@ -56,8 +56,8 @@ def test_srgb_is_srgb(small_profile, name):
 
 def test_srgb_by_another_way(small_profile):
     # IEC 61966-2-1 by colour-science: decoding, matrix, Bradford from D65 to D50.
-    from gamutcore.colours.cielab import colour_science
-    from gamutcore.colours.media import bradford_to_d50
+    from gamutcore.colours.measured_colours import bradford_to_d50
+    from gamutcore.colours.spaces.cielab import colour_science
 
     colour = colour_science()
     device = np.random.default_rng(0).random((200, 3))

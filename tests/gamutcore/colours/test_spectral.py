@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gamutcore.colours.cielab import white_of, xyz_to_lab
+from gamutcore.colours.spaces.cielab import white_of, xyz_to_lab
 from gamutcore.colours.spectral import (
     ILLUMINANTS,
     OBSERVERS,

@@ -8,7 +8,7 @@ from gamutcore.decimation.collapse import collapse_all
 from gamutcore.decimation.costs import COSTS, cost_module
 from gamutcore.decimation.record import empty_record
 from gamutcore.decimation.star import keeps_star_shape, surface_of
-from gamutcore.grid import grid_step, rounded_to_grid
+from gamutcore.grid import grid_step, nearest_grid_points
 
 
 @pytest.fixture(scope="module")
@@ -18,7 +18,7 @@ def run(bumpy_mesh):
     def make(cost, seed, count=80):
         rough, faces = bumpy_mesh(seed, count)
         step = grid_step(rough)
-        positions = rounded_to_grid(rough, step)
+        positions = nearest_grid_points(rough, step)
         faces = np.ascontiguousarray(faces, np.int32)
         surface = surface_of(positions, faces, opposite_corners(faces, len(positions)))
         delivered = positions.astype(np.float32)

@@ -12,7 +12,7 @@ from gamutcore.decimation.plan import Plan
 from gamutcore.decimation.record import empty_record
 from gamutcore.decimation.stages import Stage, carried_out, compacted, copied, joined
 from gamutcore.decimation.star import surface_of
-from gamutcore.grid import grid_step, rounded_to_grid
+from gamutcore.grid import grid_step, nearest_grid_points
 from gamutcore.history import build_history
 
 QUADRIC = Plan(state_on=lambda state, vertices, _: state._replace(quadric=state.quadric[vertices]))
@@ -25,7 +25,7 @@ def first_stage(bumpy_mesh):
     def make(seed, module, count=80):
         rough, faces = bumpy_mesh(seed, count)
         step = grid_step(rough)
-        positions = rounded_to_grid(rough, step)
+        positions = nearest_grid_points(rough, step)
         faces = np.ascontiguousarray(faces, np.int32)
         return Stage(
             module.state(positions, faces),

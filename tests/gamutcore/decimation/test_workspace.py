@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gamutcore.corner_table import opposite_corners, swung
+from gamutcore.corner_table import opposite_corners, swing
 from gamutcore.decimation.costs import quadric, volume
 from gamutcore.decimation.edge_queue import dequeue
 from gamutcore.decimation.record import empty_record
@@ -46,7 +46,7 @@ def assert_consistent(surface, work, numbers, faces):
     assert set(surface.edge_of[corners].tolist()) == set(left.tolist())
     np.testing.assert_array_equal(surface.edge_of[surface.corner_facing[left]], left)
     np.testing.assert_array_equal(
-        surface.swing[corners], [swung(surface.opposite, corner) for corner in corners.tolist()]
+        surface.swung[corners], [swing(surface.opposite, corner) for corner in corners.tolist()]
     )
     twins = surface.opposite[surface.corner_facing[left]]
     np.testing.assert_array_equal(surface.edge_of[twins], left)

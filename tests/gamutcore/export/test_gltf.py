@@ -11,7 +11,7 @@ import trimesh
 
 from gamutcore.colours.spaces import SPACES, ColourSpace
 from gamutcore.device_values import DeviceValues
-from gamutcore.export import encoded_mesh
+from gamutcore.export import mesh_file
 from gamutcore.mesh import TriangleMesh
 
 
@@ -28,7 +28,7 @@ def kind(request):
 
 @pytest.fixture
 def written(level, kind, provenance):
-    return encoded_mesh(level, kind, provenance)
+    return mesh_file(level, kind, provenance)
 
 
 class TestValidity:
@@ -40,11 +40,11 @@ class TestValidity:
         assert report["info"]["totalVertexCount"] == len(level.vertices)
 
     def test_without_provenance_too(self, gltf_report, level, kind):
-        issues = gltf_report(encoded_mesh(level, kind))["issues"]
+        issues = gltf_report(mesh_file(level, kind))["issues"]
         assert issues["numErrors"] == issues["numWarnings"] == 0, issues["messages"]
 
     def test_reruns_are_bit_identical(self, level, kind, provenance, written):
-        assert encoded_mesh(level, kind, provenance) == written
+        assert mesh_file(level, kind, provenance) == written
 
 
 class TestGeometry:
@@ -104,7 +104,7 @@ class TestAnotherReader:
 
     def test_reads_the_device_values(self, fogra39_gamut, kind):
         level = fogra39_gamut.level(1000)
-        _, mesh = self.read(encoded_mesh(level, kind), kind)
+        _, mesh = self.read(mesh_file(level, kind), kind)
         for channel, ink in enumerate("CMYK"):
             values = mesh.vertex_attributes[f"_DEVICE_{ink}"]
             np.testing.assert_array_equal(values.ravel(), level.device.values[:, channel])
@@ -134,7 +134,7 @@ class TestAppearance:
         corners = [(100, 0, 0), (0, 0, 0), (50, 20, 0), (50, 0, 20)]
         faces = [(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)]
         mesh = TriangleMesh(np.array(corners, np.float32), np.array(faces, np.int32))
-        asset = asset_of(encoded_mesh(mesh, kind), kind)
+        asset = asset_of(mesh_file(mesh, kind), kind)
         (primitive,) = asset.meshes[0].primitives
         stored = gltf_accessor(asset, primitive.attributes.COLOR_0)
         assert stored[0].tolist() == [65535] * 4
@@ -148,7 +148,7 @@ class TestProvenance:
         assert asset.asset.generator.startswith("gamutcore ")
 
     def test_is_absent_where_there_is_none(self, level, kind):
-        assert not asset_of(encoded_mesh(level, kind), kind).asset.extras
+        assert not asset_of(mesh_file(level, kind), kind).asset.extras
 
 
 class TestDeviceValues:
@@ -156,8 +156,8 @@ class TestDeviceValues:
 
     def test_are_attributes(self, fogra39_gamut, kind, provenance, gltf_accessor):
         level = fogra39_gamut.level(1000)
-        document = tree_of(encoded_mesh(level, kind, provenance), kind)
-        asset = asset_of(encoded_mesh(level, kind, provenance), kind)
+        document = tree_of(mesh_file(level, kind, provenance), kind)
+        asset = asset_of(mesh_file(level, kind, provenance), kind)
         (mesh,) = document["meshes"]
         names = mesh["extras"]["device_channels"]
         assert names == {f"_DEVICE_{ink}": ink for ink in "CMYK"}
@@ -173,7 +173,7 @@ class TestDeviceValues:
 
     @pytest.mark.parametrize("triangles", [4, 1000])
     def test_khronos_validator_finds_nothing(self, gltf_report, fogra39_gamut, kind, triangles):
-        report = gltf_report(encoded_mesh(fogra39_gamut.level(triangles), kind))
+        report = gltf_report(mesh_file(fogra39_gamut.level(triangles), kind))
         assert report["issues"]["numErrors"] == 0, report["issues"]["messages"]
         assert report["issues"]["numWarnings"] == 0, report["issues"]["messages"]
 
@@ -182,7 +182,7 @@ class TestDeviceValues:
         values = np.zeros((len(level.vertices), len(channels)), np.float32)
         values[:, ::3] = 1.0
         mesh = replace(level, device=DeviceValues(channels, values))
-        written = encoded_mesh(mesh, kind)
+        written = mesh_file(mesh, kind)
         report = gltf_report(written)
         assert report["issues"]["numErrors"] == 0, report["issues"]["messages"]
         extras = tree_of(written, kind)["meshes"][0]["extras"]["device_channels"]
@@ -190,7 +190,7 @@ class TestDeviceValues:
         assert extras["_DEVICE_GR_E"] == "Größe"
 
     def test_are_absent_where_there_are_none(self, level, kind):
-        mesh = tree_of(encoded_mesh(level, kind), kind)["meshes"][0]
+        mesh = tree_of(mesh_file(level, kind), kind)["meshes"][0]
         assert "device_channels" not in mesh.get("extras", {})
 
 
@@ -203,7 +203,7 @@ def tree_of(data, kind):
 
 
 def test_gltf_is_one_json_document_that_refers_to_no_file(level):
-    document = json.loads(encoded_mesh(level, "gltf"))
+    document = json.loads(mesh_file(level, "gltf"))
     for buffer in document["buffers"]:
         assert buffer["uri"].startswith("data:application/octet-stream;base64,")
 
@@ -216,7 +216,7 @@ def test_every_space_shows_lightness_upwards_and_the_same_colours(
     space = ColourSpace(name)
     positions, _ = space.coordinates(np.asarray(level.vertices, np.float64))
     mesh = TriangleMesh(positions.astype(np.float32), level.faces)
-    asset = asset_of(encoded_mesh(mesh, kind, {}, space), kind)
+    asset = asset_of(mesh_file(mesh, kind, {}, space), kind)
     (node,) = [node for node in asset.nodes if node.mesh is not None]
     assert node.rotation == list(space.rotation)
     (primitive,) = asset.meshes[0].primitives

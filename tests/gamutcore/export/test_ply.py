@@ -11,7 +11,7 @@ import trimesh
 
 from gamutcore.colours.spaces import SPACES, ColourSpace
 from gamutcore.device_values import DeviceValues
-from gamutcore.export import encoded_mesh
+from gamutcore.export import mesh_file
 from gamutcore.export.ply import comment_lines
 from gamutcore.mesh import TriangleMesh
 
@@ -22,7 +22,7 @@ def header_lines(data):
 
 @pytest.fixture
 def written(level, provenance):
-    return encoded_mesh(level, "ply", provenance)
+    return mesh_file(level, "ply", provenance)
 
 
 @pytest.mark.parametrize("reader", ["trimesh", "meshio"])
@@ -83,7 +83,7 @@ class TestComments:
         assert b"http" not in written
 
     def test_are_there_for_the_generator_alone(self, level):
-        comments = [line for line in header_lines(encoded_mesh(level, "ply")) if "comment" in line]
+        comments = [line for line in header_lines(mesh_file(level, "ply")) if "comment" in line]
         assert len(comments) == 1
 
     @pytest.mark.parametrize("text", ["a\nb", "a\r\nb", "a\x0bb", "a\x0cb", "a\x85b", "a\u2028b"])
@@ -94,7 +94,7 @@ class TestComments:
 
 
 def test_reruns_are_bit_identical(level, written, provenance):
-    assert encoded_mesh(level, "ply", provenance) == written
+    assert mesh_file(level, "ply", provenance) == written
 
 
 @pytest.mark.parametrize("name", SPACES)
@@ -104,7 +104,7 @@ def test_vertices_have_the_same_colours_in_every_space(fogra39_gamut, displayed,
     positions, _ = space.coordinates(np.asarray(level.vertices, np.float64))
     mesh = TriangleMesh(positions.astype(np.float32), level.faces)
     loaded = trimesh.load(
-        io.BytesIO(encoded_mesh(mesh, "ply", {}, space)), file_type="ply", process=False
+        io.BytesIO(mesh_file(mesh, "ply", {}, space)), file_type="ply", process=False
     )
     np.testing.assert_array_equal(loaded.vertices.astype(np.float32), mesh.vertices)
     expected = 255 * displayed(level.vertices, encoded=True)
@@ -117,7 +117,7 @@ class TestDeviceValues:
 
     def test_are_properties(self, fogra39_gamut, provenance):
         level = fogra39_gamut.level(1000)
-        written = encoded_mesh(level, "ply", provenance)
+        written = mesh_file(level, "ply", provenance)
         lines = header_lines(written)
         names = [f"device_{ink}" for ink in "CMYK"]
         properties = [line.split()[1:] for line in lines if line.startswith("property")]
@@ -133,13 +133,13 @@ class TestDeviceValues:
     def test_a_reader_that_knows_nothing_of_them_reads_the_rest(self, mesh_readers, fogra39_gamut):
         level = fogra39_gamut.level(100)
         for reader in ("trimesh", "meshio"):
-            read = mesh_readers["ply", reader](encoded_mesh(level, "ply"))
+            read = mesh_readers["ply", reader](mesh_file(level, "ply"))
             assert read == replace(level, device=None)
 
     def test_channels_of_any_name_break_nothing(self, level):
         channels = ("end_header\nproperty", "Größe", "", "\ud800")
         values = np.full((len(level.vertices), 4), 0.5, np.float32)
-        written = encoded_mesh(replace(level, device=DeviceValues(channels, values)), "ply")
+        written = mesh_file(replace(level, device=DeviceValues(channels, values)), "ply")
         read = meshio.read(io.BytesIO(written), "ply")
         np.testing.assert_array_equal(read.points, level.vertices)
         assert (read.point_data["device_3"] == 0.5).all()

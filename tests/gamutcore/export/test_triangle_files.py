@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from gamutcore.colours.appearance import srgb
+from gamutcore.colours.spaces.srgb import srgb
 from gamutcore.errors import OptionError
-from gamutcore.export import FORMATS, encoded_mesh
+from gamutcore.export import FORMATS, mesh_file
 from gamutcore.export.triangle_files import obj, stl
 
 
@@ -80,18 +80,18 @@ class TestFormats:
 
     @pytest.mark.parametrize("name", FORMATS)
     def test_reruns_are_bit_identical(self, level, name, provenance):
-        assert encoded_mesh(level, name, provenance) == encoded_mesh(level, name, provenance)
+        assert mesh_file(level, name, provenance) == mesh_file(level, name, provenance)
 
     @pytest.mark.parametrize("name", FORMATS)
     def test_writing_leaves_the_mesh_as_it_was(self, level, name):
         vertices, faces = level.vertices.copy(), level.faces.copy()
-        encoded_mesh(level, name)
+        mesh_file(level, name)
         np.testing.assert_array_equal(level.vertices, vertices)
         np.testing.assert_array_equal(level.faces, faces)
 
     @pytest.mark.parametrize("name", ["", "GLB", "usdz", ".ply", "../glb"])
     def test_another_is_refused(self, level, name):
         with pytest.raises(OptionError) as caught:
-            encoded_mesh(level, name)
+            mesh_file(level, name)
         assert caught.value.where == {"field": "format"}
         assert "glb" in caught.value.remedy

@@ -11,7 +11,7 @@ from PIL import Image
 from gamutcore.characterisation import characterisation
 from gamutcore.colours.profile_colours import profile_colours
 from gamutcore.errors import CentreError, MeshError, OptionError
-from gamutcore.export import FORMATS, encoded_mesh
+from gamutcore.export import FORMATS, mesh_file
 from gamutcore.gamut import Gamut, Options, build_gamut
 from gamutcore.metric import mismatch
 
@@ -236,7 +236,7 @@ class TestMesh:
         level = fogra39_gamut.history.level(triangles)
         centre = fogra39_gamut.description["centre"]
         provenance = {"centre": " ".join(map(repr, centre)), "space": "CIELAB"}
-        gamut = build_gamut(encoded_mesh(level, name, provenance), Options())
+        gamut = build_gamut(mesh_file(level, name, provenance), Options())
         full = gamut.history.full()
         assert gamut.description["counts"]["triangles"] == triangles
         # sums in another order
@@ -248,7 +248,7 @@ class TestMesh:
         assert full.validity(gamut.description["centre"]).is_gamut
 
     def test_the_description_has_only_options_that_apply(self, fogra39_gamut):
-        data = encoded_mesh(fogra39_gamut.history.level(100), "ply")
+        data = mesh_file(fogra39_gamut.history.level(100), "ply")
         gamut = build_gamut(data, Options(cost="quadric"))
         assert gamut.description["options"] == {
             "space": "CIELAB",
@@ -281,14 +281,14 @@ class TestMesh:
         ],
     )
     def test_options_of_colours_are_refused(self, fogra39_gamut, options):
-        data = encoded_mesh(fogra39_gamut.history.level(100), "glb")
+        data = mesh_file(fogra39_gamut.history.level(100), "glb")
         with pytest.raises(OptionError) as caught:
             build_gamut(data, Options(**options))
         assert caught.value.where["field"] in options
         assert caught.value.remedy
 
     def test_the_centre_may_be_chosen(self, fogra39_gamut):
-        data = encoded_mesh(fogra39_gamut.history.level(100), "stl")
+        data = mesh_file(fogra39_gamut.history.level(100), "stl")
         centre = fogra39_gamut.description["centre"]
         gamut = build_gamut(data, Options(centre=tuple(centre)))
         assert gamut.description["centre"] == centre
@@ -297,7 +297,7 @@ class TestMesh:
 
     def test_an_open_mesh_is_refused(self, fogra39_gamut):
         level = fogra39_gamut.history.level(100)
-        data = encoded_mesh(type(level)(level.vertices, level.faces[1:]), "ply")
+        data = mesh_file(type(level)(level.vertices, level.faces[1:]), "ply")
         with pytest.raises(MeshError, match="3 edges have one face only"):
             build_gamut(data, Options())
 

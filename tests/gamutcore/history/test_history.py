@@ -8,7 +8,7 @@ import pytest
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimated
 from gamutcore.errors import TriangleCountError
-from gamutcore.export import encoded_mesh
+from gamutcore.export import mesh_file
 from gamutcore.history import MINIMUM_TRIANGLES, History, build_history
 from gamutcore.mesh import TriangleMesh
 
@@ -42,7 +42,7 @@ class TestEveryLevelOfASmallGamut:
     ):
         history = small_gamut.history
         for level in history.levels():
-            read = mesh_readers[reader](encoded_mesh(level, reader[0]))
+            read = mesh_readers[reader](mesh_file(level, reader[0]))
             assert read == level
             delivered = type(read)(read.vertices.astype(np.float32), read.faces)
             assert_every_invariant(delivered, history.centre, level.triangles)
@@ -73,7 +73,7 @@ class TestLevelsAcrossALargeGamut:
         history = fogra39_gamut.history
         for count in spread_counts:
             level = history.level(count)
-            read = mesh_readers[reader](encoded_mesh(level, reader[0]))
+            read = mesh_readers[reader](mesh_file(level, reader[0]))
             assert read == level  # bit for bit, so with it goes every invariant of the test above
         delivered = type(read)(read.vertices.astype(np.float32), read.faces)
         assert_every_invariant(delivered, history.centre, history.triangles)

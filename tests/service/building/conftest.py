@@ -1,6 +1,6 @@
 import pytest
 
-from service.jobs import JobBook
+from service.jobs.book import JobBook
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
 

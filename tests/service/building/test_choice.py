@@ -4,10 +4,10 @@ import sys
 
 import pytest
 
-import service.building
+import service.broker
 from service.building.choice import EngineMissingError, engine_for, run_worker
 from service.building.embedded import EmbeddedEngine
-from service.jobs import JobBook
+from service.jobs.book import JobBook
 from service.settings import Settings
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
@@ -30,10 +30,10 @@ def _nothing_installed(monkeypatch):
             raise ModuleNotFoundError(name)
         return usual(name, *arguments, **keywords)
 
-    for name in [name for name in sys.modules if name.startswith("service.building.celery_")]:
+    for name in [name for name in sys.modules if name.startswith("service.broker.celery_")]:
         monkeypatch.delitem(sys.modules, name)
         # `from package import module` finds what was imported before in the package itself.
-        monkeypatch.delattr(service.building, name.rpartition(".")[2], raising=False)
+        monkeypatch.delattr(service.broker, name.rpartition(".")[2], raising=False)
     monkeypatch.setattr(builtins, "__import__", without)
 
 

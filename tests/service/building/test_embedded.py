@@ -6,7 +6,7 @@ import pytest
 
 from service.building import embedded
 from service.building.embedded import EmbeddedEngine
-from service.problems import ProblemError
+from service.problems.problem import ProblemError
 from service.settings import Settings
 from service.storage.blobs import StoreUnavailableError
 

@@ -14,8 +14,8 @@ import pytest
 import trimesh
 from PIL import Image
 
-from gamutcore.colours.appearance import srgb
 from gamutcore.colours.spaces import SPACES, ColourSpace
+from gamutcore.colours.spaces.srgb import srgb
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "FOGRA39L.ti3"
 

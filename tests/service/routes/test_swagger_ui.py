@@ -11,7 +11,7 @@ import httpx
 import pytest
 
 from service.application import create_app
-from service.conditional import IMMUTABLE
+from service.http.conditional import IMMUTABLE
 from service.routes.swagger_ui import MEDIA_TYPES, VERSION
 from service.settings import Settings
 

@@ -6,7 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from gamutcore.boundary import given_boundary
+from gamutcore.boundary import mesh_boundary
 from gamutcore.characterisation import GamutMesh, characterisation
 from gamutcore.characterisation.meshes.argyll import argyll_mesh, looks_like_argyll
 from gamutcore.errors import GamutError, MalformedFileError, MeshError
@@ -54,7 +54,7 @@ def test_tables_are_joined_by_the_vertices_numbers(end):
     np.testing.assert_array_equal(mesh.vertices, [(10, 0, 0), (90, 0, 0), (50, 40, 0), (50, 0, 40)])
     assert mesh.centre.tolist() == [50, 5, 5]
     assert mesh.provenance["stated"]["cusp_red"] == "49.8 71.1 50.8"
-    boundary, provenance = given_boundary(mesh)
+    boundary, provenance = mesh_boundary(mesh)
     # a tetrahedron of the edges 80, 40, 40: one sixth of their product
     assert boundary.mesh.volume == pytest.approx(80 * 40 * 40 / 6)
     assert boundary.centre.tolist() == [50, 5, 5]
@@ -111,7 +111,7 @@ def test_a_surface_that_argyll_made(name, shared_data, tmp_path):
     data = profile.with_suffix(".gam").read_bytes()
     mesh = characterisation(data)
     assert isinstance(mesh, GamutMesh), said
-    boundary, provenance = given_boundary(mesh)
+    boundary, provenance = mesh_boundary(mesh)
     assert provenance["mesh"]["centre"]["from"] == "the file"
     assert (provenance["mesh"]["turned"], provenance["mesh"]["dropped"]) == (0, 0)
     assert boundary.mesh.triangles == provenance["mesh"]["triangles_read"]

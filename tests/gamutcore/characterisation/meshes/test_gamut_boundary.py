@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gamutcore.boundary import given_boundary
+from gamutcore.boundary import mesh_boundary
 from gamutcore.characterisation import Samples, characterisation, described_boundary
 from gamutcore.errors import GamutError, MalformedProfileError, OptionError, SampleLimitError
 
@@ -38,7 +38,7 @@ def profile(tags, pcs=b"Lab "):
 def test_vertices_and_clockwise_triangles_are_read(inks):
     mesh = described_boundary(profile({"gbd1": element(inks=inks)}), "relative")
     assert mesh.vertices.tolist() == [list(vertex) for vertex in VERTICES]
-    boundary, provenance = given_boundary(mesh)
+    boundary, provenance = mesh_boundary(mesh)
     # a tetrahedron of the edges 80, 40, 40: one sixth of their product
     assert boundary.mesh.volume == pytest.approx(80 * 40 * 40 / 6)
     assert provenance["mesh"]["turned"] == 0
@@ -58,7 +58,7 @@ def test_a_boundary_in_xyz_says_so():
     xyz = [(0.1, 0.1, 0.1), (0.9, 0.1, 0.1), (0.1, 0.9, 0.1), (0.1, 0.1, 0.7)]
     mesh = described_boundary(profile({"gbd1": element(xyz)}, b"XYZ "), "relative")
     assert mesh.space == "CIEXYZ"
-    boundary, _ = given_boundary(mesh)
+    boundary, _ = mesh_boundary(mesh)
     # the colours' lightness by CIE 15: Y 0.9 and three times Y 0.1
     lightness = [116 * 0.9 ** (1 / 3) - 16, 116 * 0.1 ** (1 / 3) - 16]
     np.testing.assert_allclose(sorted(boundary.mesh.vertices[:, 0])[2:], lightness[::-1], atol=1e-3)

@@ -1,0 +1,502 @@
+"""Measured samples as CIELAB colours, relative to their medium's white or as measured.
+
+Whether two gamuts can be compared hangs on this step, so it decides little by itself and says all
+of it: the white, the adaptation, the illuminant and the observer go into the provenance, and what a
+file does not state is named as an assumption. The rules, with their sources, are in
+docs/decisions/media-relative.md.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gamutcore.characterisation.conditions import is_reflective_condition
+from gamutcore.colours.declared_observer import declared_observer
+from gamutcore.colours.spaces.cielab import (
+    ICC_D50,
+    colour_science,
+    lab_to_xyz,
+    white_of,
+    xyz_to_lab,
+)
+from gamutcore.colours.spaces.white_points import adaptation_matrix
+from gamutcore.colours.spectral import ILLUMINANTS, emission_xyz, reflectance_xyz
+from gamutcore.errors import InvalidPointsError, OptionError
+
+if TYPE_CHECKING:
+    from gamutcore.arrays import FloatArray
+    from gamutcore.characterisation.samples import JSON, Samples
+
+__all__ = ["MeasuredColours", "adaptation_to_d50", "bradford_to_d50", "measured_colours"]
+
+_NAMED_ILLUMINANT = re.compile(r"\b(?:ILLUMINANT[,:=\s]+)?(D50|D55|D65|D75|FL?\d{1,2}|[ACE])\b")
+_DAYLIGHT = re.compile(r"\b(D50|D55|D65|D75)\b")
+_OBSERVER = re.compile(r"\b(2|10)\s*(?:°|\xba|DEG|\ufffd)|OBSERVER[\w\s,:=]*?\b(2|10)\b")
+_ILLUMINANT_KEYWORDS = ("ILLUMINANT", "ILLUMINATION_NAME")
+_OBSERVER_KEYWORDS = ("OBSERVER", "OBSERVER_ANGLE", "CIE_OBSERVER_ANGLE", "CIE_OBSERVER")
+_TELLING_KEYWORDS = ("WEIGHTING_FUNCTION", "MEASUREMENT_SOURCE", "INSTRUMENTATION")
+_PLAIN_NUMBER = re.compile(r"\d{1,6}(\.\d{1,12})?")
+_CONSISTENT = 2.0
+"""Mean ΔE*ab up to which Lab and XYZ columns say the same; two rounded decimals of XYZ make 0.1."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredColours:
+    """CIELAB colours of samples and what they are relative to.
+
+    Parameters
+    ----------
+    lab : (n, 3) float
+        L*, a*, b*, relative to ICC's D50.
+    provenance : dict
+        ``white``, ``illuminant``, ``observer``, ``adaptation``, ``intent``, ``colours_from``.
+    warnings : tuple of str
+        What had to be assumed.
+    as_measured : bool
+        Whether the tristimulus values are a display's own, adapted to no white.
+    """
+
+    lab: FloatArray
+    provenance: dict[str, JSON]
+    warnings: tuple[str, ...]
+    as_measured: bool = False
+
+
+def measured_colours(
+    samples: Samples,
+    intent: str,
+    *,
+    observer: int | None = None,
+    illuminant: str | None = None,
+    adaptation: str = "Bradford",
+) -> MeasuredColours:
+    """Return CIELAB colours of measured samples.
+
+    With spectra beside colours, the colours are taken if they are for D50 and 2° and nothing else
+    is asked for; the spectra are else. The illuminant and the observer that the data states are
+    then those of its colours, and spectra that are there for a better D50 and 2° are not bound to
+    them; those of spectra alone can only be for the spectra.
+
+    Parameters
+    ----------
+    samples : Samples
+        As read from a file.
+    intent : str
+        ``"relative"``: the medium's white becomes D50 white (L* 100). ``"absolute"``: as measured;
+        a display's luminance is still relative to that of its own white.
+    observer : int, optional
+        2 or 10 degrees: what spectra are integrated with. If it is not given, what data without
+        colours states, or else 2.
+    illuminant : str, optional
+        One of `gamutcore.colours.spectral.ILLUMINANTS`: what reflectances are seen under. If it is
+        not given, what data without colours states, or else D50.
+    adaptation : str
+        How colours of another white are adapted to D50, a key of
+        `gamutcore.colours.spaces.white_points.ADAPTATIONS`.
+
+    Returns
+    -------
+    MeasuredColours
+
+    Raises
+    ------
+    OptionError
+        `intent` is ``"perceptual"`` or ``"saturation"``, which only profiles have, or
+        ``"absolute"`` for colours that have no white; or there are no spectra for the observer or
+        the illuminant that are asked for.
+    InvalidPointsError
+        The medium's white has no luminance.
+    """
+    if intent not in {"relative", "absolute"}:
+        raise OptionError(
+            f"The intent {intent} is one of ICC profiles; these are measured samples.",
+            where={"field": "intent"},
+            remedy="Ask for relative or absolute.",
+        )
+    medium = _Medium(samples, intent, observer, illuminant, adaptation)
+    colours = medium.colours()
+    return replace(colours, as_measured=medium.as_measured)
+
+
+def bradford_to_d50(xyz: FloatArray, white: FloatArray) -> FloatArray:
+    """Return colours adapted from a white to ICC's D50 by the linear Bradford transform.
+
+    Parameters
+    ----------
+    xyz : (n, 3) float
+        Tristimulus values.
+    white : (3,) float
+        The white they were seen under, in the same scale.
+
+    Returns
+    -------
+    (n, 3) float
+        With Y = 1 for that white.
+
+    Notes
+    -----
+    ICC.1:2022, annex E.
+    """
+    matrix = colour_science().adaptation.matrix_chromatic_adaptation_VonKries(
+        white / white[1], ICC_D50, transform="Bradford"
+    )
+    adapted: FloatArray = xyz / white[1] @ np.asarray(matrix).T
+    return adapted
+
+
+def adaptation_to_d50(xyz: FloatArray, white: FloatArray, adaptation: str) -> FloatArray:
+    """Return colours adapted from a white to ICC's D50.
+
+    Parameters
+    ----------
+    xyz : (n, 3) float
+        Tristimulus values.
+    white : (3,) float
+        The white they were seen under, in the same scale.
+    adaptation : str
+        A key of `gamutcore.colours.spaces.white_points.ADAPTATIONS`.
+
+    Returns
+    -------
+    (n, 3) float
+        With Y = 1 for that white.
+    """
+    if adaptation == "Bradford":
+        return bradford_to_d50(xyz, white)
+    adapted: FloatArray = (
+        xyz / white[1] @ adaptation_matrix(white / white[1], ICC_D50, adaptation).T
+    )
+    return adapted
+
+
+class _Medium:
+    """The samples' medium: its kind, its white and what was assumed of it."""
+
+    def __init__(
+        self,
+        samples: Samples,
+        intent: str,
+        observer: int | None,
+        illuminant: str | None,
+        adaptation: str,
+    ) -> None:
+        self.adaptation = adaptation
+        self.as_measured = False
+        self.samples = samples
+        self.intent = intent
+        self.warnings: list[str] = []
+        self.display = _is_display(samples)
+        self.illuminant, self.illuminant_said = self._illuminant()
+        self.foreign_observer = ""
+        self.observer, self.observer_said = self._observer()
+        stated = self.illuminant if self.illuminant_said == self.illuminant else ""
+        self.stated_illuminant = re.sub("^F(?=[0-9])", "FL", stated)
+        self.declared_observer = self.observer if self.observer_said == f"{self.observer}°" else ""
+        self.reference = self._reference_white()
+        self.colours_from = "LAB" if samples.lab is not None else "XYZ"
+        if self._needs_spectra(observer, illuminant):
+            self._integrate(observer, illuminant)
+        else:
+            self._check_asked(observer, illuminant)
+        if self.foreign_observer and observer is None:
+            self.warnings.append(
+                f"The observer that is stated, {self.foreign_observer[:40]}, is not the one of CIE "
+                "1931 (2°) or CIE 1964 (10°); 2° is taken in its place."
+            )
+
+    def colours(self) -> MeasuredColours:
+        samples = self.samples
+        if samples.device is None and samples.white is None:
+            return self._bare_colours()
+        xyz = self._tristimulus_values()
+        white = self._white(xyz)
+        needed = self.intent == "relative" or (self.display and samples.lab is None)
+        if needed and not (white > 0).all():
+            raise InvalidPointsError(
+                f"The medium's white has the tristimulus values {_rounded(white)}.",
+                where={"field": "white"},
+                remedy="The white must be brighter than nothing in X, Y and Z.",
+            )
+        if self.display:
+            lab, adaptation = self._display_lab(xyz, white)
+        else:
+            lab, adaptation = self._print_lab(xyz, white)
+        return MeasuredColours(
+            lab, self._provenance(_rounded(white), adaptation), tuple(self.warnings)
+        )
+
+    def _provenance(self, white: JSON, adaptation: str) -> dict[str, JSON]:
+        return {
+            "intent": self.intent,
+            "medium": self._kind(),
+            "white": white,
+            "illuminant": self.illuminant_said,
+            "observer": self.observer_said,
+            "adaptation": adaptation,
+            "colours_from": self.colours_from,
+            **self._declared_luminance(),
+        }
+
+    def _declared_luminance(self) -> dict[str, JSON]:
+        """Return the luminance of a display's white in cd/m², as Argyll's files state it."""
+        stated = self.samples.conditions.get("LUMINANCE_XYZ_CDM2", "").split()
+        if self.display and len(stated) == 3 and _PLAIN_NUMBER.fullmatch(stated[1]):
+            return {"white_luminance": round(float(stated[1]), 4)}
+        return {}
+
+    def _needs_spectra(self, observer: int | None, illuminant: str | None) -> bool:
+        samples = self.samples
+        if samples.spectra is None:
+            return False
+        colours = samples.lab is not None or samples.xyz is not None
+        asked = observer is not None or illuminant is not None
+        self_luminous = self.display and samples.lab is None
+        usual = self.observer == "2" and (self.illuminant == "D50" or self_luminous)
+        usual = usual and not self.foreign_observer
+        return asked or not colours or not usual
+
+    def _check_asked(self, observer: int | None, illuminant: str | None) -> None:
+        """Refuse an observer or illuminant that the colours are not for: they cannot be changed."""
+        if observer is not None and str(observer) != self.observer:
+            raise _not_theirs("observer", observer, f"{self.observer}°")
+        if illuminant is not None:
+            if self.illuminant_said.startswith("none"):
+                raise _no_illuminant(illuminant)
+            if illuminant != self.illuminant:
+                raise _not_theirs("illuminant", illuminant, self.illuminant)
+
+    def _integrate(self, observer: int | None, illuminant: str | None) -> None:
+        """Put the tristimulus values of the spectra in the place of colours."""
+        spectra = self.samples.spectra
+        assert spectra is not None  # noqa: S101 (this is called where there are spectra)
+        alone = self.samples.lab is None and self.samples.xyz is None
+        degrees, why = 2, "usual"
+        if observer is not None:
+            degrees, why = observer, "asked for"
+        elif alone and self.declared_observer:
+            degrees, why = int(self.declared_observer), "stated"
+        self.observer, self.observer_said = str(degrees), f"{degrees}°"
+        self.colours_from = f"SPECTRUM, ASTM E308, observer {degrees}° ({why})"
+        if self.display and spectra.kind != "reflectance":
+            if illuminant is not None:
+                raise _no_illuminant(illuminant)
+            if spectra.kind == "unknown" and not self._says_display():
+                self.warnings.append(
+                    "The spectra are taken for those of a display's light; state DEVICE_CLASS "
+                    "OUTPUT if they are reflectances."
+                )
+            xyz = emission_xyz(spectra.wavelengths, spectra.values, degrees)
+            self.illuminant, self.illuminant_said = "D50", "none: self-luminous"
+            self.reference = ICC_D50
+        else:
+            light, why = "D50", "usual"
+            if illuminant is not None:
+                light, why = illuminant, "asked for"
+            elif alone and self.stated_illuminant in ILLUMINANTS:
+                light, why = self.stated_illuminant, "stated"
+            self.illuminant = self.illuminant_said = light
+            xyz, scale = reflectance_xyz(spectra.wavelengths, spectra.values, light, degrees)
+            self.colours_from += (
+                f", illuminant {light} ({why}), reflectances on the scale 0-{scale:g}"
+            )
+            self.reference = self._reference_white()
+        self.samples = replace(self.samples, lab=None, xyz=xyz, illumination=None)
+
+    def _says_display(self) -> bool:
+        conditions = self.samples.conditions
+        return bool(conditions.get("DEVICE_CLASS") or conditions.get("CGV_DISPLAY_TYPE"))
+
+    def _kind(self) -> str:
+        if self.samples.device is None and self.samples.white is None:
+            return "unknown"
+        return "display" if self.display else "reflective"
+
+    def _bare_colours(self) -> MeasuredColours:
+        """Return bare colours as they are: without device values their medium is not known."""
+        samples = self.samples
+        if self.intent != "relative":
+            raise OptionError.not_applicable(
+                "intent",
+                self.intent,
+                "colours without device values or a stated white are taken as they are",
+                "Ask for relative, or leave it out.",
+            )
+        adaptation = "none: colours without device values are taken as they are"
+        if samples.lab is not None:
+            return MeasuredColours(
+                samples.lab, self._provenance(None, adaptation), tuple(self.warnings)
+            )
+        xyz = self._tristimulus_values()
+        if not np.array_equal(self.reference, ICC_D50):
+            xyz, adaptation = self._to_d50(xyz, self.reference), self._said(self.illuminant)
+        return MeasuredColours(
+            xyz_to_lab(xyz), self._provenance(None, adaptation), tuple(self.warnings)
+        )
+
+    def _tristimulus_values(self) -> FloatArray:
+        samples = self.samples
+        if samples.lab is not None:
+            xyz = lab_to_xyz(samples.lab, self.reference)
+            if samples.xyz is not None and not self.display:
+                self._compare(samples.lab, samples.xyz)
+            return xyz
+        assert samples.xyz is not None  # noqa: S101 (samples have one of the two)
+        return samples.xyz if self.display else samples.xyz / self._scale(samples.xyz)
+
+    def _scale(self, xyz: FloatArray) -> float:
+        # Reflecting samples: a paper has Y near 0.8 or 80. Up to 2, or 200, fluorescence may go.
+        white = self.samples.white
+        if self.samples.illumination is not None:
+            return float(self.samples.illumination[1])
+        highest = float(xyz[:, 1].max()) if white is None else float(white[1])
+        if highest <= 2.0:
+            return 1.0
+        if highest <= 200.0:
+            return 100.0
+        self.warnings.append(
+            f"The largest Y is {highest:.6g}, on no reflecting scale; it is taken for the white's."
+        )
+        return highest
+
+    def _compare(self, lab: FloatArray, xyz: FloatArray) -> None:
+        other = xyz_to_lab(xyz / self._scale(xyz), self.reference)
+        difference = float(np.linalg.norm(other - lab, axis=1).mean())
+        if difference > _CONSISTENT:
+            self.warnings.append(
+                f"The Lab and XYZ columns differ by {difference:.1f} ΔE*ab on average; Lab is used."
+            )
+
+    def _white(self, xyz: FloatArray) -> FloatArray:
+        """Return the white in the scale of `xyz`: stated, or measured, or the lightest sample."""
+        samples = self.samples
+        if samples.white is not None:
+            if samples.lab is not None or not self.display:
+                return samples.white / self._scale(samples.white[np.newaxis])
+            return samples.white
+        assert samples.device is not None  # noqa: S101 (bare colours need a stated white to be here)
+        target = 1.0 if samples.additive else 0.0
+        patches = np.all(np.abs(samples.device - target) < 1e-6, axis=1)
+        if patches.any():
+            mean: FloatArray = xyz[patches].mean(axis=0)
+            return mean
+        self.warnings.append(
+            "The white was not measured; the lightest sample is taken for it: "
+            f"{_rounded(xyz[np.argmax(xyz[:, 1])])}."
+        )
+        lightest: FloatArray = xyz[np.argmax(xyz[:, 1])]
+        return lightest
+
+    def _display_lab(self, xyz: FloatArray, white: FloatArray) -> tuple[FloatArray, str]:
+        if self.intent == "relative":
+            return (
+                xyz_to_lab(self._to_d50(xyz, white)),
+                f"{self._said('the white')}, luminance relative to the white",
+            )
+        if self.samples.lab is not None and np.array_equal(self.reference, ICC_D50):
+            return self.samples.lab, "none"
+        self.as_measured = True
+        return xyz_to_lab(xyz / white[1]), "none; luminance relative to the white"
+
+    def _print_lab(self, xyz: FloatArray, white: FloatArray) -> tuple[FloatArray, str]:
+        adaptation = "none"
+        if not np.array_equal(self.reference, ICC_D50):
+            adaptation = self._said(self.illuminant)
+            xyz = self._to_d50(xyz, self.reference)
+            white = self._to_d50(white[np.newaxis], self.reference)[0]
+        if self.intent == "relative":
+            scaled = "ICC media-relative: XYZ scaled by D50/white"
+            return xyz_to_lab(xyz * (ICC_D50 / white)), (
+                scaled if adaptation == "none" else f"{adaptation}; {scaled}"
+            )
+        if self.samples.lab is not None and adaptation == "none":
+            return self.samples.lab, adaptation
+        return xyz_to_lab(xyz), adaptation
+
+    def _to_d50(self, xyz: FloatArray, white: FloatArray) -> FloatArray:
+        """Return colours adapted to ICC's D50 in the way that is asked for, with Y = 1."""
+        return adaptation_to_d50(xyz, white, self.adaptation)
+
+    def _said(self, white: str) -> str:
+        none = self.adaptation == "none"
+        return "none, as asked" if none else f"{self.adaptation} from {white} to D50"
+
+    def _illuminant(self) -> tuple[str, str]:
+        conditions = self.samples.conditions
+        for keywords, pattern in (
+            (_ILLUMINANT_KEYWORDS, _NAMED_ILLUMINANT),
+            (_TELLING_KEYWORDS, _DAYLIGHT),
+        ):
+            for keyword in keywords:
+                match = pattern.search(conditions.get(keyword, "").upper())
+                if match:
+                    return match[1], match[1]
+        if any(keyword in conditions for keyword in _ILLUMINANT_KEYWORDS):
+            self.warnings.append("The illuminant that is stated is not known; D50 is assumed.")
+        elif self.display and self.samples.lab is None:
+            return "D50", "none: self-luminous"
+        return "D50", "D50 (assumed, not stated)"
+
+    def _observer(self) -> tuple[str, str]:
+        conditions = self.samples.conditions
+        # IDMS files state the year and the angle apart, so all that is said is read as one.
+        said = " ".join(conditions.get(keyword, "").strip() for keyword in _OBSERVER_KEYWORDS)
+        if said := said.strip():
+            degrees = declared_observer(said)
+            if degrees is not None:
+                return degrees, f"{degrees}°"
+            self.foreign_observer = said
+            return "2", "2° (assumed, the one that is stated is not known)"
+        for keyword in _TELLING_KEYWORDS:
+            match = _OBSERVER.search(conditions.get(keyword, "").upper())
+            if match:
+                return (degrees := match[1] or match[2]), f"{degrees}°"
+        return "2", "2° (assumed, not stated)"
+
+    def _reference_white(self) -> FloatArray:
+        illumination = self.samples.illumination
+        if illumination is not None and self.samples.lab is None and not self.display:
+            self.illuminant = "the stated illumination"
+            self.illuminant_said = (
+                f"as stated: perfect diffuser {', '.join(f'{v:g}' for v in illumination)}"
+            )
+            relative: FloatArray = illumination / illumination[1]
+            return relative
+        white = white_of(self.illuminant, self.observer)
+        if white is None:
+            self.warnings.append(f"The illuminant {self.illuminant} is not known; D50 is assumed.")
+            self.illuminant, self.illuminant_said = "D50", "D50 (assumed)"
+            return ICC_D50
+        return white
+
+
+def _not_theirs(name: str, value: object, theirs: str) -> OptionError:
+    why = f"the data has no spectra, only colours, and these are for {theirs}"
+    return OptionError.not_applicable(name, value, why)
+
+
+def _no_illuminant(value: str) -> OptionError:
+    return OptionError.not_applicable("illuminant", value, "lights are seen under no illuminant")
+
+
+def _is_display(samples: Samples) -> bool:
+    stated = samples.conditions.get("DEVICE_CLASS", "").strip().upper()
+    if stated:
+        return stated in {"DISPLAY", "EMISSION", "MNTR", "MONITOR", "PROJECTOR"}
+    kind = samples.conditions.get("CGV_DISPLAY_TYPE", "").strip().upper()  # IDMS 1.3
+    if kind in {"EMISSIVE", "REFLECTIVE"}:
+        # The Lab of an envelope is relative to D50 either way, and is not measured again.
+        return kind == "EMISSIVE"
+    if samples.spectra is not None and samples.spectra.kind != "unknown":
+        return samples.spectra.kind == "emission"
+    if is_reflective_condition(samples.condition):
+        return False
+    # Argyll names the device values of RGB printers iRGB.
+    return samples.additive and not samples.conditions.get("COLOR_REP", "").startswith("iRGB")
+
+
+def _rounded(values: FloatArray) -> list[JSON]:
+    return [round(float(value), 6) for value in values]

@@ -1,0 +1,411 @@
+"""The colour spaces that a boundary can live in: their whites, scales, luminances and conditions.
+
+One table names them all. A `ColourSpace` is a space with everything that its coordinates depend on
+settled; it takes the colours of devices, which are CIELAB relative to ICC's D50, to its coordinates
+and back. CIELAB with D50 is the identity. See docs/colour-spaces.md for what to choose, and
+docs/decisions/colour-spaces.md for why these spaces and these defaults.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gamutcore.characterisation.samples import JSON
+from gamutcore.colours.spaces.appearance_model import AppearanceModel
+from gamutcore.colours.spaces.formulas import (
+    Cielab,
+    Cieluv,
+    Ciexyz,
+    Din99,
+    Formula,
+    Jzazbz,
+    UniformAppearance,
+    ictcp,
+    ipt,
+    oklab,
+)
+from gamutcore.colours.spaces.white_points import adaptation_matrix, white_point
+from gamutcore.errors import InvalidPointsError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from gamutcore.arrays import FloatArray, PositionArray
+    from gamutcore.colours.surface import SurfaceColours
+
+__all__ = [
+    "CIELAB",
+    "SPACES",
+    "ColourSpace",
+    "SpaceDefinition",
+    "colours_in_space",
+]
+
+DEFAULT_LUMINANCE = 203.0
+"""Luminance in cd/m² of a reference white in high dynamic range (ITU-R BT.2408-7, 2.2; CSS Color
+HDR has the same)."""
+
+DEFAULT_ADAPTING_LUMINANCE = 64.0 / math.pi / 5.0
+"""L_A in cd/m², a fifth of the white that 64 lx make: the encoding ambient of sRGB (IEC 61966-2-1,
+table 4), and the default of other software."""
+
+DEFAULT_BACKGROUND = 20.0
+"""Y_b in per cent of the white: gray (CIE 159:2004, 7)."""
+
+LIGHTNESS_UPWARDS = (0.7071067811865476, 0.7071067811865476, 0.0, 0.0)
+"""Quaternion (x, y, z, w) of the half turn that takes (L*, a*, b*) to glTF's (a*, L*, −b*):
+L* upwards, a* to the right, b* away from the viewer."""
+
+
+@dataclass(frozen=True, eq=False)
+class SpaceDefinition:
+    """A colour space before its parameters are settled.
+
+    Attributes
+    ----------
+    axes : tuple of three str
+        What the coordinates are called.
+    white : str
+        The white that it is for: of its definition, or D50 where it takes any.
+    parameters : mapping of str
+        Default values of those parameters that not every space has.
+    formula : callable
+        From a `ColourSpace` to its `Formula`.
+    source : str
+        Where it is defined.
+    lightness : int
+        Which of the axes is lightness, or luminance.
+    """
+
+    axes: tuple[str, str, str]
+    white: str
+    parameters: Mapping[str, object]
+    formula: Callable[[ColourSpace], Formula]
+    source: str
+    lightness: int = 0
+
+
+_VIEWING: Mapping[str, object] = MappingProxyType(
+    {
+        "adapting_luminance": DEFAULT_ADAPTING_LUMINANCE,
+        "background": DEFAULT_BACKGROUND,
+        "surround": "average",
+    }
+)
+_ABSOLUTE: Mapping[str, object] = MappingProxyType({"luminance": DEFAULT_LUMINANCE})
+_NO_OTHERS: Mapping[str, object] = MappingProxyType({})
+
+
+def _appearance(name: str) -> Callable[[ColourSpace], Formula]:
+    return lambda space: UniformAppearance(
+        AppearanceModel(
+            name,
+            space.white * 100.0,
+            space.adapting_luminance or DEFAULT_ADAPTING_LUMINANCE,
+            space.background or DEFAULT_BACKGROUND,
+            space.surround or "average",
+        )
+    )
+
+
+def _luminance(space: ColourSpace) -> float:
+    return space.luminance or DEFAULT_LUMINANCE
+
+
+SPACES: Mapping[str, SpaceDefinition] = MappingProxyType(
+    {
+        "CIELAB": SpaceDefinition(
+            ("L*", "a*", "b*"),
+            "D50",
+            _NO_OTHERS,
+            lambda space: Cielab(space.white),
+            "CIE 15:2018, 8.2.1",
+        ),
+        "CIELUV": SpaceDefinition(
+            ("L*", "u*", "v*"),
+            "D50",
+            _NO_OTHERS,
+            lambda space: Cieluv(space.white),
+            "CIE 15:2018, 8.2.2",
+        ),
+        "CIEXYZ": SpaceDefinition(
+            ("X", "Y", "Z"),
+            "D50",
+            _NO_OTHERS,
+            lambda _: Ciexyz(),
+            "CIE 15:2018, 7",
+            lightness=1,
+        ),
+        "CAM16-UCS": SpaceDefinition(
+            ("J'", "a'", "b'"),
+            "D50",
+            _VIEWING,
+            _appearance("CAM16"),
+            "Li et al., Color Research and Application 42 (2017)",
+        ),
+        "CAM02-UCS": SpaceDefinition(
+            ("J'", "a'", "b'"),
+            "D50",
+            _VIEWING,
+            _appearance("CIECAM02"),
+            "CIE 159:2004; Luo, Cui and Li, Color Research and Application 31 (2006)",
+        ),
+        "DIN99o": SpaceDefinition(
+            ("L99o", "a99o", "b99o"),
+            "D65",
+            _NO_OTHERS,
+            lambda space: Din99(space.white),
+            "DIN 6176:2018",
+        ),
+        "Oklab": SpaceDefinition(
+            ("L", "a", "b"), "D65", _NO_OTHERS, lambda _: oklab(), "Ottosson 2020"
+        ),
+        "IPT": SpaceDefinition(
+            ("I", "P", "T"),
+            "D65",
+            _NO_OTHERS,
+            lambda _: ipt(),
+            "Ebner and Fairchild, 6th Color Imaging Conference (1998)",
+        ),
+        "ICtCp": SpaceDefinition(
+            ("I", "Ct", "Cp"),
+            "D65",
+            _ABSOLUTE,
+            lambda space: ictcp(_luminance(space)),
+            "ITU-R BT.2100-2, table 7, PQ",
+        ),
+        "ITP": SpaceDefinition(
+            ("I", "T", "P"),
+            "D65",
+            _ABSOLUTE,
+            lambda space: ictcp(_luminance(space), itp=True),
+            "ITU-R BT.2124-0, annex 1, times 720: distances are ΔE_ITP",
+        ),
+        "Jzazbz": SpaceDefinition(
+            ("Jz", "az", "bz"),
+            "D65",
+            _ABSOLUTE,
+            lambda space: Jzazbz(_luminance(space)),
+            "Safdar et al., Optics Express 25 (2017)",
+        ),
+    }
+)
+"""All colour spaces by name, CIELAB first."""
+
+
+@dataclass(frozen=True)
+class ColourSpace:
+    """A colour space with everything settled that its coordinates depend on.
+
+    Attributes
+    ----------
+    name : str
+        A key of `SPACES`.
+    reference_white : str or three floats, optional
+        The white that colours are adapted to, and that formulas with a white are relative to: a key
+        of `WHITES`, or X, Y, Z with Y = 1. None for the space's own.
+    adaptation : str, optional
+        How colours get there from D50, a key of `ADAPTATIONS`; None for Bradford.
+    scale : float, optional
+        What all coordinates are multiplied by; None for 1.
+    luminance : float, optional
+        Of the white in cd/m², for spaces that are absolute.
+    adapting_luminance, background : float, optional
+        L_A in cd/m² and Y_b in per cent of the white, for appearance models.
+    surround : str, optional
+        A key of `SURROUNDS`, for appearance models.
+    """
+
+    name: str = "CIELAB"
+    reference_white: str | tuple[float, float, float] | None = None
+    adaptation: str | None = None
+    scale: float | None = None
+    luminance: float | None = None
+    adapting_luminance: float | None = None
+    background: float | None = None
+    surround: str | None = None
+
+    @property
+    def definition(self) -> SpaceDefinition:
+        """Its row of the table."""
+        return SPACES[self.name]
+
+    @property
+    def axes(self) -> tuple[str, str, str]:
+        """What the coordinates are called."""
+        return self.definition.axes
+
+    @property
+    def white(self) -> FloatArray:
+        """X, Y, Z of the reference white, Y = 1."""
+        if self.reference_white is None:
+            return white_point(self.definition.white)
+        if isinstance(self.reference_white, str):
+            return white_point(self.reference_white)
+        return np.array(self.reference_white)
+
+    @property
+    def rotation(self) -> tuple[float, float, float, float]:
+        """Quaternion (x, y, z, w) that shows lightness along glTF's y, upwards."""
+        return LIGHTNESS_UPWARDS if self.definition.lightness == 0 else (0.0, 0.0, 0.0, 1.0)
+
+    @cached_property
+    def is_icc_cielab(self) -> bool:
+        """Whether it is CIELAB relative to ICC's D50, unscaled: what device colours come in."""
+        white = white_point("D50")
+        return (
+            self.name == "CIELAB"
+            and np.array_equal(self.white, white)
+            and self.scale in {None, 1.0}
+        )
+
+    def coordinates(self, lab: FloatArray, *, as_measured: bool = False) -> tuple[FloatArray, int]:
+        """Return the coordinates of device colours.
+
+        Parameters
+        ----------
+        lab : (n, 3) float
+            L*, a*, b* relative to ICC's D50.
+        as_measured : bool
+            Whether the tristimulus values behind them were measured so and are not to be adapted.
+
+        Returns
+        -------
+        coordinates : (n, 3) float
+        moved : int
+            How many colours the space has no coordinates for, so that those of the nearest colour
+            in the formula's sense were taken.
+
+        Raises
+        ------
+        InvalidPointsError
+            Coordinates are not finite: the colours are far from any that there are.
+        """
+        if self.is_icc_cielab:
+            return lab, 0
+        with np.errstate(all="ignore"):  # what comes of it is looked at below
+            xyz = Cielab(white_point("D50")).xyz(np.asarray(lab, np.float64))
+            if not as_measured:
+                xyz = xyz @ self._from_d50(self.adaptation or "Bradford").T
+            coordinates, moved = self._formula.coordinates(xyz)
+            coordinates = coordinates * (self.scale or 1.0)
+        faulty = np.flatnonzero(~np.isfinite(coordinates).all(axis=1))
+        if faulty.size:
+            row = int(faulty[0])
+            raise InvalidPointsError(
+                f"{faulty.size} of {len(lab)} colours have no coordinates in {self.name}, the first"
+                f" of them number {row}: L*, a*, b* {np.asarray(lab)[row].tolist()}",
+                where={"row": row},
+                remedy="colours that exist, or the space CIELAB",
+            )
+        return np.ascontiguousarray(coordinates), int(moved.sum())
+
+    def appearance_lab(self, coordinates: PositionArray) -> PositionArray:
+        """Return L*, a*, b* relative to ICC's D50 of what is to be shown of coordinates.
+
+        Parameters
+        ----------
+        coordinates : (n, 3) float
+
+        Returns
+        -------
+        (n, 3) float
+            As an eye sees them that is adapted to the reference white, which is white; finite for
+            all finite coordinates. The coordinates themselves in ICC's CIELAB, else float32.
+        """
+        if self.is_icc_cielab:
+            return coordinates
+        given = np.asarray(coordinates, np.float64) / (self.scale or 1.0)
+        shown = "Bradford" if self.adaptation in {None, "none"} else str(self.adaptation)
+        with np.errstate(all="ignore"):
+            xyz = np.nan_to_num(self._formula.xyz(given), nan=0.0, posinf=1e6, neginf=-1e6)
+        xyz = np.clip(xyz, -1e6, 1e6) @ np.linalg.inv(self._from_d50(shown)).T
+        lab, _ = Cielab(white_point("D50")).coordinates(xyz)
+        return np.ascontiguousarray(lab, np.float32)
+
+    def description(self) -> dict[str, JSON]:
+        """Return all that the coordinates depend on, JSON-able."""
+        white, _ = self._formula.coordinates(self.white[np.newaxis])
+        named = self.reference_white or self.definition.white
+        parameters: dict[str, JSON] = {}
+        for name, default in self.definition.parameters.items():
+            given = getattr(self, name)
+            value = default if given is None else given
+            parameters[name] = value if isinstance(value, str) else round(float(str(value)), 6)
+        return {
+            "name": self.name,
+            "axes": list[JSON](self.axes),
+            "reference_white": named if isinstance(named, str) else "as given",
+            "reference_white_xyz": [round(float(value), 6) for value in self.white],
+            "adaptation": self.adaptation or "Bradford",
+            "scale": self.scale or 1.0,
+            "white_coordinates": [
+                round(float(value) * (self.scale or 1.0), 6) + 0.0 for value in white[0]
+            ],
+            **parameters,
+            "source": self.definition.source,
+        }
+
+    def _from_d50(self, adaptation: str) -> FloatArray:
+        return adaptation_matrix(white_point("D50"), self.white, adaptation)
+
+    @cached_property
+    def _formula(self) -> Formula:
+        return self.definition.formula(self)
+
+
+CIELAB = ColourSpace()
+"""CIELAB relative to ICC's D50."""
+
+
+def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColours:
+    """Return a device's colours in a space, with the space in their provenance.
+
+    Parameters
+    ----------
+    colours : SurfaceColours
+        In ICC's CIELAB.
+    space : ColourSpace
+
+    Returns
+    -------
+    SurfaceColours
+        Its points are the space's coordinates.
+
+    Raises
+    ------
+    InvalidPointsError
+        As `ColourSpace.coordinates`.
+    """
+    lab = colours.points
+    if colours.own_values is not None and not space.is_icc_cielab:
+        icc = Cielab(white_point("D50"))
+        lab, _ = icc.coordinates(icc.xyz(lab) @ colours.own_values.T)
+    points, moved = space.coordinates(lab, as_measured=colours.as_measured)
+    described = space.description()
+    if space.is_icc_cielab:
+        described["adaptation"] = "none: the colours are relative to D50"
+    elif colours.own_values is not None:
+        described["adaptation"] = "none: the display's own colours, from before adaptation to D50"
+    elif colours.as_measured:
+        described["adaptation"] = "none: the colours are as measured"
+    given = colours.provenance.get("warnings")
+    warnings = list(given) if isinstance(given, list) else []
+    if moved:
+        warnings.append(
+            f"{moved} of {len(points)} colours have no coordinates in {space.name}, such as those "
+            "with negative tristimulus values; they were moved to the nearest that have."
+        )
+    provenance = {
+        **colours.provenance,
+        "colour_space": described,
+        "axes": " ".join(space.axes),
+        "warnings": warnings,
+    }
+    return replace(colours, points=points, provenance=provenance)

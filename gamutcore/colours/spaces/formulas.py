@@ -1,0 +1,394 @@
+"""The formulas of the colour spaces: tristimulus values to coordinates, and back.
+
+Every class is one kind of space. `coordinates` takes X, Y, Z that are adapted to the space's white,
+with Y = 1 for it, and says where a formula has no answer and its nearest one was taken; `xyz` is
+the inverse. Both are finite for all finite input of reasonable size, which measured colours do not
+grant by themselves: noise makes tristimulus values negative, of which most roots and logarithms
+know nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from gamutcore.colours.spaces.white_points import white_point
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from gamutcore.arrays import FloatArray
+    from gamutcore.colours.spaces.appearance_model import AppearanceModel
+
+__all__ = [
+    "Cielab",
+    "Cieluv",
+    "Ciexyz",
+    "Din99",
+    "Formula",
+    "Jzazbz",
+    "PerceptualQuantizer",
+    "PowerOpponent",
+    "UniformAppearance",
+    "ictcp",
+    "ipt",
+    "oklab",
+    "pq_luminance",
+    "pq_signal",
+]
+
+_SLIGHT = 1e-9
+"""Tristimulus values this little below zero are rounding, not colours that a space cannot hold."""
+
+
+class Formula(Protocol):
+    """What a colour space computes; arrays are (n, 3) float, rows are colours."""
+
+    def coordinates(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Return the coordinates of colours, and which of them, (n,), were moved to have any."""
+
+    def xyz(self, coordinates: FloatArray) -> FloatArray:
+        """Return the tristimulus values of coordinates."""
+
+
+def _none(xyz: FloatArray) -> NDArray[np.bool_]:
+    return np.zeros(len(xyz), dtype=np.bool_)
+
+
+def _negative(values: FloatArray) -> NDArray[np.bool_]:
+    negative: NDArray[np.bool_] = np.any(values < -_SLIGHT, axis=1)
+    return negative
+
+
+@dataclass(frozen=True, eq=False)
+class Ciexyz:
+    """CIE 1931 tristimulus values themselves, Y = 1 for the white."""
+
+    def coordinates(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """See `Formula`."""
+        return xyz, _none(xyz)
+
+    def xyz(self, coordinates: FloatArray) -> FloatArray:
+        """See `Formula`."""
+        return coordinates
+
+
+@dataclass(frozen=True, eq=False)
+class Cielab:
+    """CIE 1976 L*a*b* (CIE 15:2018, 8.2.1); its straight part goes on below zero."""
+
+    white: FloatArray
+
+    def coordinates(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """See `Formula`."""
+        ratio = xyz / self.white
+        roots = np.cbrt(ratio)
+        x, y, z = np.where(ratio > (6 / 29) ** 3, roots, ratio * (841 / 108) + 4 / 29).T
+        return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=1), _none(xyz)
+
+    def xyz(self, coordinates: FloatArray) -> FloatArray:
+        """See `Formula`."""
+        lightness, a, b = coordinates.T
+        y = (lightness + 16) / 116
+        values = np.stack([y + a / 500, y, y - b / 200], axis=1)
+        decoded = np.where(values > 6 / 29, values**3, (values - 4 / 29) * (108 / 841))
+        result: FloatArray = decoded * self.white
+        return result
+
+
+@dataclass(frozen=True, eq=False)
+class Cieluv:
+    """CIE 1976 L*u*v* (CIE 15:2018, 8.2.2); tristimulus values below zero are raised to it."""
+
+    white: FloatArray
+
+    def coordinates(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """See `Formula`."""
+        outside = _negative(xyz)
+        x, y, z = np.maximum(xyz, 0.0).T
+        ratio = y / self.white[1]
+        lightness = np.where(
+            ratio > (6 / 29) ** 3, 116 * np.cbrt(ratio) - 16, ratio * (29 / 3) ** 3
+        )
+        u0, v0 = self._white_chromaticity()
+        total = x + 15 * y + 3 * z
+        seen = total > 0
+        divisor = np.where(seen, total, 1.0)
+        u = np.where(seen, 4 * x / divisor - u0, 0.0)
+        v = np.where(seen, 9 * y / divisor - v0, 0.0)
+        return np.stack([lightness, 13 * lightness * u, 13 * lightness * v], axis=1), outside
+
+    def xyz(self, coordinates: FloatArray) -> FloatArray:
+        """See `Formula`."""
+        lightness, u, v = coordinates.T
+        lit = lightness > 0
+        scale = 13 * np.where(lit, lightness, 1.0)
+        u0, v0 = self._white_chromaticity()
+        u = np.where(lit, u / scale, 0.0) + u0
+        v = np.maximum(np.where(lit, v / scale, 0.0) + v0, 1e-4)  # no colour has v' 0
+        y = np.where(lightness > 8, ((lightness + 16) / 116) ** 3, lightness * (3 / 29) ** 3)
+        y = np.where(lit, y, 0.0) * self.white[1]
+        return np.stack([y * 9 * u / (4 * v), y, y * (12 - 3 * u - 20 * v) / (4 * v)], axis=1)
+
+    def _white_chromaticity(self) -> tuple[float, float]:
+        """Return u' and v' of the white."""
+        x, y, z = self.white
+        total = x + 15 * y + 3 * z
+        return float(4 * x / total), float(9 * y / total)
+
+
+@dataclass(frozen=True, eq=False)
+class Din99:
+    """DIN99o (DIN 6176:2018): CIELAB, rotated by 26° and compressed logarithmically."""
+
+    white: FloatArray
+
+    ANGLE = np.deg2rad(26.0)
+    FLATTENING = 0.83
+    LIGHTNESS = 0.0039
+    LIGHTNESS_SCALE = 100.0 / np.log1p(0.39)
+    """303.67 in the standard, which is rounded from what makes the white's lightness 100."""
+    CHROMA, CHROMA_SCALE = 0.075, 1.0 / 0.0435
+
+    def coordinates(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """See `Formula`."""
+        lightness, a, b = Cielab(self.white).coordinates(xyz)[0].T
+        cosine, sine = np.cos(self.ANGLE), np.sin(self.ANGLE)
+        red, yellow = a * cosine + b * sine, self.FLATTENING * (b * cosine - a * sine)
+        chroma = self.CHROMA_SCALE * np.log1p(self.CHROMA * np.hypot(red, yellow))
+        hue = np.arctan2(yellow, red) + self.ANGLE
+        outside: NDArray[np.bool_] = lightness < -100 * _SLIGHT
+        light = self.LIGHTNESS_SCALE * np.log1p(self.LIGHTNESS * np.maximum(lightness, 0.0))
+        return np.stack([light, chroma * np.cos(hue), chroma * np.sin(hue)], axis=1), outside
+
+    def xyz(self, coordinates: FloatArray) -> FloatArray:
+        """See `Formula`."""
+        light, first, second = coordinates.T
+        chroma = np.minimum(np.hypot(first, second), 200.0)
+        radius = np.expm1(chroma / self.CHROMA_SCALE) / self.CHROMA
+        hue = np.arctan2(second, first) - self.ANGLE
+        red, yellow = radius * np.cos(hue), radius * np.sin(hue) / self.FLATTENING
+        cosine, sine = np.cos(self.ANGLE), np.sin(self.ANGLE)
+        lightness = np.expm1(np.clip(light, 0.0, 200.0) / self.LIGHTNESS_SCALE) / self.LIGHTNESS
+        lab = np.stack([lightness, red * cosine - yellow * sine, red * sine + yellow * cosine], 1)
+        return Cielab(self.white).xyz(lab)
+
+
+@dataclass(frozen=True, eq=False)
+class PowerOpponent:
+    """Cone responses raised to a power, with their sign, and made opponent by a matrix."""
+
+    cones: FloatArray
+    exponent: float
+    opponent: FloatArray
+
+    def coordinates(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """See `Formula`."""
+        responses = xyz @ self.cones.T
+        raised = np.sign(responses) * np.abs(responses) ** self.exponent
+        return raised @ self.opponent.T, _none(xyz)
+
+    def xyz(self, coordinates: FloatArray) -> FloatArray:
+        """See `Formula`."""
+        raised = coordinates @ np.linalg.inv(self.opponent).T
+        responses = np.sign(raised) * np.abs(raised) ** (1.0 / self.exponent)
+        result: FloatArray = responses @ np.linalg.inv(self.cones).T
+        return result
+
+
+def oklab() -> PowerOpponent:
+    """Return Oklab (Ottosson, A perceptual color space for image processing, 2020; D65)."""
+    return PowerOpponent(
+        np.array(
+            [
+                (0.8189330101, 0.3618667424, -0.1288597137),
+                (0.0329845436, 0.9293118715, 0.0361456387),
+                (0.0482003018, 0.2643662691, 0.6338517070),
+            ]
+        ),
+        1.0 / 3.0,
+        np.array(
+            [
+                (0.2104542553, 0.7936177850, -0.0040720468),
+                (1.9779984951, -2.4285922050, 0.4505937099),
+                (0.0259040371, 0.7827717662, -0.8086757660),
+            ]
+        ),
+    )
+
+
+def ipt() -> PowerOpponent:
+    """Return IPT (Ebner and Fairchild, 6th Color Imaging Conference, 1998; D65)."""
+    return PowerOpponent(
+        np.array([(0.4002, 0.7075, -0.0807), (-0.2280, 1.1500, 0.0612), (0.0, 0.0, 0.9184)]),
+        0.43,
+        np.array([(0.4, 0.4, 0.2), (4.4550, -4.8510, 0.3960), (0.8056, 0.3572, -1.1628)]),
+    )
+
+
+_M1, _M2 = 2610 / 16384, 2523 / 4096 * 128
+_C1, _C2, _C3 = 3424 / 4096, 2413 / 4096 * 32, 2392 / 4096 * 32
+_PEAK = 10_000.0
+
+
+def pq_signal(luminance: FloatArray, exponent: float = _M2) -> FloatArray:
+    """Return the signal of luminances in the perceptual quantizer.
+
+    Parameters
+    ----------
+    luminance : array of float
+        In cd/m², 0 or more; the signal is 1 for 10,000.
+    exponent : float
+        The outer one; another for Jzazbz.
+
+    Returns
+    -------
+    array of float
+
+    Notes
+    -----
+    SMPTE ST 2084:2014, equation 5.2; ITU-R BT.2100-2, table 4.
+    """
+    powers = (luminance / _PEAK) ** _M1
+    signal: FloatArray = ((_C1 + _C2 * powers) / (1.0 + _C3 * powers)) ** exponent
+    return signal
+
+
+def pq_luminance(signal: FloatArray, exponent: float = _M2) -> FloatArray:
+    """Return the luminances of signals; the inverse of `pq_signal`.
+
+    Parameters
+    ----------
+    signal : array of float
+        Those below the signal of no light are taken for it; at most about twice the largest.
+    exponent : float
+
+    Returns
+    -------
+    array of float
+        In cd/m².
+    """
+    roots = np.minimum(np.maximum(signal, 0.0) ** (1.0 / exponent), 1.0075)  # the pole is at 1.0088
+    luminance: FloatArray = _PEAK * (np.maximum(roots - _C1, 0.0) / (_C2 - _C3 * roots)) ** (
+        1.0 / _M1
+    )
+    return luminance
+
+
+@dataclass(frozen=True, eq=False)
+class PerceptualQuantizer:
+    """Cone responses in cd/m² through the perceptual quantizer, made opponent by a matrix.
+
+    Negative responses are raised to zero: the quantizer is for light.
+    """
+
+    cones: FloatArray
+    opponent: FloatArray
+    luminance: float
+
+    def coordinates(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """See `Formula`."""
+        responses = xyz @ self.cones.T
+        outside = _negative(responses)
+        return pq_signal(np.maximum(responses, 0.0) * self.luminance) @ self.opponent.T, outside
+
+    def xyz(self, coordinates: FloatArray) -> FloatArray:
+        """See `Formula`."""
+        signals = coordinates @ np.linalg.inv(self.opponent).T
+        result: FloatArray = pq_luminance(signals) / self.luminance @ np.linalg.inv(self.cones).T
+        return result
+
+
+def ictcp(luminance: float, *, itp: bool = False) -> PerceptualQuantizer:
+    """Return ICtCp for PQ, or the space whose distances are ΔE_ITP.
+
+    Parameters
+    ----------
+    luminance : float
+        Of the white, in cd/m².
+    itp : bool
+        Whether T is half of Ct and all is scaled by 720.
+
+    Returns
+    -------
+    PerceptualQuantizer
+
+    Notes
+    -----
+    ITU-R BT.2100-2, table 7; ΔE_ITP is that of ITU-R BT.2124-0, annex 1. The way from tristimulus
+    values leads over the primaries of BT.2020 with D65.
+    """
+    chromaticities = np.array([(0.708, 0.292), (0.170, 0.797), (0.131, 0.046)])
+    x, y = chromaticities.T
+    primaries = np.stack([x / y, np.ones(3), (1 - x - y) / y])
+    to_xyz = primaries * np.linalg.solve(primaries, white_point("D65"))
+    to_cones = np.array([(1688, 2146, 262), (683, 2951, 462), (99, 309, 3688)]) / 4096
+    opponent = np.array([(2048, 2048, 0), (6610, -13613, 7003), (17933, -17390, -543)]) / 4096
+    if itp:
+        opponent = opponent * np.array([[720.0], [360.0], [720.0]])
+    return PerceptualQuantizer(to_cones @ np.linalg.inv(to_xyz), opponent, luminance)
+
+
+@dataclass(frozen=True, eq=False)
+class Jzazbz:
+    """Jzazbz (Safdar et al., Optics Express 25 (2017), equations 8 to 12; D65, absolute)."""
+
+    luminance: float
+
+    B, G = 1.15, 0.66
+    D, D0 = -0.56, 1.6295499532821566e-11
+    EXPONENT = 1.7 * 2523 / 2**5
+    CONES = np.array(
+        [
+            (0.41478972, 0.579999, 0.0146480),
+            (-0.2015100, 1.120649, 0.0531008),
+            (-0.0166008, 0.264800, 0.6684799),
+        ]
+    )
+    OPPONENT = np.array(
+        [(0.5, 0.5, 0.0), (3.524000, -4.066708, 0.542708), (0.199076, 1.096799, -1.295875)]
+    )
+
+    def coordinates(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """See `Formula`."""
+        x, y, z = xyz.T
+        shifted = np.stack(
+            [self.B * x - (self.B - 1) * z, self.G * y - (self.G - 1) * x, z], axis=1
+        )
+        responses = shifted @ self.CONES.T
+        outside = _negative(responses)
+        signals = pq_signal(np.maximum(responses, 0.0) * self.luminance, self.EXPONENT)
+        intensity, a, b = self.OPPONENT @ signals.T
+        lightness = (1 + self.D) * intensity / (1 + self.D * intensity) - self.D0
+        return np.stack([lightness, a, b], axis=1), outside
+
+    def xyz(self, coordinates: FloatArray) -> FloatArray:
+        """See `Formula`."""
+        lightness, a, b = coordinates.T
+        lightness = np.clip(lightness + self.D0, 0.0, 2.0)
+        intensity = lightness / (1 + self.D - self.D * lightness)
+        signals = np.linalg.solve(self.OPPONENT, np.stack([intensity, a, b])).T
+        responses = pq_luminance(signals, self.EXPONENT) / self.luminance
+        shifted_x, shifted_y, z = np.linalg.solve(self.CONES, responses.T)
+        x = (shifted_x + (self.B - 1) * z) / self.B
+        return np.stack([x, (shifted_y + (self.G - 1) * x) / self.G, z], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class UniformAppearance:
+    """The uniform space of an appearance model; tristimulus values below zero are raised to it."""
+
+    model: AppearanceModel
+
+    def coordinates(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """See `Formula`."""
+        negative = _negative(xyz)
+        coordinates, outside = self.model.uniform(np.maximum(xyz, 0.0) * 100.0)
+        return coordinates, negative | outside
+
+    def xyz(self, coordinates: FloatArray) -> FloatArray:
+        """See `Formula`."""
+        result: FloatArray = self.model.tristimulus(coordinates) / 100.0
+        return result

@@ -1,0 +1,433 @@
+"""``gamut worker``: takes jobs from the broker and performs them, one per process at a time.
+
+Celery's main process talks to the broker and never touches the store: it is forked for every slot,
+and what the store's client has in the way of threads would not survive that. Each forked process
+has a `Performer` with a warm build process, which ends with it. A hard time limit kills a slot that
+is stuck; the job's lease then ends, and it is sent again. On SIGTERM no further message is taken,
+builds under way may finish for ``drain_seconds``, and what is left then is given back and sent
+again at once.
+"""
+
+from __future__ import annotations
+
+import logging
+import mmap
+import multiprocessing
+import os
+import random
+import signal
+import socket
+import sys
+import threading
+import time
+from typing import TYPE_CHECKING, Any
+
+import billiard
+from celery import bootsteps, signals
+from celery.exceptions import Reject
+from celery.worker.consumer import Consumer
+
+from service.broker.celery_app import TASK, Broker, BrokerUnavailableError, celery_app
+from service.broker.health import SIGN_SECONDS, leave, sign
+from service.broker.outbox import Outbox
+from service.broker.redis_delivery import count_deliveries_patiently
+from service.building.interruption import Interruption
+from service.building.job_runner import Outcome, Performer
+from service.building.process import ProcessDiedError
+from service.jobs.book import JobBook
+from service.storage.blobs import StoreUnavailableError
+from service.storage.location import StoreLocationError, gamut_store
+from service.telemetry.build_observer import BuildObserver
+from service.telemetry.build_reports import BuildReports
+from service.telemetry.metrics import BuildFigures
+from service.telemetry.metrics_endpoint import serve_build_figures
+from service.telemetry.traces import Traces, traces_of, traces_wanted
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from service.building.engine import BuildReport
+    from service.settings import Settings
+    from service.storage.gamuts import GamutStore
+
+__all__ = ["Slot", "run_worker"]
+
+logger = logging.getLogger(__name__)
+
+_HEARTBEAT_SECONDS = 1.0
+"""Between two renewals of a claim: what a client sees of the progress, and how soon a cancelled
+build ends."""
+
+_SWEEP_SECONDS = 5.0
+"""Between two looks for jobs that have to be sent again, on the average."""
+
+_RETRY_SECONDS = 2.0
+"""Before a job goes back to the queue that could not even be claimed."""
+
+_START_SECONDS = 600.0
+"""What a slot's start may take: the store may be out of reach."""
+
+_FIRST_LOOK_SECONDS = 120.0
+"""What the first look into the store may take: its retries included."""
+
+_LOOK_SECONDS = 0.5
+"""Between two looks whether the build process of a slot is there."""
+
+
+class Slot:
+    """What one process of the worker has, made after it was forked.
+
+    Parameters
+    ----------
+    settings : Settings
+        Store, broker, limits.
+    store : GamutStore
+        The store of the deployment, open.
+    broker : Broker
+        Sends again what was not finished.
+    on_build : callable, optional
+        Told of the end of every build.
+    """
+
+    def __init__(
+        self,
+        settings: Settings,
+        store: GamutStore,
+        broker: Broker,
+        on_build: BuildReport | None = None,
+    ) -> None:
+        book = JobBook(
+            store.blobs,
+            settings.build_attempts,
+            lost_options=store.options_of_damaged_job,
+            on_damaged=store.count_damaged_job,
+        )
+        self._settings = settings
+        self._broker = broker
+        self.outbox = Outbox(store.blobs, book)
+        self.interruption = Interruption()
+        self.performer = Performer(
+            settings,
+            store,
+            book,
+            heartbeat=_HEARTBEAT_SECONDS,
+            lease=settings.build_lease,
+            on_build=on_build,
+        )
+        self._busy = threading.Lock()
+
+    def perform(self, job_id: str) -> Outcome:
+        """Return what became of a job, after doing it if it is to be had.
+
+        Raises
+        ------
+        StoreUnavailableError, ProcessDiedError, OSError
+            It could not be begun, and has to be delivered again.
+        """
+        with self._busy:
+            outcome = self.performer.perform(job_id, self.interruption)
+        document = outcome.document
+        if outcome.state == "released":
+            self.send(job_id)
+        elif outcome.state != "unwritten" and (document is None or document.final):
+            try:
+                self.outbox.remove(job_id)
+            except (StoreUnavailableError, OSError) as error:
+                logger.warning("the mark of %s stays for now: %s", job_id, error)
+        return outcome
+
+    def send(self, job_id: str) -> None:
+        """Send a job; what cannot be sent now is found by the next `sweep`."""
+        try:
+            self._broker.send(job_id)
+        except BrokerUnavailableError as error:
+            logger.warning("%s could not be sent: %s", job_id, error)
+
+    def sweep(self) -> int:
+        """Send the jobs whose messages were lost, and return how many.
+
+        Where jobs wait in the queue, one that nobody has begun may just be behind them, so that it
+        is given as much time again as a build may take. One message too many costs a look at the
+        job's document.
+        """
+        silence = self._settings.resend_seconds
+        if self._broker.waiting():
+            silence += self._settings.build_timeout
+        count = 0
+        for job_id in self.outbox.overdue(silence):
+            logger.warning("the message of %s was lost, sending another", job_id)
+            self._broker.send(job_id)
+            count += 1
+        return count
+
+    def keep_warm(self, told: Callable[[bool], None]) -> None:
+        """Start the build process whenever there is none, for as long as this process lives.
+
+        Parameters
+        ----------
+        told : callable
+            Gets whether it is warm, again and again.
+        """
+        while True:
+            # Of a slot that is busy, the performer has begun the process that it needs.
+            if self.performer.process is None and self._busy.acquire(blocking=False):
+                try:
+                    told(False)
+                    self.performer.warm()
+                except (ProcessDiedError, OSError) as error:
+                    logger.error("a build worker did not start: %s", error)  # noqa: TRY400 - no defect
+                    time.sleep(_RETRY_SECONDS)
+                except Exception:
+                    logger.exception("a build worker did not start")
+                    time.sleep(_RETRY_SECONDS)
+                finally:
+                    self._busy.release()
+            told(self.performer.process is not None)
+            time.sleep(_LOOK_SECONDS)
+
+    def sweep_forever(self) -> None:
+        """Sweep again and again, not in step with other workers."""
+        while True:
+            time.sleep(_SWEEP_SECONDS * random.uniform(0.5, 1.5))  # noqa: S311 - no secret
+            try:
+                self.sweep()
+            except (StoreUnavailableError, BrokerUnavailableError, OSError) as error:
+                logger.warning("no look for lost jobs: %s", error)
+            except Exception:
+                logger.exception("looking for lost jobs")
+
+
+class _Sign(bootsteps.StartStopStep):
+    """Writes the worker's sign of life while its connection to the broker stands."""
+
+    requires = ("celery.worker.consumer.tasks:Tasks",)
+
+    def __init__(self, parent: Any, **options: Any) -> None:  # noqa: ANN401 - Celery's
+        super().__init__(parent, **options)
+        self._timer: Any = None
+
+    def start(self, parent: Any) -> None:  # noqa: ANN401
+        """Begin to write: the connection stands."""
+        slots = parent.app.slots
+        _sign(*slots)
+        self._timer = parent.timer.call_repeatedly(SIGN_SECONDS, _sign, slots)
+
+    def stop(self, parent: Any) -> None:  # noqa: ANN401, ARG002
+        """Stop writing: the connection is lost, or the worker ends."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        leave()
+
+
+class _PlainConsumer(Consumer):
+    """Celery's consumer without what this task has no use for.
+
+    Delayed delivery would declare 28 exchanges and queues at RabbitMQ, for countdowns.
+    """
+
+    class Blueprint(Consumer.Blueprint):
+        """The steps of the consumer."""
+
+        default_steps = [  # noqa: RUF012 - as Celery declares it
+            "celery.worker.consumer.connection:Connection",
+            "celery.worker.consumer.mingle:Mingle",
+            "celery.worker.consumer.tasks:Tasks",
+            "celery.worker.consumer.consumer:Evloop",
+        ]
+
+
+def run_worker(settings: Settings) -> int:
+    """Take jobs and perform them until the process is told to end; return the exit status.
+
+    Parameters
+    ----------
+    settings : Settings
+        With a broker and a store that is shared.
+
+    Raises
+    ------
+    TracesUnavailableError
+        Traces are asked for, and cannot be had.
+    """
+    fault = _store_fault(settings)
+    if fault is not None:
+        sys.stderr.write(f"gamut: {fault}\n")
+        return 1
+    traces_wanted(settings.traces)  # or each slot would find out for itself
+    reports = BuildReports()
+    fault = _figures_fault(settings, reports) if settings.worker_metrics_port else None
+    if fault is not None:
+        sys.stderr.write(f"gamut: {fault}\n")
+        return 1
+    app = celery_app(settings)
+    count_deliveries_patiently()
+    slots = mmap.mmap(-1, mmap.PAGESIZE)  # shared with the processes that are forked
+    app.slots = (slots, settings.build_workers)
+    app.conf.worker_consumer = _PlainConsumer
+    app.conf.worker_proc_alive_timeout = _START_SECONDS
+    app.steps["consumer"].add(_Sign)
+    slot: list[Slot] = []
+    tracing: list[Traces] = []
+
+    def start_slot(**_: object) -> None:
+        number = billiard.current_process().index
+        slots[number] = False  # whatever became of the one before
+        traces = traces_of(settings.traces)
+        tracing[:] = [] if traces is None else [traces]
+        observer = BuildObserver(reports if settings.worker_metrics_port else None, traces)
+        slot[:] = [Slot(settings, _opened_store(settings), Broker(app), observer)]
+        _in_background(slot[0].keep_warm, lambda warm: slots.__setitem__(number, warm))
+        if number == 0:
+            _in_background(slot[0].sweep_forever)
+
+    def stop_slot(**_: object) -> None:
+        if slot:
+            slot[0].performer.close()
+        for traces in tracing:
+            traces.close()
+
+    @app.task(name=TASK)
+    def build(job_id: str) -> None:
+        # Only now: what is set before a process's first task is overwritten by the pool.
+        idle = signal.signal(signal.SIGTERM, lambda *_: slot[0].interruption.release())
+        try:
+            slot[0].perform(job_id)
+        except (StoreUnavailableError, ProcessDiedError, OSError) as error:
+            logger.warning("%s goes back to the queue: %s", job_id, error)
+            time.sleep(_RETRY_SECONDS)
+            raise Reject(str(error), requeue=True) from error
+        finally:
+            signal.signal(signal.SIGTERM, idle)
+
+    signals.setup_logging.connect(_leave_logging, weak=False)
+    signals.worker_process_init.connect(start_slot, weak=False)
+    signals.worker_process_shutdown.connect(stop_slot, weak=False)
+    worker = app.Worker(
+        hostname=f"{socket.gethostname()}-{os.getpid()}",
+        concurrency=settings.build_workers,
+        pool="prefork",
+        without_mingle=True,
+        without_gossip=True,
+        without_heartbeat=True,
+        quiet=True,
+    )
+
+    def drain(**_: object) -> None:
+        logger.info("no more jobs are taken; %g s for those under way", settings.drain_seconds)
+        leave()
+        waiting = threading.Timer(settings.drain_seconds, _release_all, (worker,))
+        waiting.daemon = True
+        waiting.start()
+
+    signals.worker_shutting_down.connect(drain, weak=False)
+    try:
+        worker.start()
+    finally:
+        leave()
+    return int(worker.exitcode or 0)
+
+
+def _store_fault(settings: Settings) -> str | None:
+    """Return why the store cannot be used; None if it can.
+
+    Asked in a process of its own: the bucket's client has threads once it was used, and a process
+    with threads must not be forked any more.
+    """
+    context = multiprocessing.get_context("fork")
+    receiving, sending = context.Pipe(duplex=False)
+
+    def look() -> None:
+        try:
+            store = gamut_store(settings)
+            store.open()
+            store.close()
+            sending.send(None)
+        except (StoreLocationError, StoreUnavailableError, OSError) as error:
+            sending.send(str(error))
+
+    process = context.Process(target=look)
+    process.start()
+    sending.close()
+    fault: str | None = f"the store was not seen within {_FIRST_LOOK_SECONDS:g} s"
+    try:
+        if receiving.poll(_FIRST_LOOK_SECONDS):
+            fault = receiving.recv()
+        else:
+            process.kill()
+    except EOFError:
+        fault = "looking into the store ended the process"
+    process.join()
+    return fault
+
+
+def _figures_fault(settings: Settings, reports: BuildReports) -> str | None:
+    """Serve the worker's figures; return why they cannot be served, None if they are.
+
+    In a process of its own, which ends with this one: serving takes threads (see `_store_fault`).
+    """
+    context = multiprocessing.get_context("fork")
+    receiving, sending = context.Pipe(duplex=False)
+    worker = os.getpid()
+
+    def serve() -> None:
+        # Ctrl-C reaches the whole process group.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        figures = BuildFigures()
+        reports.forward(figures)
+        try:
+            host, port = settings.host, settings.worker_metrics_port
+            serve_build_figures(figures, host, port, str(worker))
+        except OSError as error:
+            sending.send(f"GAMUT_WORKER_METRICS_PORT: {error.strerror}")
+            return
+        sending.send(None)
+        while os.getppid() == worker:
+            time.sleep(1.0)
+
+    process = context.Process(target=serve, name="figures", daemon=True)
+    process.start()
+    sending.close()
+    try:
+        fault: str | None = receiving.recv()
+    except EOFError:
+        fault = "the process that serves the figures ended"
+    return fault
+
+
+def _opened_store(settings: Settings) -> GamutStore:
+    """Return the store, as soon as it can be used."""
+    store = gamut_store(settings)
+    while True:
+        try:
+            store.open()
+        except (StoreUnavailableError, OSError) as error:
+            logger.error("the store cannot be used: %s", error)  # noqa: TRY400 - no defect
+            time.sleep(_RETRY_SECONDS)
+        else:
+            return store
+
+
+def _in_background(function: Callable[..., None], *arguments: object) -> None:
+    threading.Thread(target=function, args=arguments, daemon=True).start()
+
+
+def _leave_logging(**_: object) -> None:
+    """Keep Celery from setting up logging of its own, and from telling what we tell."""
+    for name in ("celery.app.trace", "celery.worker.strategy"):
+        logging.getLogger(name).setLevel(logging.WARNING)
+
+
+def _release_all(worker: Any) -> None:  # noqa: ANN401 - Celery's
+    """Tell every slot to give back what it is building, unless all have ended by now."""
+    pool = getattr(worker.pool, "_pool", None)
+    for process in [] if pool is None else worker.pool.info["processes"]:
+        logger.info("process %d is told to give back its build", process)
+        try:
+            os.kill(process, signal.SIGTERM)
+        except ProcessLookupError:
+            continue
+
+
+def _sign(slots: mmap.mmap, count: int) -> None:
+    sign(sum(slots[:count]), count)

@@ -1,0 +1,1 @@
+"""Caches and shared work that any part of the service uses."""

@@ -1,0 +1,1 @@
+"""HTTP mechanisms that know nothing of gamuts."""

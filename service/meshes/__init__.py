@@ -1,0 +1,1 @@
+"""Meshes from opened gamuts: search, encoding, caches and the fast path."""

@@ -1,0 +1,213 @@
+"""Several meshes in one answer: a zip archive, or a multipart/mixed message (RFC 2046, 5.1.3).
+
+The same meshes always make the same bytes: members are stored as they are, without a time, in the
+order in which they were asked for, and the boundary between parts is a digest. What a member's
+bytes are is shared with the cache of meshes; here are only the few bytes around them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import struct
+import zlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+from service.problems.problem import MEDIA_TYPE, Problem
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from service.meshes.encoded_meshes import EncodedMesh
+
+__all__ = ["CONTAINERS", "Asked", "Container", "Item", "MultipartContainer", "ZipContainer"]
+
+_DOS_DATE = 0x0021
+"""1 January 1980, the earliest that the format knows: of no mesh a time is known that matters."""
+
+_ZIP_VERSION = 20
+"""2.0, for folders in names (APPNOTE 4.4.3)."""
+
+_ATTRIBUTES = 0o100644 << 16
+"""A plain file that everybody may read (APPNOTE 4.4.15), made by Unix."""
+
+_CARRIED = (b"gamut-triangles", b"gamut-vertices", b"gamut-max-error", b"gamut-max-mismatch")
+"""Header fields of a mesh that its part has as well."""
+
+
+class Asked(NamedTuple):
+    """One mesh that a batch asks for.
+
+    Attributes
+    ----------
+    gamut_id : str
+    name : str
+        Of the parameter: ``triangles``, ``max_error`` or ``max_mismatch``.
+    value : str
+        As the client wrote it.
+    format_name : str
+    """
+
+    gamut_id: str
+    name: str
+    value: str
+    format_name: str
+
+    @property
+    def address(self) -> str:
+        """Where the mesh is by itself."""
+        return f"/v1/gamuts/{self.gamut_id}/mesh?{self.name}={self.value}&format={self.format_name}"
+
+
+@dataclass(frozen=True)
+class Item:
+    """What became of a mesh that was asked for: it, or what is wrong.
+
+    Attributes
+    ----------
+    asked : Asked
+    mesh : EncodedMesh or None
+    problem : Problem or None
+    """
+
+    asked: Asked
+    mesh: EncodedMesh | None
+    problem: Problem | None = None
+
+
+class Container(Protocol):
+    """A file with meshes in it, written from the beginning to the end."""
+
+    media_type: str
+
+    def parts(self, item: Item) -> Iterator[bytes]:
+        """Return the bytes of one more item."""
+
+    def end(self) -> Iterator[bytes]:
+        """Return the bytes behind the last item."""
+
+
+class ZipContainer:
+    """A zip archive: ``GAMUT/TRIANGLES.SUFFIX`` for every mesh, and ``index.json`` at its end.
+
+    The index has an entry for everything that was asked for, with the file or the problem. A level
+    that is asked for twice is there once. There are less than 4 GiB and 65,536 members, so no
+    member needs the format's extensions.
+    """
+
+    media_type = "application/zip"
+
+    def __init__(self, _asked: Sequence[Asked]) -> None:
+        self._directory: list[bytes] = []
+        self._names: set[str] = set()
+        self._size = 0
+        self._index: list[dict[str, Any]] = []
+
+    def parts(self, item: Item) -> Iterator[bytes]:
+        """Return the bytes of one more item."""
+        asked, mesh = item.asked, item.mesh
+        entry: dict[str, Any] = {
+            "gamut": asked.gamut_id,
+            asked.name: int(asked.value) if asked.name == "triangles" else float(asked.value),
+        }
+        if mesh is None:
+            entry["problem"] = None if item.problem is None else item.problem.document()
+        else:
+            fields = dict(mesh.headers)
+            triangles = fields[b"gamut-triangles"].decode()
+            name = f"{asked.gamut_id}/{triangles}.{asked.format_name}"
+            entry["file"] = name
+            entry["sha256"] = mesh.etag.strip('"')
+            for field in _CARRIED:
+                if field in fields:
+                    key = field.decode().removeprefix("gamut-").replace("-", "_")
+                    if key in {"triangles", "vertices"}:
+                        entry.setdefault("counts", {})[key] = int(fields[field])
+                    else:
+                        entry.setdefault("promises", {})[key] = float(fields[field])
+            if name not in self._names:
+                self._names.add(name)
+                yield from self._member(name, mesh.body)
+        self._index.append(entry)
+
+    def end(self) -> Iterator[bytes]:
+        """Return the index, the directory and the record that ends it (APPNOTE 4.3.16)."""
+        text = json.dumps({"meshes": self._index}, indent=1) + "\n"
+        yield from self._member("index.json", text.encode("ascii"))
+        directory = b"".join(self._directory)
+        count = len(self._directory)
+        yield directory
+        yield struct.pack("<4s4H2LH", b"PK\5\6", 0, 0, count, count, len(directory), self._size, 0)
+
+    def _member(self, name: str, content: bytes) -> Iterator[bytes]:
+        # Version, flags, method (stored), time, date, CRC, both sizes, length of the name and of
+        # what extends it: the same in the header and in the directory (APPNOTE 4.3.7, 4.3.12).
+        common = struct.pack(
+            "<5H3L2H",
+            _ZIP_VERSION,
+            0,
+            0,
+            0,
+            _DOS_DATE,
+            zlib.crc32(content),
+            len(content),
+            len(content),
+            len(name),
+            0,
+        )
+        made_by_unix = (3 << 8) | _ZIP_VERSION
+        self._directory.append(
+            struct.pack("<4sH", b"PK\1\2", made_by_unix)
+            + common
+            + struct.pack("<3H2L", 0, 0, 0, _ATTRIBUTES, self._size)
+            + name.encode("ascii")
+        )
+        header = b"PK\3\4" + common + name.encode("ascii")
+        self._size += len(header) + len(content)
+        yield header
+        yield content
+
+
+class MultipartContainer:
+    """A multipart/mixed message with a part for everything that was asked for, in that order.
+
+    A part has the header fields of the mesh by itself, or is a problem document.
+    """
+
+    def __init__(self, asked: Sequence[Asked]) -> None:
+        digest = hashlib.sha256("\n".join(one.address for one in asked).encode())
+        self._boundary = f"gamut-{digest.hexdigest()[:40]}"
+        self.media_type = f"multipart/mixed; boundary={self._boundary}"
+
+    def parts(self, item: Item) -> Iterator[bytes]:
+        """Return the bytes of one more item."""
+        lines = [f"--{self._boundary}", f"Content-Location: {item.asked.address}"]
+        if item.mesh is not None:
+            fields = dict(item.mesh.headers)
+            content = item.mesh.body
+            lines += [
+                f"{name.decode().title()}: {fields[name].decode()}"
+                for name in (b"content-type", *_CARRIED)
+                if name in fields
+            ]
+            lines.append(f"ETag: {item.mesh.etag}")
+        else:
+            document = {} if item.problem is None else item.problem.document()
+            content = json.dumps(document).encode("ascii")
+            lines.append(f"Content-Type: {MEDIA_TYPE}")
+        lines.append(f"Content-Length: {len(content)}")
+        yield ("\r\n".join(lines) + "\r\n\r\n").encode("ascii")
+        yield content
+        yield b"\r\n"
+
+    def end(self) -> Iterator[bytes]:
+        """Return the last boundary."""
+        yield f"--{self._boundary}--\r\n".encode("ascii")
+
+
+CONTAINERS: dict[str, type[ZipContainer | MultipartContainer]] = {
+    "application/zip": ZipContainer,
+    "multipart/mixed": MultipartContainer,
+}
+"""All containers by media type, the preferred one first."""

@@ -1,0 +1,105 @@
+"""Answers plain requests for meshes ahead of FastAPI, whose routing takes longer than the mesh.
+
+A request is plain if its path and query are of the usual forms and its mesh is at hand
+(`Meshes.at_once`). Everything else, errors included, goes on to the route; both answer with
+`EncodedMesh.response`, so that no client can tell which of them it was. See
+``docs/decisions/immutable-responses.md``.
+"""
+
+from __future__ import annotations
+
+import functools
+import re
+from typing import TYPE_CHECKING
+
+from gamutcore.export import FORMATS
+from service.http.compression import preferred_coding
+from service.http.negotiation import preferred_media_type
+from service.http.parameters import DECIMAL_PATTERN
+from service.meshes.encoded_meshes import MEDIA_TYPES, SUFFIXES, Wanted
+from service.telemetry.request_observer import MatchedRoute
+
+if TYPE_CHECKING:
+    from starlette.types import ASGIApp, Receive, Scope, Send
+
+    from service.meshes.encoded_meshes import EncodedMesh, Meshes
+
+__all__ = ["MeshFront"]
+
+_ROUTE = MatchedRoute("/v1/gamuts/{gamut_id}/mesh")
+_FILE_ROUTE = MatchedRoute("/v1/gamuts/{gamut_id}/mesh.{suffix}")
+
+_PATH = re.compile(r"/v1/gamuts/([0-9a-f]{64})/mesh(?:\.([a-z]+))?\Z", re.ASCII)
+_LIMIT = DECIMAL_PATTERN.encode()
+_QUERY = re.compile(
+    rb"(?:triangles=([0-9]{1,9})|(?:max_error=(%b))?(?:(?:^|&)max_mismatch=(%b))?)"
+    rb"(?:(?:^|&)format=([a-z]+))?\Z" % (_LIMIT, _LIMIT)
+)
+
+
+class MeshFront:
+    """ASGI layer that answers plain requests for meshes.
+
+    Parameters
+    ----------
+    app : ASGI app
+        Gets all other requests.
+    meshes : Meshes
+        Where the meshes are.
+    """
+
+    def __init__(self, app: ASGIApp, meshes: Meshes) -> None:
+        self.app = app
+        self.meshes = meshes
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer the request if it is plain; else pass it on."""
+        mesh = if_none_match = None
+        if scope["type"] == "http" and scope["method"] == "GET":
+            mesh, if_none_match = self._answer(scope)
+        if mesh is None:
+            await self.app(scope, receive, send)
+            return
+        status, headers, body = mesh.response(if_none_match)
+        await send({"type": "http.response.start", "status": status, "headers": headers})
+        await send({"type": "http.response.body", "body": body})
+
+    def _answer(self, scope: Scope) -> tuple[EncodedMesh | None, str | None]:
+        path = _PATH.match(scope["path"])
+        query = _QUERY.match(scope["query_string"])
+        if path is None or query is None:
+            return None, None
+        fields = {b"accept": b"", b"accept-encoding": b"", b"if-none-match": b""}
+        for name, value in scope["headers"]:
+            if name == b"if-match":
+                return None, None
+            if name in fields:
+                fields[name] = fields[name] + b"," + value if fields[name] else value
+        gamut_id, suffix = path.groups()
+        triangles, max_error, max_mismatch, format_field = query.groups()
+        if suffix is not None and suffix not in SUFFIXES:
+            return None, None
+        if format_field is not None:
+            name = format_field.decode()
+        elif suffix is not None:
+            name = SUFFIXES[suffix]
+        else:
+            name = _negotiated(fields[b"accept"])
+        if name not in FORMATS:
+            return None, None
+        wanted = Wanted(
+            None if triangles is None else int(triangles),
+            None if max_error is None else float(max_error),
+            None if max_mismatch is None else float(max_mismatch),
+        )
+        known = fields[b"if-none-match"].decode("latin-1")
+        scope["route"] = _ROUTE if suffix is None else _FILE_ROUTE
+        coding = preferred_coding(fields[b"accept-encoding"])
+        return self.meshes.at_once(gamut_id, wanted, name, coding), known or None
+
+
+@functools.lru_cache(maxsize=256)
+def _negotiated(accept: bytes) -> str:
+    """Return the format that a client likes best; empty if there is none."""
+    media_type = preferred_media_type(accept.decode("latin-1"), list(MEDIA_TYPES))
+    return "" if media_type is None else MEDIA_TYPES[media_type]

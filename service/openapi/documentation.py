@@ -1,0 +1,330 @@
+"""What the OpenAPI document says besides parameters and models: examples, headers, problems.
+
+Routes name the problems that they can answer with; their responses are made from the table in
+`service.problems.problem`. All examples belong to one gamut, so that a reader can follow it.
+"""
+
+from typing import Any
+
+from service.openapi.models import ProblemDocument
+from service.problems.problem import KINDS, MEDIA_TYPE, Problem
+
+__all__ = [
+    "BATCH_RESPONSE",
+    "EXAMPLE_GAMUT",
+    "EXAMPLE_ID",
+    "EXAMPLE_JOB",
+    "EXAMPLE_LEVELS",
+    "EXAMPLE_LIST",
+    "EXAMPLE_READINESS",
+    "MESH_HEADERS",
+    "SECURITY",
+    "SECURITY_SCHEMES",
+    "SUBMISSION_BODY",
+    "gamut_links",
+    "header",
+    "job_links",
+    "json_response",
+    "problems",
+]
+
+EXAMPLE_ID = "4f1d9c07b2a85e63" * 4
+
+_LINKS = {
+    "self": f"/v1/gamuts/{EXAMPLE_ID}",
+    "mesh": f"/v1/gamuts/{EXAMPLE_ID}/mesh",
+    "levels": f"/v1/gamuts/{EXAMPLE_ID}/levels",
+    "history": f"/v1/gamuts/{EXAMPLE_ID}/history",
+}
+
+_OPTIONS = {
+    "space": "CIELAB",
+    "boundary": "modified-convex-hull",
+    "gamma": 0.2,
+    "centre": "auto",
+    "cost": "volume",
+    "surface_samples": 100000,
+    "intent": "relative",
+}
+
+_CURVE = [
+    {
+        "triangles": 4,
+        "volume": 454918.2825,
+        "mismatch": 0.556262,
+        "mismatch_bound": 0.565395,
+        "distance_bound": 68.8089,
+        "from_full": {"mean": 6.94433, "maximum": 38.0549},
+        "to_full": {"mean": 8.45846, "maximum": 68.8089},
+    },
+    {
+        "triangles": 510,
+        "volume": 454918.3687,
+        "mismatch": 0.00117308,
+        "mismatch_bound": 0.00132536,
+        "distance_bound": 0.355713,
+        "from_full": {"mean": 0.0140091, "maximum": 0.349785},
+        "to_full": {"mean": 0.014024, "maximum": 0.355713},
+    },
+]
+
+_SUMMARY = {
+    "id": EXAMPLE_ID,
+    "created": "2026-01-31T12:00:00.000Z",
+    "options": _OPTIONS,
+    "counts": {"triangles": 89674, "vertices": 44839, "minimum": 4, "constructed": 0},
+    "volume": 454918.0,
+    "links": _LINKS,
+}
+
+EXAMPLE_GAMUT: dict[str, Any] = {
+    **_SUMMARY,
+    "state": "ready",
+    "history_bytes": 346120,
+    "provenance": {"format": "cgats", "channels": ["C", "M", "Y", "K"], "warnings": []},
+    "volume_preserved": True,
+    "volume_error": 2.1e-06,
+    "grid_step": 0.00048828125,
+    "area": 38078.0,
+    "centre": [55.2, 3.2, 12.0],
+    "bounds": [[8.9, -67.9, -50.4], [100.0, 77.3, 98.0]],
+    "levels": _CURVE,
+}
+
+EXAMPLE_LIST: dict[str, Any] = {"gamuts": [_SUMMARY], "next": f"/v1/gamuts?after={EXAMPLE_ID}"}
+
+EXAMPLE_LEVELS: dict[str, Any] = {"id": EXAMPLE_ID, "levels": _CURVE}
+
+EXAMPLE_JOB: dict[str, Any] = {
+    "id": EXAMPLE_ID,
+    "state": "running",
+    "stage": "decimation",
+    "fraction": 0.4,
+    "attempts": 1,
+    "created": "2026-01-31T11:59:58.000Z",
+    "started": "2026-01-31T11:59:58.100Z",
+    "finished": None,
+    "problem": None,
+    "links": {"self": f"/v1/jobs/{EXAMPLE_ID}", "gamut": None},
+}
+
+EXAMPLE_READINESS: dict[str, Any] = {
+    "ready": True,
+    "probes": {
+        "kernels": {"status": "ok", "detail": "loaded", "milliseconds": 0.0},
+        "workers": {"status": "ok", "detail": "1 of 1 are warm", "milliseconds": 0.0},
+        "queue": {"status": "ok", "detail": "0 of 16 builds wait", "milliseconds": 0.0},
+        "builds": {"status": "ok", "detail": "new ones are welcome", "milliseconds": 0.0},
+        "store": {"status": "ok", "detail": "written and read", "milliseconds": 0.412},
+        "disk": {"status": "ok", "detail": "52.6 GB are free", "milliseconds": 0.031},
+    },
+    "workers": 1,
+    "workers_warm": 1,
+    "builds": {"queued": 0, "running": 1, "completed": 12},
+}
+
+_INLINE_EXAMPLE = {
+    "columns": ["LAB_L", "LAB_A", "LAB_B"],
+    "samples": [[0, 0, 0], [100, 0, 0], [50, 60, 0], [50, -30, 52], [50, -30, -52]],
+    "options": {"gamma": 1},
+}
+
+SUBMISSION_BODY: dict[str, Any] = {
+    "required": True,
+    "content": {
+        "multipart/form-data": {
+            "schema": {"$ref": "#/components/schemas/MultipartSubmission"},
+            "encoding": {"options": {"contentType": "application/json"}},
+            "examples": {
+                "file": {
+                    "summary": "A file with options",
+                    "value": {
+                        "file": "LAB_L,LAB_A,LAB_B\n0,0,0\n100,0,0\n50,60,0\n50,-30,52\n50,-30,-52",
+                        "options": {"gamma": 1},
+                    },
+                }
+            },
+        },
+        "application/json": {
+            "schema": {"$ref": "#/components/schemas/InlineSamples"},
+            "examples": {"colours": {"summary": "Bare colours", "value": _INLINE_EXAMPLE}},
+        },
+    },
+}
+
+
+SECURITY_SCHEMES: dict[str, Any] = {
+    "bearer": {
+        "type": "http",
+        "scheme": "bearer",
+        "description": "An API key of this service, where it has any.",
+    },
+    "apiKey": {
+        "type": "apiKey",
+        "in": "header",
+        "name": "X-Api-Key",
+        "description": "The same in a header field of its own.",
+    },
+}
+
+SECURITY: list[dict[str, Any]] = [{}, {"bearer": []}, {"apiKey": []}]
+"""Without a key, or with one: which of it a service asks for is a setting."""
+
+
+def gamut_links(expression: str) -> dict[str, Any]:
+    """Return the links of a response that names a gamut to what can be done with it.
+
+    Parameters
+    ----------
+    expression : str
+        Where the gamut's id is, as a runtime expression of OpenAPI.
+    """
+    links = {
+        operation: {"operationId": operation, "parameters": {"gamut_id": expression}}
+        for operation in (
+            "describeGamut",
+            "downloadMesh",
+            "downloadMeshFile",
+            "describeLevels",
+            "downloadHistory",
+            "deleteGamut",
+        )
+    }
+    links["downloadMeshes"] = {
+        "operationId": "downloadMeshes",
+        "parameters": {"gamuts": expression},
+    }
+    return links | job_links(expression)
+
+
+def job_links(expression: str) -> dict[str, Any]:
+    """Return the links of a response that names a gamut to its job; parameters as `gamut_links`."""
+    return {
+        operation: {"operationId": operation, "parameters": {"job_id": expression}}
+        for operation in ("describeJob", "followJob", "cancelJob")
+    }
+
+
+def header(description: str, example: str | int) -> dict[str, Any]:
+    """Return the description of a response header field."""
+    kind = "integer" if isinstance(example, int) else "string"
+    return {"description": description, "schema": {"type": kind}, "example": example}
+
+
+MESH_HEADERS: dict[str, Any] = {
+    "Gamut-Triangles": header("Triangles of the mesh.", 510),
+    "Gamut-Vertices": header("Vertices of the mesh.", 257),
+    "Gamut-Max-Error": header(
+        "What the distance from the full boundary is at most, in the space's unit; of levels by "
+        "`max_error` or `max_mismatch`, and of those of the error curve.",
+        "0.355713",
+    ),
+    "Gamut-Max-Mismatch": header("What the mismatch is at most; of the same levels.", "0.00132536"),
+    "ETag": header("Strong entity tag: the SHA-256 of the body as it is sent.", f'"{EXAMPLE_ID}"'),
+    "Cache-Control": header("The content never changes.", "public, max-age=31536000, immutable"),
+    "Vary": header("What the content depends on besides the address.", "Accept, Accept-Encoding"),
+}
+
+
+BATCH_RESPONSE: dict[str, Any] = {
+    "description": "The meshes.",
+    "headers": {
+        "Gamut-Failures": header("How many of the meshes cannot be had.", 0),
+        "ETag": header(
+            "Strong entity tag: the SHA-256 of the body; of answers that are not streamed.",
+            f'"{EXAMPLE_ID}"',
+        ),
+        "Cache-Control": header(
+            "The content never changes, unless something is missing: then `no-store`.",
+            "public, max-age=31536000, immutable",
+        ),
+        "Vary": header("What the content depends on besides the address.", "Accept"),
+    },
+    "content": {
+        "application/zip": {
+            "schema": {"type": "string", "format": "binary"},
+            "examples": {"zip": {"summary": "GAMUT/TRIANGLES.SUFFIX for each, and index.json"}},
+        },
+        "multipart/mixed": {
+            "schema": {"type": "string", "format": "binary"},
+            "examples": {"multipart": {"summary": "A part for each mesh or problem"}},
+        },
+    },
+}
+
+
+def json_response(
+    description: str,
+    model: type,
+    example: object,
+    headers: dict[str, Any] | None = None,
+    links: dict[str, Any] | None = None,
+) -> dict[str, Any]:
+    """Return the description of a JSON response."""
+    content = {"application/json": {"examples": {"example": {"value": example}}}}
+    response = {
+        "description": description,
+        "model": model,
+        "content": content,
+        "headers": headers or {},
+    }
+    if links:
+        response["links"] = links
+    return response
+
+
+_EVERYWHERE = (
+    "bad-request",
+    "api-key-required",
+    "scope-missing",
+    "rate-limited",
+    "head-too-large",
+)
+"""Problems that every operation can answer with, but those that need no key."""
+
+_INSTEAD_OF_REBUILDING = ("queue-full", "shutting-down", "broker-unavailable", "storage-full")
+"""Problems that a damaged gamut can meet when it is to be built again."""
+
+
+def problems(*codes: str, guarded: bool = True) -> dict[int | str, dict[str, Any]]:
+    """Return the descriptions of the responses with these problems, by status.
+
+    Parameters
+    ----------
+    codes : str
+        Keys of `KINDS`. Every operation can besides answer 500 with ``internal-error``, and one
+        that has a damaged gamut built again with what this is refused with.
+    guarded : bool
+        Whether the operation needs a key where there are keys, and is counted.
+    """
+    responses: dict[int | str, dict[str, Any]] = {}
+    refusals = _INSTEAD_OF_REBUILDING if "gamut-rebuilding" in codes else ()
+    for code in dict.fromkeys(
+        (*codes, *refusals, *(_EVERYWHERE if guarded else ()), "internal-error")
+    ):
+        kind = KINDS[code]
+        response = responses.setdefault(
+            kind.status,
+            {
+                "description": "",
+                "headers": {"Cache-Control": header("Problems are not cached.", "no-store")},
+                "content": {
+                    MEDIA_TYPE: {
+                        "schema": {"$ref": f"#/components/schemas/{ProblemDocument.__name__}"},
+                        "examples": {},
+                    }
+                },
+            },
+        )
+        response["description"] += f"{' · ' if response['description'] else ''}{kind.title}"
+        response["content"][MEDIA_TYPE]["examples"][code] = {
+            "summary": kind.title,
+            "value": Problem(code, kind.detail, kind.where).document(),
+        }
+        if kind.status in {429, 503}:
+            response["headers"]["Retry-After"] = header("Seconds to wait.", 5)
+        if kind.status == 401:
+            response["headers"]["WWW-Authenticate"] = header(
+                "How a key is sent.", 'Bearer realm="gamut"'
+            )
+    return responses

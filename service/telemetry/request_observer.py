@@ -1,0 +1,205 @@
+"""Every request is seen: figures, a line of the access log, a span of a trace.
+
+The ASGI layer is the outermost but that of request ids, so that answers of the layers ahead of the
+routes, and those to defects, are seen like all others; those below the app come to `Refusals`. What
+it does for every request is a few additions; lines and spans are made only where they are asked
+for. Queries are logged if they hold nothing but known parameters: others, that may be credentials
+at the wrong place, are not repeated.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+from time import perf_counter
+from typing import TYPE_CHECKING, NamedTuple
+from urllib.parse import quote
+
+from service.http.request_id import current_request_id
+
+if TYPE_CHECKING:
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+    from service.http.protocol import Refusal
+    from service.telemetry.metrics import RequestFigures
+    from service.telemetry.traces import Traces
+
+__all__ = ["KNOWN_PARAMETERS", "UNMATCHED", "MatchedRoute", "Observed", "Refusals"]
+
+logger = logging.getLogger("service.access")
+
+UNMATCHED = "unmatched"
+"""The route of requests that match none, in figures and spans."""
+
+_DISCONNECTED = 499
+"""What is counted where a request ends without an answer: as nginx has it, the client has gone."""
+
+KNOWN_PARAMETERS = (
+    "triangles",
+    "max_error",
+    "max_mismatch",
+    "format",
+    "gamuts",
+    "limit",
+    "after",
+)
+"""Parameters of queries that are logged."""
+
+_KNOWN_QUERY = re.compile(
+    rf"(?:(?:{'|'.join(KNOWN_PARAMETERS)})=[0-9A-Za-z.,+-]{{0,200}}(?:&|\Z))*\Z"
+)
+
+_PLAIN_PATH = re.compile(r"[A-Za-z0-9/._-]*\Z")
+
+_LONGEST_PATH = 500
+"""Characters of a path that are logged."""
+
+
+class MatchedRoute(NamedTuple):
+    """Stands for a route in ``scope["route"]`` where a layer answers instead of it."""
+
+    path: str
+
+
+class Observed:
+    """ASGI layer that counts, logs and traces requests.
+
+    Parameters
+    ----------
+    app : ASGI app
+        Leaves the route that matched in ``scope["route"]``, as Starlette's router does.
+    figures : RequestFigures
+        Where requests are counted.
+    access_log : bool
+        Whether each gets a line in the log.
+    traces : Traces, optional
+        Where each gets a span.
+    """
+
+    def __init__(
+        self, app: ASGIApp, figures: RequestFigures, *, access_log: bool, traces: Traces | None
+    ) -> None:
+        self.app = app
+        self.figures = figures
+        self.access_log = access_log
+        self.traces = traces
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on, and see what becomes of it."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+        elif self.traces is None:
+            await self._observed(scope, receive, send)
+        else:
+            with self.traces.request(scope, current_request_id()) as span:
+                status = _DISCONNECTED
+                try:
+                    status = await self._observed(scope, receive, send)
+                except Exception:
+                    status = 500
+                    raise
+                finally:
+                    self.traces.answered(span, scope["method"], _route(scope), status)
+
+    async def _observed(self, scope: Scope, receive: Receive, send: Send) -> int:
+        figures = self.figures
+        figures.in_progress += 1
+        started = perf_counter()
+        status, began, nbytes = 0, 0.0, 0
+
+        async def observing_send(message: Message) -> None:
+            nonlocal status, began, nbytes
+            if message["type"] == "http.response.start":
+                status, began = message["status"], perf_counter()
+            elif "body" in message:
+                nbytes += len(message["body"])
+            await send(message)
+
+        try:
+            await self.app(scope, receive, observing_send)
+        except Exception:
+            status = status or 500
+            raise
+        finally:
+            figures.in_progress -= 1
+            figures.sent_bytes += nbytes
+            status = status or _DISCONNECTED
+            seconds = (began or perf_counter()) - started
+            figures.answered(scope["method"], _route(scope), status, seconds)
+            if self.access_log:
+                _log(scope, status, nbytes, seconds)
+        return status
+
+
+class Refusals:
+    """Counts and logs the answers that the server gives below the app.
+
+    Parameters
+    ----------
+    figures : RequestFigures
+        Where they are counted.
+    access_log : bool
+        Whether each gets a line in the log.
+    """
+
+    def __init__(self, figures: RequestFigures, *, access_log: bool) -> None:
+        self.figures = figures
+        self.access_log = access_log
+
+    def __call__(self, refusal: Refusal) -> None:
+        """Take note of an answer; what was asked is not known, or not worth repeating."""
+        self.figures.refused(refusal.problem, refusal.nbytes)
+        if self.access_log:
+            milliseconds = round(1000 * refusal.seconds, 3)
+            logger.info(
+                "- - %d %s, %d bytes, %s ms",
+                refusal.status,
+                refusal.problem,
+                refusal.nbytes,
+                milliseconds,
+                extra={
+                    "status": refusal.status,
+                    "problem": refusal.problem,
+                    "bytes": refusal.nbytes,
+                    "milliseconds": milliseconds,
+                    "client": refusal.client,
+                    "request_id": refusal.request_id,
+                },
+            )
+
+
+def _route(scope: Scope) -> str:
+    route = scope.get("route")
+    path: str = UNMATCHED if route is None else getattr(route, "path", UNMATCHED)
+    return path
+
+
+def _log(scope: Scope, status: int, nbytes: int, seconds: float) -> None:
+    method = scope["method"]
+    path = scope["path"][:_LONGEST_PATH]
+    if not _PLAIN_PATH.match(path):
+        path = quote(path, safe="/:@!$&'()*+,;=~")
+    query = scope["query_string"].decode("latin-1")
+    if not _KNOWN_QUERY.match(query):
+        query = "***"
+    address = f"{path}?{query}" if query else path
+    client = scope.get("client")
+    milliseconds = round(1000 * seconds, 3)
+    logger.info(
+        "%s %s %d, %d bytes, %s ms",
+        method,
+        address,
+        status,
+        nbytes,
+        milliseconds,
+        extra={
+            "method": method,
+            "path": path,
+            "query": query,
+            "route": _route(scope),
+            "status": status,
+            "bytes": nbytes,
+            "milliseconds": milliseconds,
+            "client": client[0] if client else None,
+        },
+    )

@@ -1,0 +1,145 @@
+"""The cache of machine code sees changes, needs no writable folder and survives damage."""
+
+import importlib.util
+import os
+import shutil
+import sys
+
+import numpy as np
+import pytest
+from numba.core import config
+
+SOURCE = """
+from gamutcore.kernels import kernel
+
+@kernel
+def double(values):
+    return 2.0 * values
+
+@kernel
+def total(pair):
+    return pair[0] + pair[1]
+"""
+
+OTHER = """
+from typing import NamedTuple
+
+class Pair(NamedTuple):
+    one: float
+    other: float
+"""
+
+
+@pytest.fixture
+def module(tmp_path):
+    """Return a function that loads a fresh copy of a module with kernels."""
+    path = tmp_path / "folder" / "made_up.py"
+    path.parent.mkdir()
+    path.write_text(SOURCE)
+
+    def load():
+        importlib.invalidate_caches()
+        spec = importlib.util.spec_from_file_location("made_up", path)
+        loaded = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(loaded)
+        return loaded
+
+    load.path = path
+    return load
+
+
+def hits(compiled):
+    return sum(compiled.stats.cache_hits.values())
+
+
+def index_files(folder):
+    return sorted(folder.rglob("*.nbi"))
+
+
+def test_lies_beside_the_source(module, tmp_path, monkeypatch):
+    monkeypatch.setattr(config, "CACHE_DIR", "")
+    first = module().double
+    np.testing.assert_array_equal(first(np.ones(2)), 2.0)
+    assert hits(first) == 0
+    (written,) = index_files(tmp_path)
+    assert written.parent == tmp_path / "folder" / "__pycache__"
+    second = module().double
+    np.testing.assert_array_equal(second(np.ones(2)), 2.0)
+    assert hits(second) == 1
+
+
+def test_goes_where_numba_is_told_to_put_it(module, tmp_path, monkeypatch):
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path / "elsewhere"))
+    module().double(np.ones(2))
+    (written,) = index_files(tmp_path)
+    assert tmp_path / "elsewhere" in written.parents
+
+
+def test_an_edit_of_the_kernel_makes_its_entry_stale(module, monkeypatch):
+    monkeypatch.setattr(config, "CACHE_DIR", "")
+    module().double(np.ones(2))
+    # of another length: Python's own cache of bytecode goes by size and time
+    module.path.write_text(SOURCE.replace("2.0 * values", "3.0 * values + 0.0"))
+    again = module().double
+    np.testing.assert_array_equal(again(np.ones(2)), 3.0)
+    assert hits(again) == 0
+
+
+def test_an_edit_of_a_comment_does_not(module, monkeypatch):
+    monkeypatch.setattr(config, "CACHE_DIR", "")
+    module().double(np.ones(2))
+    module.path.write_text('"""Made up."""\n' + SOURCE.replace("@kernel", "# a kernel\n@kernel"))
+    again = module().double
+    np.testing.assert_array_equal(again(np.ones(2)), 2.0)
+    assert hits(again) == 1
+
+
+def test_is_read_where_it_cannot_be_written(module, tmp_path, monkeypatch):
+    monkeypatch.setattr(config, "CACHE_DIR", "")
+    module().double(np.ones(2))
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    again = module().double
+    again(np.ones(2))
+    assert hits(again) == 1
+    # another signature is compiled, and not kept
+    files = set(tmp_path.rglob("*.nb*"))
+    np.testing.assert_array_equal(again(np.ones((2, 2))), 2.0)
+    assert set(tmp_path.rglob("*.nb*")) == files
+
+
+def test_is_compiled_again_where_it_names_a_module_that_is_gone(module, tmp_path, monkeypatch):
+    """A kernel compiled for a type of another module, which is then deleted."""
+    monkeypatch.setattr(config, "CACHE_DIR", "")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    other = tmp_path / "gone_tomorrow.py"
+    other.write_text(OTHER)
+    gone = importlib.import_module("gone_tomorrow")
+    first = module().total
+    assert first(gone.Pair(1.0, 2.0)) == first((1.0, 2.0)) == 3.0
+    again = module().total
+    assert again((1.0, 2.0)) == 3.0
+    assert hits(again) == 1
+
+    other.unlink()
+    shutil.rmtree(tmp_path / "__pycache__", ignore_errors=True)
+    monkeypatch.delitem(sys.modules, "gone_tomorrow")
+    importlib.invalidate_caches()
+    for hit in (0, 1):
+        again = module().total
+        assert again((1.0, 2.0)) == 3.0
+        assert hits(again) == hit
+
+
+@pytest.mark.parametrize("kind", ["nbi", "nbc"])
+@pytest.mark.parametrize("content", [b"", b"\x80\x05garbage", None])
+def test_is_compiled_again_where_a_file_is_damaged(module, tmp_path, monkeypatch, kind, content):
+    """None: cut in the middle."""
+    monkeypatch.setattr(config, "CACHE_DIR", "")
+    module().double(1.0)
+    (path,) = tmp_path.rglob(f"*double*.{kind}")
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2] if content is None else content)
+    for hit in (0, 1):
+        again = module().double
+        assert again(1.0) == 2.0
+        assert hits(again) == hit

@@ -1,0 +1,53 @@
+"""Entry points hold all that they call, optimised once, and nothing else."""
+
+import numpy as np
+
+from gamutcore.kernels import kernel, leaf_kernel
+
+
+@leaf_kernel
+def weight(x):
+    return 1.0 / (1.0 + x * x)
+
+
+@kernel
+def weigh(values):
+    total = 0.0
+    for value in values:
+        total += weight(value)
+    return total
+
+
+def library(function):
+    (compiled,) = function.overloads.values()
+    return compiled.library
+
+
+def test_inlined_subroutines_leave_no_code_of_their_own():
+    weigh(np.ones(3))
+    defined = [function.name for function in library(weigh).get_defined_functions()]
+    assert any("weigh" in name for name in defined)
+    assert not any("weight" in name for name in defined)
+
+
+def test_the_cache_keeps_machine_code_and_no_ir_to_link():
+    weigh(np.ones(3))
+    _name, kind, (code, stubs) = library(weigh).serialize_using_object_code()
+    assert kind == "object"
+    assert code.startswith(b"\x7fELF") or code[:4] in {b"\xcf\xfa\xed\xfe", b"\x64\x86"}
+    assert len(stubs) < len(code)
+
+
+def test_a_subroutine_has_no_machine_code_until_python_calls_it():
+    @leaf_kernel
+    def third(x):
+        return x / 3.0
+
+    @kernel
+    def thirds(x):
+        return third(x) + third(2.0 * x)
+
+    assert thirds(1.0) == 1.0
+    assert not third.overloads
+    assert third(6.0) == 2.0
+    assert third.overloads

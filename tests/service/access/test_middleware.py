@@ -1,0 +1,287 @@
+import asyncio
+import re
+
+import httpx
+import pytest
+
+from service.access.api_keys import new_key
+from service.access.middleware import Access, AccessRules, OpenToAllError, is_loopback
+from service.http.conditional import IMMUTABLE
+from service.settings import Settings
+
+READER, READER_KNOWN = new_key("reader", frozenset({"read"}))
+WRITER, WRITER_KNOWN = new_key("writer", frozenset({"write"}))
+KEYS = f"{READER_KNOWN.entry},{WRITER_KNOWN.entry}"
+GAMUTS = "/v1/gamuts"
+
+
+async def app(_scope, _receive, send):
+    headers = [(b"cache-control", IMMUTABLE.encode()), (b"content-type", b"text/plain")]
+    await send({"type": "http.response.start", "status": 200, "headers": headers})
+    await send({"type": "http.response.body", "body": b"let in"})
+
+
+@pytest.fixture
+def guarded():
+    """A function that sends a request to an app behind the layer with these settings."""
+
+    def guard(**settings):
+        layer = Access(app, AccessRules.of(Settings(**settings)))
+
+        def send(method="GET", path=GAMUTS, address="192.0.2.1", headers=(), **named):
+            async def request():
+                transport = httpx.ASGITransport(layer, client=(address, 1))
+                async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
+                    fields = [(name.replace("_", "-"), value) for name, value in named.items()]
+                    return await client.request(method, path, headers=[*headers, *fields])
+
+            return asyncio.run(request())
+
+        return send
+
+    return guard
+
+
+@pytest.fixture
+def ask(guarded):
+    return guarded(api_keys=KEYS)
+
+
+def test_without_a_key_nothing_is_told(ask, assert_problem):
+    for method in ("GET", "POST", "DELETE"):
+        response = ask(method)
+        assert_problem(response, 401, "api-key-required")
+        assert response.headers["www-authenticate"].startswith('Bearer realm="gamut"')
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Authorization": f"Bearer {READER}"},
+        {"Authorization": f"bearer {READER}"},
+        {"X_Api_Key": READER},
+        {"Authorization": "Basic dTpw", "X_Api_Key": READER},
+    ],
+)
+def test_a_key_lets_in(ask, headers):
+    assert ask(**headers).text == "let in"
+
+
+def test_a_key_counts_in_header_fields_only(ask, assert_problem):
+    for name in ("key", "api_key", "access_token", "X-Api-Key"):
+        assert_problem(ask(path=f"{GAMUTS}?{name}={READER}"), 401, "api-key-required")
+
+
+def test_a_wrong_key_is_refused(ask, assert_problem):
+    response = ask(Authorization=f"Bearer {READER[:-1]}")
+    assert_problem(response, 401, "api-key-required")
+    assert 'error="invalid_token"' in response.headers["www-authenticate"]
+    assert READER[:-1] not in response.text
+
+
+@pytest.mark.parametrize(
+    "second",
+    [f"Bearer {READER}", f"Bearer {WRITER}", "Basic eA==", ""],
+    ids=["same", "other", "basic", "empty"],  # keys are new in each process that runs tests
+)
+def test_two_keys_are_none(ask, assert_problem, second):
+    response = ask(headers=[("Authorization", f"Bearer {READER}"), ("authorization", second)])
+    document = assert_problem(response, 400, "bad-request")
+    assert document["where"] == {"header": "Authorization"}
+
+
+@pytest.mark.parametrize(
+    ("scope", "method", "allowed"),
+    [
+        ("read", "GET", True),
+        ("read", "POST", False),
+        ("read", "DELETE", False),
+        ("write", "GET", False),
+        ("write", "POST", True),
+        ("write", "DELETE", True),
+    ],
+)
+def test_scopes_are_kept_apart(ask, assert_problem, scope, method, allowed):
+    response = ask(method, X_Api_Key=READER if scope == "read" else WRITER)
+    if allowed:
+        assert response.status_code == 200
+    else:
+        document = assert_problem(response, 403, "scope-missing")
+        assert document["where"]["scope"] in response.headers["www-authenticate"]
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        *("/", "/livez", "/readyz", "/openapi.json", "/problems", "/problems/not-found"),
+        *("/docs", "/docs/1.0/style.css"),
+    ],
+)
+def test_probes_and_pages_need_no_key(ask, path):
+    assert ask(path=path).status_code == 200
+
+
+def test_what_needs_a_key_is_kept_by_no_shared_cache(ask, guarded):
+    assert ask(X_Api_Key=READER).headers["cache-control"] == IMMUTABLE.replace("public", "private")
+    public = guarded(api_keys=KEYS, allow_anonymous="read")
+    for headers in ({}, {"X_Api_Key": READER}):
+        assert public(**headers).headers["cache-control"] == IMMUTABLE
+
+
+def test_reading_may_be_free_and_writing_not(guarded, assert_problem):
+    ask = guarded(api_keys=KEYS, allow_anonymous="read")
+    assert ask().status_code == 200
+    assert_problem(ask("POST"), 401, "api-key-required")
+    assert_problem(ask(X_Api_Key="wrong"), 401, "api-key-required")
+
+
+class TestWhoIsLetInBySettings:
+    def test_everybody_on_a_loopback_address(self):
+        rules = AccessRules.of(Settings())
+        assert rules.anonymous == {"read", "write"}
+        assert not rules.limiting
+
+    def test_nobody_where_there_are_keys(self):
+        assert AccessRules.of(Settings(api_keys=KEYS)).anonymous == set()
+        assert AccessRules.of(Settings(api_keys=KEYS, host="::")).anonymous == set()
+
+    def test_elsewhere_it_has_to_be_said(self):
+        with pytest.raises(OpenToAllError, match=r"198\.51\.100\.7"):
+            AccessRules.of(Settings(host="198.51.100.7"))
+        rules = AccessRules.of(Settings(host="198.51.100.7", allow_anonymous="all"))
+        assert not rules.limiting
+
+    @pytest.mark.parametrize("host", ["127.0.0.1", "127.9.9.9", "::1", "[::1]", "localhost"])
+    def test_loopback(self, host):
+        assert is_loopback(host)
+
+    @pytest.mark.parametrize("host", ["0.0.0.0", "::", "", "10.0.0.1", "localhost.org"])  # noqa: S104
+    def test_not_loopback(self, host):
+        assert not is_loopback(host)
+
+
+@pytest.mark.parametrize("limit", ["rate_limit", "build_rate_limit"])
+def test_a_rate_limit_alone_limits(limit):
+    assert AccessRules.of(Settings(**{limit: 1.0})).limiting
+
+
+class TestRateLimits:
+    def test_beyond_the_burst_it_is_too_often(self, guarded, assert_problem):
+        ask = guarded(rate_limit=0.01, rate_burst=2)
+        answers = [ask() for _ in range(3)]
+        assert [answer.status_code for answer in answers] == [200, 200, 429]
+        assert answers[0].headers["ratelimit-policy"] == '"requests";q=2;w=200'
+        assert answers[0].headers["ratelimit"] == '"requests";r=1;t=100'
+        assert_problem(answers[2], 429, "rate-limited")
+        assert 90 <= int(answers[2].headers["retry-after"]) <= 100
+        assert answers[2].headers["ratelimit"].startswith('"requests";r=0;')
+
+    def test_each_address_has_its_own(self, guarded):
+        ask = guarded(rate_limit=0.01, rate_burst=1)
+        assert [ask(address=f"192.0.2.{n}").status_code for n in (1, 2, 1)] == [200, 200, 429]
+
+    @pytest.mark.parametrize(
+        ("other", "status"),
+        [("2001:db8::ffff", 429), ("2001:db8:0:1::1", 200), ("::ffff:192.0.2.1", 200)],
+    )
+    def test_a_network_of_ipv6_is_one_address(self, guarded, other, status):
+        ask = guarded(rate_limit=0.01, rate_burst=1)
+        assert ask(address="2001:db8::1").status_code == 200
+        assert ask(address=other).status_code == status
+
+    def test_each_key_has_its_own_wherever_it_comes_from(self, guarded):
+        ask = guarded(api_keys=KEYS, rate_limit=0.01, rate_burst=1, allow_anonymous="read")
+        assert ask(X_Api_Key=READER, address="192.0.2.1").status_code == 200
+        assert ask(X_Api_Key=READER, address="192.0.2.2").status_code == 429
+        assert ask(address="192.0.2.1").status_code == 200
+
+    def test_builds_are_counted_besides(self, guarded, assert_problem):
+        ask = guarded(rate_limit=100, build_rate_limit=1, build_rate_burst=1)
+        first, second = ask("POST"), ask("POST")
+        assert first.headers["ratelimit"].count(";r=") == 2
+        document = assert_problem(second, 429, "rate-limited")
+        assert document["where"] == {"limit": "builds"}
+        assert ask().status_code == 200
+
+    def test_probes_are_not_counted(self, guarded):
+        ask = guarded(rate_limit=0.01, rate_burst=1)
+        assert {ask(path="/livez").status_code for _ in range(5)} == {200}
+
+
+PROXY, OTHER = "127.0.0.2", "127.0.0.3"
+"""Both are this machine."""
+
+
+@pytest.fixture(scope="module")
+def limited(start_server):
+    """A real server that trusts one of them; nothing comes back while the tests last."""
+    return start_server(trusted_proxies=PROXY, rate_limit=0.0001, rate_burst=2)
+
+
+class TestForwarded:
+    @pytest.fixture
+    def left(self, limited, assert_problem):
+        """A function that asks from an address, and says what the client has left, or None."""
+
+        def ask(source, *forwarded):
+            fields = [("X-Forwarded-For", value) for value in forwarded]
+            transport = httpx.HTTPTransport(local_address=source)
+            with httpx.Client(transport=transport, base_url=limited.url) as client:
+                answer = client.get(GAMUTS, headers=fields)
+            if answer.status_code != 200:
+                assert_problem(answer, 429, "rate-limited")
+                return None
+            (remaining,) = re.findall(r";r=(\d+)", answer.headers["ratelimit"])
+            return int(remaining)
+
+        return ask
+
+    def test_what_a_trusted_proxy_says_is_counted(self, left):
+        for client in ("192.0.2.1", "192.0.2.2", "2001:db8:1::1"):
+            assert [left(PROXY, client) for _ in range(3)] == [1, 0, None]
+        # the rest of a site's network is the same client
+        assert left(PROXY, "2001:db8:1::ffff") is None
+        assert left(PROXY, "2001:db8:2::1") == 1
+
+    def test_what_clients_say_to_the_proxy_is_not(self, left):
+        """Each proxy appends the address that it sees: only the last may be believed."""
+        assert left(PROXY, "198.51.100.1, 192.0.2.10") == 1
+        assert left(PROXY, "198.51.100.2", "192.0.2.10") == 0
+        assert left(PROXY, f"198.51.100.3, 192.0.2.10, {PROXY}") is None
+
+    def test_what_others_say_is_not(self, left):
+        answers = [left(OTHER, f"192.0.2.{number}") for number in range(100, 103)]
+        assert answers == [1, 0, None]
+        assert left(OTHER, PROXY) is None
+        # the proxy's clients have not been counted for it
+        assert left(PROXY, "192.0.2.100") == 1
+
+
+def test_by_default_nobody_is_believed(start_server, assert_problem):
+    server = start_server(rate_limit=0.0001, rate_burst=1)
+    answers = [
+        server.client.get(GAMUTS, headers={"X-Forwarded-For": f"192.0.2.{number}"})
+        for number in range(2)
+    ]
+    assert answers[0].status_code == 200
+    assert_problem(answers[1], 429, "rate-limited")
+    server.stop()
+
+
+def test_a_server_with_keys(start_server, assert_problem):
+    server = start_server(api_keys=KEYS, cors_origins="https://example.org")
+    client = server.client
+    assert_problem(client.get(GAMUTS), 401, "api-key-required")
+    answer = client.get(GAMUTS, headers={"Authorization": f"Bearer {READER}"})
+    assert answer.json() == {"gamuts": [], "next": None}
+    assert_problem(client.post(GAMUTS, headers={"X-Api-Key": READER}), 403, "scope-missing")
+    assert_problem(
+        client.post(GAMUTS, headers={"X-Api-Key": WRITER}), 415, "unsupported-media-type"
+    )
+    assert client.get("/livez").status_code == client.head("/livez").status_code == 200
+    refused = client.get(GAMUTS, headers={"Origin": "https://example.org"})
+    assert refused.headers["access-control-allow-origin"] == "https://example.org"
+    log = server.log()
+    server.stop()
+    assert READER not in log
+    assert WRITER not in log
