@@ -141,8 +141,8 @@ class DeviceHistory:
         """Memory in bytes."""
         streams = self._streams
         left = streams.nbytes if streams is not None else 0
-        held = (*self.splits, *self._snapshots, self.edges.fraction, self.edges.length)
-        return left + sum(array.nbytes for array in held)
+        own = self.edges.fraction.nbytes + self.edges.length.nbytes
+        return left + own + sum(array.nbytes for array in (*self.splits, *list(self._snapshots)))
 
     def unpack(self, geometry: Splits) -> None:
         """Unpack and check the next group.
@@ -250,7 +250,7 @@ def build_device_history(device: DeviceValues, slots: IndexArray, splits: Splits
     nearest = nearest_values(targets, positions, faces, values)
     rows = np.empty((3, len(splits.parent), len(device.channels)), np.int16)
     shifted_coarse = nearest[edges.corrected :]
-    columns = SplitValues(*rows, shifted_coarse, np.empty_like(shifted_coarse))
+    columns = SplitValues(rows[0], rows[1], rows[2], shifted_coarse, np.empty_like(shifted_coarse))
     collapse_values(values, edges, nearest, columns)
     return DeviceHistory(section, values[:4].copy(), columns, edges)
 

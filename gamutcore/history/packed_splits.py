@@ -71,7 +71,7 @@ class PackedSplits:
             added=np.empty((0, 3), np.float32),
             faces=np.empty((0, 2, 3), np.int32),
             moved_end=np.empty(0, np.int32),
-            moved=np.empty(64, np.int32),
+            moved=np.empty(0, np.int32),
             shifted_end=np.empty(0, np.int32),
             shifted=np.empty(0, np.int32),
             shifted_coarse=np.empty((0, 3), np.float32),

@@ -53,14 +53,14 @@ def refine(
         Slots at the corners of all faces, face by face.
     start, end : int
     """
-    _refine(positions, corners, *_fine_columns(splits), start, end)
+    _refine(positions, corners, start, end, *_fine_columns(splits))
 
 
 def coarsen(
     splits: Splits, positions: Float32Array, corners: IndexArray, start: int, end: int
 ) -> None:
     """Collapse a level with `start` vertices until it has `end`, in place; see `refine`."""
-    _coarsen(positions, corners, *_coarse_columns(splits), start, end)
+    _coarsen(positions, corners, start, end, *_coarse_columns(splits))
 
 
 class LevelCursor:
@@ -141,6 +141,8 @@ def _set_positions(
 def _refine(
     positions: Float32Array,
     corners: IndexArray,
+    start: int,
+    end: int,
     parent: IndexArray,
     fine: Float32Array,
     added: Float32Array,
@@ -150,8 +152,6 @@ def _refine(
     shifted_end: IndexArray,
     shifted: IndexArray,
     shifted_positions: Float32Array,
-    start: int,
-    end: int,
 ) -> None:
     for slot in range(start, end):
         split = slot - 4
@@ -172,6 +172,8 @@ def _refine(
 def _coarsen(
     positions: Float32Array,
     corners: IndexArray,
+    start: int,
+    end: int,
     parent: IndexArray,
     coarse: Float32Array,
     moved_end: IndexArray,
@@ -179,8 +181,6 @@ def _coarsen(
     shifted_end: IndexArray,
     shifted: IndexArray,
     shifted_positions: Float32Array,
-    start: int,
-    end: int,
 ) -> None:
     for slot in range(start - 1, end - 1, -1):
         split = slot - 4
