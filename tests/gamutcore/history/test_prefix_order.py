@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.decimation import COSTS, decimated
+from gamutcore.decimation import COSTS, decimate
 from gamutcore.history.prefix_order import ascending_in_parts, splits_in_prefix_order
 
 
@@ -12,7 +12,7 @@ from gamutcore.history.prefix_order import ascending_in_parts, splits_in_prefix_
 def both(request, random_cloud):
     """Return a decimation and its splits."""
     boundary = modified_convex_hull(random_cloud(50, 120))
-    decimation = decimated(boundary.mesh, boundary.centre, request.param)
+    decimation = decimate(boundary.mesh, boundary.centre, request.param)
     return decimation, splits_in_prefix_order(decimation)
 
 
@@ -124,6 +124,6 @@ def test_moved_neighbours_ascend_within_their_splits():
 
 def test_a_boundary_of_four_faces_has_no_splits():
     boundary = modified_convex_hull(np.vstack([np.zeros(3), np.eye(3)]))
-    splits = splits_in_prefix_order(decimated(boundary.mesh, boundary.centre))
+    splits = splits_in_prefix_order(decimate(boundary.mesh, boundary.centre))
     assert splits.vertices == 4
     assert [len(array) for array in splits] == [4, 4] + [0] * 11
