@@ -171,7 +171,9 @@ def _use_options() -> None:
 
 
 def _exit_with_stdin() -> None:
-    sys.stdin.buffer.read()
+    # not sys.stdin: at exit the interpreter wants its lock, which this thread would hold
+    while os.read(0, 4096):
+        pass
     os._exit(1)
 
 

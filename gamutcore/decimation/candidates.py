@@ -1,8 +1,8 @@
 """Candidate positions for the new vertex of a collapse, their reach and their rounding.
 
 The first candidate is the optimum of the cost. The others serve edges whose optimum is not valid:
-the two ends of the edge, and the deepest direction of the cone of valid directions. Each of them is
-moved along its radius so that the collapse preserves the volume.
+the midpoint, the two ends, and the deepest direction of the cone of valid directions. Each of them
+is moved along its radius so that the collapse preserves the volume.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ __all__ = [
     "write_candidate",
 ]
 
-CANDIDATES = 4
-"""Number of candidates of an edge: the optimum, its two ends, and the inside of the valid cone."""
+CANDIDATES = 5
+"""Number of candidates of an edge: the optimum, the midpoint, its two ends, inside of the cone."""
 
-OPTIMUM, FIRST_END, SECOND_END, CONE = range(CANDIDATES)
+OPTIMUM, MIDPOINT, FIRST_END, SECOND_END, CONE = range(CANDIDATES)
 
 LARGEST_STEPS = 2.0**24
 """Largest number of grid steps that float32 holds exactly, and that a history stores."""
@@ -102,7 +102,7 @@ def write_candidate(
     else:
         for axis in range(3):
             point[axis] = 0.5 * (position[kept, axis] + position[dead, axis])
-        if not find_inner_direction(position, link, count, point):
+        if choice == CONE and not find_inner_direction(position, link, count, point):
             return False
     write_volume_gradient(position, link, count, gradient)
     return scale_to_preserve_volume(surface, kept, dead, gradient, point)

@@ -123,7 +123,9 @@ def _refresh(
     spoke = first
     while True:
         if not on_link:
-            _requeue(state, surface, work, int(surface.edge_of[preceding(spoke)]), collapses)
+            _requeue(
+                state, surface, work, int(np.int64(surface.edge_of[preceding(spoke)])), collapses
+            )
         neighbour = int(surface.vertex[following(spoke)])
         work.changed[neighbour] = collapses
         # links of such a vertex's edges are not evaluated, so their errors do not change
@@ -132,7 +134,7 @@ def _refresh(
             begin = int(surface.corner_at[neighbour])
             around = begin
             while True:
-                edge = int(surface.edge_of[preceding(around)])
+                edge = int(np.int64(surface.edge_of[preceding(around)]))
                 if queue.heap_index[edge] < 0 or (
                     eager
                     and few
@@ -240,7 +242,8 @@ def _collapse_in_order(
             _queue_all(state, surface, work, collapses)
             counts[REQUEUED] = collapses
             continue
-        edge = int(queue.heap[0])
+        # int64, as in the sweeps, so that every kernel has one signature
+        edge = int(np.int64(queue.heap[0]))
         if on_link and is_stale(surface, work, edge):
             _requeue(state, surface, work, edge, collapses)
             continue

@@ -171,7 +171,7 @@ def _close_gap(surface: Surface, corner: int) -> int:
     surface.swung[preceding(one)], surface.swung[preceding(two)] = following(two), following(one)
     surface.corner_at[vertex[following(one)]] = following(one)
     surface.corner_at[vertex[preceding(one)]] = preceding(one)
-    stays, goes = int(surface.edge_of[one]), int(surface.edge_of[two])
+    stays, goes = int(np.int64(surface.edge_of[one])), int(np.int64(surface.edge_of[two]))
     if goes < stays:
         stays, goes = goes, stays
     surface.edge_of[one] = stays
@@ -225,7 +225,8 @@ def candidate_is_valid(
     -------
     bool
     """
-    corner, choice = int(surface.corner_facing[edge]), int(work.choice[edge])
+    corner = int(surface.corner_facing[edge])
+    choice = int(np.int64(work.choice[edge]))
     if not write_candidate(
         state, surface, corner, choice, work.link, count, work.gradient, work.point
     ):

@@ -119,15 +119,15 @@ def enqueue(queue: EdgeQueue, edge: int, value: float) -> None:
         queue.heap_index[edge] = queue.size[0]
         queue.size[0] += 1
     if rises or not queued:
-        _sift_up(queue, int(queue.heap_index[edge]))
+        _sift_up(queue, int(np.int64(queue.heap_index[edge])))
     else:
-        _sift_down(queue, int(queue.heap_index[edge]), int(queue.size[0]))
+        _sift_down(queue, int(np.int64(queue.heap_index[edge])), int(np.int64(queue.size[0])))
 
 
 @leaf_kernel
 def dequeue(queue: EdgeQueue, edge: int) -> None:
     """Remove an edge from the queue, wherever it stands. Does nothing if it is not queued."""
-    index = int(queue.heap_index[edge])
+    index = int(np.int64(queue.heap_index[edge]))
     if index < 0:
         return
     queue.heap_index[edge] = -1
@@ -137,4 +137,4 @@ def dequeue(queue: EdgeQueue, edge: int) -> None:
         queue.heap[index] = last
         queue.heap_index[last] = index
         _sift_up(queue, index)
-        _sift_down(queue, int(queue.heap_index[last]), int(queue.size[0]))
+        _sift_down(queue, int(np.int64(queue.heap_index[last])), int(np.int64(queue.size[0])))

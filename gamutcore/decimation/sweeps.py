@@ -78,7 +78,7 @@ def begin_sweeps(state: CostState, surface: Surface, work: Workspace, loop: Loop
         queue.heap[index] = edge
     fill_queue(queue, sampled)
     for _ in range(sampled // FIRST_PART):
-        dequeue(queue, int(queue.heap[0]))
+        dequeue(queue, int(np.int64(queue.heap[0])))
     loop.limit[0] = queue.priority[queue.heap[0]] / RATIO
     for index in range(queue.size[0]):
         queue.heap_index[queue.heap[index]] = -1

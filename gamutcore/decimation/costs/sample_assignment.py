@@ -192,20 +192,20 @@ def reassign_samples(deviation: Deviation, surface: Surface, centre: int) -> Non
     """
     begin, end, cursor, swung = deviation.begin, deviation.end, deviation.cursor, surface.swung
     released = deviation.released
-    first = int(surface.corner_at[centre])
+    first = int(np.int64(surface.corner_at[centre]))
     count = released[0, 1] - released[0, 0] + released[1, 1] - released[1, 0]
     at = first
     while True:
         count += end[at // 3] - begin[at // 3]
         cursor[at // 3] = 0
-        at = int(swung[at])
+        at = int(np.int64(swung[at]))
         if at == first:
             break
     _make_room(deviation, count)
     found = 0
     while True:
         found = _find_faces(deviation, surface, at, begin[at // 3], end[at // 3], found)
-        at = int(swung[at])
+        at = int(np.int64(swung[at]))
         if at == first:
             break
     for side in range(2):
@@ -215,14 +215,14 @@ def reassign_samples(deviation: Deviation, surface: Surface, centre: int) -> Non
         more = cursor[at // 3]
         cursor[at // 3] = top
         top += more
-        at = int(swung[at])
+        at = int(np.int64(swung[at]))
         if at == first:
             break
     moved = 0
     while True:
         _move_to_cursors(deviation, begin[at // 3], end[at // 3], moved)
         moved += end[at // 3] - begin[at // 3]
-        at = int(swung[at])
+        at = int(np.int64(swung[at]))
         if at == first:
             break
     for side in range(2):
@@ -235,7 +235,7 @@ def reassign_samples(deviation: Deviation, surface: Surface, centre: int) -> Non
         begin[face], end[face] = top, cursor[face]
         top = end[face]
         _sum_errors(deviation, surface, at)
-        at = int(swung[at])
+        at = int(np.int64(swung[at]))
         if at == first:
             break
     deviation.counts[TOP] = top

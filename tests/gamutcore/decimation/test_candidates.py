@@ -88,7 +88,7 @@ class TestCandidates:
                     written[choice] += 1
         assert written.min() > len(found) // 2
 
-    def test_are_the_ends_and_a_valid_direction(self, edges, bumpy_mesh):
+    def test_are_the_midpoint_the_ends_and_a_valid_direction(self, edges, bumpy_mesh):
         positions, faces = bumpy_mesh(3, 40)
         surface, found = edges(3)
         state, valid = cost_state(QUADRIC, positions, faces), 0
@@ -97,16 +97,17 @@ class TestCandidates:
             return vector / np.linalg.norm(vector)
 
         for corner, one, two, ring, count in found:
+            middle = positions[[one, two]].mean(axis=0)
             places, slope = np.empty((CANDIDATES, 3)), np.empty(3)
             there = [
                 write_candidate(state, surface, corner, choice, ring, count, slope, places[choice])
                 for choice in range(CANDIDATES)
             ]
             assert there[0]
-            for choice, expected in ((1, positions[one]), (2, positions[two])):
+            for choice, expected in ((1, middle), (2, positions[one]), (3, positions[two])):
                 if there[choice]:
                     np.testing.assert_allclose(direction(places[choice]), direction(expected))
-            if there[3]:
-                assert keeps_star_shape(positions, ring, count, *places[3])
+            if there[4]:
+                assert keeps_star_shape(positions, ring, count, *places[4])
                 valid += 1
         assert valid > len(found) // 2
