@@ -36,7 +36,7 @@ from gamutcore.colours.spaces.declared import (
     refuse_far_vertices,
     refuse_other_space,
 )
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.errors import FlatPointsError, HistoryFileError, OptionError
 from gamutcore.history import (
     MINIMUM_TRIANGLES,
@@ -260,7 +260,7 @@ def build_gamut(
     )
     boundary = source.boundary
     report("decimation", 0.0)
-    decimation = decimated(
+    decimation = decimate(
         boundary.mesh, boundary.centre, settings.cost, progress=partial(report, "decimation")
     )
     history = build_history(decimation, source.values)

@@ -12,7 +12,8 @@ import yaml
 from prometheus_client.parser import text_string_to_metric_families
 
 from service.application import create_app
-from service.problems.problem import KINDS
+from service.problems.kinds import KINDS
+from service.routes.metrics import service_families
 from service.settings import Settings
 from service.telemetry.metrics_endpoint import exposition
 
@@ -37,7 +38,7 @@ def labels(tmp_path_factory):
     service.metrics.requests.answered("GET", "/", 200, 0.1)
     service.metrics.builds.ended("succeeded", {"boundary": 0.5, "total": 1.0})
     asyncio.run(service.readiness.report())
-    body, _ = exposition(service, "")
+    body, _ = exposition(lambda: service_families(service), "")
     service.store.close()
     found = dict(OF_PROMETHEUS)
     for family in text_string_to_metric_families(body.decode()):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.decimation import COSTS, decimated
+from gamutcore.decimation import COSTS, decimate
 from gamutcore.history.prefix_order import (
     ascending_order,
     group_count,
@@ -36,7 +36,7 @@ def test_a_level_needs_the_fewest_groups_that_reach_it():
 def both(request, random_cloud):
     """Return a decimation and its splits."""
     boundary = modified_convex_hull(random_cloud(50, 120))
-    decimation = decimated(boundary.mesh, boundary.centre, request.param)
+    decimation = decimate(boundary.mesh, boundary.centre, request.param)
     return decimation, prefix_order_splits(decimation, vertex_slots(decimation))
 
 
@@ -148,7 +148,7 @@ def test_moved_neighbours_ascend_within_their_splits():
 
 def test_a_boundary_of_four_faces_has_no_splits():
     boundary = modified_convex_hull(np.vstack([np.zeros(3), np.eye(3)]))
-    decimation = decimated(boundary.mesh, boundary.centre)
+    decimation = decimate(boundary.mesh, boundary.centre)
     splits = prefix_order_splits(decimation, vertex_slots(decimation))
     assert splits.vertices == 4
     assert [len(array) for array in splits] == [4, 4] + [0] * 11

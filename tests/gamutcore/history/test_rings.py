@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.history import build_history
 from gamutcore.history.prediction import star_sees_centre
 from gamutcore.history.rings import (
@@ -208,7 +208,7 @@ def test_what_is_looked_at_grows_with_the_slots_not_with_their_neighbours(double
     """Each split beside two vertices that all others are neighbours of, in both directions."""
     visited = []
     for rim in (1000, 4000):
-        splits = build_history(decimated(double_pyramid(rim), np.zeros(3), "volume")).splits
+        splits = build_history(decimate(double_pyramid(rim), np.zeros(3), "volume")).splits
         replay = first_replay(np.zeros((4, 3), np.int32), splits.base_faces, splits.vertices)
         for replay, *_ in replayed(replay, splits, splits.vertices):  # noqa: B007, B020
             pass

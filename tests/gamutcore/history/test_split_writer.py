@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.errors import HistoryFileError, NeighbourLimitError
 from gamutcore.history import History, build_history, file, history_bytes, history_from_bytes
 from gamutcore.history.bit_codes import stream_bytes
@@ -132,7 +132,7 @@ def test_what_readers_would_refuse_is_not_written(small_history, monkeypatch):
 def test_writers_count_what_readers_do(name, request):
     made = request.getfixturevalue(name)
     if name == "double_pyramid":
-        made = build_history(decimated(made(600), np.zeros(3), "finest"))
+        made = build_history(decimate(made(600), np.zeros(3), "finest"))
     splits, step = made.splits, made.step
     data = history_bytes(made)
     history, _ = history_from_bytes(data)

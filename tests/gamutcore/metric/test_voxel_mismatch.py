@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from gamutcore.boundary import modified_convex_hull, segment_maxima, usv
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.errors import MeshError, OptionError
 from gamutcore.history import build_history
 from gamutcore.mesh import TriangleMesh
@@ -197,7 +197,7 @@ class TestDevices:
         device = characterisation((shared_data / path).read_bytes())
         points = surface_colours(device, surface_samples=20_000).points
         boundary = modified_convex_hull(points)
-        history = build_history(decimated(boundary.mesh, boundary.centre))
+        history = build_history(decimate(boundary.mesh, boundary.centre))
         for other in (
             history.level(100),
             usv(points, subdivisions=2).mesh,

@@ -72,7 +72,7 @@ def test_a_job_is_durable_before_it_is_accepted_and_waited_for(deployment):
             assert not job.final
             assert not (await builds.wait(JOB, 0.0)).final
             assert (await builds.wait(JOB, 30.0)).state == "succeeded"
-            assert await builds.submit(JOB, OPTIONS, b"0.2") is None
+            assert (await builds.submit(JOB, OPTIONS, b"0.2")).sha256
             assert builds.facts().completed == 1
 
     run(scenario())

@@ -17,7 +17,7 @@ from gamutcore.gamut import STAGES
 from service.telemetry import traces
 from service.telemetry.logs import JsonLines
 from service.telemetry.metrics import RequestFigures
-from service.telemetry.request_observer import MatchedRoute, Observed
+from service.telemetry.request_observer import MatchedRoute, RequestObserver
 from service.telemetry.traces import (
     Traces,
     TracesUnavailableError,
@@ -67,7 +67,7 @@ def answer(made, app, headers=(), query=b""):
     async def send(_message):
         pass
 
-    layer = Observed(app, RequestFigures(), access_log=False, traces=made)
+    layer = RequestObserver(app, RequestFigures(), access_log=False, traces=made)
     asyncio.run(layer(scope, None, send))
 
 
