@@ -16,10 +16,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gamutcore.colours.spaces.white_points import adaptation_matrix
+
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
 
-__all__ = ["ICC_D50", "colour_science", "lab_to_xyz", "white_of", "xyz_to_lab"]
+__all__ = [
+    "ICC_D50",
+    "adaptation_to_d50",
+    "bradford_to_d50",
+    "colour_science",
+    "lab_to_xyz",
+    "white_of",
+    "xyz_to_lab",
+]
 
 ICC_D50: FloatArray = np.array([0.9642, 1.0, 0.8249])
 """XYZ of the illuminant of the profile connection space (ICC.1:2022, 7.2.16), Y = 1."""
@@ -104,6 +114,57 @@ def lab_to_xyz(lab: FloatArray, white: FloatArray = ICC_D50) -> FloatArray:
     """
     xyz = colour_science().Lab_to_XYZ(np.asarray(lab, dtype=np.float64), _xy(white))
     return np.ascontiguousarray(xyz, dtype=np.float64)
+
+
+def bradford_to_d50(xyz: FloatArray, white: FloatArray) -> FloatArray:
+    """Return colours adapted from a white to ICC's D50 by the linear Bradford transform.
+
+    Parameters
+    ----------
+    xyz : (n, 3) float
+        Tristimulus values.
+    white : (3,) float
+        The white under which they were seen, in the same scale.
+
+    Returns
+    -------
+    (n, 3) float
+        Y = 1 for that white.
+
+    Notes
+    -----
+    ICC.1:2022, annex E.
+    """
+    matrix = colour_science().adaptation.matrix_chromatic_adaptation_VonKries(
+        white / white[1], ICC_D50, transform="Bradford"
+    )
+    adapted: FloatArray = xyz / white[1] @ np.asarray(matrix).T
+    return adapted
+
+
+def adaptation_to_d50(xyz: FloatArray, white: FloatArray, adaptation: str) -> FloatArray:
+    """Return colours adapted from a white to ICC's D50.
+
+    Parameters
+    ----------
+    xyz : (n, 3) float
+        Tristimulus values.
+    white : (3,) float
+        The white under which they were seen, in the same scale.
+    adaptation : str
+        A key of `gamutcore.colours.spaces.white_points.ADAPTATIONS`.
+
+    Returns
+    -------
+    (n, 3) float
+        Y = 1 for that white.
+    """
+    if adaptation == "Bradford":
+        return bradford_to_d50(xyz, white)
+    adapted: FloatArray = (
+        xyz / white[1] @ adaptation_matrix(white / white[1], ICC_D50, adaptation).T
+    )
+    return adapted
 
 
 def white_of(illuminant: str, observer: str) -> FloatArray | None:
