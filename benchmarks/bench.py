@@ -1,4 +1,4 @@
-"""Measure speed, memory and accuracy of the compute package and of the service: ``make bench``.
+"""Measure speed and memory of the compute package and of the service: ``make bench``.
 
 Prints one table per measurement. Writes the figures to ``benchmarks/results.json`` and updates the
 tables of ``docs/benchmarks.md`` and ``docs/scaling.md``. ``--only NAME ...`` repeats some
@@ -18,14 +18,14 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from benchmarks import compute, device_values, http, inputs, markdown, pictures, scaling
+from benchmarks import common, compute, device_values, http, inputs, markdown, pictures, scaling
 from gamutcore.decimation import COSTS
 from gamutcore.warm import compile_kernels
 
 __all__ = ["DOCUMENT", "RESULTS", "document_blocks", "machine", "main"]
 
 RESULTS = Path(__file__).with_name("results.json")
-DOCUMENT = compute.ROOT / "docs" / "benchmarks.md"
+DOCUMENT = common.ROOT / "docs" / "benchmarks.md"
 
 Rows = list[dict[str, Any]]
 
@@ -56,7 +56,6 @@ def measurements(quick: bool) -> dict[str, Callable[[], Rows]]:
         "build": lambda: compute.build_times(100_000, runs),
         "memory": lambda: [compute.peak_memory(100_000, cost) for cost in COSTS],
         "levels": lambda: compute.level_times(sizes, 200),
-        "accuracy": lambda: compute.accuracy([10_000, 1000, 500, 100, 50, 20, 10]),
         "inputs": lambda: inputs.input_times(3 if quick else 7),
         "pictures": lambda: pictures.picture_times(1 if quick else 3),
         "device_values": device_values.device_value_figures,

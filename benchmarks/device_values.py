@@ -1,18 +1,17 @@
-"""Measurements of the device values at vertices: whether they make the colours, what they take.
+"""Accuracy and size of the device values at vertices.
 
-The difference between the colour at each vertex of a level and the one that the device model
-predicts for the values kept there, and the size of the values in a history file.
+Measures the difference between the colour of each vertex and the colour that the device model
+predicts for the vertex's device values, and the size of the device values in a history file.
 """
 
 from __future__ import annotations
 
 import functools
-import time
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from benchmarks.compute import FOGRA39L, ROOT, SRGB
+from benchmarks.common import FOGRA39L, ROOT, SRGB, times_of
 from gamutcore.characterisation import IccProfile, Samples, characterisation
 from gamutcore.colours.device.scattered_model import scattered_model
 from gamutcore.colours.measured_colours import measured_colours
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from gamutcore.arrays import FloatArray
-    from gamutcore.device_values import DeviceValues
+    from gamutcore.mesh import DeviceValues
 
 __all__ = ["device_value_figures"]
 
@@ -34,12 +33,12 @@ P3 = ROOT / "tests" / "data" / "DisplayP3-v4.icc"
 
 
 def device_model(path: Path) -> Callable[[FloatArray], FloatArray]:
-    """From device values to CIELAB, media-relative."""
+    """Return the function from device values to media-relative CIELAB."""
     device = characterisation(path.read_bytes())
     if isinstance(device, IccProfile):
         return lambda values: profile_colours(device, values, "relative").lab
     if not isinstance(device, Samples):
-        raise TypeError(f"{path.name} is neither a profile nor measurements")
+        raise TypeError(f"{path.name} contains neither a profile nor measurements.")
     lab = measured_colours(device, "relative").lab
     given = cast("FloatArray", device.device)
     values, which, counts = np.unique(given, axis=0, return_inverse=True, return_counts=True)
@@ -49,35 +48,25 @@ def device_model(path: Path) -> Callable[[FloatArray], FloatArray]:
 
 
 def differences(gamut: Gamut, model: Callable[[FloatArray], FloatArray], count: int) -> FloatArray:
-    """ΔE*ab between kept and predicted colours at the vertices of a level."""
+    """Return ΔE*ab between stored and predicted colours at the vertices of a level."""
     level = gamut.level(count)
     predicted = model(cast("DeviceValues", level.device).values.astype(np.float64))
     distances: FloatArray = np.linalg.norm(predicted - level.vertices, axis=1)
     return distances
 
 
-def milliseconds(function: Callable[[], object], runs: int = 7) -> float:
-    """Shortest time of a call."""
-    times = []
-    for _ in range(runs):
-        start = time.perf_counter()
-        function()
-        times.append(time.perf_counter() - start)
-    return 1e3 * min(times)
+def _unpack_geometry(data: bytes) -> None:
+    history_from_bytes(data)[0].full()
 
 
-def _geometry_unpacked(data: bytes) -> object:
-    return history_from_bytes(data)[0].full()
-
-
-def _all_unpacked(data: bytes) -> object:
+def _unpack_all(data: bytes) -> None:
     history, _ = history_from_bytes(data)
     history.full()
-    return history.device_values(history.triangles)
+    history.device_values(history.triangles)
 
 
 def device_value_figures() -> list[dict[str, Any]]:
-    """Differences at several levels, as mean and largest, and sizes in a history file."""
+    """Measure differences (mean / largest) at several levels, and sizes in bits per vertex."""
     rows = []
     for name, path, cost in (
         ("FOGRA39L", FOGRA39L, "volume"),
@@ -95,7 +84,10 @@ def device_value_figures() -> list[dict[str, Any]]:
         data = history_bytes(history)
         row["geometry_bits"] = 8 * len(geometry) / history.vertices
         row["device_bits"] = 8 * (len(data) - len(geometry)) / history.vertices
-        unpacked = milliseconds(functools.partial(_all_unpacked, data))
-        row["unpacked_ms"] = unpacked - milliseconds(functools.partial(_geometry_unpacked, data))
+        everything, positions = (
+            times_of(functools.partial(unpack, data), 7)[0]
+            for unpack in (_unpack_all, _unpack_geometry)
+        )
+        row["unpacked_ms"] = 1e3 * (everything - positions)
         rows.append(row)
     return rows

@@ -1,60 +1,42 @@
-"""The real devices that accuracy is measured on, and the exact measure that all are put to.
+"""Real devices whose gamuts are measured, and the exact measures that every method is put to.
 
-With the project's shared data beside the checkout (``../shared/data``) these are nine devices: two
-presses, newsprint, a phone, three displays, a projector and sRGB. Without it they are what the
-repository itself has, and every document says which they were.
+With the shared data beside the checkout (``../shared/data``) there are nine devices: two presses,
+newsprint, a phone, three displays, a projector and sRGB. Without it there are the three that the
+repository contains.
 """
 
 from __future__ import annotations
 
-import argparse
 import importlib.util
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from benchmarks.files import device_data
+from benchmarks.common import (
+    FOGRA39L,
+    ROOT,
+    SHARED,
+    SRGB,
+    FloatArray,
+    build_mesh_history,
+    surface_points,
+)
 from gamutcore.boundary import Boundary, modified_convex_hull
-from gamutcore.colours import surface_colours
-from gamutcore.decimation import COSTS, decimated
+from gamutcore.decimation import COSTS
 from gamutcore.errors import MeshError
-from gamutcore.history import History, build_history
+from gamutcore.history import History
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import mismatch
 from gamutcore.metric.radial_overlay import radial_difference
 
-__all__ = [
-    "Device",
-    "asked_devices",
-    "devices",
-    "disagreement",
-    "exact_mismatch",
-    "faults",
-    "sphere",
-]
-
-ROOT = Path(__file__).parent.parent
-SHARED = ROOT.parent / "shared" / "data"
-
-FloatArray = np.ndarray[Any, np.dtype[np.float64]]
+__all__ = ["Device", "devices", "disagreement", "exact_mismatch", "faults", "sphere"]
 
 
 @dataclass(frozen=True)
 class Device:
-    """A real device.
-
-    Attributes
-    ----------
-    name : str
-        What tables and pictures call it.
-    kind : str
-        What it is, and what it is known by.
-    path : Path
-        Its characterisation.
-    """
+    """A real device: its name in tables and pictures, a description, and its characterisation."""
 
     name: str
     kind: str
@@ -62,19 +44,19 @@ class Device:
 
     @cached_property
     def points(self) -> FloatArray:
-        """About 100,000 CIELAB colours of its surface, (n, 3)."""
-        return surface_colours(device_data(self.path.read_bytes())).points
-
-    @cached_property
-    def histories(self) -> dict[str, History]:
-        """Its boundary's histories, by the name of the cost."""
-        mesh, centre = self.boundary.mesh, self.boundary.centre
-        return {cost: build_history(decimated(mesh, centre, cost)) for cost in COSTS}
+        """About 100,000 CIELAB colours of the device's surface, shape (n, 3)."""
+        return surface_points(self.path)
 
     @cached_property
     def boundary(self) -> Boundary:
-        """The modified convex hull of those with γ = 0.2: what everything is measured against."""
+        """The reference: the modified convex hull of the points with γ = 0.2."""
         return modified_convex_hull(self.points)
+
+    @cached_property
+    def histories(self) -> dict[str, History]:
+        """Histories of the boundary by the name of the cost."""
+        mesh, centre = self.boundary.mesh, self.boundary.centre
+        return {cost: build_mesh_history(mesh, centre, cost) for cost in COSTS}
 
 
 DEVICES = (
@@ -86,56 +68,25 @@ DEVICES = (
     Device("MacBook Air M2", "laptop, matrix profile", SHARED / "display/MBA-M2_native.icc"),
     Device("Panasonic", "television, matrix profile", SHARED / "display/Panasonic-TV_2014.icc"),
     Device("Canon", "projector, matrix profile", SHARED / "display/Canon_projector.icc"),
-    Device("sRGB", "colour space", ROOT / "tests/data/sRGB-v4.icc"),
+    Device("sRGB", "colour space", SRGB),
 )
 
 FALLBACK = (
-    Device("FOGRA39L", "coated offset, measurements", ROOT / "examples/FOGRA39L.ti3"),
+    Device("FOGRA39L", "coated offset, measurements", FOGRA39L),
     Device("Display P3", "colour space", ROOT / "tests/data/DisplayP3-v4.icc"),
     DEVICES[-1],
 )
 
 
 def devices() -> tuple[Device, ...]:
-    """Return the devices whose files are there: all of them, or the repository's own."""
+    """Return all devices, or those of the repository if a file of the others is missing."""
     return DEVICES if all(device.path.exists() for device in DEVICES) else FALLBACK
 
 
-def asked_devices(description: str | None) -> list[Device]:
-    """Return the devices that a program's command line names, all of them if none.
-
-    Parameters
-    ----------
-    description : str or None
-        Of the program.
-    """
-    there = {device.name: device for device in devices()}
-    parser = argparse.ArgumentParser(
-        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument(
-        "device", nargs="*", help=f"{', '.join(map(repr, there))}; all of them if none is named"
-    )
-    names: list[str] = parser.parse_args().device or list(there)
-    for name in names:
-        if name not in there:
-            parser.error(f"there is no device {name!r}")
-    return [there[name] for name in names]
-
-
 def sphere(vertices: int, *, random: bool = False) -> TriangleMesh:
-    """Triangulate a sphere of radius 50 about (50, 0, 0).
+    """Return a triangulated sphere of radius 50 about (50, 0, 0).
 
-    Parameters
-    ----------
-    vertices : int
-    random : bool, optional
-        Spread at random (always alike), instead of along a spiral with even spacing.
-
-    Returns
-    -------
-    TriangleMesh
-        The convex hull of the points.
+    The vertices lie on a spiral with even spacing, or at reproducible random positions.
     """
     if random:
         points = np.random.default_rng(1).standard_normal((vertices, 3))
@@ -151,11 +102,10 @@ def sphere(vertices: int, *, random: bool = False) -> TriangleMesh:
 
 
 def exact_mismatch(reference: TriangleMesh, mesh: TriangleMesh, centre: FloatArray) -> float | None:
-    """Exact relative mismatch of a mesh; None if it bounds no solid and so has none.
+    """Return the exact relative mismatch of a mesh; None if the mesh bounds no solid.
 
-    Surfaces that are star-shaped about the centre are laid over each other, which takes
-    milliseconds; all others go through boolean operations. `disagreement` tells how well the two
-    ways agree.
+    Surfaces that are star-shaped about the centre are overlaid, which takes milliseconds. All
+    others go through boolean operations. `disagreement` compares the two methods.
     """
     try:
         return radial_difference(reference, mesh, centre).mismatch
@@ -168,12 +118,12 @@ def exact_mismatch(reference: TriangleMesh, mesh: TriangleMesh, centre: FloatArr
 
 
 def disagreement(reference: TriangleMesh, mesh: TriangleMesh, centre: FloatArray) -> float:
-    """Difference of the two exact ways to a mismatch, as a part of it."""
+    """Return the relative difference of the two methods for an exact mismatch."""
     return abs(radial_difference(reference, mesh, centre).mismatch / mismatch(reference, mesh) - 1)
 
 
 def faults(mesh: TriangleMesh, centre: FloatArray) -> list[str]:
-    """Say what a level must be and this mesh is not, in words; none for a valid gamut."""
+    """Return the faults of a mesh in words; an empty list for a valid level."""
     found = mesh.validity(centre)
     genus = (2 - found.euler_characteristic) // 2
     said = {
@@ -193,10 +143,7 @@ def faults(mesh: TriangleMesh, centre: FloatArray) -> list[str]:
 
 
 def crossings(mesh: TriangleMesh) -> int | None:
-    """Count pairs of faces that pass through each other, by MeshLib; None where it is not there.
-
-    A mesh that is star-shaped has none; others are told from it by this.
-    """
+    """Count the faces that intersect others, with MeshLib; None if MeshLib is not installed."""
     if importlib.util.find_spec("meshlib") is None:
         return None
     from meshlib import mrmeshnumpy, mrmeshpy

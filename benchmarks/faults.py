@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.compute import FOGRA39L, ROOT
+from benchmarks.common import FOGRA39L, ROOT
 from benchmarks.reliability import Result, record
 
 __all__ = ["main"]

@@ -1,193 +1,157 @@
-"""The published experiment and all that is claimed about decimation: ``make figures``.
+"""Measure accuracy, speed and memory of decimation, and repeat the published experiment.
 
-Measures real devices one after another (``devices``, ``peers``, ``paper``), speed and memory
-(``speed``) and levels by their error (``limits``), and writes the same figures to
-``benchmarks/decimation.json``, ``docs/decimation.md`` with its pictures, and the short table in the
-README. What has been measured is kept under
-``build/figures`` until any module of ``gamutcore`` or of the measurements changes, so that a run
-that was broken off goes on where it was. ``--document`` writes the texts anew from the JSON file.
+``make figures`` runs it. The measurements are in `devices`, `peers`, `paper`, `speed` and `limits`.
+The figures go to ``benchmarks/decimation.json``, from which the tables of ``docs/decimation.md``
+and the plots are made. ``--document`` makes the tables and plots from the existing file.
 """
 
 from __future__ import annotations
 
 import argparse
-import functools
-import hashlib
 import json
 import os
 import sys
 import time
-from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from benchmarks import document, limits, paper, peers, plots, speed
+from benchmarks import decimation_tables, limits, paper, peers, plots, speed
 from benchmarks.bench import machine
-from benchmarks.devices import ROOT, Device, devices, disagreement
+from benchmarks.common import ROOT, build_mesh_history
+from benchmarks.devices import Device, devices, disagreement
+from benchmarks.markdown import update_document
 from benchmarks.render import levels_picture, methods_picture
 from benchmarks.summary import costs_by_accuracy
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.boundary.segment_maxima import segment_maxima
 from gamutcore.boundary.usv import usv
-from gamutcore.decimation import COSTS, decimated
-from gamutcore.history import build_history
+from gamutcore.decimation import COSTS
 from gamutcore.version import ALGORITHM_VERSION
 from gamutcore.warm import compile_kernels
 
-__all__ = ["main"]
+__all__ = ["DOCUMENT", "RESULTS", "json_text", "main"]
 
 RESULTS = Path(__file__).with_name("decimation.json")
-KEPT = ROOT / "build" / "figures"
-MEASURING = ("devices", "files", "limits", "paper", "peers", "speed")
-"""Modules of this package that results depend on, besides all of `gamutcore`."""
+DOCUMENT = ROOT / "docs" / "decimation.md"
 
 LIBRARIES = (
-    "vtk", "pymeshlab", "meshlib", "fast-simplification", "pyfqmr", "manifold3d", "matplotlib"
+    "vtk", "pymeshlab", "meshlib", "fast-simplification", "manifold3d", "matplotlib"
 )  # fmt: skip
 
 DRAWN = {"FOGRA39L": "levels-fogra39l", "phone": "levels-phone", "sRGB": "levels-srgb"}
-"""Devices whose levels are drawn, and the names of the pictures."""
+"""Devices whose levels are drawn, and the names of their pictures."""
 
 
 def main() -> int:
-    """Measure, write, draw."""
+    """Measure, draw and update the document."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--document", action="store_true", help="only write the texts and plots")
-    parser.add_argument("--again", action="store_true", help="measure even what was kept")
-    asked = parser.parse_args()
-    if asked.document:
-        measured = json.loads(RESULTS.read_text())
-    else:
+    parser.add_argument("--document", action="store_true", help="only make tables and plots")
+    parser.add_argument(
+        "--keep-peers", action="store_true", help="keep the stored figures of other libraries"
+    )
+    arguments = parser.parse_args()
+    if not arguments.document:
         if sys.platform == "linux":
-            os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})  # one core, as the goals say
-        absent = peers.missing()
-        if absent:
-            print(f"not installed, so not measured: {', '.join(absent)}")
+            os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})  # the figures are for one core
+        if absent := peers.missing():
+            print(f"Not installed, so not measured: {', '.join(absent)}")
         compile_kernels()
-        measured = measure(again=asked.again)
-        RESULTS.write_text(document.json_text(measured))
-        measured = json.loads(RESULTS.read_text())  # rounded, as `--document` will read them
-        draw(costs_by_accuracy(measured))
-    plots.write(measured)
-    document.write(measured)
+        stored = json.loads(RESULTS.read_text()) if arguments.keep_peers else {}
+        results = measure(stored)
+        RESULTS.write_text(json_text(results))
+        draw_pictures(costs_by_accuracy(results))
+    results = json.loads(RESULTS.read_text())
+    plots.write(results)
+    update_document(DOCUMENT, decimation_tables.document_blocks(results))
     return 0
 
 
-def measure(*, again: bool) -> dict[str, Any]:
-    """Return all figures: kept ones, and anew what is not there."""
-    folder = KEPT / sources_digest()
-    folder.mkdir(parents=True, exist_ok=True)
-
-    def kept(name: str, work: Callable[[], Any]) -> Any:  # noqa: ANN401  # whatever JSON holds
-        file = folder / f"{name}.json"
-        if again or not file.exists():
-            print(f"{time.strftime('%H:%M:%S')} {name}", flush=True)
-            file.write_text(json.dumps(work()))
-        return json.loads(file.read_text())
-
-    found = [
-        kept(f"device-{device.path.stem}", functools.partial(measured_device, device))
-        for device in devices()
-    ]
+def measure(stored: dict[str, Any]) -> dict[str, Any]:
+    """Return all figures, with those of other libraries from stored results if there are any."""
+    measured = []
+    for device in devices():
+        print(f"{time.strftime('%H:%M:%S')} {device.name}", flush=True)
+        measured.append(device_figures(device))
+    if stored:
+        peer_rows, peer_times = stored["peers"], [r for r in stored["history"] if "peer" in r]
+    else:
+        peer_rows = [row for device in devices() for row in peers.peer_rows(device)]
+        peer_times = speed.peer_times()
+    first, *_, last = devices()
     return {
         "machine": {**machine(), **library_versions(), "algorithm": ALGORITHM_VERSION},
         "costs": list(COSTS),
-        "devices": [each["device"] for each in found],
-        "levels": [row for each in found for row in each["levels"]],
-        "peers": [row for each in found for row in each["peers"]],
-        "others": [row for each in found for row in each["others"]],
-        "floors": [each["floor"] for each in found],
-        "voxels": [row for each in found for row in each["voxels"]],
-        "disagreement": max(each["disagreement"] for each in found),
-        "sphere": kept("sphere", paper.sphere_rows),
-        "million": kept("million", speed.million_points),
-        "history": kept("history", lambda: speed.history_times(15)),
-        "storage": kept("storage", lambda: speed.storage(25)),
-        "few": kept("few", lambda: speed.few_triangles(7)),
-        "hubs": kept("hubs", lambda: speed.hubs(7)),
-        "scaling": kept("scaling", lambda: speed.scaling(3)),
-        "limits": kept("limits", limited_levels),
+        "devices": [figures["device"] for figures in measured],
+        "floors": [figures["floor"] for figures in measured],
+        **{
+            name: [row for figures in measured for row in figures[name]]
+            for name in ("levels", "others", "voxels")
+        },
+        "peers": peer_rows,
+        "disagreement": max(figures["disagreement"] for figures in measured),
+        "sphere": paper.sphere_rows(),
+        "history": [*speed.history_times(15), *peer_times],
+        "storage": speed.storage(25),
+        "few": speed.few_triangles(7),
+        "scaling": speed.scaling(3),
+        "limits": [*limits.limit_rows(first), *limits.limit_rows(last)],
     }
 
 
-def measured_device(device: Device) -> dict[str, Any]:
-    """All that is measured on one device."""
-    histories, times = speed.measured_histories(device.boundary, 5)
+def device_figures(device: Device) -> dict[str, Any]:
+    """Return all figures of one device."""
+    mesh, centre = device.boundary.mesh, device.boundary.centre
+    histories, times = speed.timed_histories(device.boundary, 5)
     levels = peers.level_rows(device, histories, paper.CURVE_COUNTS)
     return {
         "device": {
             "name": device.name,
             "kind": device.kind,
             "points": len(device.points),
-            "triangles": device.boundary.mesh.triangles,
-            "volume": device.boundary.mesh.volume,
+            "triangles": mesh.triangles,
+            "volume": mesh.volume,
             "histories": speed.with_memory(device.boundary, times),
         },
         "levels": levels,
-        "peers": peers.peer_rows(device),
-        "others": paper.other_rows(device, histories, levels),
+        "others": paper.other_rows(device, histories),
         "floor": paper.floor_row(device),
         "voxels": paper.voxel_rows(device, histories["quadric"]),
         "disagreement": max(
-            disagreement(device.boundary.mesh, histories[cost].level(count), device.boundary.centre)
-            for cost in histories
+            disagreement(mesh, history.level(count), centre)
+            for history in histories.values()
             for count in (1000, 50)
         ),
     }
 
 
-def limited_levels() -> list[dict[str, Any]]:
-    """Levels chosen by limits, of the first device and of the last."""
-    return [
-        row
-        for device in (devices()[0], devices()[-1])
-        for row in limits.limit_rows(device, device.histories)
-    ]
-
-
-def draw(costs: list[str]) -> None:
-    """Draw the pictures: levels of three devices with the default cost, and one by all methods."""
+def draw_pictures(costs: list[str]) -> None:
+    """Draw levels of three devices with the default cost, and one device by all methods."""
     for device in devices():
         if device.name in DRAWN:
-            history = build_history(decimated(device.boundary.mesh, device.boundary.centre))
+            history = build_mesh_history(device.boundary.mesh, device.boundary.centre)
             levels_picture(device, history, DRAWN[device.name])
     device = devices()[0]
-    boundary, points = device.boundary, device.points
-    by_usv = usv(points, "icosahedron", 1, 0.05, boundary.centre).mesh
+    points, centre = device.points, device.boundary.centre
+    by_usv = usv(points, "icosahedron", 1, 0.05, centre).mesh
     count = by_usv.triangles
-    decimations = [
-        (f"decimation, {cost}", build_history(decimated(boundary.mesh, boundary.centre, cost)))
-        for cost in costs
-    ]
     methods_picture(
         device,
         [
-            ("reference", boundary.mesh),
-            ("convex hull", modified_convex_hull(points, 1.0, boundary.centre).mesh),
-            ("segment maxima", segment_maxima(points, (6, 13), boundary.centre).mesh),
+            ("reference", device.boundary.mesh),
+            ("convex hull", modified_convex_hull(points, 1.0, centre).mesh),
+            ("segment maxima", segment_maxima(points, (6, 13), centre).mesh),
             ("USV, icosahedron", by_usv),
-            ("subsampled modified hull", paper.subsampled(points, boundary.centre, count).mesh),
-            *((name, history.level(count)) for name, history in decimations),
+            ("subsampled modified hull", paper.subsampled(points, centre, count).mesh),
+            *((f"decimation, {cost}", device.histories[cost].level(count)) for cost in costs),
         ],
         "methods-fogra39l",
         4,
     )
 
 
-def sources_digest() -> str:
-    """Digest of every module that the results depend on, of the data and of the libraries."""
-    files = sorted((ROOT / "gamutcore").rglob("*.py"))
-    files += [Path(__file__).with_name(f"{name}.py") for name in MEASURING]
-    files += [device.path for device in devices()]
-    digest = hashlib.sha256(json.dumps(library_versions()).encode())
-    for file in files:
-        digest.update(file.read_bytes())
-    return digest.hexdigest()[:16]
-
-
 def library_versions() -> dict[str, str]:
-    """Return the versions of the libraries that are compared; of those installed."""
+    """Return the versions of the installed libraries that are compared."""
     versions = {}
     for name in LIBRARIES:
         try:
@@ -195,6 +159,26 @@ def library_versions() -> dict[str, str]:
         except PackageNotFoundError:
             continue
     return versions
+
+
+def json_text(results: dict[str, Any]) -> str:
+    """Format results as JSON: a table row per line, numbers to six significant digits."""
+
+    def rounded(value: Any) -> Any:  # noqa: ANN401  # any JSON value
+        if isinstance(value, float):
+            return float(f"{value:.6g}")
+        if isinstance(value, dict):
+            return {name: rounded(each) for name, each in value.items()}
+        return [rounded(each) for each in value] if isinstance(value, list) else value
+
+    parts = []
+    for name, value in rounded(results).items():
+        if isinstance(value, list) and value and isinstance(value[0], dict):
+            rows = ",\n  ".join(json.dumps(row, ensure_ascii=False) for row in value)
+            parts.append(f"{json.dumps(name)}: [\n  {rows}\n ]")
+        else:
+            parts.append(f"{json.dumps(name)}: {json.dumps(value, ensure_ascii=False)}")
+    return "{\n " + ",\n ".join(parts) + "\n}\n"
 
 
 if __name__ == "__main__":

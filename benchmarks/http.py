@@ -1,9 +1,8 @@
-"""Measurements of the running service, over real connections: builds and meshes.
+"""Speed of the running service over real connections: builds and meshes.
 
-A server is started on a free loopback port with a fresh data directory and one worker process of
-the web server; the load comes from a process of its own. On machines with more than one core the
-server and its build worker are kept on the first and the load on the second, so that neither takes
-the other's time.
+A server runs on a free loopback port with a fresh data directory and one API process. The load
+comes from another process. With more than one core, the server and its build worker are pinned to
+the first core and the load generator to the second.
 """
 
 from __future__ import annotations
@@ -22,21 +21,13 @@ from pathlib import Path
 from statistics import median
 from typing import Any, NamedTuple
 
-from benchmarks.compute import FOGRA39L, ROOT
+from benchmarks.common import FOGRA39L, ROOT, run_module
 
 __all__ = ["Server", "build_over_http", "mesh_rates", "posted", "server"]
 
 
 class Server(NamedTuple):
-    """A running server.
-
-    Attributes
-    ----------
-    port : int
-    ready : float
-        Seconds from its start until it was ready.
-    process : Popen
-    """
+    """A running server: its port, the seconds until it was ready, and its process."""
 
     port: int
     ready: float
@@ -45,14 +36,14 @@ class Server(NamedTuple):
 
 @contextlib.contextmanager
 def server(settings: Mapping[str, str] | None = None, *, pin: bool = True) -> Iterator[Server]:
-    """Run a fresh server with settings, on the first core or on all."""
+    """Run a server with a fresh store, pinned to the first core or not."""
     with tempfile.TemporaryDirectory() as folder:
         environment = {
             **os.environ,
             **{f"GAMUT_{name.upper()}": value for name, value in (settings or {}).items()},
             "GAMUT_STORE": str(Path(folder) / "data"),
             "PYTHONUNBUFFERED": "1",
-            "MALLOC_ARENA_MAX": "2",  # as in the container image
+            "MALLOC_ARENA_MAX": "2",  # the setting of the container image
         }
         start = time.perf_counter()
         command = [sys.executable, "-c", "from service.command import main; main()"]
@@ -74,14 +65,14 @@ def server(settings: Mapping[str, str] | None = None, *, pin: bool = True) -> It
 
 
 def pinned(core: int) -> list[str]:
-    """Return what starts a command on one core, where there are several and `taskset`."""
+    """Return the words that pin a command to a core, if `taskset` and several cores exist."""
     if sys.platform == "linux" and (os.cpu_count() or 1) > 1 and Path("/usr/bin/taskset").exists():
         return ["/usr/bin/taskset", "--cpu-list", str(core)]
     return []
 
 
 def ready_port(process: subprocess.Popen[bytes], log: Path) -> int:
-    """Wait until the server says that it is ready; the port is in its log."""
+    """Wait until the server is ready and return the port, which its log names."""
     for _ in range(1200):
         if process.poll() is not None:
             raise RuntimeError(log.read_text())
@@ -93,7 +84,7 @@ def ready_port(process: subprocess.Popen[bytes], log: Path) -> int:
                 if answer.status == 200:
                     return port
         time.sleep(0.05)
-    raise TimeoutError("the server was not ready within a minute")
+    raise TimeoutError(f"The server was not ready within a minute. Its log:\n{log.read_text()}")
 
 
 def posted(
@@ -102,7 +93,7 @@ def posted(
     data: bytes | None = None,
     prefer: str = "wait=60",
 ) -> tuple[int, float, dict[str, Any]]:
-    """Post a file, FOGRA39L unless another is given; status, seconds and the description."""
+    """Post a file (default FOGRA39L); return status, seconds and the answer's JSON content."""
     border = "benchmark-border"
     parts = [
         f'--{border}\r\nContent-Disposition: form-data; name="options"\r\n\r\n'
@@ -126,18 +117,16 @@ def posted(
 
 
 def build_over_http(runs: int) -> dict[str, Any]:
-    """Time from posting FOGRA39L to its description: the first on a fresh server, and the median.
-
-    The further builds differ in γ by a little, so that each is built anew.
-    """
+    """Time the first POST of FOGRA39L to a fresh server, and the median of the following ones."""
     with server() as found:
         status, first, _ = posted(found.port, {})
+        # A slightly different γ makes each request a new build.
         further = [posted(found.port, {"gamma": 0.2 + 1e-6 * (run + 1)})[1] for run in range(runs)]
     return {"ready_s": found.ready, "status": status, "first_s": first, "median_s": median(further)}
 
 
 def mesh_rates(requests: int, runs: int) -> list[dict[str, Any]]:
-    """Requests per second for meshes of about 1,000 triangles: encoded anew, repeated, known."""
+    """Rates of meshes of about 1,000 triangles: encoded anew, repeated, and not modified."""
     rows = []
     uncached, counts = {"mesh_cache_bytes": "0"}, range(502, 1502, 2)
     glb, ply = [f"triangles={n}" for n in counts], [f"triangles={n}&format=ply" for n in counts]
@@ -161,15 +150,9 @@ def mesh_rates(requests: int, runs: int) -> list[dict[str, Any]]:
 
 
 def load(port: int, paths: list[str], requests: int, arguments: list[str]) -> dict[str, Any]:
-    """Return what a load of so many requests, in a process of its own, came to."""
-    program = [*pinned(1), sys.executable, "-m", "benchmarks.load", "127.0.0.1", str(port)]
-    ended = subprocess.run(
-        [*program, "--requests", str(requests), *arguments],
-        cwd=ROOT,
-        input=json.dumps(paths),
-        capture_output=True,
-        text=True,
-        check=True,
+    """Return the figures of a load from another process."""
+    words = [str(port), "--requests", str(requests), *arguments]
+    figures: dict[str, Any] = json.loads(
+        run_module("load", *words, prefix=pinned(1), text=json.dumps(paths))
     )
-    figures: dict[str, Any] = json.loads(ended.stdout)
     return figures

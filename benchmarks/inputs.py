@@ -1,7 +1,6 @@
-"""Measurements of what people send: from a file's bytes to the colours of its surface, and by HTTP.
+"""Time from the bytes of different inputs to surface colours, and over HTTP to a gamut.
 
-Files that may not be shipped are measured where `shared/data` lies beside the checkout, and left
-out elsewhere.
+Inputs whose licence does not allow shipping are measured only beside the shared data.
 """
 
 from __future__ import annotations
@@ -16,14 +15,11 @@ from statistics import median
 from typing import Any
 
 from benchmarks import http
-from benchmarks.compute import FOGRA39L, ROOT, SRGB, median_seconds
-from benchmarks.files import device_data
-from gamutcore.colours import SurfaceColours, surface_colours
+from benchmarks.common import FOGRA39L, SHARED, SRGB, device_data, times_of
+from gamutcore.colours import surface_colours
 from gamutcore.gamut import Gamut, Options, build_gamut
 
 __all__ = ["found", "gamut_sizes", "input_times"]
-
-SHARED = ROOT.parent / "shared" / "data"
 
 FILES = {
     "press, 1,617 patches": FOGRA39L,
@@ -34,20 +30,20 @@ FILES = {
 
 
 def input_times(runs: int) -> list[dict[str, Any]]:
-    """Seconds from each file to at most 100,000 surface colours, and from posting it to 201."""
+    """Time each file to at most 100,000 surface colours, and from its POST to the answer 201."""
     rows = []
     for name, data in found():
-        sampled = functools.partial(_surface, data)
+        sampled = functools.partial(_surface_points, data)
         rows.append(
             {
                 "input": name,
-                "points": len(sampled().points),
-                "colours_s": median_seconds(sampled, runs),
+                "points": sampled(),
+                "colours_s": median(times_of(sampled, runs)),
             }
         )
     with http.server() as service:
         for row, (_name, data) in zip(rows, found(), strict=True):
-            # builds differ in γ by a little, so that each is built anew
+            # A slightly different γ makes each request a new build.
             answers = [
                 http.posted(service.port, {"gamma": 0.2 + 1e-6 * run}, data)
                 for run in range(runs + 1)
@@ -58,7 +54,7 @@ def input_times(runs: int) -> list[dict[str, Any]]:
 
 
 def gamut_sizes(runs: int = 5) -> list[dict[str, Any]]:
-    """Return sizes and opening times of a gamut of each kind of input that is at hand."""
+    """Return sizes and opening times of a gamut of each available input."""
     rows = []
     for name, data in found():
         gamut = build_gamut(data, Options())
@@ -66,7 +62,7 @@ def gamut_sizes(runs: int = 5) -> list[dict[str, Any]]:
         seconds = []
         for _ in range(runs):
             start = time.perf_counter()
-            hashlib.sha256(content).digest()  # as the store does before it hands a file out
+            hashlib.sha256(content).digest()  # the store checks the digest
             opened = Gamut.from_bytes(content)
             opened.level(1000)
             seconds.append(time.perf_counter() - start)
@@ -84,12 +80,12 @@ def gamut_sizes(runs: int = 5) -> list[dict[str, Any]]:
     return rows
 
 
-def _surface(data: bytes) -> SurfaceColours:
-    return surface_colours(device_data(data))
+def _surface_points(data: bytes) -> int:
+    return len(surface_colours(device_data(data)).points)
 
 
 def found() -> Iterator[tuple[str, bytes]]:
-    """Iterate over the names and contents of the files that are here."""
+    """Iterate over names and contents of the available files."""
     for name, path in FILES.items():
         if path.is_file():
             yield name, path.read_bytes()

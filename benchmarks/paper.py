@@ -1,14 +1,10 @@
-"""The published experiment, on real devices and with exact mismatches.
+"""The published experiment on real devices, with exact mismatches.
 
-Bakke & Farup ("Simplified Gamut Boundary Representation using Mesh Decimation") take the modified
-convex hull of about 100,000 surface colours as the reference and compare simplified boundaries at
-equal triangle counts by relative volume mismatch. Here are the same methods: decimation, USV at all
-its sizes, segment maxima, the convex hull, and the modified hull of a subsample of the colours.
-Each of the other methods has sizes of its own, so decimation is read at exactly the triangle count
-that the other method came out with: any count can be read out of a history.
-
-``python -m benchmarks.paper [DEVICE ...]`` prints the comparison of some devices; ``make figures``
-makes the whole document.
+Bakke and Farup ("Simplified Gamut Boundary Representation using Mesh Decimation") compare
+simplified boundaries at equal triangle counts. Their reference is the modified convex hull of about
+100,000 surface colours. The methods are decimation, uniform segment visualization (USV), segment
+maxima, the convex hull, and the modified hull of a subsample. Each of the other methods determines
+its own triangle count, and decimation is read at that count.
 """
 
 from __future__ import annotations
@@ -19,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.devices import Device, FloatArray, asked_devices, exact_mismatch, sphere
-from benchmarks.markdown import percent, table
+from benchmarks.common import FloatArray, build_mesh_history
+from benchmarks.devices import Device, exact_mismatch, sphere
 from gamutcore.boundary import Boundary, modified_convex_hull
 from gamutcore.boundary.segment_maxima import segment_maxima
 from gamutcore.boundary.usv import BASES, usv
-from gamutcore.decimation import COSTS, decimated
+from gamutcore.decimation import COSTS
 from gamutcore.errors import BoundaryError, InvalidPointsError
-from gamutcore.history import History, build_history
+from gamutcore.history import History
 from gamutcore.metric import mismatch
 from gamutcore.metric.voxel_mismatch import voxel_mismatch
 
@@ -44,69 +40,61 @@ CURVE_COUNTS = (10_000, 5000, 2000, 1000, 500, 200, 100, 50, 20, 10)
 """Triangle counts of the curves."""
 
 SPHERE_LIMIT = 12 * np.pi * (1 / (6 * 3**0.5) - 1 / (8 * np.pi))
-"""Least mismatch × triangles on a sphere for many triangles: Ludwig's and Böröczky's constants."""
+"""Least mismatch × triangles on a sphere for many triangles: constants of Ludwig and Böröczky."""
 
 USV_GAMMA = 0.05
-"""γ of the modified hull that USV wraps its points with, as published."""
+"""γ of the modified hull inside USV, as published."""
 
 LARGEST = 12_000
-"""Sizes of the other methods go up to so many triangles."""
+"""Largest triangle count of the other methods."""
 
 SEGMENTS = (3, 4, 5, 7, 9, 11, 16, 22, 35, 50)
-"""Polar segments of segment maxima; twice as many azimuth segments make them even."""
+"""Polar segments of segment maxima, with twice as many azimuth segments."""
 
 DRAWS = 3
-"""Subsamples drawn for each triangle count."""
+"""Subsamples for each triangle count."""
 
 MOST_DRAWS = 60
-"""Subsamples drawn before giving up: few colours often do not surround the centre."""
+"""Attempts at a subsample. A few colours often do not surround the centre."""
+
+Rows = list[dict[str, Any]]
 
 
-def other_rows(
-    device: Device, histories: dict[str, History], levels: list[dict[str, Any]]
-) -> list[dict[str, Any]]:
-    """Measure the other methods, and decimation at the triangle counts that they came out with.
-
-    Parameters
-    ----------
-    device : Device
-    histories : dict of History
-        By the name of the cost.
-    levels : list of dict
-        What `peers.level_rows` has measured already.
+def other_rows(device: Device, histories: dict[str, History]) -> Rows:
+    """Measure the other methods, and decimation at their triangle counts.
 
     Returns
     -------
     list of dict
         ``method``, ``size`` (segments, or triangles asked for), ``triangles``, ``mismatch``,
-        ``volume`` (relative to the reference's, less 1), and ``decimated``: mismatch at the same
+        ``volume`` (relative to the reference, minus 1), and ``decimated``: the mismatch at the same
         count by cost.
     """
     reference, centre = device.boundary.mesh, device.boundary.centre
-    rows = []
-    errors = {(row["method"], row["triangles"]): row["mismatch"] for row in levels}
-    for method, size, boundary in _boundaries(device):
-        mesh = boundary.mesh
-        for cost, history in histories.items():
-            if (cost, mesh.triangles) not in errors:
-                level = history.level(mesh.triangles)
-                errors[cost, mesh.triangles] = exact_mismatch(reference, level, centre)
-        rows.append(
-            {
-                "device": device.name,
-                "method": method,
-                "size": size,
-                "triangles": mesh.triangles,
-                "mismatch": exact_mismatch(reference, mesh, centre),
-                "volume": mesh.volume / reference.volume - 1,
-                "decimated": {cost: errors[cost, mesh.triangles] for cost in histories},
-            }
-        )
-    return rows
+
+    @functools.cache
+    def decimation_errors(count: int) -> dict[str, float | None]:
+        return {
+            cost: exact_mismatch(reference, history.level(count), centre)
+            for cost, history in histories.items()
+        }
+
+    return [
+        {
+            "device": device.name,
+            "method": method,
+            "size": size,
+            "triangles": boundary.mesh.triangles,
+            "mismatch": exact_mismatch(reference, boundary.mesh, centre),
+            "volume": boundary.mesh.volume / reference.volume - 1,
+            "decimated": decimation_errors(boundary.mesh.triangles),
+        }
+        for method, size, boundary in _boundaries(device)
+    ]
 
 
 def floor_row(device: Device) -> dict[str, Any]:
-    """Measure the modified hull of all colours with USV's γ: USV cannot come closer than that."""
+    """Measure the modified hull of all colours with the γ of USV, the limit for USV."""
     reference, centre = device.boundary.mesh, device.boundary.centre
     mesh = modified_convex_hull(device.points, USV_GAMMA, centre).mesh
     return {
@@ -118,8 +106,8 @@ def floor_row(device: Device) -> dict[str, Any]:
     }
 
 
-def voxel_rows(device: Device, history: History) -> list[dict[str, Any]]:
-    """Measure levels as the publication does, in voxels, beside the exact mismatch."""
+def voxel_rows(device: Device, history: History) -> Rows:
+    """Measure levels in voxels as published, beside the exact mismatch."""
     reference = device.boundary.mesh
     rows = []
     for count in CURVE_COUNTS:
@@ -138,13 +126,13 @@ def voxel_rows(device: Device, history: History) -> list[dict[str, Any]]:
     return rows
 
 
-def sphere_rows() -> list[dict[str, Any]]:
-    """Measure mismatch × triangles on spheres of 10,000 vertices, where the limit is known."""
+def sphere_rows() -> Rows:
+    """Measure mismatch × triangles on spheres of 10,000 vertices, where the optimum is known."""
     rows = []
     for spread in ("spiral", "random"):
         mesh = sphere(10_000, random=spread == "random")
         for cost in COSTS:
-            history = build_history(decimated(mesh, (50.0, 0.0, 0.0), cost))
+            history = build_mesh_history(mesh, np.array([50.0, 0.0, 0.0]), cost)
             for count in (2000, 1000, 500, 200, 100):
                 level = history.level(count)
                 product = mismatch(mesh, level) * count
@@ -153,12 +141,12 @@ def sphere_rows() -> list[dict[str, Any]]:
 
 
 def subsampled(points: FloatArray, centre: FloatArray, triangles: int) -> Boundary:
-    """Wrap a random subsample of colours in a modified hull of so many triangles or just less."""
+    """Return the modified hull of a random subsample with that many triangles or slightly fewer."""
     return next(_subsamples(points, centre, triangles))
 
 
 def _boundaries(device: Device) -> Iterator[tuple[str, int, Boundary]]:
-    """Boundaries of the other methods: name, size, boundary."""
+    """Iterate over the boundaries of the other methods: method, size, boundary."""
     points, centre = device.points, device.boundary.centre
     makers: list[tuple[str, int, Callable[[], Boundary]]] = [
         ("convex hull", len(points), lambda: modified_convex_hull(points, 1.0, centre)),
@@ -186,27 +174,27 @@ def _boundaries(device: Device) -> Iterator[tuple[str, int, Boundary]]:
         try:
             yield method, size, make()
         except (BoundaryError, InvalidPointsError):
-            print(f"  {method} of {size} gives no boundary that surrounds the centre")
+            print(f"{method}, size {size}: no boundary, the colours do not surround the centre")
     for count in CURVE_COUNTS:
         for boundary in _subsamples(points, centre, count):
             yield "subsampled modified hull", count, boundary
 
 
 def _subsamples(points: FloatArray, centre: FloatArray, triangles: int) -> Iterator[Boundary]:
-    """Modified hulls of as many colours, drawn at random, as give the triangle count or just less.
+    """Iterate over modified hulls of random subsamples with at most that many triangles.
 
-    Not every drawn colour becomes a vertex, so the number to draw is searched for.
+    Some colours do not become vertices, so the size of the subsample is found by bisection.
     """
     found = 0
     for seed in range(MOST_DRAWS):
         order = np.random.default_rng(seed).permutation(len(points))
         fewest, most, best = triangles // 2 + 2, len(points), None
         while fewest <= most and (best is None or best.mesh.triangles < triangles - 1):
-            # most draws become vertices: look near the lower end first
+            # Most colours become vertices, so the size is near the lower end.
             middle = min((fewest + most) // 2, 2 * fewest)
             try:
                 hull = modified_convex_hull(points[order[:middle]], 0.2, centre)
-            except (BoundaryError, InvalidPointsError):  # these do not surround the centre
+            except (BoundaryError, InvalidPointsError):  # the colours do not surround the centre
                 fewest = middle + 1
                 continue
             if hull.mesh.triangles <= triangles:
@@ -218,25 +206,3 @@ def _subsamples(points: FloatArray, centre: FloatArray, triangles: int) -> Itera
             found += 1
         if found == DRAWS:
             return
-
-
-def main() -> None:
-    """Print the other methods of each device, and decimation at the same triangle counts."""
-    for device in asked_devices(__doc__):
-        rows = [
-            [
-                row["method"],
-                f"{row['size']:,}",
-                f"{row['triangles']:,}",
-                percent(row["mismatch"]),
-                *(percent(row["decimated"][cost]) for cost in COSTS),
-            ]
-            for row in other_rows(device, device.histories, [])
-        ]
-        print(f"\n{device.name}, mismatch in per cent\n")
-        head = ["method", "size", "triangles", "mismatch", *(f"{cost} there" for cost in COSTS)]
-        print(table(head, rows), flush=True)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,14 +1,9 @@
-"""The same boundaries through other mesh libraries, in the same run as our own costs.
+"""Decimation of the same boundaries by other mesh libraries.
 
-Needs the optional group ``peers``; each library is used through its Python package, with the
-settings that served it best here, and only its decimation is timed, not the conversion of arrays:
-processor time of one core, which other work on the machine changes little.
-They give one level for each run; a history gives all of them at once, and reading a level out of
-it is timed beside. GPL (PyMeshLab) and non-commercial (MeshLib) libraries are measured here and
-used nowhere else: the packages of the project import none of them.
-
-``python -m benchmarks.peers [DEVICE ...]`` prints the comparison of some devices; ``make figures``
-makes the whole document.
+The libraries come with the optional group ``peers``. Each is called through its Python package with
+the settings that served it best. Times are processor times of the decimation alone, on one core.
+PyMeshLab is GPL and MeshLib non-commercial, so neither `gamutcore` nor `service` imports them
+(docs/decisions/peers.md).
 """
 
 from __future__ import annotations
@@ -20,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.devices import Device, FloatArray, asked_devices, exact_mismatch, faults
-from benchmarks.markdown import percent, table
+from benchmarks.common import FloatArray
+from benchmarks.devices import Device, exact_mismatch, faults
 from gamutcore.history import History
 from gamutcore.mesh import TriangleMesh
 
@@ -31,27 +26,22 @@ COUNTS = (10_000, 1000, 500, 100, 50, 20, 10)
 """Triangle counts that are compared."""
 
 IndexArray = np.ndarray[Any, np.dtype[np.int64]]
-Peer = Callable[[FloatArray, IndexArray, int], tuple[FloatArray, IndexArray, float]]
+Rows = list[dict[str, Any]]
+PeerResult = tuple[FloatArray, IndexArray, float]
+"""Vertices, faces, and seconds."""
+
+Peer = Callable[[FloatArray, IndexArray, int], PeerResult]
 
 
-def level_rows(
-    device: Device, histories: dict[str, History], counts: tuple[int, ...] = COUNTS
-) -> list[dict[str, Any]]:
-    """Measure levels of histories: one row for each cost and count.
-
-    Parameters
-    ----------
-    device : Device
-    histories : dict of History
-        By the name of the cost.
-    counts : tuple of int
-        Triangle counts asked for.
+def level_rows(device: Device, histories: dict[str, History], counts: tuple[int, ...]) -> Rows:
+    """Measure levels of histories.
 
     Returns
     -------
     list of dict
-        ``method``, ``asked``, ``triangles``, ``reached``, ``mismatch``, ``volume`` (relative to the
-        boundary's, less 1), ``faults`` and ``seconds``, the time that reading the level takes.
+        One row for each cost and count: ``method``, ``asked``, ``triangles``, ``reached``,
+        ``mismatch``, ``volume`` (relative to the boundary, minus 1), ``faults`` and ``seconds``
+        (to read the level).
     """
     rows = []
     for cost, history in histories.items():
@@ -63,19 +53,11 @@ def level_rows(
     return rows
 
 
-def peer_rows(device: Device) -> list[dict[str, Any]]:
-    """Measure what the installed peers make of a device's boundary.
+def peer_rows(device: Device) -> Rows:
+    """Measure what the installed libraries make of a device's boundary.
 
-    A library that does not get down to a count is not asked for lower ones.
-
-    Parameters
-    ----------
-    device : Device
-
-    Returns
-    -------
-    list of dict
-        As from `level_rows`, ``seconds`` being the time of the decimation.
+    Rows are those of `level_rows`, with the time of the decimation. A library that misses a count
+    is not asked for smaller ones.
     """
     mesh = device.boundary.mesh
     vertices = np.ascontiguousarray(mesh.vertices, np.float64)
@@ -93,7 +75,7 @@ def peer_rows(device: Device) -> list[dict[str, Any]]:
 
 
 def missing() -> list[str]:
-    """Return the names of the peers that are not installed."""
+    """Return the names of the libraries that are not installed."""
     return [name for name, (package, _) in PEERS.items() if not importlib.util.find_spec(package)]
 
 
@@ -114,22 +96,22 @@ def _row(
 
 
 def _compact(vertices: FloatArray, faces: IndexArray) -> TriangleMesh:
-    """Leave out vertices that no face uses: some libraries keep them."""
+    """Remove the vertices that no face uses, which some libraries keep."""
     used, renumbered = np.unique(faces, return_inverse=True)
     return TriangleMesh(
         np.asarray(vertices, np.float64)[used], renumbered.reshape(-1, 3).astype(np.int64)
     )
 
 
-# --- one function for each library: positions, faces and seconds ----------------------------------
+# --- one function for each library ----------------------------------------------------------------
 
 
 def _vtk_run(
-    decimation: Any,  # noqa: ANN401  # VTK's classes are made at run time
+    decimation: Any,  # noqa: ANN401  # VTK has no static types
     vertices: FloatArray,
     faces: IndexArray,
     count: int,
-) -> tuple[FloatArray, IndexArray, float]:
+) -> PeerResult:
     from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
     from vtkmodules.vtkCommonCore import vtkPoints
     from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
@@ -152,17 +134,13 @@ def _vtk_run(
     )
 
 
-def _vtk_quadric(
-    vertices: FloatArray, faces: IndexArray, count: int
-) -> tuple[FloatArray, IndexArray, float]:
+def _vtk_quadric(vertices: FloatArray, faces: IndexArray, count: int) -> PeerResult:
     from vtkmodules.vtkFiltersCore import vtkQuadricDecimation
 
     return _vtk_run(vtkQuadricDecimation(), vertices, faces, count)
 
 
-def _vtk_pro(
-    vertices: FloatArray, faces: IndexArray, count: int
-) -> tuple[FloatArray, IndexArray, float]:
+def _vtk_pro(vertices: FloatArray, faces: IndexArray, count: int) -> PeerResult:
     from vtkmodules.vtkFiltersCore import vtkDecimatePro
 
     decimation = vtkDecimatePro()
@@ -171,9 +149,7 @@ def _vtk_pro(
 
 
 def _pymeshlab(*, topology: bool) -> Peer:
-    def run(
-        vertices: FloatArray, faces: IndexArray, count: int
-    ) -> tuple[FloatArray, IndexArray, float]:
+    def run(vertices: FloatArray, faces: IndexArray, count: int) -> PeerResult:
         import pymeshlab
 
         meshes = pymeshlab.MeshSet()
@@ -189,9 +165,7 @@ def _pymeshlab(*, topology: bool) -> Peer:
     return run
 
 
-def _fast_simplification(
-    vertices: FloatArray, faces: IndexArray, count: int
-) -> tuple[FloatArray, IndexArray, float]:
+def _fast_simplification(vertices: FloatArray, faces: IndexArray, count: int) -> PeerResult:
     import fast_simplification
 
     start = time.process_time()
@@ -199,24 +173,8 @@ def _fast_simplification(
     return positions, triangles, time.process_time() - start
 
 
-def _pyfqmr(
-    vertices: FloatArray, faces: IndexArray, count: int
-) -> tuple[FloatArray, IndexArray, float]:
-    import pyfqmr
-
-    mesh = pyfqmr.Simplify()
-    mesh.setMesh(vertices, faces)
-    start = time.process_time()
-    mesh.simplify_mesh(target_count=count, verbose=False)
-    seconds = time.process_time() - start
-    positions, triangles, _ = mesh.getMesh()
-    return positions, triangles.astype(np.int64), seconds
-
-
 def _meshlib(*, tuned: bool) -> Peer:
-    def run(
-        vertices: FloatArray, faces: IndexArray, count: int
-    ) -> tuple[FloatArray, IndexArray, float]:
+    def run(vertices: FloatArray, faces: IndexArray, count: int) -> PeerResult:
         from meshlib import mrmeshnumpy, mrmeshpy
 
         mesh = mrmeshnumpy.meshFromFacesVerts(faces.astype(np.int32), vertices)
@@ -238,12 +196,10 @@ def _meshlib(*, tuned: bool) -> Peer:
     return run
 
 
-def _manifold(
-    vertices: FloatArray, faces: IndexArray, count: int
-) -> tuple[FloatArray, IndexArray, float]:
-    """Manifold takes a tolerance: the smallest one that reaches the count is searched for.
+def _manifold(vertices: FloatArray, faces: IndexArray, count: int) -> PeerResult:
+    """Simplify with the smallest tolerance that reaches the count, found by bisection.
 
-    The time is that of the last simplification alone, as if the tolerance had been known.
+    The time is that of the last simplification, as if the tolerance had been known.
     """
     import manifold3d
 
@@ -252,13 +208,13 @@ def _manifold(
     def simplified(tolerance: float) -> tuple[Any, float]:
         start = time.process_time()
         simple = solid.simplify(tolerance)
-        simple.num_tri()  # evaluates it
+        simple.num_tri()  # forces the evaluation
         return simple, time.process_time() - start
 
     extent = float(np.ptp(vertices, axis=0).max())
     coarse = 1e-5 * extent
     best, seconds = simplified(coarse)
-    # larger tolerances do not always leave fewer triangles: take the first that reaches the count
+    # Counts are not monotonic in the tolerance, so the first that reaches the count is taken.
     while best.num_tri() > count and coarse < extent / 8:
         coarse *= 2
         best, seconds = simplified(coarse)
@@ -283,34 +239,6 @@ PEERS: dict[str, tuple[str, Peer]] = {
     "MeshLib": ("meshlib", _meshlib(tuned=False)),
     "MeshLib, tuned": ("meshlib", _meshlib(tuned=True)),
     "fast-simplification": ("fast_simplification", _fast_simplification),
-    "pyfqmr": ("pyfqmr", _pyfqmr),
     "Manifold": ("manifold3d", _manifold),
 }
-"""Name in tables → package and function."""
-
-
-def main() -> None:
-    """Print what our costs and the installed libraries make of each device."""
-    if missing():
-        print(f"not installed, so not compared: {', '.join(missing())}")
-    for device in asked_devices(__doc__):
-        rows = [
-            [
-                row["method"],
-                f"{row['asked']:,}",
-                f"{row['triangles']:,}"
-                if row["reached"]
-                else f"{row['triangles']:,} (not reached)",
-                percent(row["mismatch"]),
-                ", ".join(row["faults"]) or "none",
-                f"{1e3 * row['seconds']:.2f}",
-            ]
-            for row in [*level_rows(device, device.histories), *peer_rows(device)]
-        ]
-        print(f"\n{device.name}; for the costs, ms to read the level out of a history\n")
-        head = ["method", "asked", "triangles", "mismatch, %", "faults", "ms"]
-        print(table(head, rows), flush=True)
-
-
-if __name__ == "__main__":
-    main()
+"""Package and function by the name in tables."""

@@ -1,8 +1,7 @@
-"""Measurements of pictures of 24 megapixels, from the file to the gamut.
+"""Time and memory from pictures of 24 megapixels to their gamuts.
 
-Waves and noise in the place of a photograph, written by Pillow and by hand, each built in a
-process of its own (``python -m benchmarks.pictures FILE``), whose peak memory includes the compiled
-kernels.
+The picture is a sum of waves with noise. Each gamut is built in a fresh process
+(``python -m benchmarks.pictures FILE``), whose peak memory includes the compiled kernels.
 """
 
 from __future__ import annotations
@@ -10,7 +9,6 @@ from __future__ import annotations
 import io
 import json
 import struct
-import subprocess
 import sys
 import tempfile
 import time
@@ -22,7 +20,7 @@ import numpy as np
 from PIL import Image
 
 from benchmarks import http
-from benchmarks.compute import ROOT, peak_megabytes
+from benchmarks.common import ROOT, resident_bytes, run_module
 from gamutcore.arrays import Float32Array
 from gamutcore.gamut import Options, build_gamut
 from gamutcore.warm import compile_kernels
@@ -30,14 +28,14 @@ from gamutcore.warm import compile_kernels
 __all__ = ["picture_times"]
 
 HEIGHT, WIDTH = 4000, 6000
-MOST_BYTES = str(320 * 2**20)
-"""Of a body: floats of 24 megapixels are above what a service accepts unless it is told."""
+MAX_BODY_BYTES = str(320 * 2**20)
+"""Limit of the server. 24 megapixels of floats exceed the default limit."""
 
 PROFILE = ROOT / "tests" / "data" / "DisplayP3-v4.icc"
 
 
 def photograph() -> Float32Array:
-    """Return (height, width, 3) float32 values from 0 to 1: six octaves of waves, 1 % of noise."""
+    """Return six octaves of waves with 1 % noise: (height, width, 3) float32, 0 to 1."""
     chance = np.random.default_rng(0)
     y, x = np.mgrid[0:HEIGHT, 0:WIDTH].astype(np.float32)
     picture = np.zeros((HEIGHT, WIDTH, 3), np.float32)
@@ -53,7 +51,7 @@ def photograph() -> Float32Array:
 
 
 def plain_tiff(samples: np.ndarray) -> bytes:
-    """Return a TIFF file of one strip without compression."""
+    """Return an uncompressed TIFF file with one strip."""
     data, bits = samples.tobytes(), 8 * samples.dtype.itemsize
     tags = [
         (256, 4, WIDTH), (257, 4, HEIGHT), (258, 3, bits), (259, 3, 1), (262, 3, 2), (273, 4, 8),
@@ -66,14 +64,14 @@ def plain_tiff(samples: np.ndarray) -> bytes:
 
 
 def by_pillow(samples: np.ndarray, file_format: str, **how: object) -> bytes:
-    """Return a file that Pillow wrote, with a profile."""
+    """Return a file with an embedded profile, written by Pillow."""
     file = io.BytesIO()
     Image.fromarray(samples).save(file, file_format, icc_profile=PROFILE.read_bytes(), **how)
     return file.getvalue()
 
 
 def picture_times(runs: int) -> list[dict[str, Any]]:
-    """Median seconds, and peak memory, of building the gamut of every kind of picture."""
+    """Measure median time and peak memory for every kind of picture."""
     picture = photograph()
     eight = np.round(picture * 255).astype(np.uint8)
     files: dict[str, Callable[[], bytes]] = {
@@ -84,27 +82,27 @@ def picture_times(runs: int) -> list[dict[str, Any]]:
         "TIFF, floats": lambda: plain_tiff(picture.astype("<f4")),
     }
     rows = []
-    limits = {"max_body_bytes": MOST_BYTES}
+    limits = {"max_body_bytes": MAX_BODY_BYTES}
     with tempfile.TemporaryDirectory() as folder, http.server(limits) as service:
         path = Path(folder) / "picture"
         for name, content in files.items():
             path.write_bytes(content())
-            found = sorted((_built(path) for _ in range(runs)), key=lambda row: row["seconds"])
+            found = sorted(
+                (_build_in_process(path) for _ in range(runs)), key=lambda row: row["seconds"]
+            )
             status, seconds, _ = http.posted(service.port, {}, path.read_bytes())
             row = {"picture": name, **found[len(found) // 2], "http_s": seconds}
             rows.append({**row, "status": status})
     return rows
 
 
-def _built(path: Path) -> dict[str, Any]:
-    command = [sys.executable, "-m", "benchmarks.pictures", str(path)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-    row: dict[str, Any] = json.loads(done.stdout)
+def _build_in_process(path: Path) -> dict[str, Any]:
+    row: dict[str, Any] = json.loads(run_module("pictures", str(path)))
     return row
 
 
 def main() -> None:
-    """Print what building the gamut of one file takes, as JSON."""
+    """Build the gamut of one file and print time and memory as JSON."""
     compile_kernels()
     data = Path(sys.argv[1]).read_bytes()
     start = time.perf_counter()
@@ -115,9 +113,9 @@ def main() -> None:
         "distinct_values": found["provenance"]["distinct_values"],
         "triangles": found["counts"]["triangles"],
         "seconds": seconds,
-        "peak_mb": peak_megabytes(),
+        "peak_mb": resident_bytes("VmHWM") / 2**20,
     }
-    sys.stdout.write(json.dumps(row))
+    print(json.dumps(row))
 
 
 if __name__ == "__main__":

@@ -1,15 +1,14 @@
-"""Pictures of meshes in their own colours, drawn with a depth buffer.
+"""Draw meshes in their own colours with a depth buffer.
 
-Every pixel gets the sRGB appearance of the colour that its point of the surface stands for, with a
-little shading by the direction of the face and a thin line along the edges, so that triangles are
-seen as triangles. Lightness points upwards; the view is a parallel projection.
+Each pixel shows the sRGB appearance of its point's CIELAB coordinates. Slight shading and thin
+edge lines make the triangles visible. Lightness points upwards, and the projection is parallel.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.devices import FloatArray
+from benchmarks.common import FloatArray
 from gamutcore.colours.spaces.srgb import srgb
 from gamutcore.mesh import TriangleMesh
 
@@ -19,24 +18,23 @@ SAMPLES = 3
 """Samples along each side of a pixel."""
 
 LIGHT = np.array([-0.35, 0.55, 0.75])
-"""Towards the light: from the left, above, and from the viewer (right, up, towards the eye)."""
+"""Direction towards the light, in the axes of the view: right, up, towards the eye."""
 
 EDGE = 0.9
-"""Width of the line that each of two faces draws along their edge, in pixels."""
+"""Width of an edge line on each of its two faces, in pixels."""
 
 
 class View:
-    """A direction to look along, and what of space the picture shows.
+    """A parallel projection that fits a mesh.
 
     Parameters
     ----------
     mesh : TriangleMesh
-        What the picture is made to fit.
     azimuth, elevation : float, optional
-        Where the eye is: turned from a* towards b*, and above the plane of equal lightness, in
-        degrees.
+        Position of the eye in degrees: rotated from a* towards b*, and above the plane of equal
+        lightness.
     width : int, optional
-        Pixels from left to right; the height follows from the mesh.
+        Width of the picture in pixels. The height follows from the mesh.
     """
 
     def __init__(
@@ -46,38 +44,33 @@ class View:
         eye = np.array([np.sin(rise), np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn)])
         right = np.array([0.0, -np.sin(turn), np.cos(turn)])
         self.axes = np.stack([right, np.cross(eye, right), eye])
-        placed = mesh.vertices.astype(np.float64) @ self.axes.T
-        low, high = placed[:, :2].min(axis=0), placed[:, :2].max(axis=0)
+        projected = mesh.vertices.astype(np.float64) @ self.axes.T
+        low, high = projected[:, :2].min(axis=0), projected[:, :2].max(axis=0)
         self.origin = (low + high) / 2
         extent = high - low
-        # coarse levels reach beyond the full boundary
+        # The margin is for coarse levels, which extend beyond the full boundary.
         self.scale = 0.9 * width / float(extent[0])
         self.width, self.height = width, int(self.scale * float(extent[1]) + 0.12 * width)
 
-    def placed(self, positions: FloatArray) -> FloatArray:
-        """Positions in pixels to the right and downwards, and towards the eye; (n, 3)."""
-        seen = positions @ self.axes.T
-        flat = (seen[:, :2] - self.origin) * self.scale * [1, -1]
+    def screen_positions(self, positions: FloatArray) -> FloatArray:
+        """Return positions in pixels to the right, downwards, and towards the eye; (n, 3)."""
+        projected = positions @ self.axes.T
+        flat = (projected[:, :2] - self.origin) * self.scale * [1, -1]
         flat += [self.width / 2, self.height / 2]
-        return np.column_stack([flat, seen[:, 2] * self.scale])
+        return np.column_stack([flat, projected[:, 2] * self.scale])
 
 
 def picture(mesh: TriangleMesh, view: View) -> FloatArray:
     """Draw a closed mesh of CIELAB colours.
 
-    Parameters
-    ----------
-    mesh : TriangleMesh
-    view : View
-
     Returns
     -------
     (height, width, 4) float64
-        sRGB and coverage, 0 to 1, the colours not multiplied by the coverage.
+        sRGB and coverage, 0 to 1, with colours that are not premultiplied.
     """
     wide, high = view.width * SAMPLES, view.height * SAMPLES
     positions = mesh.vertices.astype(np.float64)
-    screen = view.placed(positions) * [SAMPLES, SAMPLES, 1]
+    screen = view.screen_positions(positions) * [SAMPLES, SAMPLES, 1]
     depth = np.full((high, wide), -np.inf)
     colour, light, line = np.zeros((high, wide, 3)), np.zeros((high, wide)), np.zeros((high, wide))
     first, second, third = mesh.corners()
@@ -96,7 +89,7 @@ def picture(mesh: TriangleMesh, view: View) -> FloatArray:
         area = edges[2, 0] * edges[0, 1] - edges[2, 1] * edges[0, 0]
         if area == 0:
             continue
-        # barycentric coordinates, each the part of the height above the side opposite its corner
+        # Barycentric coordinates: fraction of the height above the opposite side.
         shares = np.stack(
             [
                 (edge[0] * (down - start[1]) - edge[1] * (across - start[0])) / area
@@ -114,7 +107,7 @@ def picture(mesh: TriangleMesh, view: View) -> FloatArray:
         light[window][seen] = brightness[face]
         heights = abs(area) / np.linalg.norm(edges, axis=1) / SAMPLES
         from_edge = (shares * heights[:, np.newaxis, np.newaxis]).min(axis=0)
-        # lines would cover small triangles: they fade with the triangle's height
+        # Edge lines fade with the height of the triangle, so small triangles stay visible.
         strength = np.clip(heights.min() / 10.0, 0.0, 1.0)
         line[window][seen] = strength * np.clip(EDGE - from_edge[seen], 0.0, 1.0)
     covered = depth > -np.inf
@@ -122,7 +115,7 @@ def picture(mesh: TriangleMesh, view: View) -> FloatArray:
     shown[..., 3] = covered
     painted = srgb(colour[covered])
     painted *= (0.80 + 0.20 * np.clip(light[covered], -1, 1))[:, np.newaxis]
-    # dark lines on light faces, light lines on dark ones
+    # Dark lines on light faces, light lines on dark faces.
     lightness = painted @ [0.2126, 0.7152, 0.0722]
     ink = np.where(lightness > 0.28, 0.0, 0.62)
     weight = 0.6 * line[covered]

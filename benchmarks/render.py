@@ -1,132 +1,100 @@
-"""The pictures of the documentation: gamuts at several triangle counts, in their own colours.
+"""Pictures of gamuts at several triangle counts, in their own colours.
 
-Needs the optional group ``plots`` (matplotlib). The publication's Figure 7 has one gamut at 10,000
-to 10 triangles; so has each picture here, the same view for all of its panels.
+Needs the optional group ``plots`` (matplotlib). All panels of a picture have the same view.
 """
 
 from __future__ import annotations
 
 import io
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from benchmarks.common import ROOT
 from benchmarks.devices import Device, exact_mismatch
 from benchmarks.raster import View, picture
 from gamutcore.history import History
 from gamutcore.mesh import TriangleMesh
 
-__all__ = ["LEVELS", "PICTURES", "levels_picture", "methods_picture"]
+__all__ = ["PICTURES", "levels_picture", "methods_picture"]
 
-PICTURES = Path(__file__).parent.parent / "docs" / "pictures"
+PICTURES = ROOT / "docs" / "pictures"
 
 LEVELS = (10_000, 1000, 500, 100, 50, 10)
-"""Triangle counts of the publication's Figure 7."""
+"""Triangle counts of Figure 7 of the publication."""
 
-INK = "#1a1a1a"
-PALE = "#5a5a5a"
+TEXT_HEIGHT = 50
+"""Pixels for the two lines of text above a panel."""
 
-
-def percent(part: float) -> str:
-    """Write a small part as a percentage with two or three significant digits."""
-    value = 100 * part
-    return f"{value:.0f} %" if value >= 10 else f"{value:.2g} %"
+Panel = tuple[str, str, TriangleMesh]
+"""Title, subtitle, and mesh."""
 
 
 def levels_picture(device: Device, history: History, name: str) -> Path:
-    """Draw a gamut at the triangle counts of the publication's Figure 7.
-
-    Parameters
-    ----------
-    device : Device
-    history : History
-    name : str
-        File name without folder and suffix.
-
-    Returns
-    -------
-    Path
-        The PNG that was written.
-    """
+    """Draw a gamut at the triangle counts of Figure 7 and return the PNG file."""
     full = device.boundary.mesh
-    panels = []
-    for count in LEVELS:
-        level = history.level(count)
-        error = exact_mismatch(full, level, device.boundary.centre)
-        panels.append((f"{count:,} triangles", f"mismatch {percent(error or 0.0)}", level))
-    return _panels(panels, View(full), name, 3)
+    panels = [
+        (f"{count:,} triangles", _mismatch_text(device, level), level)
+        for count, level in ((count, history.level(count)) for count in LEVELS)
+    ]
+    return _write_panels(panels, View(full), name, 3)
 
 
 def methods_picture(
-    device: Device, panels: list[tuple[str, TriangleMesh]], name: str, columns: int
+    device: Device, meshes: list[tuple[str, TriangleMesh]], name: str, columns: int
 ) -> Path:
-    """Draw what several methods make of one gamut, with their mismatches.
-
-    Parameters
-    ----------
-    device : Device
-    panels : list of (title, TriangleMesh)
-    name : str
-        File name without folder and suffix.
-    columns : int
-
-    Returns
-    -------
-    Path
-        The PNG that was written.
-    """
+    """Draw the meshes that several methods make of one gamut and return the PNG file."""
     full = device.boundary.mesh
-    titled = []
-    for title, mesh in panels:
-        error = exact_mismatch(full, mesh, device.boundary.centre)
-        shown = "" if mesh is full else f", mismatch {percent(error or 0.0)}"
-        titled.append((title, f"{mesh.triangles:,} triangles{shown}", mesh))
-    return _panels(titled, View(full, width=340), name, columns)
+    panels = []
+    for title, mesh in meshes:
+        error = "" if mesh is full else f", {_mismatch_text(device, mesh)}"
+        panels.append((title, f"{mesh.triangles:,} triangles{error}", mesh))
+    return _write_panels(panels, View(full, width=340), name, columns)
 
 
-def _panels(
-    panels: list[tuple[str, str, TriangleMesh]], view: View, name: str, columns: int
-) -> Path:
+def _mismatch_text(device: Device, mesh: TriangleMesh) -> str:
+    error = 100 * (exact_mismatch(device.boundary.mesh, mesh, device.boundary.centre) or 0.0)
+    return f"mismatch {error:.0f} %" if error >= 10 else f"mismatch {error:.2g} %"
+
+
+def _write_panels(panels: list[Panel], view: View, name: str, columns: int) -> Path:
     from matplotlib.figure import Figure
-    from PIL import Image
 
     rows = -(-len(panels) // columns)
-    above = 50  # pixels for the two lines of text
-    wide, high = columns * view.width, rows * (view.height + above)
+    height = view.height + TEXT_HEIGHT
+    wide, high = columns * view.width, rows * height
     figure = Figure(figsize=(wide / 100, high / 100), dpi=100, facecolor="white")
     for index, (title, subtitle, mesh) in enumerate(panels):
         row, column = divmod(index, columns)
-        left, top = column * view.width, high - row * (view.height + above)
-        middle = (left + view.width / 2) / wide
+        top = high - row * height
+        middle = (column + 0.5) / columns
         axes = figure.add_axes(
-            (left / wide, (top - above - view.height) / high, 1 / columns, view.height / high)
+            (column / columns, (top - height) / high, 1 / columns, view.height / high)
         )
         axes.set_axis_off()
         axes.imshow(np.clip(picture(mesh, view), 0, 1), interpolation="nearest")
-        for text, down, size, colour, weight in (
-            (title, 8, 13, INK, "bold"),
-            (subtitle, 31, 11, PALE, "normal"),
-        ):
-            figure.text(
-                middle,
-                (top - down) / high,
-                text,
-                ha="center",
-                va="top",
-                size=size,
-                color=colour,
-                weight=weight,
-            )
+        centred: dict[str, Any] = {"ha": "center", "va": "top"}
+        figure.text(
+            middle, (top - 8) / high, title, size=13, color="#1a1a1a", weight="bold", **centred
+        )
+        figure.text(middle, (top - 31) / high, subtitle, size=11, color="#5a5a5a", **centred)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=100)
-    image = Image.open(buffer).convert("RGB")
     PICTURES.mkdir(exist_ok=True)
     path = PICTURES / f"{name}.png"
-    # 256 colours, dithered with the palette made beforehand: a third of the size
+    _write_palette_png(buffer, path)
+    return path
+
+
+def _write_palette_png(buffer: io.BytesIO, path: Path) -> None:
+    """Write a PNG with 256 dithered colours and a pure white background, a third of the size."""
+    from PIL import Image
+
+    image = Image.open(buffer).convert("RGB")
     palette = image.quantize(256, method=Image.Quantize.MEDIANCUT)
     small = image.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
     colours = small.getpalette() or []
-    paper = 3 * int(small.getpixel((0, 0)))  # type: ignore[arg-type]  # of a palette's picture
+    paper = 3 * int(small.getpixel((0, 0)))  # type: ignore[arg-type]  # an index of the palette
     small.putpalette([*colours[:paper], 255, 255, 255, *colours[paper + 3 :]])
     small.save(path, optimize=True)
-    return path

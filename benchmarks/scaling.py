@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.markdown import table, update_document
+from benchmarks.markdown import count_text, table, update_document
 from service.settings import Settings
 
 __all__ = ["Load", "Measured", "document_blocks", "hit_ratio", "read_results", "update"]
@@ -31,9 +31,6 @@ GAMUTS = FOLDER / "gamuts.json"
 DAY_SECONDS = 86_400.0
 CDN_HIT_RATIOS = (0.0, 0.9, 0.99, 0.999)
 HISTORY_CACHE_GIB = (0.5, 2, 8, 32)
-NETWORK_BITS = 10e9
-"""Bits per second of the network link that the estimate assumes."""
-
 LOAD_TEXTS = {
     "gamuts": "stored gamuts",
     "requests": "mesh requests per second, at the CDN",
@@ -153,221 +150,149 @@ def hit_ratio(objects: int, exponent: float, capacity: float) -> float:
     return float((counts * weights * -np.expm1(-weights * low)).sum())
 
 
-@dataclass(frozen=True)
-class Caches:
-    """Capacities (objects) and hit ratios of the caches of one replica with default settings."""
-
-    meshes: float
-    mesh_hits: float
-    histories: float
-    history_hits: float
-
-    @classmethod
-    def of_replica(cls, figures: Measured, load: Load) -> Caches:
-        """Return the caches of a replica that serves all gamuts without a CDN."""
-        settings = Settings.model_construct()
-        meshes = settings.mesh_cache_bytes / figures.answer_bytes
-        histories = settings.history_cache_bytes / figures.open_bytes
-        return cls(
-            meshes,
-            # All levels of a gamut are equally popular, so a gamut occupies `levels` entries.
-            hit_ratio(load.gamuts, load.exponent, meshes / load.levels),
-            histories,
-            hit_ratio(load.gamuts, load.exponent, histories),
-        )
-
-
 def document_blocks(
     results: dict[str, Any], gamuts: list[dict[str, Any]], cluster: dict[str, Any], load: Load
 ) -> dict[str, str]:
     """Return the generated blocks of docs/scaling.md."""
-    figures = Measured.from_results(results, gamuts)
+    one = Measured.from_results(results, gamuts)
+    settings = Settings.model_construct()
+    used = f"{load.utilisation:g}"
+
+    meshes = settings.mesh_cache_bytes / one.answer_bytes
+    histories = settings.history_cache_bytes / one.open_bytes
+    # All levels of a gamut are equally popular, so a gamut occupies `levels` entries.
+    mesh_hits = hit_ratio(load.gamuts, load.exponent, meshes / load.levels)
+    history_hits = hit_ratio(load.gamuts, load.exponent, histories)
+    cached = one.seconds_per_request(1.0, 1.0)
+    usual = one.seconds_per_request(mesh_hits, history_hits)
+    cold = one.seconds_per_request(0.0, 0.0)
+
+    origin = []
+    for ratio in CDN_HIT_RATIOS:
+        rate = load.requests * (1 - ratio)
+        cores = [math.ceil(rate * seconds / load.utilisation) for seconds in (cached, usual, cold)]
+        traffic = f"{size_text(rate * one.answer_bytes)}/s"
+        origin.append([f"{100 * ratio:g} %", f"{rate:,.0f}", traffic, *map(count_text, cores)])
+    history_cache = []
+    for gibibytes in HISTORY_CACHE_GIB:
+        capacity = gibibytes * 2**30 / one.open_bytes
+        hits = hit_ratio(load.gamuts, load.exponent, capacity)
+        rate = load.utilisation / one.seconds_per_request(0.0, hits)
+        history_cache.append(
+            [f"{gibibytes:g} GiB", f"{capacity:,.0f}", f"{100 * hits:.1f} %", f"{rate:,.0f}"]
+        )
+    sizes = ("triangles", "history_bytes", "record_bytes", "input_bytes", "open_bytes")
+    inputs = [
+        [row["input"], *(f"{row[name]:,}" for name in sizes), f"{1e3 * row['opening_s']:.1f}"]
+        for row in gamuts
+    ]
+    states = (
+        ("mesh in the mesh cache", cached),
+        ("history open, mesh not cached", 1 / one.encoded),
+        ("history not open", cold),
+    )
     return {
-        "machine": _machine_table(results, cluster),
-        "load": _load_table(load),
-        "measured": _measured_table(figures),
-        "inputs": _inputs_table(gamuts),
+        "machine": _machine_table(results["machine"][0], cluster),
+        "load": table(
+            ["assumption", "value", "option"],
+            [
+                [text, f"{getattr(load, name):,.10g}", f"`--{name}`"]
+                for name, text in LOAD_TEXTS.items()
+            ],
+        ),
+        "measured": _measured_table(one),
+        "inputs": table(["input", "triangles", "history file", "description", "input file",
+                         "open history", "opening, ms"], inputs),
         "cluster": table(
             ["measurement", "result", "sample"],
             [[row["what"], row["figure"], row["counted"]] for row in cluster["figures"]],
         ),
-        "storage": _storage_table(figures, load),
-        "answers": _answers_table(figures, load),
-        "caches": _caches_table(figures, load),
-        "origin": _origin_table(figures, load),
-        "limits": _limits_table(figures, load),
-        "history-cache": _history_cache_table(figures, load),
-    }
+        "storage": _storage_table(one, load),
+        "answers": table(
+            ["state of the replica", "processor time", f"per second at {used} of a core"],
+            [[name, f"{1e6 * seconds:,.0f} µs", f"{load.utilisation / seconds:,.0f}"]
+             for name, seconds in states],
+        ),
+        "caches": table(
+            ["cache", "bytes", "capacity", "hit ratio without a CDN"],
+            [["`GAMUT_MESH_CACHE_BYTES`", f"{settings.mesh_cache_bytes:,}",
+              f"{meshes:,.0f} meshes", f"{100 * mesh_hits:.1f} %"],
+             ["`GAMUT_HISTORY_CACHE_BYTES`", f"{settings.history_cache_bytes:,}",
+              f"{histories:,.0f} histories", f"{100 * history_hits:.1f} %"]],
+        ),
+        "origin": table(["CDN hit ratio", "requests/s at the origin", "traffic",
+                         "cores, all cached", "cores, caches as above", "cores, nothing cached"],
+                        origin),
+        "limits": _limits_table(one, load, load.utilisation / cold, settings.max_page_size),
+        "history-cache": table(["`GAMUT_HISTORY_CACHE_BYTES`", "open histories", "hit ratio",
+                                "requests/s of one core"], history_cache),
+    }  # fmt: skip
 
 
-def _machine_table(results: dict[str, Any], cluster: dict[str, Any]) -> str:
-    machine = results["machine"][0]
-    return table(
-        ["figures", "machine", "date"],
-        [
-            [
-                "one process",
-                f"{machine['cpu']}, {machine['cores']} cores, Python {machine['python']}",
-                machine["date"],
-            ],
-            [
-                "cluster",
-                (
-                    f"{cluster['api']} API processes, {cluster['workers']} workers, "
-                    f"{cluster['broker']} and an S3 emulator on {cluster['cores']} cores"
-                ),
-                cluster["date"],
-            ],
-        ],
+def _machine_table(machine: dict[str, Any], cluster: dict[str, Any]) -> str:
+    process = f"{machine['cpu']}, {machine['cores']} cores, Python {machine['python']}"
+    deployment = (
+        f"{cluster['api']} API processes, {cluster['workers']} workers, {cluster['broker']} and an "
+        f"S3 emulator on {cluster['cores']} cores"
     )
+    rows = [["one process", process, machine["date"]], ["cluster", deployment, cluster["date"]]]
+    return table(["figures", "machine", "date"], rows)
 
 
-def _load_table(load: Load) -> str:
+def _measured_table(one: Measured) -> str:
     rows = [
-        [LOAD_TEXTS[field.name], f"{getattr(load, field.name):,.10g}",
-         f"`--{field.name}`"]
-        for field in fields(Load)
-    ]  # fmt: skip
-    return table(["assumption", "value", "option"], rows)
-
-
-def _measured_table(figures: Measured) -> str:
-    rows = [
-        ["mesh from the mesh cache", f"{figures.repeated:,.0f} per second",
+        ["mesh from the mesh cache", f"{one.repeated:,.0f} per second",
          "results.json, `meshes`, repeated"],
-        ["mesh encoded from an open history", f"{figures.encoded:,.0f} per second",
+        ["mesh encoded from an open history", f"{one.encoded:,.0f} per second",
          "results.json, `meshes`, uncached"],
-        ["answer with a mesh of 1,000 triangles", f"{figures.answer_bytes:,.0f} bytes",
+        ["answer with a mesh of 1,000 triangles", f"{one.answer_bytes:,.0f} bytes",
          "results.json, `meshes`, repeated"],
-        ["opening a history, to 1,000 triangles", f"{1e3 * figures.opening_seconds:.1f} ms",
+        ["opening a history, to 1,000 triangles", f"{1e3 * one.opening_seconds:.1f} ms",
          "gamuts.json, `opening_s`"],
-        ["building a gamut, POST to 201", f"{figures.build_seconds:.2f} s",
+        ["building a gamut, POST to 201", f"{one.build_seconds:.2f} s",
          "results.json, `inputs`, `http_s`"],
-        ["history file", f"{figures.history_bytes:,.0f} bytes", "gamuts.json"],
-        ["description", f"{figures.record_bytes:,.0f} bytes", "gamuts.json"],
-        ["input file", f"{figures.input_bytes:,.0f} bytes", "gamuts.json"],
-        ["open history in memory", f"{figures.open_bytes:,.0f} bytes", "gamuts.json"],
+        ["history file", f"{one.history_bytes:,.0f} bytes", "gamuts.json"],
+        ["description", f"{one.record_bytes:,.0f} bytes", "gamuts.json"],
+        ["input file", f"{one.input_bytes:,.0f} bytes", "gamuts.json"],
+        ["open history in memory", f"{one.open_bytes:,.0f} bytes", "gamuts.json"],
     ]  # fmt: skip
     return table(["figure of one core or one gamut", "value", "source"], rows)
 
 
-def _inputs_table(gamuts: list[dict[str, Any]]) -> str:
-    sizes = ("triangles", "history_bytes", "record_bytes", "input_bytes", "open_bytes")
-    rows = [
-        [row["input"], *(f"{row[name]:,}" for name in sizes), f"{1e3 * row['opening_s']:.1f}"]
-        for row in gamuts
-    ]
-    heads = ["history file", "description", "input file", "open history", "opening, ms"]
-    return table(["input", "triangles", *heads], rows)
-
-
-def _storage_table(figures: Measured, load: Load) -> str:
-    without_input = figures.history_bytes + figures.record_bytes
-    parts = (figures.history_bytes, figures.record_bytes, figures.input_bytes)
-    core_days = load.gamuts * figures.build_seconds / DAY_SECONDS
+def _storage_table(one: Measured, load: Load) -> str:
+    parts = (one.history_bytes, one.record_bytes, one.input_bytes)
+    core_days = load.gamuts * one.build_seconds / DAY_SECONDS
     gamuts = f"{load.gamuts:,}"
     rows = [
         ["one gamut", " + ".join(f"{part:,.0f}" for part in parts), size_text(sum(parts))],
         ["all gamuts", f"{gamuts} × {size_text(sum(parts))}", size_text(load.gamuts * sum(parts))],
-        ["all gamuts with `GAMUT_KEEP_INPUTS=false`", f"{gamuts} × {size_text(without_input)}",
-         size_text(load.gamuts * without_input)],
-        ["all builds", f"{gamuts} × {figures.build_seconds:.2f} s", f"{core_days:,.1f} core days"],
+        ["all gamuts with `GAMUT_KEEP_INPUTS=false`", f"{gamuts} × {size_text(sum(parts[:2]))}",
+         size_text(load.gamuts * sum(parts[:2]))],
+        ["all builds", f"{gamuts} × {one.build_seconds:.2f} s", f"{core_days:,.1f} core days"],
         ["worker cores", f"{core_days:,.1f} ÷ {load.days:g} ÷ {load.utilisation:g}",
-         _ceiling(core_days / load.days / load.utilisation)],
+         count_text(math.ceil(core_days / load.days / load.utilisation))],
         ["mean rate of builds", f"{gamuts} ÷ {load.days:g} ÷ 86,400 s",
          f"{load.gamuts / load.days / DAY_SECONDS:.2f} per second"],
     ]  # fmt: skip
     return table(["quantity", "arithmetic", "result"], rows)
 
 
-def _answers_table(figures: Measured, load: Load) -> str:
+def _limits_table(one: Measured, load: Load, openings: float, page_size: int) -> str:
     rows = [
-        (name, figures.seconds_per_request(meshes, histories))
-        for name, meshes, histories in (
-            ("mesh in the mesh cache", 1.0, 1.0),
-            ("history open, mesh not cached", 0.0, 1.0),
-            ("history not open", 0.0, 0.0),
-        )
-    ]
-    head = [
-        "state of the replica",
-        "processor time",
-        f"per second at {load.utilisation:g} of a core",
-    ]
-    return table(
-        head,
-        [
-            [name, f"{1e6 * seconds:,.0f} µs", f"{load.utilisation / seconds:,.0f}"]
-            for name, seconds in rows
-        ],
-    )
-
-
-def _caches_table(figures: Measured, load: Load) -> str:
-    settings, caches = Settings.model_construct(), Caches.of_replica(figures, load)
-    rows = [
-        ["`GAMUT_MESH_CACHE_BYTES`", f"{settings.mesh_cache_bytes:,}",
-         f"{caches.meshes:,.0f} meshes", f"{100 * caches.mesh_hits:.1f} %"],
-        ["`GAMUT_HISTORY_CACHE_BYTES`", f"{settings.history_cache_bytes:,}",
-         f"{caches.histories:,.0f} histories", f"{100 * caches.history_hits:.1f} %"],
-    ]  # fmt: skip
-    return table(["cache", "bytes", "capacity", "hit ratio without a CDN"], rows)
-
-
-def _origin_table(figures: Measured, load: Load) -> str:
-    caches = Caches.of_replica(figures, load)
-    times = [
-        figures.seconds_per_request(1.0, 1.0),
-        figures.seconds_per_request(caches.mesh_hits, caches.history_hits),
-        figures.seconds_per_request(0.0, 0.0),
-    ]
-    rows = []
-    for ratio in CDN_HIT_RATIOS:
-        arriving = load.requests * (1 - ratio)
-        rows.append(
-            [
-                f"{100 * ratio:g} %",
-                f"{arriving:,.0f}",
-                f"{size_text(arriving * figures.answer_bytes)}/s",
-                *(_ceiling(arriving * seconds / load.utilisation) for seconds in times),
-            ]
-        )
-    cores = [f"cores, {state}" for state in ("all cached", "caches as above", "nothing cached")]
-    return table(["CDN hit ratio", "requests/s at the origin", "traffic", *cores], rows)
-
-
-def _limits_table(figures: Measured, load: Load) -> str:
-    settings = Settings.model_construct()
-    cold = load.utilisation / figures.seconds_per_request(0.0, 0.0)
-    pages = load.gamuts / settings.max_page_size
-    rows = [
-        ["memory for open histories", f"{load.gamuts:,} × {figures.open_bytes:,.0f} bytes",
-         size_text(load.gamuts * figures.open_bytes)],
-        ["network of a replica", f"{figures.repeated:,.0f} × {figures.answer_bytes:,.0f} bytes/s",
-         f"{8e-9 * figures.repeated * figures.answer_bytes:.1f} Gbit/s"],
-        ["answers per second on 10 Gbit/s", f"10¹⁰ ÷ 8 ÷ {figures.answer_bytes:,.0f}",
-         f"{NETWORK_BITS / 8 / figures.answer_bytes:,.0f}"],
-        ["reads from the bucket, per core", f"{cold:,.0f} × {figures.history_bytes:,.0f} bytes/s",
-         f"{size_text(cold * figures.history_bytes)}/s"],
-        ["builds per second, per core", f"{load.utilisation:g} ÷ {figures.build_seconds:.2f} s",
-         f"{load.utilisation / figures.build_seconds:.2f}"],
-        ["pages of `GET /v1/gamuts`", f"{load.gamuts:,} ÷ {settings.max_page_size}",
-         f"{pages:,.0f}"],
+        ["memory for open histories", f"{load.gamuts:,} × {one.open_bytes:,.0f} bytes",
+         size_text(load.gamuts * one.open_bytes)],
+        ["network of a replica", f"{one.repeated:,.0f} × {one.answer_bytes:,.0f} bytes/s",
+         f"{8e-9 * one.repeated * one.answer_bytes:.1f} Gbit/s"],
+        ["answers per second on 10 Gbit/s", f"10¹⁰ ÷ 8 ÷ {one.answer_bytes:,.0f}",
+         f"{1e10 / 8 / one.answer_bytes:,.0f}"],
+        ["reads from the bucket, per core", f"{openings:,.0f} × {one.history_bytes:,.0f} bytes/s",
+         f"{size_text(openings * one.history_bytes)}/s"],
+        ["builds per second, per core", f"{load.utilisation:g} ÷ {one.build_seconds:.2f} s",
+         f"{load.utilisation / one.build_seconds:.2f}"],
+        ["pages of `GET /v1/gamuts`", f"{load.gamuts:,} ÷ {page_size}",
+         f"{load.gamuts / page_size:,.0f}"],
     ]  # fmt: skip
     return table(["limit", "arithmetic", "result"], rows)
-
-
-def _history_cache_table(figures: Measured, load: Load) -> str:
-    rows = []
-    for gibibytes in HISTORY_CACHE_GIB:
-        capacity = gibibytes * 2**30 / figures.open_bytes
-        hits = hit_ratio(load.gamuts, load.exponent, capacity)
-        rate = load.utilisation / figures.seconds_per_request(0.0, hits)
-        rows.append(
-            [f"{gibibytes:g} GiB", f"{capacity:,.0f}", f"{100 * hits:.1f} %", f"{rate:,.0f}"]
-        )
-    head = ["open histories", "hit ratio", "requests/s of one core"]
-    return table(["`GAMUT_HISTORY_CACHE_BYTES`", *head], rows)
 
 
 def size_text(nbytes: float) -> str:
@@ -380,10 +305,6 @@ def size_text(nbytes: float) -> str:
     """
     exponent = min(int(math.log10(max(nbytes, 1)) // 3), 4)
     return f"{nbytes / 1000**exponent:,.3g} {('bytes', 'kB', 'MB', 'GB', 'TB')[exponent]}"
-
-
-def _ceiling(cores: float) -> str:
-    return f"{math.ceil(cores):,}"
 
 
 def read_results() -> tuple[dict[str, Any], list[dict[str, Any]], dict[str, Any]]:

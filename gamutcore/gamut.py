@@ -1,16 +1,21 @@
-"""The gamut: characterisation, options, history, and a description of everything that went in.
+"""The gamut: its history, and a description of the input, the options and the result.
 
-`build_gamut` is the whole path from the bytes of a file to a history; the other modules are its
-stations. A gamut is stored as its history file, with the description in the file's metadata.
+`build_gamut` takes characterisation data through all stages: colours, boundary, decimation, history
+and error curve. A gamut is stored as its history file, with the description in the file's metadata.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import os
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
 
 from gamutcore.boundary import compute_boundary, mesh_boundary, vertex_device_values
 from gamutcore.characterisation import (
@@ -23,15 +28,15 @@ from gamutcore.characterisation import (
     described_boundary,
     measurements_of,
 )
-from gamutcore.colours import InkLimits, surface_colours
-from gamutcore.colours.spaces import ColourSpace, colours_in_space
+from gamutcore.colours import InkLimits, colours_in_space, surface_colours
+from gamutcore.colours.spaces import ColourSpace
 from gamutcore.colours.spaces.declared import (
     assumption_warnings,
     declared_space,
     refuse_far_vertices,
     refuse_other_space,
 )
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.errors import FlatPointsError, HistoryFileError, OptionError
 from gamutcore.history import (
     MINIMUM_TRIANGLES,
@@ -48,46 +53,26 @@ from gamutcore.version import ALGORITHM_VERSION, __version__
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
     from gamutcore.boundary import Boundary
     from gamutcore.decimation import Decimation
-    from gamutcore.device_values import DeviceValues
-    from gamutcore.mesh import TriangleMesh
+    from gamutcore.mesh import DeviceValues, TriangleMesh
 
 __all__ = ["STAGES", "Gamut", "Options", "build_gamut", "gamut_id", "read_description"]
 
 STAGES = ("characterisation", "colours", "boundary", "decimation", "metric")
-"""Stations of a build, as they are reported to `progress`."""
+"""Stages of a build, as they are reported to `progress`."""
 
 VOLUME_TOLERANCE = 1e-5
-"""Part of the volume by which levels may differ that are said to preserve it. Very thin gamuts, and
-those far from the origin, lie on grids that do not allow it."""
-
-NOT_OF_MESHES = (
-    "boundary",
-    "gamma",
-    "segments",
-    "basis",
-    "subdivisions",
-    "surface_samples",
-    "intent",
-    "device_model",
-    "ink_limit",
-    "black_limit",
-    "observer",
-    "illuminant",
-    "popularity",
-)
-"""Options that say how colours are found and wrapped. A mesh has its boundary already, so all but
-their defaults are refused with it."""
+"""Largest relative volume error at which levels count as preserving the volume. The grids of very
+thin gamuts, and of gamuts far from the origin, are too coarse for it."""
 
 DESCRIPTION = "gamut"
 """Key of the description in a history file's metadata."""
 
 
 def gamut_id(options: Options, input_sha256: str) -> str:
-    """Identity of a gamut: the same question has the same id everywhere.
+    """Return the id of a gamut. The same options and input give the same id everywhere.
 
     Parameters
     ----------
@@ -98,8 +83,13 @@ def gamut_id(options: Options, input_sha256: str) -> str:
     Returns
     -------
     str
-        SHA-256 over the algorithm's version, the canonical options and the input's digest, 64
+        SHA-256 of the algorithm's version, the canonical options and the input's digest, as 64
         hexadecimal digits.
+
+    Examples
+    --------
+    >>> gamut_id(Options(), "0" * 64) == gamut_id(Options(gamma=0.2), "0" * 64)
+    True
     """
     question = f"gamut {ALGORITHM_VERSION}\n{options.canonical}\n{input_sha256}\n"
     return hashlib.sha256(question.encode()).hexdigest()
@@ -126,38 +116,42 @@ class Gamut:
 
     @property
     def options(self) -> Options:
-        """The options that it was built with."""
+        """The options of the build."""
         return Options.from_mapping(self.description["options"])
 
     @property
     def colour_space(self) -> ColourSpace:
-        """The space that its coordinates are in."""
+        """The colour space of the coordinates."""
         return _colour_space(self.description)
 
     @property
     def nbytes(self) -> int:
-        """Memory held by the history, in bytes."""
+        """Memory of the history, in bytes."""
         return self.history.nbytes
 
     def level(self, triangles: int) -> TriangleMesh:
-        """Return a level with the device values at its vertices, where the gamut has them.
+        """Return the level of a triangle count, with the device values of its vertices if known.
 
         Parameters
         ----------
         triangles : int
-            As for `History.level`.
+            Largest number of triangles, as for `History.level`.
 
         Returns
         -------
         TriangleMesh
-            In time proportional to its size. Without `device` if the gamut is of bare colours.
+            Its `device` is None if the gamut was built from bare colours.
 
         Raises
         ------
         TriangleCountError
-            If there is no such level.
+            There is no such level.
         HistoryFileError
-            If what a file holds of it turns out to be damaged.
+            The part of the file that the level needs is damaged.
+
+        Notes
+        -----
+        The time is proportional to the size of the level.
         """
         mesh = self.history.level(triangles)
         return replace(mesh, device=self.history.device_values(triangles))
@@ -169,7 +163,7 @@ class Gamut:
 
     @classmethod
     def from_bytes(cls, data: bytes) -> Gamut:
-        """Read a gamut from its file, whose levels are unpacked as far as they are asked for.
+        """Return the gamut of a file. Its levels are unpacked when they are first asked for.
 
         Parameters
         ----------
@@ -182,15 +176,15 @@ class Gamut:
         Raises
         ------
         HistoryFileError
-            If the file is damaged, or a history without a gamut's description. Damage within a
-            stream is noticed when a level that needs it is asked for.
+            The file is damaged, or its history has no description of a gamut. Damage within a
+            stream is noticed when a level needs the stream.
         """
         history, metadata = history_from_bytes(data)
         return cls(_description(metadata), history)
 
 
 def read_description(path: Path) -> dict[str, Any]:
-    """Read the description of a gamut file without its history.
+    """Return the description of a gamut file without reading the history.
 
     Parameters
     ----------
@@ -203,32 +197,34 @@ def read_description(path: Path) -> dict[str, Any]:
     Raises
     ------
     HistoryFileError
-        If the file is not a gamut.
+        The file is not a gamut.
     OSError
-        If it cannot be read.
+        The file cannot be read.
     """
     return _description(history_metadata(path))
 
 
 def build_gamut(
-    data: bytes,
-    options: Options,
+    data: bytes | str | os.PathLike[str],
+    options: Options | Mapping[str, object] | None = None,
     *,
     progress: Callable[[str, float], None] | None = None,
     limits: Limits = Limits(),  # noqa: B008 - frozen
 ) -> Gamut:
-    """Build a gamut from the bytes of a characterisation file.
+    """Build a gamut from characterisation data.
 
     Parameters
     ----------
-    data : bytes
-        Any format that `gamutcore.characterisation` recognises.
-    options : Options
+    data : bytes, str or path
+        The content of a file in any format that `gamutcore.characterisation` recognises, or the
+        path of such a file.
+    options : Options or mapping, optional
+        How the gamut is built; the defaults unless given.
     progress : callable, optional
-        Called with a stage of `STAGES` and the part of it that is done, 0 when it begins; during
-        the decimation from another thread.
+        Called with a stage of `STAGES` and the completed fraction of it, 0 when it begins. During
+        the decimation, it is called from another thread.
     limits : Limits, optional
-        How much data is accepted.
+        Largest accepted amount of data.
 
     Returns
     -------
@@ -238,38 +234,51 @@ def build_gamut(
     ------
     GamutError
         The data cannot be read, or no valid boundary can be wrapped around its colours.
+    TypeError
+        `data` is neither bytes nor a path, or `options` are no options.
+    OSError
+        The file cannot be read.
+
+    Examples
+    --------
+    >>> gamut = build_gamut("examples/FOGRA39L.ti3", {"surface_samples": 1000})
+    >>> gamut.level(100).triangles
+    100
     """
+    content, settings = _content(data), _settings(options)
     report = progress or (lambda _stage, _fraction: None)
     report("characterisation", 0.0)
     with apply_limits(limits):
-        device = _characterised(data, options)
+        device = _device(content, settings)
+    settings.check_data(_data_kind(device))
     report("colours", 0.0)
-    boundary, values, provenance = (
-        _given(device, options)
+    source = (
+        _mesh_surface(device, settings)
         if isinstance(device, GamutMesh)
-        else _wrapped(device, options, report)
+        else _device_surface(device, settings, report)
     )
+    boundary = source.boundary
     report("decimation", 0.0)
-    decimation = decimated(
-        boundary.mesh, boundary.centre, options.cost, progress=partial(report, "decimation")
+    decimation = decimate(
+        boundary.mesh, boundary.centre, settings.cost, progress=partial(report, "decimation")
     )
-    history = build_history(decimation, values)
+    history = build_history(decimation, source.values)
     report("metric", 0.0)
     curve = error_curve(
         history, curve_counts(history.triangles), progress=partial(report, "metric")
     )
-    digest = hashlib.sha256(data).hexdigest()
+    digest = hashlib.sha256(content).hexdigest()
     description: dict[str, Any] = {
-        "id": gamut_id(options, digest),
+        "id": gamut_id(settings, digest),
         "options": {
             name: value
-            for name, value in options.to_mapping().items()
-            if not (isinstance(device, GamutMesh) and _is_of_colours(name, options))
+            for name, value in settings.to_mapping().items()
+            if not isinstance(device, GamutMesh) or settings.applies(name, "mesh")
         },
         "provenance": {
-            **provenance,
-            "space": options.space,
-            "input": {"sha256": digest, "bytes": len(data)},
+            **source.provenance,
+            "space": settings.space,
+            "input": {"sha256": digest, "bytes": len(content)},
             "algorithm": {"version": ALGORITHM_VERSION, "gamutcore": __version__},
         },
         "counts": {
@@ -279,7 +288,7 @@ def build_gamut(
             "constructed": int((boundary.sources < 0).sum()),
         },
         "volume": boundary.mesh.volume,
-        **_kept_volume(decimation, boundary.mesh),
+        **_volume_error(decimation, boundary.mesh),
         "grid_step": history.step,
         "area": boundary.mesh.area,
         "centre": boundary.centre.tolist(),
@@ -289,8 +298,39 @@ def build_gamut(
     return Gamut(description, history)
 
 
-def _kept_volume(decimation: Decimation, full: TriangleMesh) -> dict[str, Any]:
-    """Say which part of its volume any level differs by at most, where the cost keeps it."""
+def _content(data: object) -> bytes:
+    """Return the bytes of the input, from a file if a path is given."""
+    if isinstance(data, bytes | bytearray | memoryview):
+        return bytes(data)
+    if isinstance(data, os.PathLike) or (isinstance(data, str) and "\n" not in data):
+        return Path(data).read_bytes()
+    if isinstance(data, str):
+        raise TypeError(
+            "The data is text of several lines. Give the bytes of a file, such as text.encode(), "
+            "or the path of a file."
+        )
+    what = "an array" if isinstance(data, np.ndarray) else f"of the type {type(data).__name__}"
+    raise TypeError(
+        f"The data is {what}. Give the bytes or the path of a file. Save an (n, 3) array of "
+        "colours with numpy.save, and give the path of the .npy file."
+    )
+
+
+def _settings(options: object) -> Options:
+    if options is None:
+        return Options()
+    if isinstance(options, Options):
+        return options
+    if isinstance(options, Mapping):
+        return Options.from_mapping(options)
+    raise TypeError(
+        f"The options are of the type {type(options).__name__}. Give gamutcore.gamut.Options(...), "
+        "a mapping of option names to values, or nothing for the defaults."
+    )
+
+
+def _volume_error(decimation: Decimation, full: TriangleMesh) -> dict[str, Any]:
+    """Return the largest relative volume error of any level, for costs that preserve volume."""
     if decimation.volume_error is None:
         return {"volume_preserved": False}
     error = decimation.volume_error / full.volume
@@ -300,29 +340,34 @@ def _kept_volume(decimation: Decimation, full: TriangleMesh) -> dict[str, Any]:
     }
 
 
-class _Wrapping(NamedTuple):
-    """A boundary, the device values of its vertices, if known, and all that went in."""
+class _Surface(NamedTuple):
+    """A boundary, the device values of its vertices if known, and its provenance."""
 
     boundary: Boundary
     values: DeviceValues | None
     provenance: dict[str, Any]
 
 
-def _characterised(data: bytes, options: Options) -> Characterisation:
-    """Return what a file says of the device, or what it carries of that."""
+def _device(data: bytes, options: Options) -> Characterisation:
+    """Read characterisation data, or the part of an ICC profile that `options.source` names."""
     if options.source == "measurements":
         return measurements_of(characterisation(data), condition=options.condition)
-    if options.source == "boundary":
-        return described_boundary(
-            characterisation(data, condition=options.condition), options.intent
-        )
-    return characterisation(data, condition=options.condition)
+    device = characterisation(data, condition=options.condition)
+    return described_boundary(device, options.intent) if options.source == "boundary" else device
 
 
-def _wrapped(
+def _data_kind(device: Characterisation) -> str:
+    """Return the key of `DATA_KINDS` for some data."""
+    if isinstance(device, Samples):
+        return "colours" if device.device is None else "measurements"
+    kinds = {IccProfile: "profile", Picture: "picture", GamutMesh: "mesh"}
+    return kinds[type(device)]
+
+
+def _device_surface(
     device: Samples | IccProfile | Picture, options: Options, report: Callable[[str, float], None]
-) -> _Wrapping:
-    _refuse_surface_samples(device, options)
+) -> _Surface:
+    """Wrap a boundary around the colours of a device."""
     colours = surface_colours(
         device,
         intent=options.intent,
@@ -342,15 +387,17 @@ def _wrapped(
             colours.points, options.boundary, options.centre, **options.boundary_parameters
         )
     except FlatPointsError as error:
-        raise _explained(error, device) from error
+        raise _flat_colours(error, device) from error
     values = None
     if colours.device is not None:
         values = vertex_device_values(boundary, colours.points, colours.device, colours.channels)
-    return _Wrapping(boundary, values, colours.provenance)
+    return _Surface(boundary, values, colours.provenance)
 
 
-def _explained(error: FlatPointsError, device: Samples | IccProfile | Picture) -> FlatPointsError:
-    """Return the error of flat points, with its reason where the device has one channel only."""
+def _flat_colours(
+    error: FlatPointsError, device: Samples | IccProfile | Picture
+) -> FlatPointsError:
+    """Return the error of flat points, with the reason if the device has a single channel."""
     channels = device.provenance.get("channels")
     if not isinstance(channels, list) or len(channels) != 1:
         return error
@@ -362,56 +409,26 @@ def _explained(error: FlatPointsError, device: Samples | IccProfile | Picture) -
     )
 
 
-def _refuse_surface_samples(device: Samples | IccProfile | Picture, options: Options) -> None:
-    """Refuse a number of samples where there is no model that could be sampled."""
-    if isinstance(device, Picture):
-        what = "a picture's colours"
-    elif isinstance(device, Samples) and device.device is None:
-        what = "colours without device values"
-    else:
-        return
-    if options.surface_samples != Options().surface_samples:
-        raise OptionError.not_applicable(
-            "surface_samples", options.surface_samples, f"{what} are all used"
-        )
-
-
-def _given(mesh: GamutMesh, options: Options) -> _Wrapping:
-    _refuse_options_of_colours(options)
-    stated = declared_space(mesh.space_notes)
+def _mesh_surface(mesh: GamutMesh, options: Options) -> _Surface:
+    """Take a mesh as the boundary."""
+    declared = declared_space(mesh.space_notes)
     space = options.colour_space(mesh.provenance.get("white_luminance"))
-    if stated is not None:
-        refuse_other_space(stated, space)
+    if declared is not None:
+        refuse_other_space(declared, space)
     refuse_far_vertices(mesh.vertices, space)
     boundary, provenance = mesh_boundary(mesh, options.centre)
     provenance["colour_space"] = {
         **space.description(),
-        "from": "the option space (assumed, not stated)" if stated is None else "the file",
+        "from": "the option space (assumed, not stated)" if declared is None else "the file",
     }
     provenance["axes"] = " ".join(space.axes)
-    told = provenance["warnings"]
-    if stated is None and isinstance(told, list):
-        told.extend(assumption_warnings(mesh.vertices, space))
+    warnings = provenance["warnings"]
+    if declared is None and isinstance(warnings, list):
+        warnings.extend(assumption_warnings(mesh.vertices, space))
     values = None
     if mesh.device is not None:
         values = replace(mesh.device, values=mesh.device.values[boundary.sources])
-    return _Wrapping(boundary, values, provenance)
-
-
-def _is_of_colours(name: str, options: Options) -> bool:
-    """Whether an option has no meaning for a mesh; the intent has one where it chose the tag."""
-    return name in NOT_OF_MESHES and not (name == "intent" and options.source == "boundary")
-
-
-def _refuse_options_of_colours(options: Options) -> None:
-    """Refuse what only has a meaning where colours are sampled and wrapped."""
-    default = Options()
-    for name in NOT_OF_MESHES:
-        value = getattr(options, name)
-        if _is_of_colours(name, options) and value != getattr(default, name):
-            raise OptionError.not_applicable(
-                name, value, "the data is a boundary already, and nothing is wrapped"
-            )
+    return _Surface(boundary, values, provenance)
 
 
 def _colour_space(description: dict[str, Any]) -> ColourSpace:
@@ -426,8 +443,8 @@ def _description(metadata: dict[str, str]) -> dict[str, Any]:
         _colour_space(description)
     except (KeyError, ValueError, TypeError, AttributeError, RecursionError, OptionError) as cause:
         raise HistoryFileError(
-            "the history does not describe a gamut",
+            "The history file has no description of a gamut.",
             where={"field": DESCRIPTION},
-            remedy="a file written by Gamut.to_bytes",
+            remedy="Give a file that Gamut.to_bytes wrote.",
         ) from cause
     return description

@@ -1,254 +1,356 @@
-"""The options that a gamut is built with: one immutable value, checked when it is made.
+"""The options of a gamut: one declaration of each, and the checked, immutable set of values.
 
-Together with the digest of the input and the version of the algorithm they are a gamut's
-identity, so defaults are always made explicit and equal options have one canonical form.
+Each field of `Options` is declared once, by `option`: its type and bounds, default, description,
+the data it applies to, and the boundaries or colour spaces that have it. `OPTIONS` gives these
+declarations as plain data. Request models, the OpenAPI document and the tables of the documents are
+generated from it. The canonical form of the options is part of a gamut's id.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import json
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any, TypeAlias
 
-from gamutcore.boundary import BOUNDARIES
+from gamutcore.boundary.methods import BOUNDARIES, GAMMA
+from gamutcore.boundary.segment_maxima import SEGMENT_COUNTS
+from gamutcore.boundary.usv import BASIS, SUBDIVISIONS
 from gamutcore.characterisation.conditions import condition_label
-from gamutcore.colours.device.cube_surface import MAX_SURFACE_SAMPLES
+from gamutcore.colours.device.cube_surface import SURFACE_SAMPLES
 from gamutcore.colours.device.model import DEVICE_MODELS
 from gamutcore.colours.spaces import SPACES, ColourSpace
 from gamutcore.colours.spaces.parameters import (
     MEASURED,
+    SPACE,
     SPACE_PARAMETERS,
     measured_luminance,
+    parameter_defaults,
     space_parameters,
 )
 from gamutcore.colours.spectral import ILLUMINANTS, OBSERVERS
 from gamutcore.colours.surface import INTENTS
 from gamutcore.decimation.costs import COSTS
 from gamutcore.errors import OptionError
-from gamutcore.numbers import finite_number
+from gamutcore.option_types import (
+    DATA_KINDS,
+    Choice,
+    Number,
+    Option,
+    OptionType,
+    Text,
+    Vector,
+    check_option,
+    near_match,
+)
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-__all__ = ["SPACES", "Centre", "Options"]
+__all__ = ["DATA_KINDS", "OPTIONS", "Centre", "Option", "Options"]
 
 Centre: TypeAlias = "tuple[float, float, float] | str"
 
-METHOD_OPTIONS = ("gamma", "segments", "basis", "subdivisions")
-"""Options that not every boundary method has; `BOUNDARIES` says which has which."""
+_WRAPPED_DATA = ("profile", "measurements", "colours", "picture")
+_SPECTRAL_DATA = ("measurements", "colours")
 
-SOURCES = ("transforms", "measurements", "boundary")
-"""What of an ICC profile is used: its transforms, or the measurements or the gamut boundary that it
-carries."""
 
-MOST_INK = {"ink_limit": 1500.0, "black_limit": 100.0}
-"""Per cent of ink that limits can allow at most: fifteen inks in full, and one."""
+def option(
+    *types: OptionType,
+    description: str,
+    default: object = None,
+    **declaration: Any,  # noqa: ANN401  # the attributes of Option
+) -> Any:  # noqa: ANN401  # a dataclass field stands for its value
+    """Declare a field of `Options`; the arguments are the attributes of `Option`."""
+    metadata = {"types": types, "description": description, **declaration}
+    return field(default=default, metadata=metadata)
 
-MAX_CONDITION_LENGTH = 80
 
-FEWEST_SURFACE_SAMPLES = 8
-"""The corners of the cube of three inks."""
+def _boundary_option(
+    name: str,
+    *types: OptionType,
+    description: str,
+) -> Any:  # noqa: ANN401
+    defaults = {
+        method: entry.defaults[name]
+        for method, entry in BOUNDARIES.items()
+        if name in entry.defaults
+    }
+    return option(
+        *types,
+        description=description,
+        data=_WRAPPED_DATA,
+        selector="boundary",
+        defaults=defaults,
+        is_universal=False,
+    )
+
+
+def _space_option(name: str, *, description: str) -> Any:  # noqa: ANN401
+    defaults = {
+        space: parameter_defaults(space)[name]
+        for space in SPACES
+        if name in parameter_defaults(space)
+    }
+    return option(
+        *SPACE_PARAMETERS[name],
+        description=description,
+        selector="space",
+        defaults=defaults,
+        is_universal=len(defaults) == len(SPACES),
+    )
+
+
+def _condition(text: str) -> str:
+    """Canonical name of a measurement condition: ``m1`` becomes ``M1``, other names stay."""
+    words = " ".join(text.split())
+    label = condition_label(words)
+    return label if label.lower() == words.lower() else words
 
 
 @dataclass(frozen=True)
 class Options:
-    """How a gamut is built.
+    """How a gamut is built. Values are checked and brought to their canonical form.
 
-    Attributes
-    ----------
-    space : str
-        Colour space of the boundary; one of `gamutcore.colours.spaces.SPACES`. It decides which of
-        its parameters apply, see there: those that do have their defaults where they are not given
-        (None in CIELAB), those that do not are None, and refused where they are given.
-    boundary : str
-        How the colours are wrapped; one of `gamutcore.boundary.BOUNDARIES`. It decides which of
-        the next four apply. Those that do have their defaults where they are not given; those that
-        do not are None, and refused where they are given.
-    gamma : float or None
-        Power that radii are raised to, in (0, 1]: 0.2 for the modified convex hull, 0.05 for USV,
-        and always 1 for the convex hull, which is the modified one with that power.
-    segments : tuple of two int, or None
-        Polar and azimuth segments of segment maxima, (16, 16).
-    basis : str or None
-        The body whose faces USV splits into segments, "icosahedron".
-    subdivisions : int or None
-        How often USV splits them, 4.
-    centre : "auto" or three floats
-        The point that radii are taken from.
-    cost : str
-        What makes a collapse cheap; one of `gamutcore.decimation.COSTS`.
-    surface_samples : int
-        How many points a device model is asked for at most.
-    intent : str
-        Rendering intent; one of `gamutcore.colours.INTENTS`.
-    source : str or None
-        "measurements" for those that an ICC profile carries, "boundary" for the gamut boundary that
-        an iccMAX profile describes; None for its transforms ("transforms" means the same), and for
-        all other data.
-    device_model : str or None
-        What measured samples with device values get: "interpolation", n-linear, of complete grids
-        only, or a "fit" of radial basis functions; None for interpolation of complete grids and a
-        fit to other samples.
-    ink_limit : float or None
-        Largest sum of all inks, in per cent, above 0; None without a limit.
-    black_limit : float or None
-        Most of the black ink, in per cent, 0 to 100; None without a limit.
-    observer : int or None
-        Standard observer that spectra are integrated with, 2 or 10 degrees; None where the one is
-        used that data of spectra alone states, or 2.
-    illuminant : str or None
-        What reflectance spectra are seen under, one of `gamutcore.colours.spectral.ILLUMINANTS`;
-        None where the one is used that data of spectra alone states, or D50.
-    condition : str or None
-        The measurement condition to be used of data that has several, such as ``"M1"``.
-    reference_white : str, three floats, or None
-        White of the space that colours are adapted to: a name, or X, Y, Z, kept with Y = 1.
-    adaptation : str or None
-        How: one of `gamutcore.colours.spaces.white_points.ADAPTATIONS`.
-        It is used for the way from the
-        measured or a picture's white to D50 as well.
-    scale : float or None
-        What all coordinates are multiplied by.
-    luminance : float, "measured" or None
-        Of the white in cd/m², for ICtCp, ITP and Jzazbz; "measured" for what the data states.
-    adapting_luminance, background : float or None
-        L_A in cd/m² and Y_b in per cent of the white, for CAM16-UCS and CAM02-UCS.
-    surround : str or None
-        "average", "dim" or "dark", for the same.
-    popularity : float or None
-        Which part of a picture's pixels is left out: those of its least used colours. Above 0,
-        below 1; None for all colours.
+    Names of choices are matched without regard to case, spaces and punctuation. An option that only
+    some boundaries or spaces have is None with the others, and refused if it is given.
 
     Raises
     ------
     OptionError
-        If a value is not accepted; ``where["field"]`` names the option.
+        A value is not accepted; ``where["field"]`` names the option.
+
+    Examples
+    --------
+    >>> Options(space="lab", ink_limit=300).to_mapping()["space"]
+    'CIELAB'
     """
 
-    space: str = "CIELAB"
-    boundary: str = "modified-convex-hull"
-    gamma: float | None = None
-    segments: tuple[int, int] | None = None
-    basis: str | None = None
-    subdivisions: int | None = None
-    centre: Centre = "auto"
-    cost: str = "volume"
-    surface_samples: int = 100_000
-    intent: str = "relative"
-    source: str | None = None
-    device_model: str | None = None
-    ink_limit: float | None = None
-    black_limit: float | None = None
-    observer: int | None = None
-    illuminant: str | None = None
-    condition: str | None = None
-    reference_white: str | tuple[float, float, float] | None = None
-    adaptation: str | None = None
-    scale: float | None = None
-    luminance: float | str | None = None
-    adapting_luminance: float | None = None
-    background: float | None = None
-    surround: str | None = None
-    popularity: float | None = None
+    space: str = option(
+        SPACE,
+        default="CIELAB",
+        description="Colour space of the boundary.",
+        common=True,
+    )
+    boundary: str = option(
+        Choice(tuple(BOUNDARIES)),
+        default="modified-convex-hull",
+        description="Method that wraps the colours in a closed surface.",
+        data=_WRAPPED_DATA,
+    )
+    gamma: float | None = _boundary_option(
+        "gamma",
+        GAMMA,
+        description="Power that radii are raised to before the convex hull is taken. 1 gives the "
+        "convex hull; small values follow the colours into concave regions.",
+    )
+    segments: tuple[int, int] | None = _boundary_option(
+        "segments", SEGMENT_COUNTS, description="Numbers of polar and azimuth segments."
+    )
+    basis: str | None = _boundary_option(
+        "basis", BASIS, description="Regular polyhedron whose faces are subdivided into segments."
+    )
+    subdivisions: int | None = _boundary_option(
+        "subdivisions",
+        SUBDIVISIONS,
+        description="Number of times that each face of the polyhedron is split into four. With a "
+        "coarse subdivision, the outermost colours of the segments may not surround the centre.",
+    )
+    centre: Centre = option(  # noqa: RUF009  # a field, as the others
+        Choice(("auto",)),
+        Vector(),
+        default="auto",
+        description="Point that radii are taken from, in coordinates of the colour space. It must "
+        "be inside the gamut.",
+    )
+    cost: str = option(
+        Choice(COSTS),
+        default="volume",
+        description="Order of the edge collapses. `volume` preserves the volume at every level. "
+        "`finest` orders by the mismatch and also moves vertices: coarse levels are more accurate, "
+        "and the decimation takes several times as long. `quadric` is the published quadric error "
+        "metric.",
+        common=True,
+    )
+    surface_samples: int = option(
+        SURFACE_SAMPLES,
+        default=100_000,
+        description="Largest number of points on the device's surface that the device model is "
+        "evaluated at.",
+        data=("profile", "measurements"),
+        common=True,
+    )
+    intent: str = option(
+        Choice(INTENTS),
+        default="relative",
+        description="Rendering intent. `relative` maps the medium's white to the white of the "
+        "space, `absolute` keeps its colour. `perceptual` and `saturation` exist in ICC profiles "
+        "only.",
+        data=_WRAPPED_DATA,
+        common=True,
+    )
+    source: str | None = option(
+        Choice(("transforms", "measurements", "boundary")),
+        description="Content of an ICC profile that is used: its transforms, the measurements it "
+        "carries (tags targ, or CIED with DevD), or the gamut boundary of an iccMAX profile (tags "
+        "gbd0 to gbd3).",
+        data=("profile",),
+        unless_given="Unless given: the transforms.",
+    )
+    device_model: str | None = option(
+        Choice(DEVICE_MODELS),
+        description="Device model of measured samples with device values. `interpolation` is "
+        "n-linear and needs a complete grid. `fit` uses radial basis functions.",
+        data=("measurements",),
+        unless_given="Unless given: interpolation of complete grids, a fit to other samples.",
+    )
+    ink_limit: float | None = option(
+        Number(0, 1500, above_least=True, unit="per cent"),
+        description="Largest sum of all inks in per cent, such as 300. For devices with inks only.",
+        data=("profile", "measurements"),
+        unless_given="Unless given: no limit.",
+        common=True,
+    )
+    black_limit: float | None = option(
+        Number(0, 100, unit="per cent"),
+        description="Largest amount of the black ink in per cent. For devices with a black ink "
+        "only.",
+        data=("profile", "measurements"),
+        unless_given="Unless given: no limit.",
+    )
+    observer: int | None = option(
+        Choice(OBSERVERS),
+        description="Standard observer that spectra are integrated with, in degrees. Data without "
+        "spectra accepts only its own observer.",
+        data=_SPECTRAL_DATA,
+        unless_given="Unless given: the observer that data of spectra alone declares, else 2.",
+    )
+    illuminant: str | None = option(
+        Choice(ILLUMINANTS, {f"f{n}": f"FL{n}" for n in range(1, 13)}),
+        description="Illuminant of reflectance spectra. Data without spectra accepts only its own "
+        "illuminant.",
+        data=_SPECTRAL_DATA,
+        unless_given="Unless given: the illuminant that data of spectra alone declares, else D50.",
+    )
+    condition: str | None = option(
+        Text(80, "the name of a measurement condition, such as 'M1'", _condition),
+        description="Measurement condition to use from data that has several, such as `M0`, `M1` "
+        "or `M2` of ISO 13655. Without it, such data is refused with the code "
+        "`measurement-condition`, and the error names the conditions.",
+        data=_SPECTRAL_DATA,
+    )
+    reference_white: str | tuple[float, float, float] | None = _space_option(
+        "reference_white",
+        description="White that colours are adapted to: a name, or X, Y, Z in any scale.",
+    )
+    adaptation: str | None = _space_option(
+        "adaptation", description="Chromatic adaptation transform from one white to another."
+    )
+    scale: float | None = _space_option(
+        "scale", description="Factor of all coordinates of the space."
+    )
+    luminance: float | str | None = _space_option(
+        "luminance",
+        description="Luminance of the white in cd/m², or `measured` for the luminance that the "
+        "data of a display declares.",
+    )
+    adapting_luminance: float | None = _space_option(
+        "adapting_luminance",
+        description="Luminance in cd/m² that the eye is adapted to, L_A: a fifth of the white's. "
+        "The default corresponds to sRGB's ambient illumination of 64 lx.",
+    )
+    background: float | None = _space_option(
+        "background",
+        description="Luminance of the background in per cent of the white's, Y_b.",
+    )
+    surround: str | None = _space_option(
+        "surround", description="Surround of the background in the appearance model."
+    )
+    popularity: float | None = option(
+        Number(0, 1, above_least=True, below_most=True),
+        description="Share of a picture's pixels that is left out, those of its least frequent "
+        "colours, such as 0.01.",
+        data=("picture",),
+        unless_given="Unless given: all pixels count.",
+    )
 
     def __post_init__(self) -> None:
-        for name, accepted in (
-            ("space", tuple(SPACES)),
-            ("boundary", tuple(BOUNDARIES)),
-            ("cost", COSTS),
-            ("intent", INTENTS),
-        ):
-            value = getattr(self, name)
-            if not isinstance(value, str) or value not in accepted:
-                raise OptionError.refusal(name, value, f"one of {', '.join(accepted)}")
-        samples = self.surface_samples
-        if (
-            isinstance(samples, bool)
-            or not isinstance(samples, int)
-            or not FEWEST_SURFACE_SAMPLES <= samples <= MAX_SURFACE_SAMPLES
-        ):
-            raise OptionError.refusal(
-                "surface_samples",
-                samples,
-                f"a whole number from {FEWEST_SURFACE_SAMPLES} to {MAX_SURFACE_SAMPLES}",
+        for name, declared in OPTIONS.items():
+            if name not in SPACE_PARAMETERS:
+                self._set(name, self._canonical_value(declared))
+        given = {name: getattr(self, name) for name in SPACE_PARAMETERS}
+        for name, value in space_parameters(self.space, given).items():
+            self._set(name, value)
+        if self.boundary == "convex-hull" and self.gamma != 1.0:
+            raise OptionError.not_applicable(
+                "gamma", self.gamma, "the convex hull is the modified one with a gamma of 1"
             )
-        if self.source is not None and (
-            not isinstance(self.source, str) or self.source not in SOURCES
-        ):
-            raise OptionError.refusal("source", self.source, f"one of {', '.join(SOURCES)}")
-        # One form for what means the same; None keeps the ids of gamuts without this option.
-        object.__setattr__(self, "source", None if self.source == SOURCES[0] else self.source)
-        if self.device_model is not None and (
-            not isinstance(self.device_model, str) or self.device_model not in DEVICE_MODELS
-        ):
-            raise OptionError.refusal(
-                "device_model", self.device_model, f"one of {', '.join(DEVICE_MODELS)}"
-            )
-        for name, most in MOST_INK.items():
-            object.__setattr__(self, name, _ink_limit(name, getattr(self, name), most))
-        # frozen, so set this way: the canonical form of what was given
-        object.__setattr__(self, "centre", _canonical_centre(self.centre))
-        self._check_measurement()
-        given_to_space = {name: getattr(self, name) for name in SPACE_PARAMETERS}
-        for name, value in space_parameters(self.space, given_to_space).items():
-            object.__setattr__(self, name, value)
-        if self.popularity is not None:
-            share = finite_number(self.popularity)
-            if share is None or not 0 < share < 1:
-                raise OptionError.refusal(
-                    "popularity", self.popularity, "a number above 0 and below 1"
-                )
-            object.__setattr__(self, "popularity", share)
-        parameters = BOUNDARIES[self.boundary].parameters
-        for name in METHOD_OPTIONS:
-            value = getattr(self, name)
-            if name in parameters:
-                given = parameters[name].default if value is None else value
-                object.__setattr__(self, name, parameters[name].checked(given))
-            elif value is not None:
-                raise OptionError.not_applicable(
-                    name, value, f"the boundary {self.boundary} has no {name}"
-                )
+        if self.source == "transforms":  # the default; None keeps the ids of gamuts without it
+            self._set("source", None)
 
-    def _check_measurement(self) -> None:
-        """Check and set the options of measured samples, which have no defaults of their own."""
-        observer, illuminant, condition = self.observer, self.illuminant, self.condition
-        if observer is not None and (isinstance(observer, bool) or observer not in OBSERVERS):
-            raise OptionError.refusal("observer", observer, "2 or 10, in degrees")
-        if illuminant is not None:
-            name = illuminant.strip().upper() if isinstance(illuminant, str) else ""
-            name = f"FL{name[1:]}" if name.startswith("F") and name[1:].isdigit() else name
-            if name not in ILLUMINANTS:
-                raise OptionError.refusal(
-                    "illuminant", illuminant, f"one of {', '.join(ILLUMINANTS)}"
+    def _set(self, name: str, value: object) -> None:
+        object.__setattr__(self, name, value)  # frozen: only the constructor may do this
+
+    def _canonical_value(self, declared: Option) -> object:
+        name, value = declared.name, getattr(self, declared.name)
+        if declared.selector:
+            selected = getattr(self, declared.selector)
+            if selected not in declared.defaults:
+                if value is None:
+                    return None
+                raise OptionError.not_applicable(
+                    name, value, f"the {declared.selector} {selected} has no {name}"
                 )
-            object.__setattr__(self, "illuminant", name)
-        if observer is not None:
-            object.__setattr__(self, "observer", int(observer))
-        if condition is not None:
-            if (
-                not isinstance(condition, str)
-                or not condition.strip()
-                or len(condition) > MAX_CONDITION_LENGTH
-                or not condition.isprintable()
-            ):
-                raise OptionError.refusal(
-                    "condition", condition, "the name of a measurement condition, such as 'M1'"
-                )
-            folded = " ".join(condition.split())
-            # "m1" and "M1" are one question; "M1, black backing" is another
-            label = condition_label(folded)
-            same = label.lower() == folded.lower()
-            object.__setattr__(self, "condition", label if same else folded)
+            value = declared.defaults[selected] if value is None else value
+        elif value is None and declared.default is None:
+            return None
+        return check_option(name, value, *declared.types)
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, object]) -> Options:
-        """Return options from names and values, such as parsed JSON; the rest have their defaults.
+        """Return options from names and values, such as parsed JSON.
 
         Parameters
         ----------
-        mapping : mapping of str
+        mapping : mapping of str to object
+            Names in any letter case, with ``-`` or ``_``.
+
+        Returns
+        -------
+        Options
+            Options that are not in the mapping have their defaults.
+
+        Raises
+        ------
+        OptionError
+            A name is unknown or occurs twice, or a value is not accepted.
+
+        Examples
+        --------
+        >>> Options.from_mapping({"Ink-Limit": 300}).ink_limit
+        300.0
+        """
+        values: dict[str, Any] = {}
+        for given, value in mapping.items():
+            name = _known_name(given)
+            if name in values:
+                raise OptionError(
+                    f"The option {name} is given twice.",
+                    where={"field": name},
+                    remedy="Give each option once.",
+                )
+            if value is None:  # to the constructor, None means that there is no value
+                raise OptionError.refusal(name, value, "a value, or leave it out for the default")
+            values[name] = value
+        return cls(**values)
+
+    @classmethod
+    def from_text(cls, mapping: Mapping[str, str]) -> Options:
+        """Return options from names and texts, such as form fields or command-line arguments.
+
+        Parameters
+        ----------
+        mapping : mapping of str to str
+            Numbers and lists are written as in JSON.
 
         Returns
         -------
@@ -257,19 +359,16 @@ class Options:
         Raises
         ------
         OptionError
-            If a name is unknown or a value is not accepted.
+            As `from_mapping`.
+
+        Examples
+        --------
+        >>> Options.from_text({"ink_limit": "300", "centre": "[50, 0, 0]"}).centre
+        (50.0, 0.0, 0.0)
         """
-        names = [field.name for field in dataclasses.fields(cls)]
-        for name, value in mapping.items():
-            if name not in names:
-                raise OptionError(
-                    f"There is no option {str(name)[:40]!r}.",
-                    where={"field": str(name)[:40]},
-                    remedy=f"Options are {', '.join(names)}.",
-                )
-            if value is None:  # to the constructor it means: not given
-                raise OptionError.refusal(name, value, "a value, or leave it out for the default")
-        return cls(**mapping)  # type: ignore[arg-type]  # the constructor checks every value
+        return cls.from_mapping(
+            {name: option_value(_known_name(name), text) for name, text in mapping.items()}
+        )
 
     def to_mapping(self) -> dict[str, object]:
         """Return all options that apply, as JSON-able values; `from_mapping` reads them back."""
@@ -279,18 +378,56 @@ class Options:
             if value is not None
         }
 
+    def check_data(self, kind: str) -> None:
+        """Refuse options that do not apply to some kind of data and differ from their default.
+
+        Parameters
+        ----------
+        kind : str
+            A key of `DATA_KINDS`.
+
+        Raises
+        ------
+        OptionError
+            The first such option.
+        """
+        defaults = Options()
+        for name in OPTIONS:
+            value = getattr(self, name)
+            if not self.applies(name, kind) and value != getattr(defaults, name):
+                raise OptionError.not_applicable(name, value, DATA_KINDS[kind])
+
+    def applies(self, name: str, kind: str) -> bool:
+        """Whether an option applies to some kind of data.
+
+        Parameters
+        ----------
+        name : str
+            A key of `OPTIONS`.
+        kind : str
+            A key of `DATA_KINDS`.
+
+        Returns
+        -------
+        bool
+        """
+        # what an ICC profile carries is another kind of data than the profile
+        if name == "source" or (name == "intent" and self.source == "boundary"):
+            return True
+        return kind in OPTIONS[name].data
+
     @property
     def boundary_parameters(self) -> dict[str, object]:
-        """What the boundary method is called with beside the points and the centre."""
-        return {name: getattr(self, name) for name in BOUNDARIES[self.boundary].parameters}
+        """Parameters of the boundary method beside the points and the centre."""
+        return {name: getattr(self, name) for name in BOUNDARIES[self.boundary].defaults}
 
     def colour_space(self, white_luminance: object = None) -> ColourSpace:
-        """Return the space that the boundary lives in, with its parameters.
+        """Return the colour space of the boundary, with its parameters.
 
         Parameters
         ----------
         white_luminance : float, optional
-            What the data states, in cd/m²; for the luminance "measured".
+            Luminance of the white that the data declares, in cd/m², for the luminance "measured".
 
         Returns
         -------
@@ -299,7 +436,7 @@ class Options:
         Raises
         ------
         OptionError
-            The luminance is to be the measured one, and there is none.
+            The luminance is to be the measured one, and the data declares none.
         """
         parameters = {name: getattr(self, name) for name in SPACE_PARAMETERS}
         if self.luminance == MEASURED:
@@ -312,22 +449,50 @@ class Options:
         return json.dumps(self.to_mapping(), sort_keys=True, separators=(",", ":"))
 
 
-def _canonical_centre(centre: object) -> Centre:
-    if centre == "auto":
-        return "auto"
-    if isinstance(centre, list | tuple) and len(centre) == 3:
-        numbers = [finite_number(value) for value in centre]
-        first, second, third = numbers
-        if first is not None and second is not None and third is not None:
-            return (first, second, third)
-    raise OptionError.refusal("centre", centre, "'auto' or three finite numbers")
+OPTIONS: Mapping[str, Option] = MappingProxyType(
+    {
+        each.name: Option(each.name, default=each.default, **each.metadata)
+        for each in dataclasses.fields(Options)
+    }
+)
+"""The declarations of all options by name, in the order of the documents."""
 
 
-def _ink_limit(name: str, value: object, most: float) -> float | None:
-    if value is None:
-        return None
-    number = finite_number(value)
-    if number is None or not 0 <= number <= most or (number == 0 and name == "ink_limit"):
-        above = "above 0, up to" if name == "ink_limit" else "from 0 to"
-        raise OptionError.refusal(name, value, f"a number {above} {most:g}, in per cent")
-    return number
+def option_value(name: str, text: str) -> object:
+    """Return the value that a text stands for, unchecked.
+
+    Parameters
+    ----------
+    name : str
+        A key of `OPTIONS`.
+    text : str
+
+    Returns
+    -------
+    object
+        The text if the option accepts text like it, else what it is as JSON, else the text.
+
+    Examples
+    --------
+    >>> option_value("gamma", "0.2"), option_value("cost", "finest")
+    (0.2, 'finest')
+    """
+    if any(each.canonical(text) is not None for each in OPTIONS[name].types):
+        return text
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return text
+
+
+def _known_name(given: object) -> str:
+    """Return the option that a name means."""
+    name = str(given).strip().lower().replace("-", "_")
+    if name in OPTIONS:
+        return name
+    meant = near_match(name, OPTIONS)
+    raise OptionError(
+        f"There is no option {str(given)[:40]!r}.",
+        where={"field": str(given)[:40]},
+        remedy=(f"Did you mean {meant}? " if meant else "") + f"Options are {', '.join(OPTIONS)}.",
+    )

@@ -1,11 +1,17 @@
-"""Compile or load all kernels, by using each of them once on something small.
+"""Compile the kernels by using each of them once on something small.
 
-An image calls this when it is built, a service before it says that it is ready: the first client is
-not the one who waits for the compiler. ``python -m gamutcore.warm`` does the same from a shell.
+An image does this when it is built, a service before it says that it is ready
+(`gamutcore.kernels.installation.ensure_compiled`), and ``python -m gamutcore.warm`` from a shell.
+The decimation takes about as long to compile as all the rest, so it has a process of its own.
 """
 
 from __future__ import annotations
 
+import argparse
+import os
+import subprocess
+import sys
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -13,51 +19,86 @@ import numpy as np
 from gamutcore.boundary import BOUNDARIES, compute_boundary
 from gamutcore.characterisation.icc.grid import Grid
 from gamutcore.characterisation.icc.process_elements import FloatGrid
-from gamutcore.decimation import COSTS, decimated
-from gamutcore.device_values import DeviceValues
+from gamutcore.decimation import COSTS, decimate
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore.gamut import Gamut, Options, build_gamut
 from gamutcore.history import History, Splits, build_history, history_bytes, history_from_bytes
 from gamutcore.history.device_history import build_device_history
+from gamutcore.kernels.installation import (
+    GROUPS,
+    compilation_lock,
+    is_compiled,
+    mark_compiled,
+)
+from gamutcore.mesh import DeviceValues, TriangleMesh
 from gamutcore.metric import mismatch, radial_difference, voxel_mismatch
 from gamutcore.metric.level_search import Bounds, LevelSearch
 
-__all__ = ["compile_kernels", "compile_reading_kernels"]
+__all__ = ["compile_kernels", "use_kernels"]
+
+DECIMATION = "decimation"
+"""Name of the part of the default group that has a process of its own."""
 
 
-def compile_kernels() -> None:
-    """Use everything once: build a small gamut from samples of a made-up device, and read it."""
-    steps = np.linspace(0.0, 1.0, 5)
-    device = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
-    rows = "\n".join(
-        ",".join(f"{value:.6g}" for value in (*row, 100 * row.mean(), *(80 * (row[:2] - row[2]))))
-        for row in device
-    )
-    table = f"RGB_R,RGB_G,RGB_B,LAB_L,LAB_A,LAB_B\n{rows}\n"
-    options = Options(surface_samples=1000, cost="quadric")
-    built = build_gamut(table.encode(), options)
-    build_gamut(table.encode(), replace(options, device_model="fit"))
-    Gamut.from_bytes(built.to_bytes()).level(50)
-    Grid((2, 2, 2), np.zeros((8, 3), np.uint16)).values(np.full((1, 3), 0.5))
-    FloatGrid((2, 2, 2), (np.zeros((8, 3), np.float32),), 3).values(np.full((1, 3), 0.5))
-    for method in BOUNDARIES:
-        boundary = compute_boundary(device, method)
+def compile_kernels(groups: tuple[str, ...] = GROUPS) -> None:
+    """Compile groups of kernels, and mark them as compiled.
+
+    Parameters
+    ----------
+    groups : tuple of str, optional
+        Of `gamutcore.kernels.installation.GROUPS`.
+    """
+    for group in groups:
+        with compilation_lock(group):
+            if is_compiled(group):
+                continue
+            if group == "default":
+                _compile_default()
+            else:
+                use_kernels(group)
+            mark_compiled(group)
+
+
+def use_kernels(group: str) -> None:
+    """Call every kernel of a group in this process, which compiles it or loads it from the cache.
+
+    Parameters
+    ----------
+    group : str
+        One of `gamutcore.kernels.installation.GROUPS`.
+    """
+    if group == "default":
+        _use_decimation()
+        _use_readers()
+        _use_boundary_and_models()
+        _use_build()
+    else:
+        _use_options()
+
+
+def _compile_default() -> None:
+    command = [sys.executable, "-m", __spec__.name, "--while-stdin-is-open", DECIMATION]
+    with subprocess.Popen(command, stdin=subprocess.PIPE) as decimation:  # noqa: S603  # no input
+        _use_readers()
+        _use_boundary_and_models()
+        decimation.wait()
+    _use_build()
+
+
+def _use_decimation() -> None:
+    _decimate_cube("volume")
+
+
+def _decimate_cube(cost: str) -> None:
     # small: errors by samples, of which there are as many however few the faces, take a while
-    cube = compute_boundary(device[(device % 1.0 == 0.0).all(axis=1)], "convex-hull")
-    for cost in COSTS:
-        decimated(cube.mesh, cube.centre, cost)
-    history = build_history(decimated(boundary.mesh, boundary.centre, "quadric"))
-    cursor = history.cursor(100)
-    cursor.finer()
-    cursor.coarser()
-    for function in (mismatch, voxel_mismatch):
-        function(history.full(), history.level(50))
-    radial_difference(history.full(), history.level(50), history.centre)
-    compile_reading_kernels()
+    vertices = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = [corners for a, b, c, d in quads for corners in ((a, b, c), (a, c, d))]
+    decimate(TriangleMesh(vertices, np.array(faces, np.int32)), np.zeros(3), cost)
 
 
-def compile_reading_kernels() -> None:
-    """Use once all that serving built gamuts takes: reading, choosing and writing their levels."""
+def _use_readers() -> None:
+    """Read, search and write levels of a gamut that is not built here."""
     corners = np.array([(50, 0, 40), (50, 40, -20), (50, -40, -20), (90, 0, 0)], np.float32)
     # a tetrahedron whose first vertex is split into itself and slot 4
     splits = Splits(
@@ -85,5 +126,72 @@ def compile_reading_kernels() -> None:
         mesh_file(mesh, name)
 
 
+def _device() -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+    """Return a grid of device values, (125, 3)."""
+    steps = np.linspace(0.0, 1.0, 5)
+    return np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
+
+
+def _use_boundary_and_models() -> None:
+    compute_boundary(_device(), "modified-convex-hull")
+    Grid((2, 2, 2), np.zeros((8, 3), np.uint16)).values(np.full((1, 3), 0.5))
+
+
+def _table() -> bytes:
+    """Return samples of a made-up device as a table."""
+    rows = "\n".join(
+        ",".join(f"{value:.6g}" for value in (*row, 100 * row.mean(), *(80 * (row[:2] - row[2]))))
+        for row in _device()
+    )
+    return f"RGB_R,RGB_G,RGB_B,LAB_L,LAB_A,LAB_B\n{rows}\n".encode()
+
+
+def _use_build() -> None:
+    """Build gamuts with the default options, of a complete grid and of scattered samples."""
+    built = build_gamut(_table(), Options(surface_samples=1000))
+    build_gamut(_table(), Options(surface_samples=1000, device_model="fit"))
+    Gamut.from_bytes(built.to_bytes()).level(50)
+
+
+def _use_options() -> None:
+    """Use the costs and boundaries that are not the default, and all metrics."""
+    FloatGrid((2, 2, 2), (np.zeros((8, 3), np.float32),), 3).values(np.full((1, 3), 0.5))
+    for cost in COSTS:
+        _decimate_cube(cost)
+    for method in BOUNDARIES:
+        boundary = compute_boundary(_device(), method)
+    history = build_history(decimate(boundary.mesh, boundary.centre, "quadric"))
+    cursor = history.cursor(100)
+    cursor.finer()
+    cursor.coarser()
+    for function in (mismatch, voxel_mismatch):
+        function(history.full(), history.level(50))
+    radial_difference(history.full(), history.level(50), history.centre)
+
+
+def _exit_with_stdin() -> None:
+    # not sys.stdin: at exit the interpreter wants its lock, which this thread would hold
+    while os.read(0, 4096):
+        pass
+    os._exit(1)
+
+
+def main() -> None:
+    """Compile the groups that the command line names, or all."""
+    parser = argparse.ArgumentParser(prog="python -m gamutcore.warm", description=__doc__)
+    parser.add_argument("group", nargs="*", choices=[*GROUPS, DECIMATION, []])
+    parser.add_argument(
+        "--while-stdin-is-open", action="store_true", help="exit when standard input ends"
+    )
+    arguments = parser.parse_args()
+    groups: list[str] = arguments.group or list(GROUPS)
+    if arguments.while_stdin_is_open:
+        threading.Thread(target=_exit_with_stdin, daemon=True).start()
+    if DECIMATION in groups:
+        _use_decimation()
+    else:
+        compile_kernels(tuple(groups))
+
+
 if __name__ == "__main__":
-    compile_kernels()
+    main()

@@ -1,4 +1,4 @@
-"""The console script ``gamut``: serve, check a store, print the OpenAPI document, compile."""
+"""The console script ``gamut``: serve, worker, store, key, openapi and warm."""
 
 import argparse
 import json
@@ -9,18 +9,15 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-import uvicorn
 from pydantic import ValidationError
 
 from gamutcore.version import __version__
-from gamutcore.warm import compile_kernels
 from service.access.api_keys import new_key
 from service.access.middleware import OpenToAllError
 from service.application import create_app
 from service.broker import health
-from service.building.choice import EngineMissingError, run_worker
-from service.http.protocol import ConnectionLimits, limited_protocol
-from service.server import Server
+from service.container import MISSING_BROKER_EXTRA, EngineMissingError
+from service.server import Server, server_config
 from service.settings import ENVIRONMENT_PREFIX, Settings
 from service.storage.blobs import StoreUnavailableError
 from service.storage.check import report
@@ -28,16 +25,11 @@ from service.storage.gamuts import GamutStore
 from service.storage.local import StoreInUseError
 from service.storage.location import StoreLocationError, blobs_at, is_address
 from service.telemetry.logs import configure_logging
-from service.telemetry.request_observer import Refusals
 from service.telemetry.traces import TracesUnavailableError
 
 __all__ = ["main", "openapi_document", "raise_file_limit"]
 
 logger = logging.getLogger(__name__)
-
-_KEEP_ALIVE_SECONDS = 5
-"""How long a connection may idle between requests: a page's or a script's next one comes sooner,
-and every idle connection holds a file descriptor."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -46,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     arguments : sequence of str, optional
-        The command line without the program's name; that of the process by default.
+        Command line without the program's name; by default that of the process.
     """
     parser = argparse.ArgumentParser(prog="gamut", description="Gamut boundary service.")
     parser.add_argument("--version", action="version", version=__version__)
@@ -56,21 +48,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     serve.add_argument("--host", help="address to listen on")
     serve.add_argument("--port", type=int, help="port to listen on; 0 takes a free one")
-    serve.add_argument("--store", help="where gamuts are kept: a directory, or s3://, gs://, az://")
+    serve.add_argument("--store", help="location of the store: a directory, or s3://, gs://, az://")
     worker = commands.add_parser(
-        "worker", help="build what API replicas send to the broker (GAMUT_BROKER, GAMUT_STORE)"
+        "worker", help="build the jobs of a broker (GAMUT_BROKER, GAMUT_STORE)"
     )
-    worker.add_argument(
-        "--check", action="store_true", help="only say whether the workers on this host are well"
-    )
-    key = commands.add_parser("key", help="make an API key, and its entry for GAMUT_API_KEYS")
-    key.add_argument("name", help="lower-case letters, digits and hyphens; no secret")
+    worker.add_argument("--check", action="store_true", help="only check the workers on this host")
+    key = commands.add_parser("key", help="make an API key and its entry for GAMUT_API_KEYS")
+    key.add_argument("name", help="lower-case letters, digits and hyphens; public")
     key.add_argument("--scopes", default="read+write", help="read, write or read+write (default)")
     commands.add_parser("openapi", help="print the OpenAPI document")
-    commands.add_parser("warm", help="compile the kernels, so that nobody has to wait for them")
-    store = commands.add_parser("store", help="look after a store")
+    commands.add_parser("warm", help="compile the kernels in advance")
+    store = commands.add_parser("store", help="maintain a store")
     check = store.add_subparsers(dest="store_command", required=True).add_parser(
-        "check", help="prove that a store keeps the promises that the service relies on"
+        "check", help="check that a store keeps the guarantees of the service"
     )
     check.add_argument("location", nargs="?", help="GAMUT_STORE by default")
     parsed = parser.parse_args(arguments)
@@ -85,27 +75,29 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if parsed.command == "openapi":
         sys.stdout.write(openapi_document())
     else:
+        from gamutcore.warm import compile_kernels  # noqa: PLC0415  # a server compiles nothing
+
         compile_kernels()
     return 0
 
 
 def openapi_document() -> str:
-    """Return the text of ``openapi/openapi.json``, the same whatever the environment says."""
+    """Return the text of ``openapi/openapi.json``, independent of the environment."""
     document = create_app(Settings.model_construct()).openapi()
     return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
 
 
 def raise_file_limit() -> None:
-    """Let the process open as many files and connections as the system permits at all.
+    """Raise the limit of open files to the hard limit.
 
-    The usual soft limit of 1024 is there for programs that use ``select``, which this one does not.
+    The usual soft limit of 1024 exists for programs that use ``select``. This program does not.
     """
     _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     try:
         resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
     except (OSError, ValueError) as error:
-        # Some systems state a hard limit that they do not grant.
-        logger.warning("the limit of open files stays as it is: %s", error)
+        # Some systems do not grant their own hard limit.
+        logger.warning("limit of open files was not raised: %s", error)
 
 
 def _key(name: str, scopes: frozenset[str]) -> int:
@@ -114,7 +106,7 @@ def _key(name: str, scopes: frozenset[str]) -> int:
     except ValueError as error:
         sys.stderr.write(f"gamut: {error}\n")
         return 2
-    # The entry can be read off the screen or out of a log without harm; the key is shown once.
+    # The entry is not secret. The key is shown only once.
     sys.stdout.write(
         f"key, for the client:       {key}\nentry for GAMUT_API_KEYS:  {known.entry}\n"
     )
@@ -123,7 +115,7 @@ def _key(name: str, scopes: frozenset[str]) -> int:
 
 def _check_store(location: str | None) -> int:
     try:
-        # Two clients of a bucket are as far apart as two machines; a directory has one owner.
+        # Two clients of a bucket behave like two machines. A directory has one owner.
         location = location or Settings().store
         blobs = blobs_at(location)
         another = blobs_at(location) if is_address(location) else blobs
@@ -134,7 +126,7 @@ def _check_store(location: str | None) -> int:
 
 
 def _settings(overrides: dict[str, Any]) -> Settings | None:
-    """Return the settings, with the log set up as they say; None after telling what is wrong."""
+    """Return the settings and configure the log; return None after printing faults."""
     given = {name: value for name, value in overrides.items() if value is not None}
     try:
         settings = Settings(**given)
@@ -147,8 +139,8 @@ def _settings(overrides: dict[str, Any]) -> Settings | None:
     known = {f"{ENVIRONMENT_PREFIX}{name}".upper() for name in Settings.model_fields}
     given_names = sorted(name for name in os.environ if name.startswith(ENVIRONMENT_PREFIX))
     if unknown := [name for name in given_names if name.upper() not in known]:
-        # Of a misspelt limit or key nobody would hear until it is missed.
-        logger.warning("no settings of the service, and without effect: %s", ", ".join(unknown))
+        # A misspelt limit or key would otherwise stay unnoticed.
+        logger.warning("unknown settings are ignored: %s", ", ".join(unknown))
     return settings
 
 
@@ -157,11 +149,17 @@ def _worker() -> int:
     if settings is None:
         return 2
     if not settings.broker:
-        sys.stderr.write("gamut: GAMUT_BROKER: is needed, to know where builds come from\n")
+        sys.stderr.write("gamut: GAMUT_BROKER: must be set for a worker\n")
         return 2
     try:
+        # Slow to import, and not installed by default.
+        from service.broker.celery_worker import run_worker  # noqa: PLC0415
+    except ModuleNotFoundError:
+        sys.stderr.write(f"gamut: {MISSING_BROKER_EXTRA}\n")
+        return 1
+    try:
         return run_worker(settings)
-    except (EngineMissingError, TracesUnavailableError) as error:
+    except TracesUnavailableError as error:
         sys.stderr.write(f"gamut: {error}\n")
         return 1
 
@@ -174,7 +172,7 @@ def _serve(overrides: dict[str, Any]) -> int:
     try:
         app = create_app(settings)
         store: GamutStore = app.state.service.store
-        # uvicorn reports what fails in the lifespan with a traceback; people get a sentence.
+        # Errors in the lifespan would give a traceback; here they give a sentence.
         store.open()
         store.close()
     except OpenToAllError as error:
@@ -190,25 +188,6 @@ def _serve(overrides: dict[str, Any]) -> int:
     ) as error:
         sys.stderr.write(f"gamut: {error}\n")
         return 1
-    figures = app.state.service.metrics.requests
-    refusals = Refusals(figures, access_log=settings.access_log)
-    config = uvicorn.Config(
-        app,
-        host=settings.host,
-        port=settings.port,
-        log_config=None,
-        log_level=settings.log_level,
-        access_log=False,  # `service.telemetry.request_observer` has a better one
-        http=limited_protocol(ConnectionLimits.of(settings), refusals),
-        ws="none",
-        # Off, or any client on this machine could state the address that it is counted under.
-        proxy_headers=bool(settings.trusted_proxies),
-        forwarded_allow_ips=settings.trusted_proxies,
-        server_header=False,
-        timeout_keep_alive=_KEEP_ALIVE_SECONDS,
-        # Builds end or are given back within the time to drain; then their requests are answered.
-        timeout_graceful_shutdown=int(settings.drain_seconds) + 2,
-    )
-    server = Server(config, app.state.service)
+    server = Server(server_config(app, settings), app.state.service)
     server.run()
     return 0 if server.started else 1

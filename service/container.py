@@ -1,8 +1,11 @@
-"""What the routes of one app share: settings, store, opened gamuts, encoded meshes, builds."""
+"""The service container: one object per app that holds its settings, store, caches and builds.
+
+`create_app` makes one container, and the app's lifespan opens and closes it. Routes reach it with
+`service_of`. The choice of the build engine is made here, once, from the settings.
+"""
 
 import asyncio
 import contextlib
-import logging
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -10,43 +13,46 @@ from pathlib import Path
 
 from fastapi import Request
 
-from gamutcore.warm import compile_reading_kernels
 from service.building.builds import Builds
-from service.building.choice import engine_for
+from service.building.embedded import EmbeddedEngine
+from service.building.engine import BuildReport, Engine
+from service.building.kernels import Kernels
 from service.jobs.book import JobBook
 from service.jobs.events import EventStreams
-from service.meshes.encoded_meshes import Meshes
 from service.meshes.library import Library
+from service.meshes.meshes import Meshes
+from service.readiness import Readiness, service_readiness
 from service.settings import Settings
 from service.storage.gamuts import GamutStore
 from service.storage.location import gamut_store
 from service.telemetry.build_observer import BuildObserver
 from service.telemetry.metrics import Metrics
-from service.telemetry.readiness import Readiness, service_readiness
 from service.telemetry.traces import Traces, traces_of
 
-__all__ = ["Service", "service_of"]
-
-logger = logging.getLogger(__name__)
+__all__ = ["MISSING_BROKER_EXTRA", "EngineMissingError", "ServiceContainer", "service_of"]
 
 _LARGE_BODIES = 2
-"""Complete bodies of more than a megabyte that are in memory at the same time, until their builds
-are accepted; the rest waits on the disk."""
+"""Number of bodies over 1 MB that are held in memory at the same time, each until its build is
+accepted. Further bodies wait on the disk."""
 
 _REMOTE_CALLS = 32
-"""Calls of a bucket under way at a time. They wait, and compute nothing; asyncio's own number of
-threads is that of the cores and four."""
+"""Number of simultaneous calls to a bucket. The calls wait for the network and do not compute, so
+asyncio's default (cores + 4) would be too low."""
+
+
+MISSING_BROKER_EXTRA = (
+    "GAMUT_BROKER needs the extras `celery` and `cloud`: "
+    'pip install "gamut-boundary-service[celery,cloud]"'
+)
+
+
+class EngineMissingError(Exception):
+    """The settings ask for a broker, and the packages for brokers are not installed."""
 
 
 @dataclass
-class Service:
-    """The parts of a running service.
-
-    Attributes
-    ----------
-    warm : bool
-        Whether this process has loaded the kernels that levels are read with.
-    """
+class ServiceContainer:
+    """The parts of a running service."""
 
     settings: Settings
     store: GamutStore = field(init=False)
@@ -57,82 +63,106 @@ class Service:
     readiness: Readiness = field(init=False)
     traces: Traces | None = field(init=False)
     events: EventStreams = field(init=False)
-    warm: bool = False
+    kernels: Kernels = field(init=False, default_factory=Kernels)
     large_bodies: asyncio.Semaphore = field(
         default_factory=lambda: asyncio.Semaphore(_LARGE_BODIES)
     )
     _loop: asyncio.AbstractEventLoop | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
-        self.traces = traces_of(self.settings.traces)
-        self.store = gamut_store(self.settings)
-        self.library = Library(self.store, self.settings.history_cache_bytes)
-        self.meshes = Meshes(self.library, self.settings.mesh_cache_bytes)
-        book = JobBook(
+        settings = self.settings
+        self.traces = traces_of(settings.traces)
+        self.store = gamut_store(
+            settings.store,
+            settings.store_bytes,
+            settings.store_reserve_bytes,
+            keep_inputs=settings.keep_inputs,
+        )
+        self.library = Library(self.store, settings.history_cache_bytes)
+        self.meshes = Meshes(self.library, settings.mesh_cache_bytes)
+        book = JobBook.of_store(self.store, settings.build_attempts)
+        observer = BuildObserver(self.metrics.builds, self.traces)
+        engine = _build_engine(settings, self.store, book, observer)
+        self.builds = Builds(settings, self.store, book, engine)
+        self.events = EventStreams(settings.max_event_streams)
+        self.readiness = service_readiness(
+            self.builds,
             self.store.blobs,
-            self.settings.build_attempts,
-            lost_options=self.store.options_of_damaged_job,
-            on_damaged=self.store.count_damaged_job,
+            self.kernels,
+            needed_bytes=settings.store_reserve_bytes + settings.max_body_bytes,
         )
-        engine = engine_for(
-            self.settings, self.store, book, BuildObserver(self.metrics.builds, self.traces)
-        )
-        self.builds = Builds(self.settings, self.store, book, engine)
-        self.events = EventStreams(self.settings.max_event_streams)
-        self.readiness = service_readiness(self)
 
     @property
     def scratch_directory(self) -> Path:
-        """Where files may be that have no name, such as bodies that are arriving."""
+        """Directory for unnamed temporary files, such as bodies that are arriving."""
         return self.store.scratch("").parent
 
     @contextlib.asynccontextmanager
     async def running(self) -> AsyncIterator[None]:
-        """Open the store and start the workers; drain and close on leaving."""
+        """Open the store and start the workers; drain the builds and close on leaving."""
         loop = self._loop = asyncio.get_running_loop()
         if self.store.blobs.remote:
             loop.set_default_executor(ThreadPoolExecutor(_REMOTE_CALLS, "store"))
-        self.store.on_evicted = lambda gamut_id: _soon(loop, self.forget, gamut_id)
+        self.store.on_evicted = lambda gamut_id: _call_soon(loop, self.forget, gamut_id)
         await asyncio.to_thread(self.store.open)
         await self.builds.start()
-        warming = asyncio.create_task(self._warm())
+        preparation = asyncio.create_task(self.kernels.prepare())
         try:
             yield
         finally:
-            warming.cancel()
+            preparation.cancel()
+            await asyncio.gather(preparation, return_exceptions=True)
             await self.builds.stop()
             self.library.close()
-            # It waits for its threads.
+            # Closing joins threads, so it must not block the event loop.
             await asyncio.to_thread(self.store.close)
             if self.traces is not None:
                 await asyncio.to_thread(self.traces.close)
 
     def drain(self) -> None:
-        """Let no builds begin any more; to be called at the signal to stop, in any thread."""
+        """Stop starting builds. Called at the signal to stop, from any thread."""
         if self._loop is not None:
             with contextlib.suppress(RuntimeError):
                 self._loop.call_soon_threadsafe(self.builds.drain)
 
     def forget(self, gamut_id: str) -> None:
-        """Drop from memory what belongs to a deleted gamut."""
+        """Remove a deleted gamut from all caches in memory."""
         self.library.discard(gamut_id)
         self.meshes.discard_gamut(gamut_id)
 
-    async def _warm(self) -> None:
-        # At the same time as the worker, which needs other kernels besides: reading a history
-        # and writing a mesh is all that this process does.
-        await self.library.in_thread(compile_reading_kernels)
-        self.warm = True
-        logger.info("ready")
+
+def _build_engine(
+    settings: Settings, store: GamutStore, book: JobBook, on_build: BuildReport
+) -> Engine:
+    """Return the engine that the settings select, not yet started.
+
+    Without a broker, worker processes of this process build. With a broker, other machines build.
+
+    Raises
+    ------
+    EngineMissingError
+        A broker is set, and the extra for brokers is not installed.
+    """
+    if not settings.broker:
+        sole_owner = not store.blobs.remote
+        return EmbeddedEngine(settings, store, book, sole_owner=sole_owner, on_build=on_build)
+    try:
+        # Slow to import, and not installed by default.
+        from service.broker.celery_engine import CeleryEngine  # noqa: PLC0415
+    except ModuleNotFoundError as error:
+        raise EngineMissingError(MISSING_BROKER_EXTRA) from error
+    return CeleryEngine(settings, store, book)
 
 
-def _soon(loop: asyncio.AbstractEventLoop, function: Callable[[str], None], argument: str) -> None:
-    """Call a function in the loop's thread, unless the loop has come to its end."""
+def _call_soon(
+    loop: asyncio.AbstractEventLoop, function: Callable[[str], None], argument: str
+) -> None:
+    """Call a function in the loop's thread, unless the loop is closed."""
     with contextlib.suppress(RuntimeError):
         loop.call_soon_threadsafe(function, argument)
 
 
-def service_of(request: Request) -> Service:
-    """Return the service that a request was sent to."""
-    service: Service = request.app.state.service
+def service_of(request: Request) -> ServiceContainer:
+    """Return the service container of the app that serves a request."""
+    service: ServiceContainer = request.app.state.service
     return service

@@ -1,39 +1,23 @@
-"""The boundary methods by name: what wraps the colours, and which options it takes.
+"""The boundary methods by name: the function that wraps the colours, and its options.
 
-One table that everything else reads: which names there are, which options apply to which method,
-their defaults, and what is accepted. A further method is a further entry.
+One table that everything else reads: the names of the methods, the options of each method, and
+their defaults. A further method is a further entry.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from gamutcore.boundary.modified_convex_hull import Boundary, modified_convex_hull
-from gamutcore.boundary.segment_maxima import SEGMENTS, checked_segments, segment_maxima
-from gamutcore.boundary.usv import checked_basis, checked_subdivisions, usv
-from gamutcore.errors import OptionError
-from gamutcore.numbers import finite_number
+from gamutcore.boundary.modified_convex_hull import GAMMA, Boundary, modified_convex_hull
+from gamutcore.boundary.segment_maxima import SEGMENTS, segment_maxima
+from gamutcore.boundary.usv import usv
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from numpy.typing import ArrayLike
 
-__all__ = ["BOUNDARIES", "Method", "Parameter", "compute_boundary"]
-
-
-class Parameter(NamedTuple):
-    """An option of a boundary method.
-
-    Attributes
-    ----------
-    default : object
-    checked : callable
-        From a value to its canonical form; raises an `OptionError` where it is not accepted.
-    """
-
-    default: object
-    checked: Callable[[object], object]
+__all__ = ["BOUNDARIES", "GAMMA", "Method", "compute_boundary"]
 
 
 class Method(NamedTuple):
@@ -42,46 +26,22 @@ class Method(NamedTuple):
     Attributes
     ----------
     wrap : callable
-        From points, ``centre`` and the method's parameters, as keywords, to a `Boundary`.
-    parameters : dict
-        The options that apply, by name.
+        From points, ``centre`` and the method's options, as keywords, to a `Boundary`.
+    defaults : mapping of str to object
+        The method's options with their defaults.
     """
 
     wrap: Callable[..., Boundary]
-    parameters: Mapping[str, Parameter]
-
-
-def _checked_gamma(gamma: object) -> float:
-    number = finite_number(gamma)
-    if number is None or not 0 < number <= 1:
-        raise OptionError.refusal("gamma", gamma, "a number above 0, at most 1")
-    return number
-
-
-def _gamma_of_the_convex_hull(gamma: object) -> float:
-    if finite_number(gamma) != 1.0:
-        raise OptionError.not_applicable(
-            "gamma", gamma, "the convex hull is the modified one with a gamma of 1"
-        )
-    return 1.0
+    defaults: Mapping[str, object]
 
 
 BOUNDARIES: dict[str, Method] = {
-    "modified-convex-hull": Method(modified_convex_hull, {"gamma": Parameter(0.2, _checked_gamma)}),
-    "convex-hull": Method(
-        modified_convex_hull, {"gamma": Parameter(1.0, _gamma_of_the_convex_hull)}
-    ),
-    "segment-maxima": Method(segment_maxima, {"segments": Parameter(SEGMENTS, checked_segments)}),
-    "usv": Method(
-        usv,
-        {
-            "gamma": Parameter(0.05, _checked_gamma),
-            "basis": Parameter("icosahedron", checked_basis),
-            "subdivisions": Parameter(4, checked_subdivisions),
-        },
-    ),
+    "modified-convex-hull": Method(modified_convex_hull, {"gamma": 0.2}),
+    "convex-hull": Method(modified_convex_hull, {"gamma": 1.0}),
+    "segment-maxima": Method(segment_maxima, {"segments": SEGMENTS}),
+    "usv": Method(usv, {"gamma": 0.05, "basis": "icosahedron", "subdivisions": 4}),
 }
-"""Ways to wrap colours, by the name that the option ``boundary`` has for them."""
+"""Boundary methods by the value of the option ``boundary``."""
 
 
 def compute_boundary(
@@ -90,30 +50,36 @@ def compute_boundary(
     centre: ArrayLike | Literal["auto"] = "auto",
     **parameters: Any,  # noqa: ANN401  # the method knows
 ) -> Boundary:
-    """Wrap points in a closed surface by the method of a name.
+    """Return the closed surface that a method wraps around points.
 
     Parameters
     ----------
     points : (n, 3) array_like
+        Colours, in coordinates of the colour space.
     method : str
-        One of `BOUNDARIES`.
+        A key of `BOUNDARIES`.
     centre : (3,) array_like or "auto", optional
+        Point that radii are taken from.
     **parameters
-        Of the method; the rest have their defaults.
+        Options of the method; the others have their defaults.
 
     Returns
     -------
     Boundary
-        A vertex that is none of the points, as segment maxima have them, has the source −1. Where
-        no power decides what is on the surface, γ is 0, its limit.
+        A vertex that is not one of the points has the source −1. γ is 0 for a method without it.
 
     Raises
     ------
     OptionError
-        If a parameter is not accepted.
+        A parameter is not accepted.
     InvalidPointsError, BoundaryError
-        If no valid surface can be wrapped around the points.
+        No valid surface can be wrapped around the points.
+
+    Examples
+    --------
+    >>> cube = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    >>> compute_boundary(cube, "convex-hull").mesh.triangles
+    12
     """
     chosen = BOUNDARIES[method]
-    defaults = {name: parameter.default for name, parameter in chosen.parameters.items()}
-    return chosen.wrap(points, centre=centre, **{**defaults, **parameters})
+    return chosen.wrap(points, centre=centre, **{**chosen.defaults, **parameters})

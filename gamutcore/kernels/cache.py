@@ -86,10 +86,10 @@ class _KernelCacheFile(IndexDataCacheFile):
         except Exception:  # noqa: BLE001
             return None
 
-    def _load_index(self) -> dict[object, str]:
+    def _load_index(self) -> dict[tuple[Any, ...], str]:
         """Return the names of the data files, or nothing where the index cannot be loaded."""
         try:
-            index: dict[object, str] = super()._load_index()
+            index: dict[tuple[Any, ...], str] = super()._load_index()
         except Exception:  # noqa: BLE001
             return {}
         return index
@@ -104,11 +104,15 @@ class KernelCache(FunctionCache):
         super().__init__(function)
         self._cache_file = _KernelCacheFile(self._cache_path, self._impl.filename_base, function)
 
-    def holds(self, signature: object) -> bool:
-        """Whether there is an entry for a signature on this processor."""
+    def signatures(self) -> list[tuple[Any, ...]]:
+        """Return the argument types of all entries for this processor."""
         cpu_target.target_context.refresh()
-        key = self._index_key(signature, cpu_target.target_context.codegen())
-        return key in self._cache_file._load_index()  # noqa: SLF001
+        codegen = cpu_target.target_context.codegen()
+        return [
+            key[0]
+            for key in self._cache_file._load_index()  # noqa: SLF001
+            if key == self._index_key(key[0], codegen)
+        ]
 
     def save_overload(self, signature: object, data: object) -> None:
         """Keep compiled code, unless the directory cannot be written to."""

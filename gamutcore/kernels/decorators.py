@@ -15,14 +15,14 @@ import logging
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
-from numba.core import config, sigutils
+from numba.core import config, sigutils, types
 from numba.core.registry import CPUDispatcher
 
 from gamutcore.kernels.cache import KernelCache
 from gamutcore.kernels.fingerprint import reached_functions
 from gamutcore.kernels.linking import EntryCompiler, SubroutineCompiler
 
-__all__ = ["Kernel", "inlined_kernel", "kernel", "leaf_kernel"]
+__all__ = ["KERNELS", "Kernel", "inlined_kernel", "kernel", "leaf_kernel"]
 
 logger = logging.getLogger(__name__)
 
@@ -42,6 +42,10 @@ SECONDS_PER_BYTE = 3.0e-4
 
 LONG_COMPILATION = 2.0
 """Estimates of more seconds than this are logged: shorter waits go unnoticed."""
+
+
+KERNELS: list[Kernel] = []
+"""All kernels of the modules that are imported."""
 
 
 class Kernel(CPUDispatcher):
@@ -71,12 +75,24 @@ class Kernel(CPUDispatcher):
         )
 
     def get_call_template(self, args: Any, kws: Any) -> Any:  # noqa: ANN401
-        """Return the type of a call from another kernel, which gets the subroutine."""
-        return self._subroutine.get_call_template(args, kws)
+        """Return the type of a call from another kernel, which gets the subroutine.
+
+        Integers are passed as int64, whether they are literals, int32 or int64. The subroutine is
+        then compiled once for all of them.
+        """
+        wide = tuple(_widened(argument) for argument in args)
+        return self._subroutine.get_call_template(wide, kws)
 
     def get_overload(self, sig: Any) -> Any:  # noqa: ANN401
         """Return the function that a call from another kernel is linked to."""
         return self._subroutine.get_overload(sig)
+
+    def load(self) -> bool:
+        """Load the cached machine code of all signatures; return whether there is any."""
+        signatures = self._cache.signatures()
+        for signature in signatures:
+            super().compile(signature)
+        return bool(signatures)
 
     def compile(self, sig: Any) -> Any:  # noqa: ANN401
         """Load the entry point for a signature from the cache, or compile it.
@@ -84,7 +100,7 @@ class Kernel(CPUDispatcher):
         A compilation that takes long is logged as a warning, because the caller waits for it.
         """
         arguments, _ = sigutils.normalize_signature(sig)
-        if arguments not in self.overloads and not self._cache.holds(arguments):
+        if arguments not in self.overloads and arguments not in self._cache.signatures():
             seconds = SECONDS_PER_BYTE * sum(
                 len(function.__code__.co_code) for function in reached_functions(self.py_func)
             )
@@ -148,7 +164,14 @@ def inlined_kernel(function: Function) -> Function:
     return _compiled(function, _nrt=False, forceinline=True)
 
 
+def _widened(argument: types.Type) -> types.Type:
+    is_signed = isinstance(argument, types.Integer) and argument.signed
+    return types.int64 if is_signed else argument
+
+
 def _compiled(function: Function, **flags: bool) -> Function:
     if config.DISABLE_JIT:
         return function
-    return cast("Function", Kernel(function, flags))
+    compiled = Kernel(function, flags)
+    KERNELS.append(compiled)
+    return cast("Function", compiled)

@@ -1,9 +1,9 @@
-"""API keys: made here, known to the service only by their digests.
+"""API keys, which the service stores as digests only.
 
-A key is ``gamut_NAME_SECRET``; the setting has ``NAME:SCOPES:DIGEST``, where the digest is the
-SHA-256 of the whole key in hexadecimal. The secret has 256 random bits, so nobody can try them out
-and a slow hash would protect nothing. The name, which is no secret, finds the digest; the digests
-are compared in constant time. See ``docs/decisions/api-keys.md``.
+A key is ``gamut_NAME_SECRET``. The setting holds ``NAME:SCOPES:DIGEST``, where the digest is the
+SHA-256 of the whole key. The secret has 256 random bits, so a slow hash is not needed. The name is
+public and selects the digest, which is compared in constant time. See
+``docs/decisions/api-keys.md``.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ __all__ = ["READ", "SCOPES", "WRITE", "ApiKey", "ApiKeys", "new_key"]
 READ = "read"
 WRITE = "write"
 SCOPES = (READ, WRITE)
-"""What a key may do: look at and download what is there; build and delete."""
+"""``read``: list, describe and download. ``write``: build and delete."""
 
 _NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,31}\Z")
 _DIGEST = re.compile(r"[0-9a-f]{64}\Z")
 _KEY = re.compile(rb"gamut_([a-z0-9-]{1,32})_[A-Za-z0-9_-]{43}\Z")
 
 _NOBODY = "0" * 64
-"""Compared with where there is no such name, so that this takes the same time."""
+"""Digest that is compared for unknown names, so that the time is the same."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class ApiKey:
     Attributes
     ----------
     name : str
-        Tells keys apart in settings and limits; no secret.
+        Public name, used in settings and limits.
     scopes : frozenset of str
         Of `SCOPES`.
     digest : str
@@ -49,7 +49,7 @@ class ApiKey:
 
     @property
     def entry(self) -> str:
-        """What stands for the key in the setting."""
+        """The entry for the setting."""
         return f"{self.name}:{'+'.join(sorted(self.scopes))}:{self.digest}"
 
 
@@ -59,18 +59,18 @@ class ApiKeys:
     Parameters
     ----------
     text : str
-        Entries ``NAME:SCOPES:DIGEST`` between commas or spaces; scopes are joined by ``+``.
+        Entries ``NAME:SCOPES:DIGEST`` separated by commas or spaces; scopes are joined by ``+``.
 
     Raises
     ------
     ValueError
-        An entry is malformed, or a name comes twice.
+        An entry is malformed, or a name occurs twice.
     """
 
     def __init__(self, text: str) -> None:
         self._keys: dict[str, ApiKey] = {}
         for number, entry in enumerate(text.replace(",", " ").split(), 1):
-            key = _parsed(entry, number)
+            key = _parse_entry(entry, number)
             if key.name in self._keys:
                 message = f"two keys have the name {key.name}"
                 raise ValueError(message)
@@ -79,8 +79,8 @@ class ApiKeys:
     def __len__(self) -> int:
         return len(self._keys)
 
-    def found(self, key: bytes) -> ApiKey | None:
-        """Return what is known about a key that a client shows; None if it is none of ours."""
+    def find(self, key: bytes) -> ApiKey | None:
+        """Return the entry of a key that a client presents; None if it is not valid."""
         match = _KEY.match(key)
         name = match[1].decode("ascii") if match else ""
         known = self._keys.get(name)
@@ -90,20 +90,20 @@ class ApiKeys:
 
 
 def new_key(name: str, scopes: frozenset[str]) -> tuple[str, ApiKey]:
-    """Return a new key, which exists nowhere else, and what the service has to know of it.
+    """Return a new key and its entry. The key is stored nowhere.
 
     Raises
     ------
     ValueError
-        The name is not of lower-case letters, digits and hyphens, or there is no scope.
+        The name is malformed, or there is no scope.
     """
     key = f"gamut_{name}_{secrets.token_urlsafe(32)}"
     known = ApiKey(name, scopes, hashlib.sha256(key.encode()).hexdigest())
-    return key, _parsed(known.entry, 1)
+    return key, _parse_entry(known.entry, 1)
 
 
-def _parsed(entry: str, number: int) -> ApiKey:
-    # An entry is not repeated in the message: it may be a key that was pasted by mistake.
+def _parse_entry(entry: str, number: int) -> ApiKey:
+    # The message does not repeat the entry, which may be a key pasted by mistake.
     name, _, rest = entry.partition(":")
     scopes, _, digest = rest.partition(":")
     wanted = frozenset(scopes.split("+"))

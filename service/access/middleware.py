@@ -1,7 +1,7 @@
-"""Who may do what, and how often: API keys, their scopes, and rate limits.
+"""Access control: API keys with scopes, and rate limits.
 
-The layer is only there where something is limited. What lives without a key: probes, the pages for
-people and the OpenAPI document. Where reading needs a key, no shared cache may keep what is read.
+The middleware is installed only if something is limited. Probes, HTML pages and the OpenAPI
+document need no key. If reading needs a key, shared caches must not store the answers.
 """
 
 from __future__ import annotations
@@ -19,31 +19,30 @@ from service.problems.problem import Problem, problem_response
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-    from service.settings import Settings
-
-__all__ = ["Access", "AccessRules", "OpenToAllError", "is_loopback"]
+__all__ = ["ANONYMOUS_SCOPES", "Access", "AccessRules", "OpenToAllError", "is_loopback"]
 
 _OPEN = frozenset({"/", "/livez", "/readyz", "/docs", "/openapi.json", "/problems"})
-"""What needs no key and is not counted."""
+"""Paths that need no key and are not counted."""
 
 _OPEN_PREFIXES = ("/problems/", "/docs/")
 
-_ANONYMOUS = {
+ANONYMOUS_SCOPES = {
     "none": frozenset[str](),
     "read": frozenset({READ}),
     "all": frozenset({READ, WRITE}),
 }
+"""Scopes of requests without a key, by the value of the setting."""
 
 _BEARER = b"bearer "
 
 
 class OpenToAllError(ValueError):
-    """The service would be open to everybody who reaches its address, and nobody said so."""
+    """Everybody could use the service, and the settings do not say that this is intended."""
 
 
 @dataclass(frozen=True)
 class AccessRules:
-    """What the settings say.
+    """Keys, anonymous scopes and limits.
 
     Attributes
     ----------
@@ -51,7 +50,7 @@ class AccessRules:
     anonymous : frozenset of str
         Scopes of requests without a key.
     requests, builds : TokenBuckets or None
-        Limits of all requests and of those that build; None for no limit.
+        Limits of all requests and of requests that build; None for no limit.
     """
 
     keys: ApiKeys
@@ -59,44 +58,16 @@ class AccessRules:
     requests: TokenBuckets | None
     builds: TokenBuckets | None
 
-    @classmethod
-    def of(cls, settings: Settings) -> AccessRules:
-        """Return the rules of settings.
-
-        Raises
-        ------
-        OpenToAllError
-            Not only this machine reaches the service, there are no keys, and it is not stated that
-            none are wanted.
-        """
-        keys = ApiKeys(settings.api_keys)
-        anonymous = settings.allow_anonymous
-        if anonymous == "auto":
-            if not keys and not is_loopback(settings.host):
-                message = (
-                    f"{settings.host} is not a loopback address, and there are no API keys: set "
-                    "GAMUT_API_KEYS to what `gamut key NAME` prints, or GAMUT_ALLOW_ANONYMOUS=all "
-                    "if everybody who reaches this address may build and delete"
-                )
-                raise OpenToAllError(message)
-            anonymous = "none" if keys else "all"
-        requests = builds = None
-        if settings.rate_limit:
-            requests = TokenBuckets(settings.rate_limit, settings.rate_burst)
-        if settings.build_rate_limit:
-            builds = TokenBuckets(settings.build_rate_limit / 60.0, settings.build_rate_burst)
-        return cls(keys, _ANONYMOUS[anonymous], requests, builds)
-
     @property
     def limiting(self) -> bool:
-        """Whether anything is limited at all."""
-        # Buckets that nobody has come to yet are empty, and so would be false.
+        """Whether anything is limited."""
+        # Buckets without clients are empty and therefore false.
         limits = self.requests is not None or self.builds is not None
         return limits or bool(self.keys) or WRITE not in self.anonymous
 
 
 def is_loopback(host: str) -> bool:
-    """Whether an address to listen on can only be reached from this machine."""
+    """Return whether a listening address is reachable from this machine only."""
     try:
         return ipaddress.ip_address(host.strip("[]")).is_loopback
     except ValueError:
@@ -104,7 +75,7 @@ def is_loopback(host: str) -> bool:
 
 
 class Access:
-    """ASGI layer that lets requests pass that may.
+    """ASGI middleware that checks keys and rate limits.
 
     Parameters
     ----------
@@ -118,7 +89,7 @@ class Access:
         self._private = READ not in rules.anonymous
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on, or answer what is missing."""
+        """Pass the request on, or answer with the problem."""
         path = scope.get("path", "")
         if scope["type"] != "http" or path in _OPEN or path.startswith(_OPEN_PREFIXES):
             await self.app(scope, receive, send)
@@ -130,7 +101,7 @@ class Access:
             if needed not in scopes:
                 problem = self._missing(needed, anonymous=client.startswith("address "))
         if problem is None:
-            problem, counted = self._counted(scope, client)
+            problem, counted = self._count(scope, client)
 
         async def send_with_limits(message: Message) -> None:
             if message["type"] == "http.response.start":
@@ -144,20 +115,23 @@ class Access:
             await problem_response(problem)(scope, receive, send_with_limits)
 
     def _client(self, scope: Scope) -> tuple[str, frozenset[str], Problem | None]:
-        """Return who asks, what it may do, and what is wrong with its key."""
+        """Return the client's name and scopes, and the problem with its key if there is one."""
         if sum(name == b"authorization" for name, _ in scope["headers"]) > 1:
-            # RFC 9110, 5.3: it is no list. Whoever is in between may have believed another one.
-            detail = "There is more than one header field Authorization."
-            problem = Problem("bad-request", detail, {"header": "Authorization"}, "Send one.")
+            # The field is not a list (RFC 9110, section 5.3). An intermediary may have read another
+            # value.
+            detail = "There is more than one Authorization header field."
+            problem = Problem(
+                "bad-request", detail, {"header": "Authorization"}, "Send exactly one."
+            )
             return "", frozenset(), problem
-        given = _shown_key(scope)
+        given = _key_in_headers(scope)
         if given is None:
             host = scope["client"][0] if scope.get("client") else ""
             return f"address {_network(host)}", self.rules.anonymous, None
-        key = self.rules.keys.found(given)
+        key = self.rules.keys.find(given)
         if key is None:
             challenge = {"WWW-Authenticate": 'Bearer realm="gamut", error="invalid_token"'}
-            detail = "The API key is none of this service's."
+            detail = "The API key is not known to this service."
             problem = Problem("api-key-required", detail, headers=challenge)
             return "", frozenset(), problem
         return f"key {key.name}", key.scopes, None
@@ -165,7 +139,7 @@ class Access:
     def _missing(self, needed: str, *, anonymous: bool) -> Problem:
         if anonymous:
             challenge = {"WWW-Authenticate": f'Bearer realm="gamut", scope="{needed}"'}
-            detail = f"This needs an API key with the scope {needed}."
+            detail = f"This operation needs an API key with the scope {needed}."
             return Problem("api-key-required", detail, {"scope": needed}, headers=challenge)
         challenge = {
             "WWW-Authenticate": f'Bearer realm="gamut", error="insufficient_scope", '
@@ -174,10 +148,8 @@ class Access:
         detail = f"The API key does not have the scope {needed}."
         return Problem("scope-missing", detail, {"scope": needed}, headers=challenge)
 
-    def _counted(
-        self, scope: Scope, client: str
-    ) -> tuple[Problem | None, list[tuple[bytes, bytes]]]:
-        """Count a request; the header fields say what is left."""
+    def _count(self, scope: Scope, client: str) -> tuple[Problem | None, list[tuple[bytes, bytes]]]:
+        """Count a request. Return the problem, if any, and the rate-limit header fields."""
         limits = [("requests", self.rules.requests)]
         if scope["method"] == "POST":
             limits.append(("builds", self.rules.builds))
@@ -203,13 +175,13 @@ class Access:
 
 
 def _too_often(name: str, buckets: TokenBuckets, left: Allowance) -> Problem:
-    detail = f"There were more than {buckets.burst} {name} at once, and {buckets.rate:g} a second."
+    detail = f"The limit is {buckets.burst} {name} at once and {buckets.rate:g} per second."
     wait = {"Retry-After": str(max(1, math.ceil(left.seconds)))}
     return Problem("rate-limited", detail, {"limit": name}, headers=wait)
 
 
-def _shown_key(scope: Scope) -> bytes | None:
-    """Return the key in a request's header fields; never one in its address, which is logged."""
+def _key_in_headers(scope: Scope) -> bytes | None:
+    """Return the key in a request's header fields. Keys in the address would be logged."""
     shown = None
     for name, value in scope["headers"]:
         if name == b"authorization" and value[: len(_BEARER)].lower() == _BEARER:
@@ -222,7 +194,7 @@ def _shown_key(scope: Scope) -> bytes | None:
 
 @lru_cache(maxsize=4096)
 def _network(host: str) -> str:
-    """Return what counts as one address: of IPv6 the half that a site is given as a whole."""
+    """Return the address that limits count by: the /64 network for IPv6."""
     try:
         address = ipaddress.ip_address(host)
     except ValueError:

@@ -1,4 +1,4 @@
-"""Token buckets: how often each client may ask, in memory that no number of clients exhausts."""
+"""Token buckets: a rate limit per client, in bounded memory."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ if TYPE_CHECKING:
 __all__ = ["Allowance", "TokenBuckets"]
 
 _MOST_CLIENTS = 50_000
-"""Clients that are remembered, those seen last; about 10 MB. Whoever is forgotten begins anew."""
+"""Number of clients in memory, about 10 MB. The client not seen for longest is forgotten."""
 
 
 @dataclass(frozen=True)
 class Allowance:
-    """What a client has left.
+    """Result of taking a token.
 
     Attributes
     ----------
     granted : bool
-        Whether this request is within the limit.
+        Whether the request is within the limit.
     remaining : int
-        Requests that it may send at once from now on.
+        Requests that the client may send at once from now on.
     seconds : float
-        Until it may send one more than that.
+        Time until one more request is allowed.
     """
 
     granted: bool
@@ -36,16 +36,16 @@ class Allowance:
 
 
 class TokenBuckets:
-    """A bucket of tokens for every client; a request takes one.
+    """One bucket of tokens per client; a request takes one token.
 
     Parameters
     ----------
     rate : float
-        Tokens per second that come back.
+        Tokens added per second.
     burst : int
-        Tokens that a bucket holds.
+        Capacity of a bucket.
     clock : callable
-        Seconds that never go back.
+        Monotonic time in seconds.
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class TokenBuckets:
         return len(self._buckets)
 
     def take(self, client: str) -> Allowance:
-        """Take a token of a client's, if it has one."""
+        """Take one of a client's tokens, if there is one."""
         now = self._clock()
         tokens, then = self._buckets.pop(client, (float(self.burst), now))
         tokens = min(tokens + (now - then) * self.rate, float(self.burst))

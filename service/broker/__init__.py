@@ -1,1 +1,1 @@
-"""Builds on other machines: jobs sent through Celery."""
+"""Builds on other machines: jobs are sent to workers through Celery."""

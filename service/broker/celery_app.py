@@ -1,11 +1,10 @@
-"""Celery as the transport of jobs: one queue, one task, and the id of a job in every message.
+"""Celery as the transport of jobs: one queue and one task, with the id of a job in every message.
 
-The state of a job is in the store (`service.jobs.book`). A lost, repeated or late message therefore
-costs only time. What is set here is to make that rare: a message is acknowledged when
-its build is over, a worker takes no more messages than it has processes, RabbitMQ keeps them in a
-quorum queue with a limit of deliveries, and Redis hands one whose worker is gone to another after a
-little more than a build may take. There is no result backend, and messages are JSON. See
-``docs/decisions/celery.md``.
+The state of a job is in the store (`service.jobs.book`), so a lost, repeated or late message costs
+only time. The configuration keeps that rare. Messages are acknowledged after the build, and a
+worker takes one message per process. RabbitMQ uses a quorum queue with a delivery limit. Redis
+delivers the message of a dead worker again shortly after the build deadline. There is no result
+backend, and messages are JSON. See ``docs/decisions/celery.md``.
 """
 
 from __future__ import annotations
@@ -37,25 +36,24 @@ __all__ = [
 ]
 
 QUEUE = "gamut-builds"
-"""The queue's name: with Redis also the key of its list, whose length autoscalers look at."""
+"""Name of the queue. In Redis it is also the key of the list that autoscalers read."""
 
 TASK = "gamut.build"
 
 _STARTING_SECONDS = 60.0
-"""What a build may take beside its own deadline: a worker process that starts, the input on its way
-from the bucket, the history on its way there."""
+"""Time allowed besides a build's deadline: start of a process, download, upload."""
 
 _VISIBILITY_MARGIN = 30.0
 
 _DELIVERIES = 20
-"""How often RabbitMQ delivers a message. The attempts of a build are counted in the store; this is
-for what never gets so far, such as a worker whose store is out of reach."""
+"""Delivery limit in RabbitMQ. Attempts of builds are counted in the store; this limit is for
+workers that never get so far."""
 
 _CONNECT_SECONDS = 2.0
 _ANSWER_SECONDS = 3.0
 
 _SENDERS = 4
-"""Connections that jobs are sent over at the same time."""
+"""Number of connections for sending."""
 
 _PUBLISH_RETRIES: dict[str, Any] = {
     "max_retries": 1,  # a pooled connection may have been closed by the broker meanwhile
@@ -66,16 +64,16 @@ _PUBLISH_RETRIES: dict[str, Any] = {
 
 
 class BrokerUnavailableError(Exception):
-    """The broker cannot be reached or does not answer; it may again in a while."""
+    """The broker cannot be reached or does not answer. It may recover."""
 
 
 def build_limit(settings: Settings) -> float:
-    """Return the seconds after which Celery kills a slot: never before the build's own deadline."""
+    """Return the seconds after which Celery kills a slot, always after the build's own deadline."""
     return settings.build_timeout + _STARTING_SECONDS
 
 
 def celery_app(settings: Settings) -> Celery:
-    """Return Celery, set up for the broker of these settings; nothing is connected yet.
+    """Return a configured Celery app. Nothing is connected yet.
 
     Parameters
     ----------
@@ -85,7 +83,7 @@ def celery_app(settings: Settings) -> Celery:
     redis = urlsplit(settings.broker).scheme.startswith("redis")
     app = Celery("gamut", broker=settings.broker, set_as_current=False)
     app.conf.update(
-        # Whoever reads the queue's name has to find the same one with every broker.
+        # Autoscalers expect the same queue name with every broker.
         task_queues=[
             Queue(
                 QUEUE,
@@ -101,7 +99,8 @@ def celery_app(settings: Settings) -> Celery:
         task_create_missing_queues=False,
         task_acks_late=True,
         task_reject_on_worker_lost=True,
-        # Past the hard limit the job's lease ends and it is sent again, if it may be: one way only.
+        # After the hard limit the job's lease ends, and the job is sent again. This is the only
+        # way.
         task_acks_on_timeout=True,
         task_acks_on_failure=True,
         task_time_limit=build_limit(settings),
@@ -120,7 +119,7 @@ def celery_app(settings: Settings) -> Celery:
         broker_connection_timeout=_CONNECT_SECONDS,
         broker_connection_retry=True,
         broker_connection_retry_on_startup=True,
-        # A worker without a broker has nothing better to do; its health check tells meanwhile.
+        # Retry for ever; the health check reports the fault.
         broker_connection_max_retries=None,
         broker_heartbeat=0 if redis else 10,
         broker_transport_options=_redis_options(settings) if redis else {"confirm_publish": True},
@@ -139,20 +138,20 @@ def _redis_options(settings: Settings) -> dict[str, Any]:
 
 
 class Broker:
-    """Sends jobs, and says how many wait; each call takes seconds at most. Safe for threads.
+    """Sends jobs and reads the queue length; each call takes at most seconds. Thread-safe.
 
     Parameters
     ----------
     app : Celery
-        What `celery_app` returns.
+        Result of `celery_app`.
     """
 
     def __init__(self, app: Celery) -> None:
         self._app = app
         self._queue = app.conf.task_queues[0]
-        # Celery's own pool belongs to the whole process, and cannot be closed for one.
+        # Celery's own pool is shared by the process and cannot be closed.
         self._pool = app.connection_for_write().Pool(_SENDERS)
-        # Asking needs a channel, which only one thread may use at a time.
+        # Reading needs a channel, which is not thread-safe.
         self._asking = threading.Lock()
         self._connection: Connection | None = None
 
@@ -162,10 +161,10 @@ class Broker:
         Raises
         ------
         BrokerUnavailableError
-            The broker did not confirm it. It may have taken it all the same.
+            The broker did not confirm the message. It may have received it.
         """
         with (
-            _translated(),
+            _translate_errors(),
             self._pool.acquire(block=True, timeout=_ANSWER_SECONDS) as connection,
             self._app.amqp.Producer(connection) as producer,
         ):
@@ -174,14 +173,14 @@ class Broker:
             )
 
     def waiting(self) -> int:
-        """Return the number of jobs in the queue, which is made if need be, that nobody has taken.
+        """Return the number of jobs in the queue, which is created if needed.
 
         Raises
         ------
         BrokerUnavailableError
             The broker did not answer.
         """
-        with self._asking, _translated():
+        with self._asking, _translate_errors():
             for last in (False, True):
                 try:
                     if self._connection is None:
@@ -192,7 +191,7 @@ class Broker:
                     with self._connection.channel() as channel:
                         return int(self._queue.bind(channel).queue_declare().message_count)
                 except self._errors():
-                    # The broker may have been started again since the last question.
+                    # The broker may have restarted since the last call.
                     self._drop()
                     if last:
                         raise
@@ -224,16 +223,16 @@ class Broker:
 
 
 @contextlib.contextmanager
-def _translated() -> Iterator[None]:
-    """Raise `BrokerUnavailableError` for what Celery, kombu and the clients below it raise."""
+def _translate_errors() -> Iterator[None]:
+    """Turn exceptions of Celery, kombu and their clients into `BrokerUnavailableError`."""
     try:
         yield
     except Exception as error:
-        if isinstance(error, (OperationalError, PublishError, OSError)) or _of_a_client(error):
-            # The text may hold the address; the chain of causes goes to the log only.
+        if isinstance(error, (OperationalError, PublishError, OSError)) or _is_client_error(error):
+            # The text may contain the address. The chain of causes goes to the log only.
             raise BrokerUnavailableError(type(error).__name__) from error
         raise
 
 
-def _of_a_client(error: Exception) -> bool:
+def _is_client_error(error: Exception) -> bool:
     return type(error).__module__.partition(".")[0] in {"amqp", "redis", "kombu"}

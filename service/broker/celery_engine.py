@@ -1,8 +1,8 @@
-"""The engine of an API replica whose builds are done elsewhere: it sends jobs to a broker.
+"""The build engine of an API replica with a broker: it sends jobs to workers elsewhere.
 
-It keeps nothing: any replica can be lost, and any other answers for its jobs from the book. While
-the broker cannot be reached new builds are refused with 503, before anything of them is stored;
-one that was let in just before is durable, and the workers find it (`service.broker.outbox`).
+It has no state. Any replica can be lost, and all others answer from the job book. While the broker
+is unavailable, new builds are refused with 503 before anything is stored. A job that was accepted
+just before is durable, and workers find it (`service.broker.outbox`).
 """
 
 from __future__ import annotations
@@ -35,29 +35,29 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 _THREADS = 4
-"""Calls of the broker under way at a time; each takes a millisecond, or ends after some seconds."""
+"""Number of simultaneous broker calls; each takes a millisecond or times out after seconds."""
 
 _OBSERVE_SECONDS = 5.0
-"""Between two looks at the queue for those who ask for facts."""
+"""Interval of reading the queue length."""
 
 _REFUSE_SECONDS = 2.0
-"""For how long a broker that did not answer is not asked again: POST is refused at once then."""
+"""Time for which an unresponsive broker is not asked again; POST is refused at once."""
 
 _BUILD_SECONDS = 2.0
-"""What a build takes, to say when to come back: benchmarks/results.json, ``inputs``."""
+"""Assumed seconds of a build, for Retry-After (``inputs`` in benchmarks/results.json)."""
 
 _LONGEST_RETRY = 60
 
 
 class CeleryEngine:
-    """Has jobs done by the workers of the deployment.
+    """Sends jobs to the workers of the deployment.
 
     Parameters
     ----------
     settings : Settings
-        The broker, and the length of its queue.
+        Broker and queue length.
     store : GamutStore
-        The store that all replicas and workers share.
+        The shared store.
     book : JobBook
         Its jobs.
     """
@@ -73,18 +73,18 @@ class CeleryEngine:
         self._waiting = self._unfinished = 0
 
     def listen(self, listener: Callable[[JobDocument], None]) -> None:
-        """Tell nothing: all that is known of a job is in the book."""
+        """Ignore the listener: the book has everything that is known of a job."""
 
     async def start(self) -> None:
-        """Begin to look at the queue."""
-        self._observing = asyncio.create_task(self._observe(), name="look at the queue")
+        """Start to observe the queue."""
+        self._observing = asyncio.create_task(self._observe(), name="queue observer")
 
     def drain(self) -> None:
-        """Refuse new builds. Those that run do so elsewhere."""
+        """Refuse new builds. Running builds are elsewhere."""
         self._draining = True
 
     async def stop(self) -> None:
-        """Let go of the broker."""
+        """Disconnect from the broker."""
         self.drain()
         if self._observing is not None:
             self._observing.cancel()
@@ -95,8 +95,8 @@ class CeleryEngine:
     async def check_admission(self, arriving: int = 0) -> None:
         """Raise the problem that a new build would be refused with, if there is one.
 
-        The length of the queue is the broker's at this moment. Builds that are admitted by several
-        replicas in the same moment may exceed it by as many.
+        The queue length is the broker's current one. Replicas that admit builds at the same moment
+        may exceed the limit by their number.
         """
         if self._draining:
             raise shutting_down()
@@ -112,11 +112,11 @@ class CeleryEngine:
             raise queue_full(self._waiting + arriving, self.retry_after())
 
     async def enqueue(self, document: JobDocument, *, joined: bool = False) -> None:
-        """Send a job to the workers; harmless if it was sent already.
+        """Send a job to the workers. A job that was sent already is ignored.
 
-        If that fails the job stands all the same: it is marked, and a worker that has the broker
-        again finds it. One that was accepted elsewhere is sent only if it is not marked: whoever
-        accepted it has died in between, or is about to do the same.
+        If sending fails, the job stays marked, and a worker sends it later. A job that another
+        process accepted is sent only if it is not marked: that process died, or is about to send
+        it.
         """
         marked = await asyncio.to_thread(self._outbox.mark, document.id)
         if joined and not marked:
@@ -125,19 +125,19 @@ class CeleryEngine:
             await self._in_thread(self._broker.send, document.id)
         except BrokerUnavailableError as error:
             self._refused_until = time.monotonic() + _REFUSE_SECONDS
-            logger.warning("job %s waits for the broker: %s", document.id, error)
+            logger.warning("job %s could not be sent yet: %s", document.id, error)
 
     async def cancel(self, job_id: str) -> None:
-        """Do nothing: the worker learns of it with its next heartbeat, or when it takes the job."""
+        """Do nothing: the worker notices at its next heartbeat or when it takes the job."""
 
     def document(self, job_id: str) -> JobDocument | None:  # noqa: ARG002 - the interface's
-        """Return None: every job is in the book only."""
+        """Return None: jobs are in the book only."""
         return None
 
     def facts(self) -> EngineFacts:
-        """Return what the deployment is doing, as of a few seconds ago.
+        """Return the state of the deployment, a few seconds old.
 
-        The workers belong to others, who start and count them.
+        Workers are not counted: other processes start them.
         """
         return EngineFacts(
             queued=self._waiting,
@@ -150,7 +150,7 @@ class CeleryEngine:
         )
 
     def retry_after(self, queued: int = 0) -> int:
-        """Return in how many seconds `queued` builds and one may be done, by a single worker."""
+        """Return the seconds in which one worker would do `queued` builds and one more."""
         return min(_LONGEST_RETRY, max(1, round(_BUILD_SECONDS * (queued + 1))))
 
     def _unavailable(self) -> ProblemError:

@@ -1,11 +1,10 @@
-"""``gamut worker``: takes jobs from the broker and performs them, one per process at a time.
+"""``gamut worker``: takes jobs from the broker and runs them, one per process at a time.
 
-Celery's main process talks to the broker and never touches the store: it is forked for every slot,
-and what the store's client has in the way of threads would not survive that. Each forked process
-has a `Performer` with a warm build process, which ends with it. A hard time limit kills a slot that
-is stuck; the job's lease then ends, and it is sent again. On SIGTERM no further message is taken,
-builds under way may finish for ``drain_seconds``, and what is left then is given back and sent
-again at once.
+Celery's main process talks to the broker and never opens the store, because the store client's
+threads would not survive a fork. Each forked process has a `JobRunner` with a warm build process. A
+hard time limit kills a stuck slot; the job's lease then ends, and the job is sent again. After
+SIGTERM no message is taken, and running builds may finish for ``drain_seconds``. The rest is given
+back and sent again.
 """
 
 from __future__ import annotations
@@ -31,17 +30,15 @@ from service.broker.celery_app import TASK, Broker, BrokerUnavailableError, cele
 from service.broker.health import SIGN_SECONDS, leave, sign
 from service.broker.outbox import Outbox
 from service.broker.redis_delivery import count_deliveries_patiently
-from service.building.interruption import Interruption
-from service.building.job_runner import Outcome, Performer
+from service.building.job_runner import Interruption, JobRunner, Outcome
 from service.building.process import ProcessDiedError
 from service.jobs.book import JobBook
 from service.storage.blobs import StoreUnavailableError
 from service.storage.location import StoreLocationError, gamut_store
-from service.telemetry.build_observer import BuildObserver
-from service.telemetry.build_reports import BuildReports
+from service.telemetry.build_observer import BuildObserver, BuildReports
 from service.telemetry.metrics import BuildFigures
 from service.telemetry.metrics_endpoint import serve_build_figures
-from service.telemetry.traces import Traces, traces_of, traces_wanted
+from service.telemetry.traces import Traces, traces_enabled, traces_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -55,38 +52,37 @@ __all__ = ["Slot", "run_worker"]
 logger = logging.getLogger(__name__)
 
 _HEARTBEAT_SECONDS = 1.0
-"""Between two renewals of a claim: what a client sees of the progress, and how soon a cancelled
-build ends."""
+"""Interval of renewals: the resolution of the progress, and the delay of a cancellation."""
 
 _SWEEP_SECONDS = 5.0
-"""Between two looks for jobs that have to be sent again, on the average."""
+"""Mean interval of looking for lost jobs."""
 
 _RETRY_SECONDS = 2.0
-"""Before a job goes back to the queue that could not even be claimed."""
+"""Delay before a job that could not be claimed goes back to the queue."""
 
 _START_SECONDS = 600.0
-"""What a slot's start may take: the store may be out of reach."""
+"""Time limit for the start of a slot, during which the store may be unavailable."""
 
 _FIRST_LOOK_SECONDS = 120.0
-"""What the first look into the store may take: its retries included."""
+"""Time limit of the first access to the store, retries included."""
 
 _LOOK_SECONDS = 0.5
-"""Between two looks whether the build process of a slot is there."""
+"""Interval of checking a slot's build process."""
 
 
 class Slot:
-    """What one process of the worker has, made after it was forked.
+    """State of one worker process, made after the fork.
 
     Parameters
     ----------
     settings : Settings
         Store, broker, limits.
     store : GamutStore
-        The store of the deployment, open.
+        The open store of the deployment.
     broker : Broker
-        Sends again what was not finished.
+        Sends unfinished jobs again.
     on_build : callable, optional
-        Told of the end of every build.
+        Called at the end of every build.
     """
 
     def __init__(
@@ -96,17 +92,12 @@ class Slot:
         broker: Broker,
         on_build: BuildReport | None = None,
     ) -> None:
-        book = JobBook(
-            store.blobs,
-            settings.build_attempts,
-            lost_options=store.options_of_damaged_job,
-            on_damaged=store.count_damaged_job,
-        )
+        book = JobBook.of_store(store, settings.build_attempts)
         self._settings = settings
         self._broker = broker
         self.outbox = Outbox(store.blobs, book)
         self.interruption = Interruption()
-        self.performer = Performer(
+        self.runner = JobRunner(
             settings,
             store,
             book,
@@ -116,16 +107,16 @@ class Slot:
         )
         self._busy = threading.Lock()
 
-    def perform(self, job_id: str) -> Outcome:
-        """Return what became of a job, after doing it if it is to be had.
+    def run(self, job_id: str) -> Outcome:
+        """Run a job if it can be claimed, and return the outcome.
 
         Raises
         ------
         StoreUnavailableError, ProcessDiedError, OSError
-            It could not be begun, and has to be delivered again.
+            The job could not be started and must be delivered again.
         """
         with self._busy:
-            outcome = self.performer.perform(job_id, self.interruption)
+            outcome = self.runner.run(job_id, self.interruption)
         document = outcome.document
         if outcome.state == "released":
             self.send(job_id)
@@ -133,72 +124,71 @@ class Slot:
             try:
                 self.outbox.remove(job_id)
             except (StoreUnavailableError, OSError) as error:
-                logger.warning("the mark of %s stays for now: %s", job_id, error)
+                logger.warning("mark of %s could not be removed yet: %s", job_id, error)
         return outcome
 
     def send(self, job_id: str) -> None:
-        """Send a job; what cannot be sent now is found by the next `sweep`."""
+        """Send a job. If that fails, the next `sweep` finds it."""
         try:
             self._broker.send(job_id)
         except BrokerUnavailableError as error:
             logger.warning("%s could not be sent: %s", job_id, error)
 
     def sweep(self) -> int:
-        """Send the jobs whose messages were lost, and return how many.
+        """Send the jobs whose messages were lost, and return their number.
 
-        Where jobs wait in the queue, one that nobody has begun may just be behind them, so that it
-        is given as much time again as a build may take. One message too many costs a look at the
-        job's document.
+        While other jobs wait in the queue, an unstarted job may just be behind them, and gets the
+        time of a build more. A superfluous message costs one read of the job's document.
         """
         silence = self._settings.resend_seconds
         if self._broker.waiting():
             silence += self._settings.build_timeout
         count = 0
         for job_id in self.outbox.overdue(silence):
-            logger.warning("the message of %s was lost, sending another", job_id)
+            logger.warning("message of %s was lost and is sent again", job_id)
             self._broker.send(job_id)
             count += 1
         return count
 
-    def keep_warm(self, told: Callable[[bool], None]) -> None:
-        """Start the build process whenever there is none, for as long as this process lives.
+    def keep_warm(self, report: Callable[[bool], None]) -> None:
+        """Start the build process whenever there is none, as long as this process lives.
 
         Parameters
         ----------
-        told : callable
-            Gets whether it is warm, again and again.
+        report : callable
+            Receives repeatedly whether the process is warm.
         """
         while True:
-            # Of a slot that is busy, the performer has begun the process that it needs.
-            if self.performer.process is None and self._busy.acquire(blocking=False):
+            # In a busy slot, the runner starts the process.
+            if self.runner.process is None and self._busy.acquire(blocking=False):
                 try:
-                    told(False)
-                    self.performer.warm()
+                    report(False)
+                    self.runner.warm()
                 except (ProcessDiedError, OSError) as error:
-                    logger.error("a build worker did not start: %s", error)  # noqa: TRY400 - no defect
+                    logger.error("build worker did not start: %s", error)  # noqa: TRY400 - no defect
                     time.sleep(_RETRY_SECONDS)
                 except Exception:
-                    logger.exception("a build worker did not start")
+                    logger.exception("build worker did not start")
                     time.sleep(_RETRY_SECONDS)
                 finally:
                     self._busy.release()
-            told(self.performer.process is not None)
+            report(self.runner.process is not None)
             time.sleep(_LOOK_SECONDS)
 
     def sweep_forever(self) -> None:
-        """Sweep again and again, not in step with other workers."""
+        """Sweep repeatedly, at random intervals, so that workers do not sweep in step."""
         while True:
             time.sleep(_SWEEP_SECONDS * random.uniform(0.5, 1.5))  # noqa: S311 - no secret
             try:
                 self.sweep()
             except (StoreUnavailableError, BrokerUnavailableError, OSError) as error:
-                logger.warning("no look for lost jobs: %s", error)
+                logger.warning("lost jobs could not be looked up: %s", error)
             except Exception:
-                logger.exception("looking for lost jobs")
+                logger.exception("unexpected error while looking for lost jobs")
 
 
 class _Sign(bootsteps.StartStopStep):
-    """Writes the worker's sign of life while its connection to the broker stands."""
+    """Writes the worker's heartbeat file while its connection to the broker is open."""
 
     requires = ("celery.worker.consumer.tasks:Tasks",)
 
@@ -207,7 +197,7 @@ class _Sign(bootsteps.StartStopStep):
         self._timer: Any = None
 
     def start(self, parent: Any) -> None:  # noqa: ANN401
-        """Begin to write: the connection stands."""
+        """Start writing: the connection is open."""
         slots = parent.app.slots
         _sign(*slots)
         self._timer = parent.timer.call_repeatedly(SIGN_SECONDS, _sign, slots)
@@ -221,9 +211,9 @@ class _Sign(bootsteps.StartStopStep):
 
 
 class _PlainConsumer(Consumer):
-    """Celery's consumer without what this task has no use for.
+    """Celery's consumer with only the steps that this task needs.
 
-    Delayed delivery would declare 28 exchanges and queues at RabbitMQ, for countdowns.
+    Delayed delivery would declare 28 exchanges and queues in RabbitMQ.
     """
 
     class Blueprint(Consumer.Blueprint):
@@ -238,23 +228,23 @@ class _PlainConsumer(Consumer):
 
 
 def run_worker(settings: Settings) -> int:
-    """Take jobs and perform them until the process is told to end; return the exit status.
+    """Take jobs and run them until the process is stopped; return the exit status.
 
     Parameters
     ----------
     settings : Settings
-        With a broker and a store that is shared.
+        With a broker and a shared store.
 
     Raises
     ------
     TracesUnavailableError
-        Traces are asked for, and cannot be had.
+        Traces are requested but not available.
     """
     fault = _store_fault(settings)
     if fault is not None:
         sys.stderr.write(f"gamut: {fault}\n")
         return 1
-    traces_wanted(settings.traces)  # or each slot would find out for itself
+    traces_enabled(settings.traces)  # fail here, not in every slot
     reports = BuildReports()
     fault = _figures_fault(settings, reports) if settings.worker_metrics_port else None
     if fault is not None:
@@ -272,27 +262,27 @@ def run_worker(settings: Settings) -> int:
 
     def start_slot(**_: object) -> None:
         number = billiard.current_process().index
-        slots[number] = False  # whatever became of the one before
+        slots[number] = False  # an earlier process may have left True
         traces = traces_of(settings.traces)
         tracing[:] = [] if traces is None else [traces]
         observer = BuildObserver(reports if settings.worker_metrics_port else None, traces)
-        slot[:] = [Slot(settings, _opened_store(settings), Broker(app), observer)]
+        slot[:] = [Slot(settings, _open_store(settings), Broker(app), observer)]
         _in_background(slot[0].keep_warm, lambda warm: slots.__setitem__(number, warm))
         if number == 0:
             _in_background(slot[0].sweep_forever)
 
     def stop_slot(**_: object) -> None:
         if slot:
-            slot[0].performer.close()
+            slot[0].runner.close()
         for traces in tracing:
             traces.close()
 
     @app.task(name=TASK)
     def build(job_id: str) -> None:
-        # Only now: what is set before a process's first task is overwritten by the pool.
+        # Set here, because the pool overwrites handlers before the first task.
         idle = signal.signal(signal.SIGTERM, lambda *_: slot[0].interruption.release())
         try:
-            slot[0].perform(job_id)
+            slot[0].run(job_id)
         except (StoreUnavailableError, ProcessDiedError, OSError) as error:
             logger.warning("%s goes back to the queue: %s", job_id, error)
             time.sleep(_RETRY_SECONDS)
@@ -314,7 +304,7 @@ def run_worker(settings: Settings) -> int:
     )
 
     def drain(**_: object) -> None:
-        logger.info("no more jobs are taken; %g s for those under way", settings.drain_seconds)
+        logger.info("draining: no more jobs, %g s for running builds", settings.drain_seconds)
         leave()
         waiting = threading.Timer(settings.drain_seconds, _release_all, (worker,))
         waiting.daemon = True
@@ -331,15 +321,15 @@ def run_worker(settings: Settings) -> int:
 def _store_fault(settings: Settings) -> str | None:
     """Return why the store cannot be used; None if it can.
 
-    Asked in a process of its own: the bucket's client has threads once it was used, and a process
-    with threads must not be forked any more.
+    The check runs in a process of its own: the bucket client starts threads, and a process with
+    threads must not fork.
     """
     context = multiprocessing.get_context("fork")
     receiving, sending = context.Pipe(duplex=False)
 
     def look() -> None:
         try:
-            store = gamut_store(settings)
+            store = _store(settings)
             store.open()
             store.close()
             sending.send(None)
@@ -349,22 +339,22 @@ def _store_fault(settings: Settings) -> str | None:
     process = context.Process(target=look)
     process.start()
     sending.close()
-    fault: str | None = f"the store was not seen within {_FIRST_LOOK_SECONDS:g} s"
+    fault: str | None = f"the store did not answer within {_FIRST_LOOK_SECONDS:g} s"
     try:
         if receiving.poll(_FIRST_LOOK_SECONDS):
             fault = receiving.recv()
         else:
             process.kill()
     except EOFError:
-        fault = "looking into the store ended the process"
+        fault = "the process that checked the store died"
     process.join()
     return fault
 
 
 def _figures_fault(settings: Settings, reports: BuildReports) -> str | None:
-    """Serve the worker's figures; return why they cannot be served, None if they are.
+    """Serve the worker's metrics; return why they cannot be served, or None.
 
-    In a process of its own, which ends with this one: serving takes threads (see `_store_fault`).
+    They are served by a process of its own, which ends with this one (see `_store_fault`).
     """
     context = multiprocessing.get_context("fork")
     receiving, sending = context.Pipe(duplex=False)
@@ -391,18 +381,22 @@ def _figures_fault(settings: Settings, reports: BuildReports) -> str | None:
     try:
         fault: str | None = receiving.recv()
     except EOFError:
-        fault = "the process that serves the figures ended"
+        fault = "the process that serves the metrics died"
     return fault
 
 
-def _opened_store(settings: Settings) -> GamutStore:
-    """Return the store, as soon as it can be used."""
-    store = gamut_store(settings)
+def _store(settings: Settings) -> GamutStore:
+    return gamut_store(settings.store, keep_inputs=settings.keep_inputs)
+
+
+def _open_store(settings: Settings) -> GamutStore:
+    """Return the store as soon as it can be opened."""
+    store = _store(settings)
     while True:
         try:
             store.open()
         except (StoreUnavailableError, OSError) as error:
-            logger.error("the store cannot be used: %s", error)  # noqa: TRY400 - no defect
+            logger.error("the store is unavailable: %s", error)  # noqa: TRY400 - no defect
             time.sleep(_RETRY_SECONDS)
         else:
             return store
@@ -413,16 +407,16 @@ def _in_background(function: Callable[..., None], *arguments: object) -> None:
 
 
 def _leave_logging(**_: object) -> None:
-    """Keep Celery from setting up logging of its own, and from telling what we tell."""
+    """Keep Celery from configuring the log, and from logging each task."""
     for name in ("celery.app.trace", "celery.worker.strategy"):
         logging.getLogger(name).setLevel(logging.WARNING)
 
 
 def _release_all(worker: Any) -> None:  # noqa: ANN401 - Celery's
-    """Tell every slot to give back what it is building, unless all have ended by now."""
+    """Tell every slot to give back its build, unless all have ended."""
     pool = getattr(worker.pool, "_pool", None)
     for process in [] if pool is None else worker.pool.info["processes"]:
-        logger.info("process %d is told to give back its build", process)
+        logger.info("process %d must give back its build", process)
         try:
             os.kill(process, signal.SIGTERM)
         except ProcessLookupError:

@@ -1,9 +1,8 @@
-"""Signs of life of the workers on this host, and the check that reads them.
+"""Heartbeat files of the workers on this host, and the check that reads them.
 
-A worker has no port that could be asked, so it leaves a small file, written anew every few seconds
-while its connection to the broker stands and Celery's loop turns. ``gamut worker --check`` and, for
-probes that run all day, ``python -m service.broker.health`` say whether all is well; the latter
-needs the standard library only, and hardly any time.
+A worker has no port. It writes a small file every few seconds while it is connected to the broker
+and Celery's loop runs. ``gamut worker --check`` and ``python -m service.broker.health`` read the
+files. The latter imports only the standard library, so probes can run it often.
 """
 
 from __future__ import annotations
@@ -18,20 +17,20 @@ from pathlib import Path
 __all__ = ["SIGN_SECONDS", "faults", "leave", "main", "sign"]
 
 SIGN_SECONDS = 2.0
-"""Between two signs of life."""
+"""Interval of heartbeats."""
 
 _STALE_SECONDS = 15.0
 
 
 def sign(warm: int, slots: int) -> None:
-    """Write this process's sign of life.
+    """Write this process's heartbeat file.
 
     Parameters
     ----------
     warm : int
         Its processes that can build or are building.
     slots : int
-        The processes that it should have.
+        Its configured processes.
     """
     folder = _folder()
     folder.mkdir(mode=0o700, exist_ok=True)
@@ -42,17 +41,17 @@ def sign(warm: int, slots: int) -> None:
 
 
 def leave() -> None:
-    """Take this process's sign of life away: it is about to end, or has no broker."""
+    """Remove this process's heartbeat file: it ends, or has lost its broker."""
     (_folder() / f"{os.getpid()}.json").unlink(missing_ok=True)
 
 
 def faults() -> list[str]:
-    """Return what is wrong with the workers on this host, a sentence each; none if all is well."""
+    """Return the faults of the workers on this host, one sentence each."""
     found = []
     running = 0
     for path in sorted(_folder().glob("*.json")):
         if not Path(f"/proc/{path.stem}").exists() and Path("/proc/self").exists():
-            path.unlink(missing_ok=True)  # of a worker that was killed
+            path.unlink(missing_ok=True)  # left by a killed worker
             continue
         running += 1
         try:
@@ -64,16 +63,16 @@ def faults() -> list[str]:
             found.append(f"worker {path.stem}: {path} cannot be read: {error}")
             continue
         if age > _STALE_SECONDS:
-            found.append(f"worker {path.stem}: no sign of life for {age:.0f} s")
+            found.append(f"worker {path.stem}: no heartbeat for {age:.0f} s")
         elif warm == 0:
             found.append(f"worker {path.stem}: none of its {slots} processes is warm yet")
     if not running:
-        found.append("no worker is running here, or none that has reached its broker")
+        found.append("no worker that is connected to its broker runs on this host")
     return found
 
 
 def main() -> int:
-    """Print what is wrong, and return the exit status: 0 if nothing is."""
+    """Print the faults, and return the exit status: 0 if there are none."""
     found = faults()
     sys.stdout.writelines(f"{fault}\n" for fault in found)
     return 1 if found else 0

@@ -1,9 +1,8 @@
-"""Which jobs were sent to the workers and are not over: an empty blob each, under ``pending/``.
+"""Outbox: marks of jobs that were sent and have not ended, as empty blobs under ``pending/``.
 
-A message can be lost: a broker is flushed, the process that accepted a job dies before it has sent
-it, a worker is killed and its message comes back late or never. The mark is made before the message
-and removed after the job is over, so that whoever looks here finds every job that may need another
-message, without reading the documents of all the jobs there ever were.
+Messages can be lost: a broker is flushed, a process dies before it sends an accepted job, or a
+worker is killed. The mark is created before the message and removed after the job. So the marks
+lead to every job that may need another message, without reading all jobs.
 """
 
 from __future__ import annotations
@@ -24,16 +23,16 @@ _MARK = b"\n"
 
 
 class Outbox:
-    """The jobs of a deployment that were sent and are not over.
+    """The jobs of a deployment that were sent and have not ended.
 
     Parameters
     ----------
     blobs : Blobs
-        The store of the deployment.
+        Storage of the deployment.
     book : JobBook
         Its jobs.
     clock : callable
-        Seconds of the Unix epoch, as the book has them.
+        Seconds of the Unix epoch, as in the book.
     """
 
     def __init__(self, blobs: Blobs, book: JobBook, clock: Callable[[], float] = time.time) -> None:
@@ -43,36 +42,36 @@ class Outbox:
         self._due: dict[str, float] = {}
 
     def mark(self, job_id: str) -> bool:
-        """Note that a job is about to be sent; whether that is new."""
+        """Mark a job that is about to be sent; return whether the mark is new."""
         return self._blobs.create(_key(job_id), _MARK) is not None
 
     def remove(self, job_id: str) -> None:
-        """Forget a job that is over; a new one of the same id that came meanwhile stays."""
+        """Remove the mark of an ended job, unless a new job has the same id."""
         self._blobs.delete(_key(job_id))
         document = self._book.read(job_id)
         if document is not None and not document.final:
             self.mark(job_id)
 
     def ids(self) -> Iterator[str]:
-        """Iterate over the ids of the jobs that were sent and are not known to be over."""
+        """Iterate over the ids of the marked jobs."""
         for key in self._blobs.keys("pending/"):
             yield key.rpartition("/")[2]
 
     def count(self) -> int:
-        """Return the number of jobs that were sent and are not known to be over."""
+        """Return the number of marked jobs."""
         return sum(1 for _ in self.ids())
 
     def overdue(self, silence: float) -> Iterator[str]:
-        """Iterate over the jobs that have to be sent again, by this caller and by nobody else.
+        """Iterate over the jobs that this caller, and no other, must send again.
 
-        A job is read once in the time in which it cannot become overdue, so that this may be asked
-        every few seconds.
+        A job is read only after the time in which it cannot become overdue, so frequent calls are
+        cheap.
 
         Parameters
         ----------
         silence : float
-            Seconds after which a queued job that nobody has begun is taken for lost. A running one
-            is lost when its lease has ended.
+            Seconds after which an unstarted job counts as lost. A running job is lost when its
+            lease has ended.
         """
         due, self._due = self._due, {}
         for job_id in self.ids():
@@ -84,7 +83,7 @@ class Outbox:
                 self.remove(job_id)
                 continue
             self._due[job_id] = _overdue_at(document, silence)
-            if self._due[job_id] <= self._clock() and self._book.revived(job_id, silence):
+            if self._due[job_id] <= self._clock() and self._book.revive(job_id, silence):
                 self._due[job_id] = self._clock() + silence
                 yield job_id
 

@@ -1,11 +1,10 @@
-"""Redis as kombu's transport, with a slot that is free again when Redis did not answer in time.
+"""Redis transport of kombu that frees a slot even if Redis does not confirm in time.
 
-With Redis a worker may have as many messages as it has processes, and counts them itself. Kombu
-(5.6) takes one out of that count only after Redis has confirmed that it is done with. Where Redis
-stalls for longer than the timeout in that very moment, Celery logs ``Couldn't ack``, and the
-process would never get another message, though its connection stands and its health check finds
-nothing wrong. Here the message is out of the count whatever Redis says. Redis hands it out once
-more after the visibility timeout, which costs a look at a job that is over.
+With Redis, a worker counts its unacknowledged messages. Kombu 5.6 decreases the count only after
+Redis has confirmed. If Redis stalls at that moment, Celery logs ``Couldn't ack``, and the process
+never gets another message although its connection and health check look fine. Here the count always
+decreases. Redis delivers the message again after the visibility timeout, which costs one read of an
+ended job.
 """
 
 from __future__ import annotations
@@ -17,10 +16,10 @@ __all__ = ["PatientQoS", "count_deliveries_patiently"]
 
 
 class PatientQoS(QoS):
-    """Counts the messages that were delivered and are not done with."""
+    """Counts unacknowledged messages."""
 
     def ack(self, delivery_tag: str) -> None:
-        """Tell Redis that a message is done with; it is not counted any more in any case."""
+        """Acknowledge a message; it is not counted any more in any case."""
         try:
             super().ack(delivery_tag)
         except Exception:
@@ -28,7 +27,7 @@ class PatientQoS(QoS):
             raise
 
     def reject(self, delivery_tag: str, requeue: bool = False) -> None:
-        """Give a message back or drop it; it is not counted any more in any case."""
+        """Reject a message; it is not counted any more in any case."""
         try:
             super().reject(delivery_tag, requeue=requeue)
         except Exception:
@@ -37,8 +36,8 @@ class PatientQoS(QoS):
 
 
 def count_deliveries_patiently() -> None:
-    """Have all connections of this process that are made from now on count in this way.
+    """Make all later connections of this process count in this way.
 
-    Kombu makes its channels by the name of the scheme, and offers no other place for it.
+    Kombu creates channels by URL scheme and offers no other hook.
     """
     Channel.QoS = PatientQoS

@@ -1,1 +1,1 @@
-"""Builds in worker processes: one process, one performer of jobs, and the engines that use them."""
+"""Builds in worker processes: one process, one runner of jobs, and the engines that use them."""

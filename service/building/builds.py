@@ -1,9 +1,8 @@
-"""Builds as the routes see them: submit, look, wait, follow and cancel, whatever the engine.
+"""Builds as the routes see them: submit, look up, wait, follow and cancel, with any engine.
 
-The state of a job is in the job book (`service.jobs.book`), and any replica can answer from it.
-What the engine of this process knows besides is fresher, and comes without a look into the
-store; so identical requests meet here first, and in the book otherwise. See
-``docs/decisions/jobs.md``.
+The state of a job is in the job book (`service.jobs.book`), and any replica can answer from it. The
+engine of this process has fresher information without reading the store. Identical requests meet
+here first, then in the book. See ``docs/decisions/jobs.md``.
 """
 
 from __future__ import annotations
@@ -21,6 +20,9 @@ from service.caching.single_flight import SingleFlight
 from service.jobs.documents import UNHEARD
 from service.problems.problem import Problem
 from service.storage.blobs import StoreUnavailableError
+from service.storage.gamuts import GamutNotStoredError
+from service.storage.records import Record
+from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterator, Mapping
@@ -35,14 +37,14 @@ __all__ = ["Builds"]
 logger = logging.getLogger(__name__)
 
 _FIRST_POLL, _LAST_POLL = 0.1, 2.0
-"""Seconds between two looks into the book for a job of another process; they double."""
+"""First and last interval between two reads of another process's job; it doubles."""
 
 _FORGET_INTERVAL = 3600.0
-"""Seconds between two rounds of forgetting finished jobs."""
+"""Seconds between two removals of finished jobs."""
 
 
 class _Subscription:
-    """Somebody who waits for changes of one job."""
+    """A waiter for changes of one job."""
 
     def __init__(self) -> None:
         self.changed = asyncio.Event()
@@ -50,7 +52,7 @@ class _Subscription:
 
 
 class Builds:
-    """The builds of a deployment, seen from one of its processes.
+    """The builds of a deployment, seen from one process.
 
     Everything here belongs to the event loop's thread.
 
@@ -59,11 +61,11 @@ class Builds:
     settings : Settings
         How long finished jobs are kept.
     store : GamutStore
-        Where inputs and gamuts are.
+        Inputs and gamuts.
     book : JobBook
         The jobs.
     engine : Engine
-        Does them.
+        Builds them.
     """
 
     def __init__(
@@ -73,21 +75,21 @@ class Builds:
         self._store = store
         self._book = book
         self._engine = engine
-        self._submissions: SingleFlight[str, JobDocument | None] = SingleFlight()
+        self._submissions: SingleFlight[str, Record | JobDocument] = SingleFlight()
         self._inputs: weakref.WeakValueDictionary[str, asyncio.Lock] = weakref.WeakValueDictionary()
         self._arriving = 0
         self._subscriptions: dict[str, set[_Subscription]] = {}
         self._forgetting: asyncio.Task[None] | None = None
         self.draining = False
-        engine.listen(self._tell)
+        engine.listen(self._notify)
 
     async def start(self) -> None:
         """Start the engine."""
         await self._engine.start()
-        self._forgetting = asyncio.create_task(self._forget(), name="forgetting of jobs")
+        self._forgetting = asyncio.create_task(self._forget(), name="removal of finished jobs")
 
     def drain(self) -> None:
-        """Refuse new builds, begin none, and let those who wait for a queued one go."""
+        """Refuse new builds, start none, and wake the requests that wait for queued jobs."""
         self.draining = True
         self._engine.drain()
         for subscriptions in self._subscriptions.values():
@@ -95,18 +97,18 @@ class Builds:
                 subscription.changed.set()
 
     async def stop(self) -> None:
-        """Drain and end the engine."""
+        """Drain and stop the engine."""
         self.drain()
         if self._forgetting is not None:
             self._forgetting.cancel()
         await self._engine.stop()
 
     def facts(self) -> EngineFacts:
-        """Return what the engine is doing."""
+        """Return the state of the engine."""
         return self._engine.facts()
 
     def retry_after(self, document: JobDocument) -> int:
-        """Return in how many seconds a client should look at a job again."""
+        """Return the seconds after which a client should look at a job again."""
         if document.state == "running":
             return 1
         return min(self._engine.retry_after(), 30)
@@ -121,91 +123,104 @@ class Builds:
         options: Mapping[str, Any],
         data: bytes,
         trace: Mapping[str, str] | None = None,
-    ) -> JobDocument | None:
-        """Return the job that builds a gamut; None if the gamut is there.
+        sha256: str | None = None,
+    ) -> Record | JobDocument:
+        """Return the record of a gamut, or the job that builds it.
 
-        When this returns, the build is the deployment's duty, whatever happens to this process.
+        The job is durable when this returns. Identical requests share one submission.
 
         Parameters
         ----------
         gamut_id : str
-            Id of the gamut; identical requests have the same.
+            Id of the gamut.
         options : mapping
-            The gamut's options, all of them.
+            All options of the gamut.
         data : bytes
-            What it is built from.
+            The characterisation data.
         trace : mapping, optional
             Header fields that carry the trace of the request.
+        sha256 : str, optional
+            SHA-256 of the data, hexadecimal, where it is known.
 
         Raises
         ------
         ProblemError
             ``queue-full`` or ``shutting-down``.
         OSError, StoreUnavailableError
-            The store cannot take it.
+            The store cannot take the job or the data.
         """
         return await self._submissions.value(
-            gamut_id, lambda: self._submitted(gamut_id, options, data, trace)
+            gamut_id, lambda: self._submit(gamut_id, options, (data, sha256), trace)
         )
 
     async def rebuild(self, gamut_id: str) -> JobDocument | None:
-        """Return the job that builds a damaged gamut again from its input; None if none is kept.
+        """Return the job that builds a damaged gamut from its stored input.
+
+        None if the gamut exists or no input is stored.
 
         Raises
         ------
         ProblemError
             ``queue-full`` or ``shutting-down``.
         """
-        return await self._submissions.value(
-            gamut_id, lambda: self._submitted(gamut_id, None, None, None)
+        document = self._engine.document(gamut_id)
+        if document is not None or await asyncio.to_thread(self._store.is_stored, gamut_id):
+            return document
+        try:
+            options = await asyncio.to_thread(self._store.input_options, gamut_id)
+        except LookupError:
+            return None
+        found = await self._submissions.value(
+            gamut_id, lambda: self._submit(gamut_id, options, None, None)
         )
+        return None if isinstance(found, Record) else found
 
     async def job(self, job_id: str) -> JobDocument | None:
         """Return a job; None if there is none."""
         document = self._engine.document(job_id)
-        return document or await self._taken_up(await asyncio.to_thread(self._book.read, job_id))
+        return document or await self._take_up(await asyncio.to_thread(self._book.read, job_id))
 
     async def page(self, after: str, limit: int) -> list[JobDocument]:
-        """Return up to `limit` jobs in the order of their ids, from the first after `after`."""
+        """Return up to `limit` jobs after the id `after`, in the order of their ids."""
         documents = await asyncio.to_thread(self._book.page, after, limit)
         for document in documents:
-            await self._taken_up(document)
+            await self._take_up(document)
         return [self._engine.document(document.id) or document for document in documents]
 
     async def wait(self, job_id: str, seconds: float) -> JobDocument | None:
-        """Return a job when it is over, or as it is after some seconds; None if it is unknown.
+        """Return a job when it has ended, or its state after some seconds; None if it is unknown.
 
-        A queued job of a service that is stopping is returned at once.
+        While the service stops, a queued job is returned at once.
         """
         deadline = time.monotonic() + seconds
-        with self._subscribed(job_id) as subscription:
+        with self._subscribe(job_id) as subscription:
             poll = _FIRST_POLL
             while True:
-                document = await self._seen(job_id, subscription)
+                document = await self._current(job_id, subscription)
                 remaining = deadline - time.monotonic()
                 if document is None or document.final or remaining <= 0:
                     return document
                 if self.draining and document.state == "queued":
                     return document
-                await self._change(job_id, subscription, min(poll, remaining), remaining)
+                await self._wait_for_change(job_id, subscription, min(poll, remaining), remaining)
                 poll = min(2 * poll, _LAST_POLL)
 
     async def changes(self, job_id: str, heartbeat: float) -> AsyncIterator[JobDocument | None]:
-        """Iterate over what a job is, now and after every change, until it is over.
+        """Iterate over the states of a job, now and after every change, until it ends.
 
         Parameters
         ----------
         job_id : str
-            Which job. The iteration ends if it becomes unknown, and when the service stops.
+            The job. The iteration ends if it becomes unknown, and when the service stops.
         heartbeat : float
             Seconds without a change after which None is yielded.
         """
         last: JobDocument | None = None
-        with self._subscribed(job_id) as subscription:
+        with self._subscribe(job_id) as subscription:
             poll = _FIRST_POLL
             beat = time.monotonic() + heartbeat
             while True:
-                document = await self._seen(job_id, subscription)
+                document = await self._current(job_id, subscription)
                 if document is None:
                     return
                 if last is None or _progress(document) != _progress(last):
@@ -220,53 +235,48 @@ class Builds:
                 if self.draining:
                     return
                 remaining = max(beat - time.monotonic(), 0.0)
-                await self._change(job_id, subscription, min(poll, remaining), remaining)
+                await self._wait_for_change(job_id, subscription, min(poll, remaining), remaining)
                 poll = min(2 * poll, _LAST_POLL)
 
     async def cancel(self, job_id: str) -> JobDocument | None:
-        """Return a job, cancelled unless it was over; None if there is none."""
+        """Cancel a job unless it has ended, and return it; None if there is none."""
         document = await asyncio.to_thread(self._book.request_cancel, job_id)
         if document is None or document.state != "cancelled":
             return document
         await self._engine.cancel(job_id)
-        self._tell(document)
+        self._notify(document)
         async with self._input_lock(job_id):
-            # Not if somebody has asked for the gamut again meanwhile.
+            # Another request may have asked for the gamut meanwhile.
             current = await asyncio.to_thread(self._book.read, job_id)
             if current is None or current.state == "cancelled":
                 with contextlib.suppress(OSError, StoreUnavailableError):
                     await asyncio.to_thread(self._store.drop_input, job_id)
         return document
 
-    async def _submitted(
+    async def _submit(
         self,
         gamut_id: str,
-        options: Mapping[str, Any] | None,
-        data: bytes | None,
+        options: Mapping[str, Any],
+        posted: tuple[bytes, str | None] | None,
         trace: Mapping[str, str] | None,
-    ) -> JobDocument | None:
-        """Return the job that builds a gamut, from the kept input if there are no data."""
+    ) -> Record | JobDocument:
+        """Return a gamut's record or its job. Without posted data, the input is stored already."""
         # In this order: a build that ends between the two looks is found in the store.
         document = self._engine.document(gamut_id)
         if document is not None:
             return document
-        if await asyncio.to_thread(self._store.stored, gamut_id):
-            return None
-        if options is None:
-            try:
-                options = await asyncio.to_thread(self._store.input_options, gamut_id)
-            except LookupError:
-                return None
+        with contextlib.suppress(GamutNotStoredError), timed("store"):
+            return await asyncio.to_thread(self._store.record, gamut_id)
         present = await asyncio.to_thread(self._book.read, gamut_id)
-        # Counted before the engine is asked, so that those who come at the same moment see it.
+        # Counted before the engine is asked, so that simultaneous requests see each other.
         self._arriving += 1
         try:
             if present is None or present.final:
                 await self._admit(self._arriving - 1)
             async with self._input_lock(gamut_id):
                 accepted, new = await asyncio.to_thread(self._book.accept, gamut_id, options, trace)
-                if data is not None:
-                    await self._keep_input(accepted, data, new=new)
+                if posted is not None:
+                    await self._keep_input(accepted, *posted, new=new)
             if new or accepted.state == "queued":
                 await self._engine.enqueue(accepted, joined=not new)
         finally:
@@ -278,13 +288,15 @@ class Builds:
             raise shutting_down()
         await self._engine.check_admission(arriving)
 
-    async def _keep_input(self, document: JobDocument, data: bytes, *, new: bool) -> None:
-        """Store the input of an accepted job, before anybody is told that it is accepted."""
+    async def _keep_input(
+        self, document: JobDocument, data: bytes, sha256: str | None, *, new: bool
+    ) -> None:
+        """Store the input of an accepted job before the acceptance is reported."""
 
         def keep() -> None:
-            # Whoever accepted the job may have died before this.
+            # The process that accepted the job may have died before storing the input.
             if new or not self._store.input_kept(document.id):
-                self._store.keep_input(document.id, data, document.options)
+                self._store.keep_input(document.id, data, document.options, sha256)
 
         try:
             await asyncio.to_thread(keep)
@@ -297,26 +309,26 @@ class Builds:
                     await asyncio.to_thread(self._book.withdraw, document.id, problem)
             raise
 
-    async def _taken_up(self, document: JobDocument | None) -> JobDocument | None:
-        """Return a job; one that was begun anew for its damaged document is given to the engine."""
+    async def _take_up(self, document: JobDocument | None) -> JobDocument | None:
+        """Return a job. A job that was recovered from a damaged document is queued first."""
         if document is None or document.state != "queued" or document.updated != UNHEARD:
             return document
-        # By one of all who see it; the queue's limit is for requests, and this one was accepted.
-        revived = await asyncio.to_thread(self._book.revived, document.id, 0.0)
+        # Exactly one caller revives it. The queue limit does not apply: the request was accepted.
+        revived = await asyncio.to_thread(self._book.revive, document.id, 0.0)
         if revived is None:
             return document
         await self._engine.enqueue(revived)
         return revived
 
     def _input_lock(self, gamut_id: str) -> asyncio.Lock:
-        """Return what keeps a new job's input from being dropped with that of the one before."""
+        """Return the lock that keeps a new job's input from being dropped with the old job's."""
         lock = self._inputs.get(gamut_id)
         if lock is None:
             lock = self._inputs[gamut_id] = asyncio.Lock()
         return lock
 
     @contextlib.contextmanager
-    def _subscribed(self, job_id: str) -> Iterator[_Subscription]:
+    def _subscribe(self, job_id: str) -> Iterator[_Subscription]:
         subscription = _Subscription()
         subscriptions = self._subscriptions.setdefault(job_id, set())
         subscriptions.add(subscription)
@@ -327,24 +339,24 @@ class Builds:
             if not subscriptions and self._subscriptions.get(job_id) is subscriptions:
                 del self._subscriptions[job_id]
 
-    def _tell(self, document: JobDocument) -> None:
-        """Tell those who wait for a job what it is now."""
+    def _notify(self, document: JobDocument) -> None:
+        """Wake the waiters of a job with its new state."""
         for subscription in self._subscriptions.get(document.id, ()):
             subscription.document = document
             subscription.changed.set()
 
-    async def _seen(self, job_id: str, subscription: _Subscription) -> JobDocument | None:
-        """Return a job as it was told, or else as it is found."""
+    async def _current(self, job_id: str, subscription: _Subscription) -> JobDocument | None:
+        """Return a job as it was reported, or as it is in the book."""
         subscription.changed.clear()
-        told = subscription.document
-        if told is not None and (told.final or self._engine.document(job_id) is not None):
-            return told
+        reported = subscription.document
+        if reported is not None and (reported.final or self._engine.document(job_id) is not None):
+            return reported
         return await self.job(job_id)
 
-    async def _change(
+    async def _wait_for_change(
         self, job_id: str, subscription: _Subscription, poll: float, remaining: float
     ) -> None:
-        """Wait for a change: as long as may be for one that is told, else until the next look."""
+        """Wait for a change: until `remaining` for reported jobs, else until the next poll."""
         seconds = poll if self._engine.document(job_id) is None else remaining
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(subscription.changed.wait(), seconds)
@@ -354,14 +366,14 @@ class Builds:
             try:
                 count = await self._forget_finished()
             except (OSError, StoreUnavailableError):
-                logger.exception("finished jobs could not be forgotten")
+                logger.exception("finished jobs could not be removed")
             else:
                 if count:
-                    logger.info("%d finished jobs forgotten", count)
+                    logger.info("%d finished jobs removed", count)
             await asyncio.sleep(_FORGET_INTERVAL)
 
     async def _forget_finished(self) -> int:
-        """Forget the jobs that were over long ago, and return their number."""
+        """Forget the jobs that ended long ago, and return their number."""
         forgotten = await asyncio.to_thread(
             self._book.forget_finished, self._settings.job_retention_seconds
         )
@@ -371,18 +383,18 @@ class Builds:
         return len(forgotten)
 
     def _drop_unwanted_input(self, job_id: str) -> None:
-        """Remove the input of a forgotten job, unless somebody asks for its gamut again by now.
+        """Remove the input of a forgotten job, unless its gamut is requested again.
 
-        That of a stored gamut stays: it is what a damaged one is built from.
+        The input of a stored gamut stays: a damaged gamut is rebuilt from it.
         """
-        if self._book.read(job_id) is not None or self._store.stored(job_id):
+        if self._book.read(job_id) is not None or self._store.is_stored(job_id):
             return
         if not self._store.to_be_rebuilt(job_id):
             self._store.drop_input(job_id)
 
 
 def _progress(document: JobDocument) -> JobDocument:
-    """Return what of a job is worth telling: thousandths, and not when its lease ends."""
+    """Return the reported part of a job: progress in thousandths, without lease times."""
     return replace(
         document, updated="", lease_until=None, fraction=round(1000 * document.fraction) / 1000
     )

@@ -1,7 +1,7 @@
-"""The engine of a service on one machine: a queue in memory, and a worker process for each slot.
+"""The build engine of a single machine: a queue in memory and one worker process per slot.
 
-Nothing here needs to be durable. What was accepted is in the job book, and is taken up again from
-there at the start. See ``docs/decisions/builds-in-a-worker-process.md``.
+Nothing here is durable. Accepted jobs are in the job book and are queued again at the start. See
+``docs/decisions/builds-in-a-worker-process.md``.
 """
 
 from __future__ import annotations
@@ -17,8 +17,13 @@ from itertools import count
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from service.building.engine import EngineFacts, queue_full, shutting_down
-from service.building.interruption import Interrupted, Interruption
-from service.building.job_runner import LEASE_SECONDS, Performer, owner_name
+from service.building.job_runner import (
+    LEASE_SECONDS,
+    Interrupted,
+    Interruption,
+    JobRunner,
+    owner_name,
+)
 from service.building.process import WORKER_COMMAND, ProcessDiedError
 from service.storage.blobs import StoreUnavailableError
 
@@ -40,21 +45,21 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 _RESTART_DELAYS = (0.0, 1.0, 5.0, 30.0)
-"""Seconds before a worker is started again that died before it was ready, by failures in a row."""
+"""Seconds before a worker that died during its start is started again, by failures in a row."""
 
 _RECOVERY_DELAYS = (1.0, 2.0, 5.0, 15.0, 60.0)
-"""Seconds before unfinished jobs are looked up again in a store that could not be used."""
+"""Seconds before unfinished jobs are looked up again in an unavailable store."""
 
 _FIRST_GUESS = 5.0
-"""Seconds that a build is thought to take before one was measured: a press profile on one core."""
+"""Assumed seconds of a build before the first measurement: a press profile on one core."""
 
 _WEIGHT = 0.2
-"""Of the newest build in the mean of their seconds: the last five say what the next will take."""
+"""Weight of the newest build in the moving mean of build times."""
 
 
 @dataclass(eq=False)
 class _Run:
-    """A job that a slot is busy with."""
+    """A job that a slot is building."""
 
     document: JobDocument
     interruption: Interruption = field(default_factory=Interruption)
@@ -66,18 +71,17 @@ class EmbeddedEngine:
     Parameters
     ----------
     settings : Settings
-        Workers, queue length, seconds to drain, and what a `Performer` takes from them.
+        Workers, queue length, time to drain, and the settings of `JobRunner`.
     store : GamutStore
-        Where inputs are and gamuts go.
+        Inputs and gamuts.
     book : JobBook
         The jobs.
     sole_owner : bool
-        Whether the store belongs to this process alone, so that whoever had claimed a job before
-        its start is gone.
+        Whether the store belongs to this process alone. All earlier owners of jobs are then gone.
     command : sequence of str
-        The command line of a worker process.
+        Command line of a worker process.
     on_build : callable, optional
-        Told of the end of every build, in some thread.
+        Called at the end of every build, in some thread.
     """
 
     def __init__(
@@ -94,8 +98,8 @@ class EmbeddedEngine:
         self._book = book
         self._sole_owner = sole_owner
         self._owner = owner_name()
-        self._performers = [
-            Performer(settings, store, book, owner=self._owner, command=command, on_build=on_build)
+        self._runners = [
+            JobRunner(settings, store, book, owner=self._owner, command=command, on_build=on_build)
             for _ in range(settings.build_workers)
         ]
         self._threads = ThreadPoolExecutor(settings.build_workers, thread_name_prefix="build")
@@ -107,24 +111,24 @@ class EmbeddedEngine:
         self._timers: set[asyncio.TimerHandle] = set()
         self._closing = Interruption()
         self._draining = asyncio.Event()
-        self._listener: Callable[[JobDocument], None] = _unheard
+        self._listener: Callable[[JobDocument], None] = _ignore
         self._completed = 0
         self._mean_seconds = _FIRST_GUESS
 
     def listen(self, listener: Callable[[JobDocument], None]) -> None:
-        """Have every change of a job that is here told, in the event loop's thread."""
+        """Report every change of a job that is known here, in the event loop's thread."""
         self._listener = listener
 
     async def start(self) -> None:
-        """Start the workers, in the background, and queue what an earlier process left."""
+        """Start the workers in the background, and queue the jobs of an earlier process."""
         self._slots = [
-            asyncio.create_task(self._slot(performer), name=f"build slot {number}")
-            for number, performer in enumerate(self._performers)
+            asyncio.create_task(self._slot(runner), name=f"build slot {number}")
+            for number, runner in enumerate(self._runners)
         ]
         self._recovery = asyncio.create_task(self._recover(), name="recovery of jobs")
 
     def drain(self) -> None:
-        """Begin no build any more, and give back those that are not finished in time."""
+        """Start no more builds, and give back those that do not end in time."""
         if self._draining.is_set():
             return
         self._draining.set()
@@ -136,7 +140,7 @@ class EmbeddedEngine:
         asyncio.get_running_loop().call_later(self._settings.drain_seconds, self._give_back)
 
     async def stop(self) -> None:
-        """Finish what can be finished in time, give the rest back to the book, and end."""
+        """Finish builds that end in time, give the others back to the book, and end."""
         self.drain()
         if self._recovery is not None:
             self._recovery.cancel()
@@ -152,59 +156,59 @@ class EmbeddedEngine:
             raise queue_full(waiting, self.retry_after())
 
     async def enqueue(self, document: JobDocument, *, joined: bool = False) -> None:
-        """Queue a job of the book; harmless if it is queued or running already."""
+        """Queue a job of the book. A job that is queued or running already is ignored."""
         if not joined and self.document(document.id) is None:
             self._waiting[document.id] = document
             self._queue.put_nowait(document.id)
 
     async def cancel(self, job_id: str) -> None:
-        """End a job's build now, if it is here; the book says that it is cancelled already."""
+        """End a job's build now, if it is here. The book has it as cancelled already."""
         self._waiting.pop(job_id, None)
         run = self._runs.pop(job_id, None)
         if run is not None:
             run.interruption.cancel()
 
     def document(self, job_id: str) -> JobDocument | None:
-        """Return a job as far as it is known here, fresher than the book; None if it is not."""
+        """Return a job that is known here, fresher than the book; None if it is not."""
         run = self._runs.get(job_id)
         if run is not None:
             return run.document
-        # Of what waits in a shared store the book knows more: another may have begun or ended it.
+        # In a shared store another process may have started or ended a waiting job.
         return self._waiting.get(job_id) if self._sole_owner else None
 
     def facts(self) -> EngineFacts:
-        """Return what the engine is doing."""
+        """Return the state of the engine."""
         return EngineFacts(
             queued=len(self._waiting),
             running=len(self._runs),
-            workers=len(self._performers),
-            warm_workers=sum(performer.process is not None for performer in self._performers),
+            workers=len(self._runners),
+            warm_workers=sum(runner.process is not None for runner in self._runners),
             completed=self._completed,
             capacity=self._settings.build_queue,
-            worker_starts=sum(performer.starts for performer in self._performers),
+            worker_starts=sum(runner.starts for runner in self._runners),
         )
 
     def retry_after(self, queued: int = 0) -> int:
-        """Return in how many seconds a worker is expected to have done `queued` builds and one."""
-        return math.ceil(self._mean_seconds * (queued + 1) / len(self._performers))
+        """Return the seconds in which `queued` builds and one more are expected to end."""
+        return math.ceil(self._mean_seconds * (queued + 1) / len(self._runners))
 
     def _give_back(self) -> None:
         for run in self._runs.values():
             run.interruption.release()
 
     async def _recover(self) -> None:
-        """Queue what is unfinished in the book, the oldest first."""
+        """Queue the unfinished jobs of the book, the oldest first."""
         for attempt in count():
             try:
                 documents = await asyncio.to_thread(self._unfinished)
                 break
             except (OSError, StoreUnavailableError) as error:
                 seconds = _RECOVERY_DELAYS[min(attempt, len(_RECOVERY_DELAYS) - 1)]
-                message = "unfinished jobs could not be looked up, again in %g s: %s"
+                message = "unfinished jobs could not be read, next try in %g s: %s"
                 logger.error(message, seconds, error)  # noqa: TRY400 - no defect
                 await asyncio.sleep(seconds)
         if documents:
-            logger.info("%d unfinished jobs are taken up again", len(documents))
+            logger.info("%d unfinished jobs are queued again", len(documents))
         for document in documents:
             self._enqueue_after(document, _seconds_until_free(document))
 
@@ -221,7 +225,7 @@ class EmbeddedEngine:
         return sorted(found, key=lambda document: document.created)
 
     def _enqueue_after(self, document: JobDocument, seconds: float) -> None:
-        """Queue a job after a while, unless it is here by then."""
+        """Queue a job after some seconds, unless it is here by then."""
 
         def enqueue() -> None:
             self._timers.discard(timer)
@@ -232,42 +236,42 @@ class EmbeddedEngine:
         timer = asyncio.get_running_loop().call_later(seconds, enqueue)
         self._timers.add(timer)
 
-    async def _slot(self, performer: Performer) -> None:
+    async def _slot(self, runner: JobRunner) -> None:
         failures = 0
         try:
             while not self._draining.is_set():
                 await self._pause(_RESTART_DELAYS[min(failures, len(_RESTART_DELAYS) - 1)])
                 try:
-                    process = await self._in_thread(performer.warm, self._closing)
+                    process = await self._in_thread(runner.warm, self._closing)
                     failures = 0
-                    await self._serve(performer, process)
+                    await self._serve(runner, process)
                 except Interrupted:
                     return
                 except (ProcessDiedError, OSError) as error:
                     failures += 1
-                    logger.error("a build worker did not start: %s", error)  # noqa: TRY400 - no defect
+                    logger.error("build worker did not start: %s", error)  # noqa: TRY400 - no defect
                 except Exception:
-                    # Whatever it was, a slot that ends would leave its builds to nobody.
+                    # Any error: a slot that ended would leave its builds unprocessed.
                     failures += 1
-                    logger.exception("a build worker is given up")
-                    await self._in_thread(performer.close)
+                    logger.exception("build worker failed unexpectedly")
+                    await self._in_thread(runner.close)
         finally:
-            await self._in_thread(performer.close)
+            await self._in_thread(runner.close)
 
-    async def _serve(self, performer: Performer, process: BuildProcess) -> None:
-        """Give jobs to a performer until its process is gone, or the engine stops."""
-        while performer.process is process:
+    async def _serve(self, runner: JobRunner, process: BuildProcess) -> None:
+        """Run jobs until the worker process ends or the engine stops."""
+        while runner.process is process:
             job_id = await self._next(process)
             if job_id is None:
                 break
             document = self._waiting.pop(job_id, None)
             if document is not None:
-                await self._perform(performer, _Run(document))
+                await self._run_job(runner, _Run(document))
         if not self._draining.is_set():
-            logger.warning("build worker %d is gone", process.pid)
+            logger.warning("build worker %d ended", process.pid)
 
     async def _next(self, process: BuildProcess) -> str | None:
-        """Return the next job of the queue; None if the process ends or the engine stops before."""
+        """Return the next queued job; None if the process ends or the engine stops first."""
         loop = asyncio.get_running_loop()
         ended_process = asyncio.Event()
         loop.add_reader(process, ended_process.set)
@@ -284,34 +288,34 @@ class EmbeddedEngine:
             for waiting in (taking, draining, ended):
                 waiting.cancel()
 
-    async def _perform(self, performer: Performer, run: _Run) -> None:
-        """Have one job done, and tell those who wait what became of it."""
+    async def _run_job(self, runner: JobRunner, run: _Run) -> None:
+        """Run one job and report the outcome."""
         job_id = run.document.id
         self._runs[job_id] = run
         loop = asyncio.get_running_loop()
 
         def changed(document: JobDocument) -> None:
-            loop.call_soon_threadsafe(self._progressed, run, document)
+            loop.call_soon_threadsafe(self._report_progress, run, document)
 
         clock = time.monotonic()
         outcome: Outcome | None = None
         delay = 0.0
         try:
-            outcome = await self._in_thread(performer.perform, job_id, run.interruption, changed)
+            outcome = await self._in_thread(runner.run, job_id, run.interruption, changed)
         except StoreUnavailableError as error:
             delay = LEASE_SECONDS
             logger.error("job %s could not be claimed: %s", job_id, error)  # noqa: TRY400 - no defect
         finally:
-            # A cancelled job is not here any more, and may be here anew.
+            # A cancelled job has left, and may have been queued again.
             here = self._runs.get(job_id) is run
             if here:
                 del self._runs[job_id]
             if outcome is not None:
-                self._ended(outcome, time.monotonic() - clock, here=here)
+                self._record_end(outcome, time.monotonic() - clock, here=here)
             elif here:
                 self._enqueue_after(run.document, delay)
 
-    def _ended(self, outcome: Outcome, seconds: float, *, here: bool) -> None:
+    def _record_end(self, outcome: Outcome, seconds: float, *, here: bool) -> None:
         if outcome.built:
             self._completed += 1
         if outcome.built or outcome.state == "failed":
@@ -322,12 +326,12 @@ class EmbeddedEngine:
         if document is not None:
             self._listener(document)
             if outcome.state == "unwritten":
-                # When the store may work again, and nobody's lease is in the way.
+                # After the lease, when the store may work again.
                 self._enqueue_after(document, LEASE_SECONDS + 1)
             elif outcome.state == "elsewhere" and not document.final:
                 self._enqueue_after(document, _seconds_until_free(document))
 
-    def _progressed(self, run: _Run, document: JobDocument) -> None:
+    def _report_progress(self, run: _Run, document: JobDocument) -> None:
         if self._runs.get(document.id) is run:
             run.document = document
             self._listener(document)
@@ -342,11 +346,11 @@ class EmbeddedEngine:
 
 
 def _seconds_until_free(document: JobDocument) -> float:
-    """Return when a job can be claimed, as far as it can be told."""
+    """Return the estimated seconds until a job can be claimed."""
     if document.state != "running":
         return 0.0
     return max(0.0, (document.lease_until or 0.0) - time.time()) + 1.0
 
 
-def _unheard(_document: JobDocument) -> None:
-    """Tell nobody."""
+def _ignore(_document: JobDocument) -> None:
+    """Ignore a change."""

@@ -1,7 +1,7 @@
-"""What every engine does: it takes the ids of accepted jobs and sees to it that they are done.
+"""The interface of build engines, which carry out accepted jobs.
 
 An engine is transport only. The state of a job is in `service.jobs.book.JobBook`, so an engine may
-lose everything it knows, and may be given a job twice.
+lose everything it knows, and may receive a job twice.
 """
 
 from __future__ import annotations
@@ -18,29 +18,29 @@ if TYPE_CHECKING:
 __all__ = ["BuildReport", "Engine", "EngineFacts", "queue_full", "shutting_down"]
 
 BuildReport = Callable[[str, dict[str, float], "JobDocument"], None]
-"""Called at the end of every build: the outcome (a state, or the problem's code), seconds by stage,
-and the job as it was claimed."""
+"""Called at the end of every build with the outcome (a state or a problem's code), the seconds by
+stage, and the claimed job."""
 
 _LONGEST_RETRY = 600
-"""Seconds: beyond that an estimate says nothing, and a client may as well look."""
+"""Largest Retry-After in seconds. A longer estimate is meaningless."""
 
 
 @dataclass(frozen=True)
 class EngineFacts:
-    """What an engine is doing.
+    """State of an engine.
 
     Attributes
     ----------
     queued, running : int
-        Builds that wait for a worker, and that a worker is busy with.
+        Builds that wait for a worker, and builds under way.
     workers, warm_workers : int
-        Worker processes that there should be, and that are ready to build at once.
+        Configured worker processes, and those ready to build.
     completed : int
-        Gamuts that were built since the start.
+        Gamuts built since the start.
     capacity : int
-        Builds that may wait.
+        Largest number of waiting builds.
     worker_starts : int
-        Worker processes that became ready to build, since the start.
+        Worker processes that became ready since the start.
     fault : str, optional
         Why no build can be queued at present.
     """
@@ -56,22 +56,22 @@ class EngineFacts:
 
 
 class Engine(Protocol):
-    """Sees to it that accepted jobs are done.
+    """Carries out accepted jobs.
 
     Everything here belongs to the event loop's thread.
     """
 
     def listen(self, listener: Callable[[JobDocument], None]) -> None:
-        """Have every change of a job that is known here told, in the event loop's thread."""
+        """Report every change of a job that is known here, in the event loop's thread."""
 
     async def start(self) -> None:
-        """Begin to work, on what an earlier process left unfinished as well."""
+        """Start to work, including jobs that an earlier process left unfinished."""
 
     def drain(self) -> None:
-        """Refuse new builds, and begin none; `stop` says what becomes of those that run."""
+        """Refuse new builds and start none. Running builds continue until `stop`."""
 
     async def stop(self) -> None:
-        """Finish what can be finished in time, give the rest back to the book, and end."""
+        """Finish builds that end in time, give the others back to the book, and end."""
 
     async def check_admission(self, arriving: int = 0) -> None:
         """Raise the problem that a new build would be refused with, if there is one.
@@ -79,7 +79,7 @@ class Engine(Protocol):
         Parameters
         ----------
         arriving : int
-            Builds that were let in and are not in the queue yet.
+            Builds that were admitted and are not queued yet.
 
         Raises
         ------
@@ -88,39 +88,39 @@ class Engine(Protocol):
         """
 
     async def enqueue(self, document: JobDocument, *, joined: bool = False) -> None:
-        """Queue a job of the book; harmless if it is queued or running already.
+        """Queue a job of the book. A job that is queued or running already is ignored.
 
         Parameters
         ----------
         document : JobDocument
             The job.
         joined : bool
-            Whether somebody else has accepted it, and most likely queued it as well.
+            Whether another process accepted it, and most likely queued it.
         """
 
     async def cancel(self, job_id: str) -> None:
-        """End a job's build now, if it is here; the book says that it is cancelled already."""
+        """End a job's build now, if it is here. The book has it as cancelled already."""
 
     def document(self, job_id: str) -> JobDocument | None:
-        """Return a job as far as it is known here, fresher than the book; None if it is not.
+        """Return a job that is known here, fresher than the book; None if it is not.
 
-        An engine that answers with a job tells every change of it to its listener, the end as
-        well. For other jobs the book is asked again and again.
+        An engine that returns a job reports every change of it to the listener. Other jobs are
+        polled from the book.
         """
 
     def facts(self) -> EngineFacts:
-        """Return what the engine is doing."""
+        """Return the state of the engine."""
 
     def retry_after(self, queued: int = 0) -> int:
-        """Return in how many seconds a worker is expected to have done `queued` builds and one."""
+        """Return the seconds in which `queued` builds and one more are expected to end."""
 
 
 def queue_full(waiting: int, retry_after: int) -> ProblemError:
-    """Return the refusal of a build because too many wait."""
+    """Return the refusal of a build because the queue is full."""
     return ProblemError(
         Problem(
             "queue-full",
-            f"{waiting} builds are waiting already.",
+            f"{waiting} builds are waiting.",
             headers={"Retry-After": str(max(1, min(retry_after, _LONGEST_RETRY)))},
         )
     )

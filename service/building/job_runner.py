@@ -1,7 +1,7 @@
-"""Performs one job at a time with one worker process: claim, input, build, publish, finish.
+"""Job runner: one job at a time with one worker process: claim, input, build, publish, finish.
 
-It is the same for a slot of `service.building.embedded` and for a worker on another machine. All
-that it knows comes from the store, and all that becomes of the job goes there. All methods block.
+The slots of `service.building.embedded` and the workers on other machines use the same runner. Its
+state comes from the store and goes back to the store. All methods block.
 """
 
 from __future__ import annotations
@@ -15,8 +15,7 @@ import time
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from service.building.interruption import Interrupted, Interruption
-from service.building.lease_renewer import ClaimKeeper
+from service.building.lease_renewer import LeaseRenewer
 from service.building.process import (
     WORKER_COMMAND,
     BuildProcess,
@@ -38,38 +37,80 @@ if TYPE_CHECKING:
     from service.settings import Settings
     from service.storage.gamuts import GamutStore
 
-__all__ = ["HEARTBEAT_SECONDS", "LEASE_SECONDS", "Outcome", "Performer", "owner_name"]
+__all__ = [
+    "HEARTBEAT_SECONDS",
+    "LEASE_SECONDS",
+    "Interrupted",
+    "Interruption",
+    "JobRunner",
+    "Outcome",
+    "owner_name",
+]
 
 logger = logging.getLogger(__name__)
 
 LEASE_SECONDS = 20.0
-"""How long a claim holds without being renewed: what a build waits after its host was lost."""
+"""Validity of a claim without renewal, which is the delay after the loss of a host."""
 
 HEARTBEAT_SECONDS = 4.0
-"""Between two renewals of a claim, where its progress is known from memory besides."""
+"""Interval of renewals, if the progress is also known from memory."""
 
 
 def owner_name() -> str:
-    """Return a new name for who builds: host, process, and chance, since both come again."""
+    """Return a unique name for a builder: host, process id and random digits, as both recur."""
     return f"{socket.gethostname()}:{os.getpid()}:{secrets.token_hex(4)}"
+
+
+class Interrupted(Exception):  # noqa: N818 - not an error
+    """A build was told to end.
+
+    Attributes
+    ----------
+    reason : str
+        ``cancel``: the build is not wanted any more. ``release``: another builder takes over.
+    """
+
+    def __init__(self, reason: Literal["cancel", "release"]) -> None:
+        super().__init__(reason)
+        self.reason = reason
+
+
+class Interruption:
+    """A signal from another thread that a build checks regularly."""
+
+    def __init__(self) -> None:
+        self._reason: Literal["cancel", "release"] | None = None
+
+    def cancel(self) -> None:
+        """End the build because it is not wanted any more."""
+        self._reason = "cancel"
+
+    def release(self) -> None:
+        """Hand the build over to another builder. A cancelled build stays cancelled."""
+        self._reason = self._reason or "release"
+
+    def check(self) -> None:
+        """Raise `Interrupted` if the build must end."""
+        if self._reason is not None:
+            raise Interrupted(self._reason)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a job that was given to a performer.
+    """Outcome of running a job.
 
     Attributes
     ----------
     state : str
-        ``succeeded``, ``failed`` and ``cancelled`` are what the job is; ``released``: it was given
-        back; ``elsewhere``: somebody else has it, or it was over before; ``unwritten``: it is over
-        here, but the store could not take that, so it has to be done again.
+        ``succeeded``, ``failed`` and ``cancelled`` are states of the job. ``released``: the job was
+        given back. ``elsewhere``: another builder has it, or it had ended before. ``unwritten``: it
+        has ended, but the store did not accept the result, so it must run again.
     document : JobDocument or None
-        The job as it is now; None if it is unknown.
+        The job; None if it is unknown.
     built : bool
-        Whether a gamut was built, and not found built.
+        Whether a gamut was built, and not found.
     seconds : dict
-        By stage of the build.
+        Seconds by stage.
     """
 
     state: Literal["succeeded", "failed", "cancelled", "released", "elsewhere", "unwritten"]
@@ -79,39 +120,39 @@ class Outcome:
 
 
 class _Built(NamedTuple):
-    """What came of one run of the process."""
+    """Result of one run of the process."""
 
     problem: Problem | None
     built: bool
     seconds: dict[str, float]
 
 
-class Performer:
-    """One worker process, and the jobs that it is given.
+class JobRunner:
+    """One worker process that runs jobs.
 
     Parameters
     ----------
     settings : Settings
-        Deadline and memory of a build.
+        Deadline and memory limit of a build.
     store : GamutStore
-        Where inputs are and gamuts go.
+        Inputs and gamuts.
     book : JobBook
         The jobs.
     owner : str
-        In whose name jobs are claimed.
+        Name for claims.
     heartbeat : float
-        Seconds between two renewals of a claim, which write down the progress.
+        Seconds between two renewals of a claim, which also store the progress.
     lease : float
-        Seconds for which a claim holds without being renewed.
+        Seconds for which a claim is valid without renewal.
     command : sequence of str
-        The command line of the process.
+        Command line of the process.
     on_build : callable, optional
-        Told of the end of every run of the process.
+        Called at the end of every run of the process.
 
     Attributes
     ----------
     starts : int
-        Processes that became warm, one after the other.
+        Number of processes that became warm.
     """
 
     def __init__(
@@ -139,19 +180,19 @@ class Performer:
 
     @property
     def process(self) -> BuildProcess | None:
-        """The process if it is warm; None if there is none."""
+        """The process if it is warm; else None."""
         process = self._process
         return process if process is not None and process.alive else None
 
     def warm(self, interruption: Interruption | None = None) -> BuildProcess:
-        """Return the process, started and warm.
+        """Return the warm process, after starting it if needed.
 
         Raises
         ------
         ProcessDiedError, OSError
-            It cannot be started.
+            The process cannot be started.
         Interrupted
-            It was told not to wait for it.
+            The start was interrupted.
         """
         if self.process is None:
             self.close()
@@ -169,22 +210,22 @@ class Performer:
             self._process.kill()
             self._process = None
 
-    def perform(
+    def run(
         self,
         job_id: str,
         interruption: Interruption | None = None,
         changed: Callable[[JobDocument], None] | None = None,
     ) -> Outcome:
-        """Return what became of a job, after doing it if it is to be had.
+        """Run a job if it can be claimed, and return the outcome.
 
         Parameters
         ----------
         job_id : str
-            Which job.
+            The job.
         interruption : Interruption, optional
-            Ends it from another thread.
+            Ends the build from another thread.
         changed : callable, optional
-            Told how far the build is, in this thread.
+            Called with the job's progress, in this thread.
 
         Raises
         ------
@@ -204,72 +245,71 @@ class Performer:
                 return Outcome("elsewhere", self._book.read(job_id))
             if changed is not None:
                 changed(claim.document)
-            outcome = self._attempted(claim, interruption, changed or _ignored)
+            outcome = self._attempt(claim, interruption, changed or _ignore)
             if outcome is not None:
                 return outcome
 
-    def _attempted(
+    def _attempt(
         self,
         claim: Claim,
         interruption: Interruption,
         changed: Callable[[JobDocument], None],
     ) -> Outcome | None:
-        """Return what became of one attempt; None if the process died and there is another."""
+        """Return the outcome of one attempt; None if the process died and attempts are left."""
         document = claim.document
         logger.info("build of %s started, attempt %d", document.id, document.attempts)
         clock = time.monotonic()
-        keeper = ClaimKeeper(self._book, claim, self._heartbeat)
+        renewer = LeaseRenewer(self._book, claim, self._heartbeat)
         try:
-            with keeper:
-                result = self._result(keeper, interruption, changed)
-            return self._finished(keeper.claim, result, time.monotonic() - clock)
+            with renewer:
+                result = self._build(renewer, interruption, changed)
+            return self._finish(renewer.claim, result, time.monotonic() - clock)
         except Interrupted as interrupted:
-            return self._interrupted(keeper.claim, interrupted, time.monotonic() - clock)
+            return self._handle_interruption(renewer.claim, interrupted, time.monotonic() - clock)
         except JobCancelledError:
-            return self._cancelled(document, time.monotonic() - clock)
+            return self._record_cancellation(document, time.monotonic() - clock)
         except LeaseLostError:
-            logger.warning("build of %s: somebody else has it by now", document.id)
-            return Outcome("elsewhere", self._known(document.id))
+            logger.warning("build of %s: another builder has the job", document.id)
+            return Outcome("elsewhere", self._read_job(document.id))
         except ProcessDiedError as error:
-            logger.warning("the worker died in the build of %s: %s", document.id, error)
+            logger.warning("worker died during the build of %s: %s", document.id, error)
             self._report("crashed", {"total": time.monotonic() - clock}, document)
             problem = Problem(
                 "build-crashed",
                 f"The process that built this gamut died, {document.attempts} times in a row "
                 f"(the last time: {error}).",
             )
-            return self._tried_in_vain(keeper.claim, problem)
+            return self._record_failure(renewer.claim, problem)
         except StoreUnavailableError as error:
-            logger.warning("build of %s: the store cannot be used: %s", document.id, error)
-            return self._tried_in_vain(keeper.claim, Problem.store_unavailable())
+            logger.warning("build of %s: the store is unavailable: %s", document.id, error)
+            return self._record_failure(renewer.claim, Problem.store_unavailable())
 
-    def _result(
+    def _build(
         self,
-        keeper: ClaimKeeper,
+        renewer: LeaseRenewer,
         interruption: Interruption,
         changed: Callable[[JobDocument], None],
     ) -> _Built:
-        """Return what came of building a claimed job, and publish the gamut."""
-        job_id = keeper.document.id
+        """Build a claimed job, publish the gamut, and return the result."""
+        job_id = renewer.document.id
         scratch: list[Path] = []
 
         def check() -> None:
             interruption.check()
-            keeper.check()
+            renewer.check()
 
         def progress(stage: str, fraction: float) -> None:
-            keeper.note(stage, fraction)
-            changed(keeper.document)
+            renewer.note(stage, fraction)
+            changed(renewer.document)
 
         try:
-            # An identical request may have been finished between this one's look into the store
-            # and its arrival here.
-            if self._store.stored(job_id):
+            # An identical request may have ended since this one looked into the store.
+            if self._store.is_stored(job_id):
                 return _Built(None, False, {})
             try:
                 source = self._store.input_path(job_id)
             except BlobNotFoundError:
-                detail = "The data that this gamut was to be built from is not stored any more."
+                detail = "The data for this gamut is not stored any more."
                 return _Built(Problem("build-input-lost", detail), False, {})
             scratch += [source, self._store.scratch(".gamut")]
             process = self.warm(interruption)
@@ -277,7 +317,7 @@ class Performer:
                 {
                     "input": str(scratch[0]),
                     "output": str(scratch[1]),
-                    "options": keeper.document.options,
+                    "options": renewer.document.options,
                     "limits": asdict(self._settings.data_limits),
                     "memory": self._settings.build_memory_bytes,
                 },
@@ -285,7 +325,7 @@ class Performer:
                 progress=progress,
                 check=check,
             )
-            self._renew_if_swollen(process)
+            self._replace_if_large(process)
             problem = self._problem_of(event)
             if problem is None:
                 check()
@@ -301,25 +341,27 @@ class Performer:
         except (Interrupted, LeaseLostError, ProcessDiedError, StoreUnavailableError):
             raise
         except Exception as error:
-            # It must cost this build only: neither the process nor those who wait for the job.
+            # Only this build may fail: neither the process nor the waiters of the job.
             problem = _failure_problem(getattr(error, "errno", None))
-            if _is_of_the_service(problem):
-                logger.warning("build of %s: the store or the machine refused: %s", job_id, error)
+            if _is_service_fault(problem):
+                logger.warning(
+                    "build of %s failed, the store or the machine refused: %s", job_id, error
+                )
             else:
                 logger.exception("build of %s ended unexpectedly", job_id)
             return _Built(problem, False, {})
         finally:
             for path in scratch:
-                # What stays is removed at the next start.
+                # Leftover files are removed at the next start.
                 with contextlib.suppress(OSError):
                     path.unlink(missing_ok=True)
 
-    def _finished(self, claim: Claim, result: _Built, seconds: float) -> Outcome:
-        """Return the outcome of a claim whose build has ended by itself, after writing it down."""
+    def _finish(self, claim: Claim, result: _Built, seconds: float) -> Outcome:
+        """Store the result of a build that ended by itself, and return the outcome."""
         job_id, problem = claim.document.id, result.problem
         state: Literal["succeeded", "failed"] = "succeeded" if problem is None else "failed"
-        told = state if problem is None else f"failed ({problem.code})"
-        logger.info("build of %s %s after %.2f s", job_id, told, seconds)
+        result_name = state if problem is None else f"failed ({problem.code})"
+        logger.info("build of %s %s after %.2f s", job_id, result_name, seconds)
         if result.built or problem is not None:
             self._report(
                 state if problem is None else problem.code,
@@ -328,50 +370,51 @@ class Performer:
             )
         try:
             if problem is not None:
-                # Before the job is over: after that, its input may be that of a new one. Whose
-                # claim was lost is told so here: the input is another's by now.
+                # Before the end of the job, because its input may then belong to a new job.
                 claim = self._book.heartbeat(claim, claim.document.stage, claim.document.fraction)
-                # What is no fault of the data may go better the next time, with the same data.
-                if not _is_of_the_service(problem):
+                # If the data is not at fault, another attempt with the same data may succeed.
+                if not _is_service_fault(problem):
                     self._store.drop_input(job_id)
             document = self._book.finish(claim, state, problem)
         except (OSError, StoreUnavailableError) as error:
             return self._unwritten(claim, problem, error)
         return Outcome(state, document, result.built, result.seconds)
 
-    def _interrupted(self, claim: Claim, interrupted: Interrupted, seconds: float) -> Outcome:
+    def _handle_interruption(
+        self, claim: Claim, interrupted: Interrupted, seconds: float
+    ) -> Outcome:
         if interrupted.reason == "cancel":
-            return self._cancelled(claim.document, seconds)
+            return self._record_cancellation(claim.document, seconds)
         logger.info("build of %s is given back", claim.document.id)
         try:
             return Outcome("released", self._book.release(claim))
         except LeaseLostError:
-            return Outcome("elsewhere", self._known(claim.document.id))
+            return Outcome("elsewhere", self._read_job(claim.document.id))
         except (OSError, StoreUnavailableError) as error:
             return self._unwritten(claim, None, error)
 
-    def _cancelled(self, document: JobDocument, seconds: float) -> Outcome:
+    def _record_cancellation(self, document: JobDocument, seconds: float) -> Outcome:
         logger.info("build of %s cancelled after %.2f s", document.id, seconds)
         self._report("cancelled", {"total": seconds}, document)
-        return Outcome("cancelled", self._known(document.id))
+        return Outcome("cancelled", self._read_job(document.id))
 
-    def _tried_in_vain(self, claim: Claim, problem: Problem) -> Outcome | None:
-        """Return the outcome of a claim that came to nothing; None if there is another attempt."""
+    def _record_failure(self, claim: Claim, problem: Problem) -> Outcome | None:
+        """Record a failed attempt; return the outcome, or None if another attempt is left."""
         try:
-            document = self._book.crashed(claim, problem)
+            document = self._book.record_crash(claim, problem)
         except LeaseLostError:
-            return Outcome("elsewhere", self._known(claim.document.id))
+            return Outcome("elsewhere", self._read_job(claim.document.id))
         except (OSError, StoreUnavailableError) as error:
             return self._unwritten(claim, problem, error)
         if not document.final:
             return None
-        logger.warning("build of %s is given up (%s)", document.id, problem.code)
+        logger.warning("build of %s failed finally (%s)", document.id, problem.code)
         self._report(problem.code, {}, document)
         return Outcome("failed", document)
 
     def _unwritten(self, claim: Claim, problem: Problem | None, error: Exception) -> Outcome:
-        """Return the outcome that those who wait here are told, and the store does not know."""
-        logger.error("what became of %s could not be written: %s", claim.document.id, error)
+        """Return the outcome for local waiters; the store does not have it."""
+        logger.error("the result of %s could not be stored: %s", claim.document.id, error)
         document = claim.document
         if problem is not None:
             document = replace(
@@ -380,7 +423,7 @@ class Performer:
         return Outcome("unwritten", document)
 
     def _problem_of(self, event: dict[str, Any]) -> Problem | None:
-        """Return what the process found wrong; None if it has built the gamut."""
+        """Return the problem that the process reported; None if it built the gamut."""
         if event["event"] == "refused":
             return Problem(
                 event["code"],
@@ -394,8 +437,8 @@ class Performer:
             return _failure_problem(event["errno"])
         return None
 
-    def _renew_if_swollen(self, process: BuildProcess) -> None:
-        """End a process that a large build has left large, so that the next one has its due."""
+    def _replace_if_large(self, process: BuildProcess) -> None:
+        """End a process that keeps much memory, so that the next build has its full limit."""
         limit, in_use, idle = (
             self._settings.build_memory_bytes,
             process.private_bytes(),
@@ -404,10 +447,10 @@ class Performer:
         if not limit or in_use is None or idle is None:
             return
         if in_use > (idle + limit) / 2:
-            logger.info("build worker %d keeps %d bytes and is replaced", process.pid, in_use)
+            logger.info("build worker %d still uses %d bytes and is replaced", process.pid, in_use)
             self.close()
 
-    def _known(self, job_id: str) -> JobDocument | None:
+    def _read_job(self, job_id: str) -> JobDocument | None:
         with contextlib.suppress(OSError, StoreUnavailableError):
             return self._book.read(job_id)
         return None
@@ -426,22 +469,22 @@ class Performer:
     def _memory_problem(self) -> Problem:
         return Problem(
             "build-out-of-memory",
-            "The build was ended because it took more than "
+            "The build was ended because it used more than "
             f"{self._settings.build_memory_bytes} bytes of memory.",
             where={"field": "surface_samples"},
         )
 
 
 def _failure_problem(number: int | None) -> Problem:
-    """Return the problem of a build that failed with an error number of the system, or none."""
+    """Return the problem for a system error number, or for none."""
     problem = Problem.from_errno(number)
     return problem or Problem("build-failed", "The build ended with an unexpected error.")
 
 
-def _is_of_the_service(problem: Problem) -> bool:
-    """Whether a build failed for something that an operator mends: a full store, a bad disk."""
+def _is_service_fault(problem: Problem) -> bool:
+    """Return whether an operator must fix the cause, such as a full or broken disk."""
     return problem.kind.status >= 500
 
 
-def _ignored(_document: JobDocument) -> None:
-    """Take no notice."""
+def _ignore(_document: JobDocument) -> None:
+    """Ignore a change."""

@@ -1,7 +1,6 @@
-"""Keeps a claim alive while its build is busy: a thread that renews the lease and writes progress.
+"""Lease renewer: a thread that renews a claim and stores the progress while a build runs.
 
-The build itself may be inside of a download or an upload for longer than a lease lasts, so renewing
-cannot be left to whoever builds.
+A download or an upload may last longer than a lease, so the building thread cannot renew it.
 """
 
 from __future__ import annotations
@@ -19,22 +18,22 @@ if TYPE_CHECKING:
 
     from service.jobs.book import Claim, JobBook, JobDocument
 
-__all__ = ["ClaimKeeper"]
+__all__ = ["LeaseRenewer"]
 
 logger = logging.getLogger(__name__)
 
 
-class ClaimKeeper:
-    """A claim that is renewed in the background, between entering and leaving the context.
+class LeaseRenewer:
+    """A claim that is renewed in the background inside a context.
 
     Parameters
     ----------
     book : JobBook
-        Where the claim is from.
+        The book of the claim.
     claim : Claim
         The claim.
     interval : float
-        Seconds between two renewals; several have to fit into a lease.
+        Seconds between two renewals; several must fit into a lease.
     """
 
     def __init__(self, book: JobBook, claim: Claim, interval: float) -> None:
@@ -44,7 +43,7 @@ class ClaimKeeper:
         self._stage, self._fraction = claim.document.stage, claim.document.fraction
         self._lost: LeaseLostError | None = None
         self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._renew, name="claim keeper", daemon=True)
+        self._thread = threading.Thread(target=self._renew, name="lease renewer", daemon=True)
 
     def __enter__(self) -> Self:
         self._thread.start()
@@ -61,16 +60,16 @@ class ClaimKeeper:
 
     @property
     def document(self) -> JobDocument:
-        """The job with its newest progress, whether that was written down or not."""
+        """The job with its newest progress, stored or not."""
         return replace(self._claim.document, stage=self._stage, fraction=self._fraction)
 
     @property
     def claim(self) -> Claim:
-        """The claim, to be used once the context was left."""
+        """The claim, to be used after the context."""
         return replace(self._claim, document=self.document)
 
     def note(self, stage: str, fraction: float) -> None:
-        """Take note of how far the build is; it is written down with the next renewal."""
+        """Set the progress. The next renewal stores it."""
         self._stage, self._fraction = stage, fraction
 
     def check(self) -> None:
@@ -86,5 +85,5 @@ class ClaimKeeper:
                 self._lost = error
                 return
             except (OSError, StoreUnavailableError) as error:
-                # There are more renewals in a lease; if all fail, whoever takes over is told so.
-                logger.warning("the claim of %s was not renewed: %s", self.document.id, error)
+                # A lease has room for more renewals. If all fail, another builder takes over.
+                logger.warning("lease of %s was not renewed: %s", self.document.id, error)

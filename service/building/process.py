@@ -1,9 +1,9 @@
-"""A warm worker process, seen from the service: one build at a time, each of which can be ended.
+"""A warm worker process, seen from the service: one build at a time, which can be ended.
 
-The process is started afresh (`service.building.worker`) and spoken to in lines of JSON over its
-standard streams. While it builds, the deadline, the memory in use and whatever the caller wants to
-check are looked at twenty times a second, and at the first objection the process is killed: native
-code can be ended in no other way. All methods block: they are called in threads.
+The process is started afresh (`service.building.worker`). Both sides exchange lines of JSON over
+standard streams. During a build, the deadline, the memory in use and the caller's check run twenty
+times per second. If one fails, the process is killed, because native code cannot be ended
+otherwise. All methods block and are called in threads.
 """
 
 from __future__ import annotations
@@ -16,9 +16,8 @@ import select
 import subprocess
 import sys
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-from service.building.memory import private_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -29,19 +28,20 @@ __all__ = [
     "BuildTimeoutError",
     "MemoryExceededError",
     "ProcessDiedError",
+    "private_bytes",
 ]
 
 logger = logging.getLogger(__name__)
 
 WORKER_COMMAND = (sys.executable, "-m", "service.building.worker")
-"""How a worker is started: a process of its own, which shares nothing with this one."""
+"""Command line of a worker. It shares no memory with this process."""
 
 _LINE_LIMIT = 16 * 1024 * 1024
-"""Bytes of the longest event: a description with its whole error curve is well below 1 MB."""
+"""Bytes of the longest event. A description with its error curve has less than 1 MB."""
 
 _TICK = 0.05
-"""Seconds between two looks at a build. Memory is filled at 2 to 4 GB/s, so that a build gets at
-most about 200 MB above its limit."""
+"""Seconds between two checks of a build. Memory grows by 2 to 4 GB/s, so a build exceeds its limit
+by at most about 200 MB."""
 
 _READ = 1 << 16
 
@@ -51,11 +51,11 @@ class ProcessDiedError(Exception):
 
 
 class BuildTimeoutError(Exception):
-    """A build exceeded its deadline; its process was killed."""
+    """A build exceeded its deadline, and its process was killed."""
 
 
 class MemoryExceededError(Exception):
-    """A build wanted more memory than it may have."""
+    """A build exceeded its memory limit."""
 
 
 class BuildProcess:
@@ -64,16 +64,16 @@ class BuildProcess:
     Parameters
     ----------
     command : sequence of str
-        The command line of a worker, which speaks the protocol of `service.building.worker`.
+        Command line of a worker with the protocol of `service.building.worker`.
 
     Attributes
     ----------
     idle_bytes : int or None
-        Memory that the process had in use before its first build.
+        Memory in use before the first build.
     """
 
     def __init__(self, command: Sequence[str] = WORKER_COMMAND) -> None:
-        # glibc gives every thread an arena of its own, which then is never given back.
+        # glibc gives every thread an arena, and never returns its memory.
         environment = {**os.environ, "MALLOC_ARENA_MAX": "2"}
         self._process = subprocess.Popen(  # noqa: S603 - our own worker
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment, bufsize=0
@@ -103,7 +103,7 @@ class BuildProcess:
         return self._events.fileno()
 
     def private_bytes(self) -> int | None:
-        """Return the memory that the process has in use; None where the system does not tell."""
+        """Return the memory in use; None if the system does not report it."""
         return private_bytes(self.pid)
 
     def wait_until_ready(self, check: Callable[[], None]) -> None:
@@ -112,12 +112,12 @@ class BuildProcess:
         Parameters
         ----------
         check : callable
-            Called all the time; what it raises ends the process.
+            Called repeatedly. An exception ends the process.
 
         Raises
         ------
         ProcessDiedError
-            It ended instead.
+            The process ended.
         """
         try:
             self._event(check)
@@ -134,23 +134,23 @@ class BuildProcess:
         progress: Callable[[str, float], None],
         check: Callable[[], None],
     ) -> dict[str, Any]:
-        """Have one gamut built, and return the final event.
+        """Build one gamut and return the final event.
 
         Parameters
         ----------
         request : dict
-            What `service.building.worker.build` takes, with the limit of memory.
+            Argument of `service.building.worker.build`.
         timeout : float
-            Seconds that it may take.
+            Deadline in seconds.
         progress : callable
-            Gets stage and fraction.
+            Receives stage and fraction.
         check : callable
-            Called twenty times a second; what it raises ends the process.
+            Called twenty times per second. An exception ends the process.
 
         Raises
         ------
         ProcessDiedError, BuildTimeoutError, MemoryExceededError
-            The build was ended. The process is gone.
+            The build was ended, and the process is gone.
         """
         deadline = time.monotonic() + timeout
         memory = request.get("memory", 0)
@@ -161,7 +161,7 @@ class BuildProcess:
                 raise BuildTimeoutError
             in_use = self.private_bytes() if memory else None
             if in_use is not None and in_use > memory:
-                logger.warning("a build has %d bytes of memory in use", in_use)
+                logger.warning("build exceeds its memory limit with %d bytes in use", in_use)
                 raise MemoryExceededError
 
         self._unsent = json.dumps(request).encode() + b"\n"
@@ -174,12 +174,12 @@ class BuildProcess:
         except BaseException as error:
             self.kill()
             if isinstance(error, KeyError | TypeError):
-                # Whatever speaks there is none of ours any more.
+                # The events are not those of a worker.
                 raise ProcessDiedError(f"an unreadable event: {error!r}") from error
             raise
 
     def kill(self) -> None:
-        """End the process now, whatever it is doing, and wait until it is gone."""
+        """Kill the process and wait for its end."""
         with contextlib.suppress(ProcessLookupError):
             self._process.kill()
         self._process.wait()
@@ -188,12 +188,12 @@ class BuildProcess:
                 stream.close()
 
     def _event(self, check: Callable[[], None]) -> dict[str, Any]:
-        """Return the next event, sending meanwhile what is unsent."""
+        """Return the next event; meanwhile send the rest of the request."""
         while True:
             line, end, rest = self._buffer.partition(b"\n")
             if end:
                 self._buffer = rest
-                return self._parsed(bytes(line))
+                return self._parse(bytes(line))
             check()
             readable, writable = self._ready()
             try:
@@ -203,14 +203,14 @@ class BuildProcess:
                 if readable:
                     data = os.read(self._events.fileno(), _READ)
                     if not data or len(self._buffer) > _LINE_LIMIT:
-                        raise self._death()
+                        raise self._wait_for_death()
                     self._buffer += data
             except BrokenPipeError as error:
-                raise self._death() from error
+                raise self._wait_for_death() from error
 
     def _ready(self) -> tuple[bool, bool]:
-        """Return whether there is something to read, and whether what is unsent can be sent."""
-        # Not select(), which takes no descriptors from 1024 on: the service may have more open.
+        """Return whether events can be read, and whether the request can be written."""
+        # Not select(), which fails for descriptors from 1024 on.
         poll = select.poll()
         poll.register(self._events, select.POLLIN)
         if self._unsent:
@@ -218,7 +218,7 @@ class BuildProcess:
         found = {descriptor for descriptor, _ in poll.poll(1000 * _TICK)}
         return self._events.fileno() in found, self._requests.fileno() in found
 
-    def _parsed(self, line: bytes) -> dict[str, Any]:
+    def _parse(self, line: bytes) -> dict[str, Any]:
         try:
             event = json.loads(line)
         except ValueError as error:
@@ -227,7 +227,30 @@ class BuildProcess:
             raise ProcessDiedError("an unreadable event")
         return event
 
-    def _death(self) -> ProcessDiedError:
+    def _wait_for_death(self) -> ProcessDiedError:
         self._process.kill()
         status = self._process.wait()
         return ProcessDiedError(f"signal {-status}" if status < 0 else f"exit status {status}")
+
+
+def private_bytes(process: int | str) -> int | None:
+    """Return the bytes of a process's memory that are neither shared nor mapped from files.
+
+    Libraries and cached kernels are mapped and shared, so they do not count. Reserved address space
+    that was never touched does not count either.
+
+    Parameters
+    ----------
+    process : int or str
+        Process id, or ``self``.
+
+    Returns
+    -------
+    int or None
+        None if the system does not report it, or if there is no such process.
+    """
+    try:
+        pages = Path(f"/proc/{process}/statm").read_text().split()
+        return (int(pages[1]) - int(pages[2])) * os.sysconf("SC_PAGE_SIZE")
+    except (OSError, IndexError):
+        return None

@@ -1,13 +1,12 @@
-"""The process that builds gamuts: ``python -m service.building.worker``, started by the service.
+"""The process that builds gamuts: ``python -m service.building.worker``.
 
-It compiles all kernels, says that it is ready, and then builds one gamut after the other. Requests
-come as lines of JSON on standard input, events go as lines of JSON to standard output; inputs and
-history files are passed by path, so nothing large and nothing pickled crosses the border. It ends
-as soon as its standard input does, so it never outlives the service.
+It compiles all kernels, reports that it is ready, and builds one gamut after the other. Requests
+are lines of JSON on standard input, events are lines of JSON on standard output. Inputs and history
+files are passed by path. The process ends when its standard input ends, so it never outlives the
+service.
 
-A build may be given a limit of memory. The service watches what is in use and ends the process; the
-process itself only sees to it that one large allocation fails, before it can be used. See
-``docs/decisions/builds-in-a-worker-process.md`` for the measurements behind both.
+The service watches the memory of a build and kills the process. The process itself limits single
+large allocations. See ``docs/decisions/builds-in-a-worker-process.md``.
 """
 
 from __future__ import annotations
@@ -28,9 +27,9 @@ from typing import IO, TYPE_CHECKING, Any
 
 from gamutcore.errors import GamutError
 from gamutcore.gamut import Options, build_gamut
+from gamutcore.kernels.installation import ensure_compiled, load_kernels
 from gamutcore.limits import Limits
-from gamutcore.warm import compile_kernels
-from service.building.memory import private_bytes
+from service.building.process import private_bytes
 from service.telemetry.logs import configure_logging
 
 if TYPE_CHECKING:
@@ -41,7 +40,7 @@ __all__ = ["Events", "Progress", "build", "main"]
 logger = logging.getLogger(__name__)
 
 _PROGRESS_INTERVAL = 0.1
-"""Seconds between two progress events of one stage: what a person polling a job can tell apart."""
+"""Seconds between two progress events of one stage."""
 
 
 class Events:
@@ -58,7 +57,7 @@ class Events:
 
 
 class Progress:
-    """Tells how far one build is, and how long its stages took."""
+    """Reports the progress of one build, and measures its stages."""
 
     def __init__(self, events: Events) -> None:
         self._events = events
@@ -67,7 +66,7 @@ class Progress:
         self._seconds: dict[str, float] = {}
 
     def __call__(self, stage: str, fraction: float) -> None:
-        """Send how far a stage is, unless the same stage was reported a moment ago."""
+        """Send the progress, unless the same stage was reported a moment ago."""
         now = time.monotonic()
         if stage != self._stage:
             self._leave(now)
@@ -78,7 +77,7 @@ class Progress:
         self._events.send("progress", stage=stage, fraction=float(fraction))
 
     def seconds(self) -> dict[str, float]:
-        """Return how many seconds each stage has taken so far."""
+        """Return the seconds that each stage has taken so far."""
         self._leave(time.monotonic())
         return {stage: round(seconds, 6) for stage, seconds in self._seconds.items()}
 
@@ -90,24 +89,26 @@ class Progress:
 
 
 def build(request: dict[str, Any], events: Events) -> None:
-    """Build one gamut, write its history file, and send what became of it.
+    """Build one gamut, write its history file, and send the outcome.
 
     Parameters
     ----------
     request : dict
-        ``input`` and ``output`` are paths, ``options`` the mapping of the gamut's options;
-        ``limits``, where there are any, the members of `Limits`; ``memory`` is the number of bytes
-        that may be in use, 0 for any.
+        ``input`` and ``output`` are paths, ``options`` is a mapping of options, ``limits`` holds
+        the members of `Limits`, and ``memory`` is the memory limit in bytes, 0 for none.
     events : Events
-        Gets ``progress`` events and at last one of ``built``, ``refused`` (the input or an option
-        is at fault), ``exhausted`` (more memory was wanted than may be), ``failed`` (the system or
-        a defect of the program); each with ``seconds`` by stage.
+        Receives ``progress`` events, then one of ``built``, ``refused`` (the input or an option is
+        at fault), ``exhausted`` (memory) and ``failed`` (the system or a defect), with ``seconds``
+        by stage.
     """
     progress = Progress(events)
     try:
+        options, default = Options.from_mapping(request["options"]), Options()
+        if (options.cost, options.boundary) != (default.cost, default.boundary):
+            # outside the limit, which the compiler's processes would inherit
+            ensure_compiled("optional")
         with _data_limit(request.get("memory", 0)):
             data = Path(request["input"]).read_bytes()
-            options = Options.from_mapping(request["options"])
             limits = Limits(**request.get("limits", {}))
             gamut = build_gamut(data, options, progress=progress, limits=limits)
             progress("encoding", 0.0)
@@ -128,25 +129,25 @@ def build(request: dict[str, Any], events: Events) -> None:
             "remedy": error.remedy,
         }
     except MemoryError:
-        logger.warning("a build wanted more memory than it may have")
+        logger.warning("build exceeded its memory limit")
         result = {"event": "exhausted"}
     except OSError as error:
         logger.error("cannot read the input or write the history file: %s", error)  # noqa: TRY400 - no defect
         result = {"event": "failed", "errno": error.errno}
     except Exception:
-        # A defect must cost this build only; the traceback goes to the log.
-        logger.exception("a build ended with an unexpected error")
+        # Only this build may fail. The traceback goes to the log.
+        logger.exception("build ended with an unexpected error")
         result = {"event": "failed", "errno": None}
     events.send(result.pop("event"), **result, seconds=progress.seconds())
 
 
 @contextlib.contextmanager
 def _data_limit(memory: int) -> Iterator[None]:
-    """Let allocations fail that would bring the memory in use above `memory` bytes.
+    """Let allocations fail that would exceed `memory` bytes in use.
 
-    What is limited is private writable address space, of which compilers and allocators reserve
-    far more than they use (measured: 410 MiB of it in a warm worker that uses 186). So the limit is
-    what is reserved now, and besides what is left until `memory` is in use.
+    RLIMIT_DATA limits private writable address space. Compilers and allocators reserve far more
+    than they use: 410 MiB in a warm worker that uses 186. So the limit is the space reserved now
+    plus the memory that is left.
     """
     in_use = private_bytes("self")
     reserved = _reserved_bytes()
@@ -165,7 +166,7 @@ def _data_limit(memory: int) -> Iterator[None]:
 
 
 def _reserved_bytes() -> int | None:
-    """Return this process's private writable address space, which is what RLIMIT_DATA limits."""
+    """Return this process's private writable address space, which RLIMIT_DATA limits."""
     try:
         for line in Path("/proc/self/status").read_text().splitlines():
             if line.startswith("VmData:"):
@@ -178,29 +179,30 @@ def _reserved_bytes() -> int | None:
 def _read_requests(stream: IO[bytes], requests: queue.SimpleQueue[dict[str, Any]]) -> None:
     for line in stream:
         requests.put(json.loads(line))
-    # The service is gone, and nobody is left to take the result of a running build.
+    # The service has ended, so nobody takes the result of a running build.
     os._exit(0)
 
 
 def main() -> None:
     """Serve build requests from standard input until it ends."""
-    # As the service was told to: it has checked what they say.
+    # The service has validated these values.
     configure_logging(
         os.environ.get("GAMUT_LOG_FORMAT", "text"), os.environ.get("GAMUT_LOG_LEVEL", "info")
     )
-    # Ctrl-C reaches the whole process group, and a service manager's SIGTERM all processes of the
-    # service; the service decides when its workers end.
+    # Ctrl-C reaches the whole process group, and SIGTERM of a service manager all processes. The
+    # service decides when its workers end.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    # If the system runs out of memory, a build is what it should end, not the service.
+    # If the system runs out of memory, it should end a build, not the service.
     with contextlib.suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text("500")
-    # Whatever a library prints goes to the log, not between the events.
+    # Output of libraries goes to the log, not between the events.
     events = Events(os.fdopen(os.dup(sys.stdout.fileno()), "wb"))
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     requests: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
     threading.Thread(target=_read_requests, args=(sys.stdin.buffer, requests), daemon=True).start()
-    compile_kernels()
+    ensure_compiled("default")
+    load_kernels()
     events.send("ready")
     while True:
         build(requests.get(), events)

@@ -1,7 +1,7 @@
-"""A least-recently-used cache whose bound is a number of bytes, not a number of entries.
+"""A least-recently-used cache that is bounded in bytes.
 
-Used for opened histories and for encoded meshes, whose sizes differ by three orders of magnitude.
-It is meant for the event loop's thread: no operation waits, and none is locked.
+It holds open histories and encoded meshes, whose sizes differ by three orders of magnitude. It
+belongs to the event loop's thread and takes no lock.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ Value = TypeVar("Value")
 
 
 class ByteBoundedCache(Generic[Key, Value]):
-    """Keeps the values used last, as many as fit into `capacity` bytes.
+    """Cache of the values used last, up to `capacity` bytes.
 
     Parameters
     ----------
     capacity : int
-        Bytes that all values together may take. A value that is larger by itself is not kept.
+        Largest total size in bytes. A larger value is not kept.
 
     Attributes
     ----------
     nbytes : int
-        Bytes that the values take.
+        Total size of the values.
     hits, misses, evictions : int
-        Values that were found; that had to be made, and put here; that had to go for others.
+        Number of values that were found, added, and removed for lack of space.
     """
 
     def __init__(self, capacity: int) -> None:
@@ -44,7 +44,7 @@ class ByteBoundedCache(Generic[Key, Value]):
         return len(self._entries)
 
     def get(self, key: Key) -> Value | None:
-        """Return the value and make it the most recently used; None if it is not there."""
+        """Return a value and mark it as used; None if there is none."""
         entry = self._entries.get(key)
         if entry is None:
             return None
@@ -53,24 +53,24 @@ class ByteBoundedCache(Generic[Key, Value]):
         return entry[0]
 
     def put(self, key: Key, value: Value, nbytes: int) -> None:
-        """Keep a value of `nbytes` bytes; the least recently used leave until all fit."""
+        """Add a value of `nbytes` bytes, and evict the least recently used values."""
         self.misses += 1
         self.discard(key)
         self._keep(key, value, nbytes)
 
     def resize(self, key: Key, value: Value, nbytes: int) -> None:
-        """Say that a value takes another number of bytes by now; nothing happens if it is gone."""
+        """Change the size of a value, if the cache still holds it."""
         if self.discard_value(key, value):
             self._keep(key, value, nbytes)
 
     def discard(self, key: Key) -> None:
-        """Forget a key; nothing happens if it is not there."""
+        """Remove a key, if it is there."""
         entry = self._entries.pop(key, None)
         if entry is not None:
             self.nbytes -= entry[1]
 
     def discard_value(self, key: Key, value: Value) -> bool:
-        """Forget a key if it is this very value that is kept under it; whether it was."""
+        """Remove a key if it holds this very value; return whether it did."""
         entry = self._entries.get(key)
         if entry is None or entry[0] is not value:
             return False
@@ -78,7 +78,7 @@ class ByteBoundedCache(Generic[Key, Value]):
         return True
 
     def discard_where(self, condition: Callable[[Key], bool]) -> None:
-        """Forget every key that fulfils a condition."""
+        """Remove all keys that fulfil a condition."""
         for key in [key for key in self._entries if condition(key)]:
             self.discard(key)
 

@@ -1,8 +1,7 @@
-"""The same work, wanted by several requests at the same time, done once.
+"""Single flight: simultaneous requests for the same work share one execution.
 
-The work is a task of its own, so that it goes on for the others when the request that began it is
-given up. A key can be forgotten while its work is under way: whoever waits gets the result, and
-whoever asks later begins anew.
+The work runs in a task of its own, so it survives the cancellation of the request that started it.
+After `forget`, current waiters still get the result, and later requests start anew.
 """
 
 from __future__ import annotations
@@ -20,30 +19,30 @@ Value = TypeVar("Value")
 
 
 class SingleFlight(Generic[Key, Value]):
-    """Work under way, by key."""
+    """Running work by key."""
 
     def __init__(self) -> None:
         self._tasks: dict[Key, asyncio.Task[Value]] = {}
 
     async def value(self, key: Key, work: Callable[[], Coroutine[Any, Any, Value]]) -> Value:
-        """Return what `work` returns, or raise what it raises, from one run for all who ask."""
+        """Return or raise the outcome of `work`, from one execution for all waiters."""
         task = self._tasks.get(key)
         if task is None:
             task = self._tasks[key] = asyncio.create_task(work())
-            task.add_done_callback(lambda done: self._ended(key, done))
+            task.add_done_callback(lambda done: self._remove(key, done))
         return await asyncio.shield(task)
 
     def forget(self, key: Key) -> None:
-        """Let whoever asks from now on begin anew."""
+        """Let later requests start anew."""
         self._tasks.pop(key, None)
 
     def is_current(self, key: Key) -> bool:
-        """Whether the calling task is the work of this key, and was not forgotten."""
+        """Return whether the calling task is the work of this key and was not forgotten."""
         return self._tasks.get(key) is asyncio.current_task()
 
-    def _ended(self, key: Key, task: asyncio.Task[Value]) -> None:
+    def _remove(self, key: Key, task: asyncio.Task[Value]) -> None:
         if self._tasks.get(key) is task:
             del self._tasks[key]
         if not task.cancelled():
-            # Nobody may be left who waits; an error is then nobody's.
+            # Retrieves the exception, so that asyncio does not report it if nobody waits.
             task.exception()

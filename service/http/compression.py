@@ -1,8 +1,8 @@
-"""Content codings (RFC 9110, 8.4): which one a client likes best, and content in it.
+"""Content codings (RFC 9110, section 8.4): negotiation and compression.
 
-zstd (RFC 8878) and gzip (RFC 1952), in this order. Compressed content is another representation: it
-has its own entity tag, and whatever may be compressed varies by ``Accept-Encoding``. What was
-measured, and what is not compressed, is in ``docs/decisions/compression.md``.
+The service offers zstd (RFC 8878) and gzip (RFC 1952). Compressed content is a representation of
+its own: it has its own entity tag, and the response varies by ``Accept-Encoding``. Measurements are
+in ``docs/decisions/compression.md``.
 """
 
 from __future__ import annotations
@@ -22,40 +22,45 @@ else:
 if TYPE_CHECKING:
     from starlette.responses import Response
 
-__all__ = ["CODINGS", "IDENTITY", "SMALLEST", "compress_response", "compressed", "preferred_coding"]
+__all__ = ["CODINGS", "IDENTITY", "SMALLEST", "compress", "compress_response", "preferred_coding"]
 
 IDENTITY = ""
-"""Stands for content as it is."""
+"""No content coding."""
 
 CODINGS = ("zstd", "gzip")
-"""What there is, the service's own preference first: as small as gzip in a fifth of the time."""
+"""Codings in the service's order of preference. zstd is as small as gzip in a fifth of the time."""
 
 SMALLEST = 1024
-"""Bytes below which content is not compressed: it fits into one packet either way."""
+"""Bytes below which content is not compressed, because it fits into one packet anyway."""
 
 _GZIP_LEVEL = 1
-"""Half as slow as level 6 or better, for meshes that become 0.02 of their size larger."""
+"""Twice as fast as level 6. Meshes grow by 2 %."""
 
 _ZSTD_LEVEL = 3
-"""The format's usual one; its window of 2 MB is within what RFC 9659 lets clients rely on."""
+"""The usual level. Its window of 2 MB is within the limit of RFC 9659."""
 
 
 @lru_cache(maxsize=256)
 def preferred_coding(accept_encoding: bytes) -> str:
-    """Return the coding that a client likes best.
+    """Return the coding that a client prefers.
 
     Parameters
     ----------
     accept_encoding : bytes
-        The value of ``Accept-Encoding``; empty if there is none.
+        The value of ``Accept-Encoding``; empty if the field is missing.
 
     Returns
     -------
     str
         One of `CODINGS`, or `IDENTITY`.
+
+    Examples
+    --------
+    >>> preferred_coding(b"gzip, br")
+    'gzip'
     """
     asked = qualities(accept_encoding.decode("latin-1"))
-    # A client that does not mention it can read it, but would rather have what it mentions.
+    # Identity is acceptable unless it is excluded, but ranks below every coding that is named.
     best, most = IDENTITY, asked.get("identity", 0.0)
     for coding in CODINGS:
         quality = asked.get(coding, asked.get("*", 0.0))
@@ -64,8 +69,8 @@ def preferred_coding(accept_encoding: bytes) -> str:
     return best
 
 
-def compressed(content: bytes, coding: str) -> bytes:
-    """Return content in a coding, the same bytes for the same content.
+def compress(content: bytes, coding: str) -> bytes:
+    """Return content in a coding. The same content always gives the same bytes.
 
     Parameters
     ----------
@@ -79,12 +84,12 @@ def compressed(content: bytes, coding: str) -> bytes:
 
 
 def compress_response(response: Response, accept_encoding: list[str]) -> Response:
-    """Let a response be in the coding that its client likes best; the same response, changed.
+    """Compress a response in the coding that the client prefers, and return the response.
 
     Parameters
     ----------
     response : Response
-        Complete, without an entity tag.
+        Complete, without an entity tag. Changed in place.
     accept_encoding : list of str
         The values of ``Accept-Encoding``.
     """
@@ -92,7 +97,7 @@ def compress_response(response: Response, accept_encoding: list[str]) -> Respons
     content = bytes(response.body)
     coding = preferred_coding(",".join(accept_encoding).encode("latin-1"))
     if coding != IDENTITY and len(content) >= SMALLEST:
-        response.body = compressed(content, coding)
+        response.body = compress(content, coding)
         response.headers["Content-Encoding"] = coding
         response.headers["Content-Length"] = str(len(response.body))
     return response

@@ -1,7 +1,6 @@
-"""Conditional and partial requests, RFC 9110 clauses 13 and 14, for content that never changes.
+"""Conditional and range requests (RFC 9110, sections 13 and 14) for immutable content.
 
-Everything under a gamut's id is immutable, so an entity tag is the digest of the content and the
-only questions are whether the client has it already, and which part of it is asked for.
+Everything under a gamut's id is immutable, and its entity tag is the digest of the content.
 """
 
 from __future__ import annotations
@@ -12,7 +11,8 @@ from typing import TYPE_CHECKING
 
 from starlette.responses import Response
 
-from service.problems.problem import KINDS, Problem, ProblemError
+from service.problems.kinds import KINDS
+from service.problems.problem import Problem, ProblemError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 __all__ = ["IMMUTABLE", "byte_range", "check_if_match", "conditional", "entity_tag", "matches"]
 
 IMMUTABLE = "public, max-age=31536000, immutable"
-"""Cache-Control of content that never changes (RFC 8246); a year is the longest in use."""
+"""Cache-Control of immutable content (RFC 8246). One year is the usual maximum."""
 
 _RANGE = re.compile(r"bytes=\s*(\d{0,18})-(\d{0,18})\s*\Z", re.ASCII | re.IGNORECASE)
-"""One range of bytes, RFC 9110 clause 14.1.2."""
+"""One range of bytes, RFC 9110 section 14.1.2."""
 
 
 def entity_tag(content: bytes) -> str:
@@ -34,21 +34,27 @@ def entity_tag(content: bytes) -> str:
 
 
 def matches(if_none_match: str, etag: str) -> bool:
-    """Whether ``If-None-Match`` names a tag, compared weakly as clause 13.1.2 asks."""
+    """Return whether ``If-None-Match`` names a tag, by weak comparison (section 13.1.2).
+
+    Examples
+    --------
+    >>> matches('"a", W/"b"', '"b"')
+    True
+    """
     if if_none_match.strip() == "*":
         return True
     return any(tag.strip().removeprefix("W/") == etag for tag in if_none_match.split(","))
 
 
 def check_if_match(fields: Sequence[str], *etags: str) -> None:
-    """Raise ``precondition-failed`` unless a tag is named, strongly compared (clause 13.1.1).
+    """Raise ``precondition-failed`` unless ``If-Match`` names one of the tags (section 13.1.1).
 
     Parameters
     ----------
     fields : sequence of str
-        The values of ``If-Match``; without any, everything is named.
+        The values of ``If-Match``. Without a value, the check passes.
     etags : str
-        The strong entity tags of what is there; none for content that has no tag.
+        Strong entity tags of the content. None for content without a tag.
     """
     named = [tag.strip() for field in fields for tag in field.split(",")]
     if fields and named != ["*"] and not any(tag in etags for tag in named):
@@ -62,9 +68,9 @@ def conditional(answer: Response, asked: Headers) -> Response:
     Parameters
     ----------
     answer : Response
-        The tag is added to it.
+        Receives the tag.
     asked : Headers
-        The header fields of the request; ``If-Match`` may raise ``precondition-failed``.
+        Header fields of the request. ``If-Match`` may raise ``precondition-failed``.
     """
     etag = answer.headers["ETag"] = entity_tag(bytes(answer.body))
     check_if_match(asked.getlist("if-match"), etag)
@@ -79,29 +85,29 @@ def conditional(answer: Response, asked: Headers) -> Response:
 def byte_range(
     range_field: str, if_range: str | None, etag: str, size: int
 ) -> tuple[int, int] | None:
-    """Return the first byte and the end of the part that is asked for.
+    """Return the start and the end of the requested part of a file.
 
     Parameters
     ----------
     range_field : str
-        The value of ``Range``; empty if there is none.
+        The value of ``Range``; empty if the field is missing.
     if_range : str or None
         The value of ``If-Range``.
     etag : str
-        The content's entity tag.
+        Entity tag of the content.
     size : int
-        The content's length in bytes.
+        Length of the content in bytes.
 
     Returns
     -------
     tuple of int or None
-        None for the whole content: no range, several, a malformed one, or one for other content.
-        RFC 9110 clause 14.2 lets a server ignore them.
+        None for the whole content: no range, several ranges, a malformed range, or a range of other
+        content. RFC 9110 section 14.2 allows a server to ignore these.
 
     Raises
     ------
     ProblemError
-        ``range-not-satisfiable``: the range begins behind the end.
+        ``range-not-satisfiable``: the range starts after the end.
     """
     found = _RANGE.match(range_field)
     if found is None or (if_range is not None and if_range.strip() != etag):

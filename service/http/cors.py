@@ -1,8 +1,9 @@
-"""Pages of other origins may use the API where the operator lists them (Fetch standard, CORS).
+"""Cross-origin requests (Fetch standard, CORS): pages of listed origins may use the API.
 
-Answers to listed origins differ from those to others, so they all say ``Vary: Origin``, whether the
-request has an origin or not: a cache in between must not hand one to the other. Keys are header
-fields that scripts set themselves, so no credentials of the browser are ever allowed.
+Answers to listed origins differ from answers to others. Therefore every answer has ``Vary:
+Origin``, even if the request has no origin; otherwise a cache could mix them up. Starlette's
+middleware adds it only to requests with an origin. API keys are header fields that scripts set
+themselves, so credentials of the browser are never allowed. See ``docs/decisions/cors.md``.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ EXPOSED_FIELDS = (
     "WWW-Authenticate",
     "X-Request-Id",
 )
-"""Header fields of answers that a script may read besides those that it always may."""
+"""Header fields of answers that scripts may read, besides the safelisted ones."""
 
 ALLOWED_FIELDS = (
     "Accept",
@@ -56,34 +57,37 @@ ALLOWED_FIELDS = (
     "X-Api-Key",
     "X-Request-Id",
 )
-"""Header fields of requests that a script may set."""
+"""Header fields of requests that scripts may set."""
 
 _METHODS = "GET, HEAD, POST, DELETE"
 
 _PREFLIGHT_SECONDS = "7200"
-"""How long a browser may remember a preflight; Chromium takes no longer time."""
+"""Lifetime of a preflight answer in the browser. Chromium's maximum."""
 
 _ORIGIN = re.compile(r"(?:\*|null|[a-z][a-z0-9+.-]*://[a-z0-9.\-\[\]:]+)\Z")
 
 
 def origins(text: str) -> tuple[str, ...]:
-    """Return the origins in a setting's text, separated by commas or spaces.
+    """Return the origins in a setting, separated by commas or spaces.
 
     Raises
     ------
     ValueError
-        One is no origin: scheme, host and, if need be, port, in lower case, without a path.
+        An entry is not an origin: scheme, host and optional port, in lower case, without a path.
     """
     found = tuple(text.replace(",", " ").split())
     for origin in found:
         if not _ORIGIN.match(origin):
-            message = f"{origin} is not an origin such as https://example.org, or *"
+            message = (
+                f"{origin} is not an origin. Give scheme, host and optional port, such as "
+                "https://example.org, or *."
+            )
             raise ValueError(message)
     return found
 
 
 class Cors:
-    """ASGI layer that answers preflights and lets listed origins read answers.
+    """ASGI middleware that answers preflights and lets listed origins read answers.
 
     Parameters
     ----------
@@ -99,7 +103,7 @@ class Cors:
         self._vary = [] if self._all else [(b"vary", b"Origin")]
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a preflight; else pass the request on."""
+        """Answer a preflight; pass every other request on."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
@@ -123,7 +127,7 @@ class Cors:
 
     def _permission(self, origin: bytes | None) -> list[tuple[bytes, bytes]]:
         if self._all:
-            # The same for all requests, so that caches may keep one answer.
+            # The same for all requests, so that caches can keep one answer.
             granted = b"*"
         elif origin is not None and origin in self._allowed:
             granted = origin
@@ -137,7 +141,7 @@ class Cors:
 
 
 async def _send_preflight(send: Send, permission: list[tuple[bytes, bytes]]) -> None:
-    """Answer a preflight; without a permission in it the browser refuses to go on."""
+    """Answer a preflight. Without a permission, the browser refuses the request."""
     headers = [item for item in permission if item[0] != b"access-control-expose-headers"]
     if any(name == b"access-control-allow-origin" for name, _ in headers):
         headers += [

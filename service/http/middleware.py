@@ -1,8 +1,7 @@
-"""Small ASGI layers around the whole app: a limit for bodies, HEAD for every GET, plain paths.
+"""Small ASGI middleware: body limit, HEAD for every GET, and rejection of control characters.
 
-FastAPI's own ``max_body_size`` answers a declared length over the limit with plain text that no
-exception handler sees (0.165), so the limit is enforced here, where it becomes a problem document
-for declared, chunked and multipart bodies alike.
+FastAPI's ``max_body_size`` answers with plain text that no exception handler sees. `BodyLimit`
+answers with a problem document for declared, chunked and multipart bodies.
 """
 
 from __future__ import annotations
@@ -20,16 +19,16 @@ __all__ = ["BodyLimit", "HeadAsGet", "PlainPaths"]
 _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 
 _PARTIAL = frozenset({b"range", b"if-range"})
-"""Header fields that ask for a part."""
+"""Header fields that ask for a part of the content."""
 
 
 class BodyLimit:
-    """Refuses bodies of more than `limit` bytes, before they are read where their length is known.
+    """Refuse bodies over `limit` bytes; declared lengths are refused before the body is read.
 
     Parameters
     ----------
     app : ASGI app
-        Its exception handlers must know `ProblemError`.
+        Its exception handlers must handle `ProblemError`.
     limit : int
         Bytes.
     """
@@ -39,12 +38,12 @@ class BodyLimit:
         self.limit = limit
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on with a `receive` that counts."""
+        """Pass the request on with a `receive` that counts bytes."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
         for name, value in scope["headers"]:
-            # int() takes more than digits; the server refuses such lengths, so they need no answer.
+            # The server refuses lengths that are not digits, so they need no answer here.
             if name == b"content-length" and value.isdigit() and int(value) > self.limit:
                 await problem_response(self._problem())(scope, receive, send)
                 return
@@ -66,45 +65,45 @@ class BodyLimit:
 
 
 class HeadAsGet:
-    """Answers HEAD as GET without the body, RFC 9110 clause 9.3.2."""
+    """Answer HEAD as GET without the content (RFC 9110, section 9.3.2)."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass HEAD on as GET and leave the content out of the answer."""
+        """Pass HEAD on as GET and drop the content of the answer."""
         if scope["type"] != "http" or scope["method"] != "HEAD":
             await self.app(scope, receive, send)
             return
 
         async def send_without_content(message: Message) -> None:
-            # The answer is over with its header fields: whoever goes on to produce a long or an
-            # endless content sees the client leave.
+            # End the answer after the header fields. Generators of long content then see a
+            # disconnect.
             if message["type"] == "http.response.start":
                 await send(message)
                 await send({"type": "http.response.body", "body": b""})
 
-        # Ranges are defined for GET only (14.2): HEAD tells what the whole is like.
+        # Ranges are defined for GET only (section 14.2).
         headers = [field for field in scope["headers"] if field[0] not in _PARTIAL]
         as_get = {**scope, "method": "GET", "headers": headers}
         try:
             await self.app(as_get, receive, send_without_content)
         finally:
-            # Who looks from outside sees which route it was.
+            # The outer middleware needs the matched route.
             scope["route"] = as_get.get("route")
 
 
 class PlainPaths:
-    """Answers that there is nothing at paths with control characters.
+    """Answer paths with control characters with ``not-found``.
 
-    The router's patterns end in ``$``, which takes ``/v1/gamuts`` and a newline for the same.
+    The router's patterns end in ``$``, which also matches before a final newline.
     """
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on if its path is free of control characters."""
+        """Pass the request on if its path has no control characters."""
         if scope["type"] == "http" and _CONTROL.search(scope["path"]):
             detail = "There is nothing at a path with control characters."
             await problem_response(Problem("not-found", detail))(scope, receive, send)

@@ -1,7 +1,6 @@
-"""What a client asks for in header fields: media types with q-values, and preferences.
+"""Content negotiation (RFC 9110, section 12.5.1) and the ``Prefer`` field (RFC 7240).
 
-Content negotiation follows RFC 9110 clause 12.5.1, ``Prefer`` follows RFC 7240. Elements that
-break their grammar are ignored, as both documents ask a server to be lenient.
+Malformed elements are ignored, as both documents recommend.
 """
 
 from __future__ import annotations
@@ -16,29 +15,34 @@ if TYPE_CHECKING:
 __all__ = ["Preference", "preference", "preferred_media_type", "qualities"]
 
 _QUALITY = re.compile(r"(?:0(?:\.\d{0,3})?|1(?:\.0{0,3})?)\Z", re.ASCII)
-"""The qvalue of RFC 9110 clause 12.4.2."""
+"""The qvalue of RFC 9110, section 12.4.2."""
 
 _ELEMENT = re.compile(r'(?:"(?:[^"\\]|\\(?:.|\Z))*(?:"|\Z)|[^",])+', re.DOTALL)
-"""An element of a list; commas in a quoted string (clause 5.6.4) do not end it. One that is never
-closed goes on to the end, so that nothing is ever looked at twice."""
+"""A list element. Commas in a quoted string (section 5.6.4) do not end it. An unclosed string
+extends to the end, which keeps matching linear."""
 
 _SECONDS = re.compile(r"\d{1,9}\Z", re.ASCII)
 
 
 def preferred_media_type(accept: str | None, offered: Sequence[str]) -> str | None:
-    """Return the media type of `offered` that a client likes best.
+    """Return the media type of `offered` that a client prefers.
 
     Parameters
     ----------
     accept : str or None
-        The value of the header field ``Accept``.
+        The value of ``Accept``.
     offered : sequence of str
-        What is available, the service's own preference first; it decides between equals.
+        Available types in the service's order of preference, which decides ties.
 
     Returns
     -------
     str or None
-        None if the client accepts nothing that is offered. Without an ``Accept`` it is the first.
+        None if the client accepts none of them. Without ``Accept``, the first.
+
+    Examples
+    --------
+    >>> preferred_media_type("text/*;q=0.5, image/png", ["text/html", "image/png"])
+    'image/png'
     """
     if accept is None or not accept.strip():
         return offered[0]
@@ -46,7 +50,7 @@ def preferred_media_type(accept: str | None, offered: Sequence[str]) -> str | No
     best, best_quality = None, 0.0
     for media_type in offered:
         kind = media_type.partition("/")[0]
-        # The most specific range that matches decides, clause 12.5.1.
+        # The most specific matching range decides (section 12.5.1).
         for pattern in (media_type, f"{kind}/*", "*/*"):
             if pattern in ranges:
                 if ranges[pattern] > best_quality:
@@ -56,12 +60,12 @@ def preferred_media_type(accept: str | None, offered: Sequence[str]) -> str | No
 
 
 def qualities(field: str) -> dict[str, float]:
-    """Return what a list names, in lower case, with how much it is liked; clause 12.4.2.
+    """Return the names of a list in lower case with their quality values (section 12.4.2).
 
     Parameters
     ----------
     field : str
-        The value of ``Accept``, ``Accept-Encoding`` or the like.
+        The value of ``Accept``, ``Accept-Encoding`` or a similar field.
     """
     found: dict[str, float] = {}
     for element in _ELEMENT.findall(field):
@@ -83,22 +87,22 @@ class Preference:
     Attributes
     ----------
     respond_async : bool
-        It would rather have a job than wait.
+        The client prefers a job over waiting.
     wait : int or None
-        Seconds that it is willing to wait.
+        Seconds that the client is willing to wait.
     """
 
     respond_async: bool = False
     wait: int | None = None
 
     def seconds(self, default: float, longest: float) -> float:
-        """Return the seconds to wait: as asked for up to `longest`, else `default`."""
+        """Return the seconds to wait: the requested time up to `longest`, else `default`."""
         if self.wait is not None:
             return min(float(self.wait), longest)
         return 0.0 if self.respond_async else default
 
-    def applied(self, *, answered_async: bool, longest: float) -> str:
-        """Return the value of ``Preference-Applied``; empty if no preference was honoured."""
+    def applied_field(self, *, answered_async: bool, longest: float) -> str:
+        """Return the value of ``Preference-Applied``; empty if no preference was applied."""
         applied = []
         if self.respond_async and answered_async:
             applied.append("respond-async")
@@ -108,7 +112,7 @@ class Preference:
 
 
 def preference(prefer: Sequence[str]) -> Preference:
-    """Return the preferences in the ``Prefer`` fields of a request; the first of a name counts."""
+    """Return the preferences of a request. The first occurrence of a name counts."""
     found: dict[str, str] = {}
     for element in _ELEMENT.findall(",".join(prefer)):
         name, _, value = element.partition(";")[0].partition("=")

@@ -1,8 +1,7 @@
-"""What all operations ask of their parameters: known names, each once, plain numbers, whole ids.
+"""Validation of query and path parameters: known names, no repetition, plain numbers, whole ids.
 
-A misspelt parameter that is ignored gives an answer to another question, without a word; the
-operations under ``/v1`` refuse it instead and name those that they know. A value that is refused is
-told with what would be right, which pydantic's own messages do not say to a client.
+The operations under ``/v1`` refuse unknown parameters, because an ignored misspelling would answer
+another question. Messages state the accepted form, which pydantic's messages do not.
 """
 
 import re
@@ -28,20 +27,20 @@ __all__ = [
 ]
 
 LARGEST_WHOLE = 10**12 - 1
-"""What twelve digits can say: more than any count here needs."""
+"""Largest number of twelve digits."""
 
 DECIMAL_PATTERN = r"[0-9]{1,12}(?:\.[0-9]{1,20})?(?:[eE]-?[0-9]{1,2})?"
-"""No sign, no infinity, no NaN; as many digits as a double is written with."""
+"""A decimal number without sign, infinity or NaN, with up to the digits of a double."""
 
 ID_PATTERN = "[0-9a-f]{64}"
-"""An id of a gamut and of its job: a digest."""
+"""Id of a gamut and of its job: a digest."""
 
 _LONGEST_SHOWN = 40
-"""Characters of a parameter's name or value that a problem repeats."""
+"""Number of characters of a name or value that a problem repeats."""
 
 
 def _of_form(pattern: str, form: str, remedy: str) -> BeforeValidator:
-    """Return what refuses texts that do not match, and says what they are not."""
+    """Return a validator that refuses text that does not match `pattern`."""
     whole = re.compile(rf"(?:{pattern})\Z")
 
     def checked(value: object) -> object:
@@ -59,21 +58,21 @@ WHOLE_NUMBER = _of_form(
     "a whole number of 1 to 12 decimal digits",
     "Give a plain whole number, such as 1000.",
 )
-"""Annotation of an integer in a query: decimal digits of ASCII only, without a sign."""
+"""Annotation of an integer parameter: ASCII digits without a sign."""
 
 POSITIVE_NUMBER = _of_form(
     r"(?=[0-9]{1,12}\Z)0*[1-9][0-9]*",
     "a whole number from 1 on, of 1 to 12 decimal digits",
     "Give a plain whole number, such as 100.",
 )
-"""Annotation of an integer in a query that is not 0 either."""
+"""Annotation of an integer parameter greater than 0."""
 
 DECIMAL_NUMBER = _of_form(
     DECIMAL_PATTERN,
     "a plain decimal number from 0 on",
     "Give a number such as 0.5 or 1e-4.",
 )
-"""Annotation of a number in a query: decimal digits of ASCII, not negative."""
+"""Annotation of a non-negative decimal parameter."""
 
 _AN_ID = "an id, which is 64 hexadecimal digits in lower case"
 
@@ -83,23 +82,23 @@ ID = _of_form(ID_PATTERN, _AN_ID, "Give the `id` that POST /v1/gamuts or a list 
 ID_OR_NOTHING = _of_form(
     f"({ID_PATTERN})?", _AN_ID, "Give the `id` of the last entry, or follow `next`."
 )
-"""Annotation of where a page of a list begins."""
+"""Annotation of the start of a page of a list."""
 
 IDS = _of_form(
     f"{ID_PATTERN}(,{ID_PATTERN})*",
     "a list of ids, each of 64 hexadecimal digits in lower case",
     "Give ids of gamuts with a comma between them, as /v1/gamuts lists them.",
 )
-"""Annotation of one id or several."""
+"""Annotation of one or more ids."""
 
 
 async def check_query(request: Request) -> None:
-    """Refuse parameters that the request's operation does not have, and repeated ones.
+    """Refuse unknown and repeated query parameters.
 
     Raises
     ------
     ProblemError
-        ``invalid-parameter``, with the operation's parameters.
+        ``invalid-parameter``, with the names that the operation accepts.
     """
     known = [field.alias for field in request.scope["route"].dependant.query_params]
     for name, count in Counter(name for name, _ in request.query_params.multi_items()).items():

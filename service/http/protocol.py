@@ -1,10 +1,9 @@
-"""HTTP/1.1 at the level of connections: limits that a framework behind it cannot keep.
+"""HTTP/1.1 connections with limits that an ASGI app cannot enforce.
 
-uvicorn parses requests and runs the app. This protocol adds what protects it from clients that are
-slow, endless or malformed, whether they mean it or not: time limits for the head and the body of a
-request and for taking the answer, a limit for the size of the head, a number of connections beyond
-which idle ones give way to new ones, and problem documents wherever the app is never reached; these
-are reported, since no layer of the app sees them. See ``docs/decisions/hostile-clients.md``.
+uvicorn parses requests and runs the app. This protocol adds time limits for the head, the body and
+the reading of the answer, a size limit for the head, and a limit of open connections. Requests that
+never reach the app get problem documents and are reported to a callback. See
+``docs/decisions/hostile-clients.md``.
 """
 
 from __future__ import annotations
@@ -28,47 +27,45 @@ if TYPE_CHECKING:
     import asyncio
     from collections.abc import Callable
 
-    from service.settings import Settings
-
 __all__ = ["ConnectionLimits", "LimitedProtocol", "Refusal", "limited_protocol"]
 
 _SWEEP_SECONDS = 0.5
-"""How often connections are looked at, so how late a time limit may be noticed."""
+"""Interval between checks of all connections."""
 
 _LINGER_SECONDS = 5.0
-"""How long the rest of a body is taken and dropped whose answer is sent already: a client that
-reads its answer only behind its body gets it, and nobody can send for ever."""
+"""How long the rest of a body is read and dropped after the answer was sent. Some clients read the
+answer only after sending the body."""
 
 _REFUSED_SECONDS = 0.5
-"""How long a client that was refused has to read the answer, while what it sends is dropped."""
+"""How long a refused client can read the answer while its data is dropped."""
 
 
 _MOST_WAITING = 32
-"""Requests that may wait behind one that is being answered on the same connection; programs that
-send ahead at all send about ten. Each takes memory, and one packet may hold thousands."""
+"""Largest number of pipelined requests behind the current one. Each takes memory, and one packet
+can hold thousands. Clients that pipeline send about ten."""
 
 _numbers = itertools.count()
-"""Of the connections, in the order in which they came."""
+"""Sequence numbers of connections, in the order of arrival."""
 
 
 @dataclass(frozen=True)
 class ConnectionLimits:
-    """What one connection may take.
+    """Limits of one connection.
 
     Attributes
     ----------
     connections : int
-        Open ones at the same time.
+        Largest number of open connections.
     head_bytes : int
-        Address and header fields of a request.
+        Largest size of the request target and the header fields.
     head_seconds : float
-        From the first byte of a request, or from connecting, to the end of its head.
+        Time from the first byte of a request, or from connecting, to the end of the head.
     body_seconds : float
-        For a body, besides what its size allows.
+        Time for a body, in addition to the time that its size allows.
     body_rate : int
-        Bytes per second that a body has to arrive with.
+        Smallest average rate of a body in bytes per second.
     write_seconds : float
-        How long a client may take none of an answer that waits for it.
+        Longest time in which a client reads nothing of a waiting answer.
     """
 
     connections: int
@@ -78,18 +75,6 @@ class ConnectionLimits:
     body_rate: int
     write_seconds: float
 
-    @classmethod
-    def of(cls, settings: Settings) -> ConnectionLimits:
-        """Return the limits that settings ask for."""
-        return cls(
-            settings.max_connections,
-            settings.max_head_bytes,
-            settings.head_timeout,
-            settings.body_timeout,
-            settings.min_body_rate,
-            settings.write_timeout,
-        )
-
 
 class Refusal(NamedTuple):
     """An answer that was given without the app.
@@ -97,17 +82,17 @@ class Refusal(NamedTuple):
     Attributes
     ----------
     problem : str
-        Its code.
+        Code of the problem.
     status : int
-        Of HTTP.
+        HTTP status.
     nbytes : int
-        Of the content.
+        Bytes of content.
     seconds : float
-        Since the wait for what the client was sending began.
+        Time since the server started to wait for the client's data.
     client : str or None
-        Address of the other side of the connection, which may be a proxy's.
+        Address of the peer, which may be a proxy.
     request_id : str
-        That the answer names.
+        Id in the answer.
     """
 
     problem: str
@@ -121,8 +106,8 @@ class Refusal(NamedTuple):
 class LimitedProtocol(HttpToolsProtocol):
     """A connection with limits.
 
-    The time limits of all connections are kept by one timer of the server: a request costs it
-    nothing but noting the time.
+    One timer of the server checks the time limits of all connections. A request only records the
+    time.
     """
 
     limits: ConnectionLimits
@@ -131,9 +116,9 @@ class LimitedProtocol(HttpToolsProtocol):
     """Whether the timer of all connections of this class is running."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Take a connection, or tell it that there are too many."""
+        """Accept a connection, or refuse it if there are too many."""
         self._number = next(_numbers)
-        self._since = self.loop.time()  # when the wait for what the client sends now began
+        self._since = self.loop.time()  # start of the wait for the client
         self._reading_head = False
         self._reading_body = False
         self._head_bytes = 0
@@ -154,9 +139,9 @@ class LimitedProtocol(HttpToolsProtocol):
             self.loop.call_later(_SWEEP_SECONDS, self._sweep)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Let the request that is being answered know that nobody listens any more."""
+        """Tell the request that is being answered that the client is gone."""
         if self._answering is not None:
-            # uvicorn tells the newest one, which may wait behind others.
+            # uvicorn tells the newest request, which may wait behind others.
             self._answering.disconnected = True
             self._answering.message_event.set()
         super().connection_lost(exc)
@@ -166,13 +151,13 @@ class LimitedProtocol(HttpToolsProtocol):
         super()._start_asgi_task(cycle, app)
 
     def data_received(self, data: bytes) -> None:
-        """Take a part of a request."""
+        """Receive a part of a request."""
         if self._refused or self.transport.is_closing():
             return
         if not self._reading_body:
             if not self._reading_head and self._head_bytes == 0:
                 self._since = self.loop.time()
-            # The parser keeps the beginning of a long field to itself, so all bytes count.
+            # The parser buffers the start of a long field, so all bytes count.
             self._head_bytes += len(data)
         super().data_received(data)
         if self._reading_head and self._head_bytes > self.limits.head_bytes:
@@ -185,28 +170,28 @@ class LimitedProtocol(HttpToolsProtocol):
         self._fields_bytes = 0
 
     def on_url(self, url: bytes) -> None:
-        """Take a part of the address."""
+        """Receive a part of the request target."""
         self._count_field(len(url))
         super().on_url(url)
 
     def on_header(self, name: bytes, value: bytes) -> None:
-        """Take a header field, or one behind a chunked body."""
+        """Receive a header field or a trailer field."""
         self._count_field(len(name) + len(value) + 4)
         super().on_header(name, value)
 
     def on_headers_complete(self) -> None:
-        """Let the app begin."""
+        """Start the app."""
         self._reading_head = False
         self._reading_body = True
         self._head_bytes = self._body_bytes = 0
         self._since = self.loop.time()
         if len(self.pipeline) >= _MOST_WAITING:
             message = "too many"
-            raise ValueError(message)  # ends the parser; there is no place for a word
+            raise ValueError(message)  # ends the parser without an answer
         super().on_headers_complete()
 
     def on_body(self, body: bytes) -> None:
-        """Take a part of the body."""
+        """Receive a part of the body."""
         self._body_bytes += len(body)
         super().on_body(body)
 
@@ -216,17 +201,17 @@ class LimitedProtocol(HttpToolsProtocol):
         super().on_message_complete()
 
     def on_response_complete(self) -> None:
-        """End an answer, whose request may still be arriving."""
+        """End an answer. Its request may still be arriving."""
         self._since = self.loop.time()
         super().on_response_complete()
 
     def send_400_response(self, msg: str) -> None:
-        """Answer what the parser does not understand; uvicorn calls it."""
-        del msg  # uvicorn's, a sentence that is always the same
+        """Answer a request that the parser refused. Called by uvicorn."""
+        del msg  # always the same text
         self._refuse(self._refusal or Problem("bad-request", "The request is not HTTP/1.1."))
 
     def _unsupported_upgrade_warning(self) -> None:
-        # RFC 9110, 7.8: a server may ignore it. It is no event that an operator has to know of.
+        # A server may ignore it (RFC 9110, section 7.8). No need for a warning.
         pass
 
     def _count_field(self, size: int) -> None:
@@ -238,23 +223,23 @@ class LimitedProtocol(HttpToolsProtocol):
 
     def _head_problem(self) -> Problem:
         limit = self.limits.head_bytes
-        detail = f"The address and the header fields are larger than {limit} bytes."
+        detail = f"The request target and the header fields are larger than {limit} bytes."
         return Problem("head-too-large", detail, {"limit": limit})
 
     def _refuse(self, problem: Problem) -> None:
-        """End the connection with a problem document, where there is a place for one."""
+        """End the connection with a problem document, if one can still be sent."""
         cycle = self._answering
         if cycle is not None and not cycle.response_complete:
             if cycle.response_started or cycle is not self.cycle or self._reading_head:
                 self._abort()
                 return
-            # Lets the app know that nobody reads what it may answer.
+            # The app must stop: nobody reads its answer.
             cycle.disconnected = True
             cycle.message_event.set()
         self._send_problem(problem)
 
     def _abort(self) -> None:
-        """End the connection without a word, whatever is under way."""
+        """Close the connection without an answer."""
         if self._answering is not None:
             self._answering.disconnected = True
         self.pipeline.clear()
@@ -281,7 +266,7 @@ class LimitedProtocol(HttpToolsProtocol):
             )
         )
         if self.transport.can_write_eof():
-            # Closing while something unread is there would take the answer back (a reset).
+            # Closing with unread data would send a reset and discard the answer.
             self.transport.write_eof()
             self.loop.call_later(_REFUSED_SECONDS, self.transport.abort)
         else:
@@ -289,25 +274,25 @@ class LimitedProtocol(HttpToolsProtocol):
 
     @property
     def _idle(self) -> bool:
-        """Whether nothing of a request that could be answered has come."""
+        """Whether no complete request has arrived."""
         return self._refused or (
             not self._reading_body and (self.cycle is None or self.cycle.response_complete)
         )
 
     def _make_room(self) -> bool:
-        """Close the connection that has waited longest without a request; whether there is one."""
+        """Close the connection that has been idle longest; return whether there is one."""
         others = cast("set[LimitedProtocol]", self.connections)
         idle = [other for other in others if other._idle]  # noqa: SLF001 - of the same class
         if not idle:
             return False
-        # Event loops count milliseconds, in which many may come: among those, the first to come.
+        # Many connections may share one millisecond; the sequence number decides.
         oldest = min(idle, key=lambda other: (other._since, other._number))  # noqa: SLF001
         oldest._abort()  # noqa: SLF001
         self.connections.discard(oldest)
         return True
 
     def _sweep(self) -> None:
-        """End the connections whose time is over, and look again later if any are left."""
+        """Close the connections that exceeded a time limit, and schedule the next check."""
         now = self.loop.time()
         for connection in list(cast("set[LimitedProtocol]", self.connections)):
             connection._look(now)  # noqa: SLF001 - of the same class
@@ -324,11 +309,11 @@ class LimitedProtocol(HttpToolsProtocol):
             self._look_at_body(now)
         elif self._idle and now - self._since > self.limits.head_seconds:
             if self._head_bytes == 0:
-                # Nothing was asked. Between requests uvicorn's shorter time has closed it before.
+                # No request was sent. Between requests, uvicorn's shorter timeout applies first.
                 self.transport.close()
             else:
                 detail = (
-                    f"The head of the request did not come within {self.limits.head_seconds:g} s."
+                    f"The head of the request did not arrive within {self.limits.head_seconds:g} s."
                 )
                 self._refuse(Problem("request-timeout", detail))
 
@@ -343,11 +328,13 @@ class LimitedProtocol(HttpToolsProtocol):
             return
         allowed = self.limits.body_seconds + self._body_bytes / self.limits.body_rate
         if now - self._since > allowed:
-            detail = f"{self._body_bytes} bytes of the body came within {now - self._since:.0f} s."
+            detail = (
+                f"{self._body_bytes} bytes of the body arrived within {now - self._since:.0f} s."
+            )
             self._refuse(Problem("request-timeout", detail))
 
     def _is_stalled(self, now: float) -> bool:
-        """Whether the client has taken nothing for too long of what waits for it."""
+        """Return whether the client has read nothing of the waiting data for too long."""
         unsent = self.transport.get_write_buffer_size()
         if unsent == 0 or self._stalled_since is None or unsent < self._unsent:
             self._stalled_since = now if unsent else None
@@ -360,13 +347,13 @@ class LimitedProtocol(HttpToolsProtocol):
 def limited_protocol(
     limits: ConnectionLimits, report: Callable[[Refusal], None]
 ) -> type[LimitedProtocol]:
-    """Return the protocol class, as uvicorn wants it: made without arguments.
+    """Return a protocol class that uvicorn can instantiate without further arguments.
 
     Parameters
     ----------
     limits : ConnectionLimits
     report : callable
-        Hears of every answer that the app knows nothing of.
+        Called with a `Refusal` for every answer that is given without the app.
     """
     attributes: dict[str, Any] = {"limits": limits, "report": staticmethod(report)}
     return type("LimitedProtocol", (LimitedProtocol,), attributes)

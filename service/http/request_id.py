@@ -1,7 +1,6 @@
-"""One id for every request: the client's own if it is sane, else a new one.
+"""Request ids: the client's own id if it is well formed, else a new one.
 
-The id is in the answer's ``X-Request-Id``, whatever the answer is, and in a context variable, so
-that every line that is logged on behalf of a request can name it.
+The id is in ``X-Request-Id`` of every answer, and in a context variable for the log.
 """
 
 from __future__ import annotations
@@ -17,23 +16,23 @@ if TYPE_CHECKING:
 __all__ = ["HEADER", "RequestIds", "current_request_id"]
 
 HEADER = "X-Request-Id"
-"""The header field, of requests and of answers."""
+"""Header field of requests and answers."""
 
 _FIELD = HEADER.lower().encode()
 
 _SANE = re.compile(rb"[A-Za-z0-9._~+/=:@-]{1,128}\Z")
-"""What is taken over from a client: it ends up in logs and in other programs' headers."""
+"""Accepted ids of clients. They appear in logs and in header fields of other programs."""
 
 _current: ContextVar[str] = ContextVar("request_id", default="")
 
 
 def current_request_id() -> str:
-    """Return the id of the request that is being answered; empty outside of requests."""
+    """Return the id of the current request; empty outside of requests."""
     return _current.get()
 
 
 class RequestIds:
-    """ASGI layer that gives every request its id.
+    """ASGI middleware that assigns an id to every request.
 
     Parameters
     ----------
@@ -45,7 +44,7 @@ class RequestIds:
         self.app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on, and put its id into the answer."""
+        """Pass the request on and add its id to the answer."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
@@ -54,7 +53,7 @@ class RequestIds:
 
         async def send_with_id(message: Message) -> None:
             if message["type"] == "http.response.start":
-                # A new list: the one that is there may be shared by all answers with this content.
+                # A new list, because answers with the same content may share the old one.
                 message["headers"] = [*message["headers"], (_FIELD, identifier)]
             await send(message)
 

@@ -1,11 +1,10 @@
-"""The truth about jobs: one small document each in the store, changed by compare-and-swap only.
+"""The job book: one document per job in the store, changed by compare-and-swap only.
 
-A job has the id of the gamut that it builds, so identical requests meet in it, on every replica.
-Whoever builds *claims* the job: the claim carries a fencing token that grows with every claim, and
-a lease that has to be renewed. A claim that was lost, because its lease ran out and somebody took
-over or because the job was cancelled, can change nothing any more. See ``docs/decisions/jobs.md``.
+A job has the id of the gamut that it builds, so identical requests share it on every replica. A
+builder *claims* a job. The claim has a fencing token, which grows with every claim, and a lease,
+which must be renewed. A lost claim can change nothing. See ``docs/decisions/jobs.md``.
 
-All methods of `JobBook` block on the store: the event loop calls them in threads.
+All methods of `JobBook` block on the store; the event loop calls them in threads.
 """
 
 from __future__ import annotations
@@ -26,6 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from service.storage.blobs import Blobs
+    from service.storage.gamuts import GamutStore
 
 __all__ = [
     "ABANDONED_SECONDS",
@@ -41,42 +41,42 @@ __all__ = [
 logger = logging.getLogger(__name__)
 
 ABANDONED_SECONDS = 60.0
-"""How long a job may wait without a sign of life before a new request for it has it queued anew:
-whoever was to do that may have died in between, and a job that is queued twice is claimed once."""
+"""Age after which a new request queues a waiting job again. The process that should have queued it
+may have died, and a job that is queued twice is claimed once."""
 
 
 _REMOVAL_SECONDS = 600.0
-"""After which the removal of a forgotten job is given up for dead: longer than a request to delete
-can be under way, with all its repetitions."""
+"""Age after which the removal of a forgotten job counts as failed. No delete request lasts longer,
+retries included."""
 
 _REMOVAL_WAIT = 2.0
-"""Seconds that a new request waits for a removal, which takes milliseconds; then it is refused with
-``store-unavailable``, and may come again."""
+"""Seconds that a new request waits for a removal, which usually takes milliseconds. After that the
+request fails with ``store-unavailable``."""
 
 _READERS = 16
-"""Documents of a remote store that are read at the same time."""
+"""Number of documents that are read from a remote store at the same time."""
 
 
 class LeaseLostError(Exception):
-    """A claim is not valid any more: somebody else has the job, or it is over."""
+    """The claim is not valid any more: another builder has the job, or the job has ended."""
 
 
 class JobCancelledError(LeaseLostError):
-    """A claim is not valid any more, because its job was cancelled."""
+    """The claim is not valid any more, because the job was cancelled."""
 
 
 @dataclass(frozen=True)
 class Claim:
-    """The right to do a job, as long as nobody has taken it away.
+    """The right to build a job.
 
     Attributes
     ----------
     document : JobDocument
-        The job as the claim's last change has left it.
+        The job after the claim's last change.
     version : str
-        The version of its blob.
+        Version of the document's blob.
     lease : float
-        Seconds for which the claim holds without being renewed.
+        Seconds for which the claim is valid without renewal.
     """
 
     document: JobDocument
@@ -90,17 +90,16 @@ class JobBook:
     Parameters
     ----------
     blobs : Blobs
-        Where the documents are, under ``jobs/``.
+        Storage of the documents, under ``jobs/``.
     attempts : int
-        How often a build is started before it is given up.
+        Largest number of attempts of a build.
     clock : callable
-        Seconds of the Unix epoch. The hosts of a deployment have to agree on it to within a lease.
+        Seconds of the Unix epoch. The clocks of all hosts must agree to within a lease.
     lost_options : callable, optional
-        Told the id of a job whose document is damaged, it returns the options that the gamut has
-        to be built with all the same; None if there is nothing to build (from).
+        Maps the id of a job with a damaged document to the options of the build; None if there is
+        nothing to build.
     on_damaged : callable, optional
-        Told the id of a job whose document was damaged, by whoever replaced or removed it: once
-        for each damage, however many read it.
+        Called with the id of a damaged job by the process that replaced or removed the document.
     """
 
     def __init__(
@@ -117,72 +116,82 @@ class JobBook:
         self._lost_options = lost_options
         self._on_damaged = on_damaged or (lambda _: None)
 
+    @classmethod
+    def of_store(cls, store: GamutStore, attempts: int) -> JobBook:
+        """Return the jobs of a gamut store, which recovers and counts damaged documents."""
+        return cls(
+            store.blobs,
+            attempts,
+            lost_options=store.options_of_damaged_job,
+            on_damaged=store.count_damaged_job,
+        )
+
     def accept(
         self, job_id: str, options: Mapping[str, Any], trace: Mapping[str, str] | None = None
     ) -> tuple[JobDocument, bool]:
-        """Return the job that builds a gamut: the one under way, else a new one.
+        """Return the job that builds a gamut: the current job, or a new one.
 
         Returns
         -------
         document : JobDocument
             Queued or running.
         new : bool
-            Whether the caller has to queue it: it is new, or whoever was to build it is gone.
+            Whether the caller must queue it: the job is new, or its builder is gone.
         """
         while True:
             time_ = self._now()
             fresh = JobDocument(
                 job_id, dict(options), created=time_, updated=time_, trace=dict(trace or {})
             )
-            found = self._found(job_id)
+            found = self._read(job_id)
             if found is None:
                 if self._blobs.create(_key(job_id), fresh.to_bytes()) is not None:
                     return fresh, True
-                instead = self._instead_of_forgotten(fresh)
+                instead = self._replace_forgotten(fresh)
                 if instead is not None:
                     return instead, True
                 continue
             document, version = found
             if not document.final:
-                return document, self._abandoned(document, ABANDONED_SECONDS)
-            # The token goes on, so that whoever was late with the old build stays fenced off.
+                return document, self._is_abandoned(document, ABANDONED_SECONDS)
+            # The token keeps growing, which fences off a late builder of the old job.
             renewed = replace(fresh, token=document.token)
             if self._replace(renewed, version) is not None:
                 return renewed, True
 
     def read(self, job_id: str) -> JobDocument | None:
         """Return a job; None if there is none."""
-        found = self._found(job_id)
+        found = self._read(job_id)
         return None if found is None else found[0]
 
     def claim(self, job_id: str, owner: str, lease: float) -> Claim | None:
-        """Return the right to do a job, if it is to be had; it counts as an attempt.
+        """Claim a job, which counts as an attempt; return None if it cannot be claimed.
 
-        A job that was attempted as often as allowed, without an end, fails here.
+        A job without attempts left is marked as failed.
 
         Parameters
         ----------
         job_id : str
-            Which job.
+            The job.
         owner : str
-            Who asks.
+            Name of the builder.
         lease : float
-            Seconds until the claim ends unless it is renewed.
+            Seconds for which the claim is valid without renewal.
 
         Returns
         -------
         Claim or None
-            None if the job is over or unknown, or if somebody else's lease holds.
+            None if the job is unknown or has ended, or if another lease is valid.
         """
         while True:
-            found = self._found(job_id)
+            found = self._read(job_id)
             if found is None or found[0].final:
                 return None
             document, version = found
             if document.state == "running" and (document.lease_until or 0.0) > self._clock():
                 return None
             if document.attempts >= self._attempts:
-                self._replace(self._given_up(document, None), version)
+                self._replace(self._give_up(document, None), version)
                 continue
             time_ = self._now()
             claimed = replace(
@@ -202,16 +211,16 @@ class JobBook:
                 return Claim(claimed, new_version, lease)
 
     def heartbeat(self, claim: Claim, stage: str, fraction: float) -> Claim:
-        """Return the claim, renewed, after writing down how far the build is.
+        """Renew a claim, store the progress, and return the new claim.
 
         Raises
         ------
         JobCancelledError
             The job was cancelled.
         LeaseLostError
-            Somebody else has the job.
+            Another builder has the job.
         """
-        return self._changed(
+        return self._change(
             claim,
             replace(
                 claim.document,
@@ -225,12 +234,12 @@ class JobBook:
     def finish(
         self, claim: Claim, state: Literal["succeeded", "failed"], problem: Problem | None = None
     ) -> JobDocument:
-        """Return the job, ended; `LeaseLostError` if the claim was lost."""
-        document = self._ended(claim.document, state, problem)
-        return self._changed(claim, document).document
+        """End a job and return it; raises `LeaseLostError` if the claim was lost."""
+        document = self._end(claim.document, state, problem)
+        return self._change(claim, document).document
 
-    def crashed(self, claim: Claim, problem: Problem) -> JobDocument:
-        """Return the job whose process died: queued again, or failed after the last attempt.
+    def record_crash(self, claim: Claim, problem: Problem) -> JobDocument:
+        """Queue a job whose process died again, or fail it after the last attempt.
 
         Raises
         ------
@@ -239,11 +248,11 @@ class JobBook:
         """
         document = claim.document
         if document.attempts >= self._attempts:
-            return self._changed(claim, self._given_up(document, problem)).document
-        return self._changed(claim, self._queued(document, document.attempts)).document
+            return self._change(claim, self._give_up(document, problem)).document
+        return self._change(claim, self._queue_again(document, document.attempts)).document
 
     def release(self, claim: Claim) -> JobDocument:
-        """Return the job, given back unfinished: queued again, and not counted as an attempt.
+        """Give an unfinished job back: queue it again without counting the attempt.
 
         Raises
         ------
@@ -251,47 +260,46 @@ class JobBook:
             The claim was lost.
         """
         document = claim.document
-        return self._changed(claim, self._queued(document, document.attempts - 1)).document
+        return self._change(claim, self._queue_again(document, document.attempts - 1)).document
 
     def request_cancel(self, job_id: str) -> JobDocument | None:
-        """Return the job, cancelled unless it was over; None if there is none.
+        """Cancel a job unless it has ended, and return it; None if there is none.
 
-        Whoever is building it learns of it with the next heartbeat, and can change nothing.
+        Its builder notices at the next heartbeat and can change nothing.
         """
         detail = "The build was cancelled before it was finished."
         problem = Problem("build-cancelled", detail)
-        return self._ended_while(("queued", "running"), job_id, "cancelled", problem)
+        return self._end_while(("queued", "running"), job_id, "cancelled", problem)
 
     def withdraw(self, job_id: str, problem: Problem) -> JobDocument | None:
-        """Return the job, failed if nobody had begun it: what it needs could not be stored."""
-        return self._ended_while(("queued",), job_id, "failed", problem)
+        """Fail a job that nobody has started, because its input could not be stored."""
+        return self._end_while(("queued",), job_id, "failed", problem)
 
     def requeue(self, job_id: str, token: int) -> JobDocument | None:
-        """Return the job, queued again if this claim has it: its owner is known to be gone.
+        """Queue a running job again if it still has this token: its owner is known to be gone.
 
-        Only for a store that belongs to one process, at its start: everybody else waits for the
-        lease to end. The attempt stays counted, so an input that takes the whole service down is
-        given up as well.
+        Only for a store that belongs to one process, at its start. The attempt stays counted, so an
+        input that ends the whole service is given up as well.
         """
         while True:
-            found = self._found(job_id)
+            found = self._read(job_id)
             if found is None or found[0].state != "running" or found[0].token != token:
                 return None if found is None else found[0]
-            changed = self._queued_or_given_up(found[0])
+            changed = self._queue_or_give_up(found[0])
             if self._replace(changed, found[1]) is not None:
                 return changed
 
-    def revived(self, job_id: str, silence: float) -> JobDocument | None:
-        """Return a job that was lost, queued anew; the caller, and nobody else, has to send it.
+    def revive(self, job_id: str, silence: float) -> JobDocument | None:
+        """Queue a lost job again and return it. Only the caller that gets the job sends it.
 
-        Lost is a running one whose lease has ended, and a queued one of which nothing was heard
-        for `silence` seconds. None if it is not lost, if somebody else has just revived it, or if
-        it was attempted as often as allowed, and has failed now.
+        A running job is lost when its lease has ended. A queued job is lost when it was not updated
+        for `silence` seconds. None if the job is not lost, if another caller was faster, or if no
+        attempts are left.
         """
-        found = self._found(job_id)
-        if found is None or found[0].final or not self._abandoned(found[0], silence):
+        found = self._read(job_id)
+        if found is None or found[0].final or not self._is_abandoned(found[0], silence):
             return None
-        changed = self._queued_or_given_up(found[0])
+        changed = self._queue_or_give_up(found[0])
         if self._replace(changed, found[1]) is None or changed.final:
             return None
         return changed
@@ -303,25 +311,26 @@ class JobBook:
                 yield document
 
     def page(self, after: str, limit: int) -> list[JobDocument]:
-        """Return up to `limit` jobs in the order of their ids, from the first after `after`."""
+        """Return up to `limit` jobs after the id `after`, in the order of their ids."""
         return list(islice(self._documents(after), limit))
 
     def forget_finished(self, older_than: float) -> list[str]:
-        """Remove the jobs that were over `older_than` seconds ago, and return their ids.
+        """Remove the jobs that ended `older_than` seconds ago, and return their ids.
 
-        A blob cannot be removed by compare-and-swap. So it is first marked as forgotten, which can:
-        who renewed the job before is seen, and who wants to afterwards waits until it is removed.
+        Blobs cannot be removed by compare-and-swap. Therefore the job is first marked as forgotten,
+        by compare-and-swap, and then removed. A request that wants to renew it waits for the
+        removal.
         """
         limit = rfc3339(self._clock() - older_than)
         forgotten = []
         for key in self._blobs.keys("jobs/"):
             job_id = id_of(key)
-            found = self._kept(job_id)
+            found = self._read_any(job_id)
             if found is None:
                 continue
             document, version = found
             over = document.final and (document.finished or "") < limit
-            if not over and not self._removal_given_up(document):
+            if not over and not self._removal_failed(document):
                 continue
             mark = replace(document, state="forgotten", updated=self._now())
             if self._replace(mark, version) is not None:
@@ -329,27 +338,27 @@ class JobBook:
                 forgotten.append(job_id)
         return forgotten
 
-    def _removal_given_up(self, document: JobDocument) -> bool:
-        """Whether a job was to be removed by somebody who cannot do it any more."""
+    def _removal_failed(self, document: JobDocument) -> bool:
+        """Return whether the process that should remove a forgotten job is gone."""
         limit = rfc3339(self._clock() - _REMOVAL_SECONDS)
         return document.state == "forgotten" and document.updated < limit
 
-    def _instead_of_forgotten(self, fresh: JobDocument) -> JobDocument | None:
-        """Return a job that took the place of a forgotten one; None if that is removed (by now)."""
+    def _replace_forgotten(self, fresh: JobDocument) -> JobDocument | None:
+        """Return a job that replaced a forgotten one; None if that one has been removed."""
         deadline = time.monotonic() + _REMOVAL_WAIT
-        while (found := self._kept(fresh.id)) is not None and found[0].state == "forgotten":
+        while (found := self._read_any(fresh.id)) is not None and found[0].state == "forgotten":
             document, version = found
-            if self._removal_given_up(document):
+            if self._removal_failed(document):
                 renewed = replace(fresh, token=document.token)
                 return None if self._replace(renewed, version) is None else renewed
             if time.monotonic() > deadline:
-                message = f"the job {fresh.id} is being removed"
+                message = f"job {fresh.id} is being removed"
                 raise StoreUnavailableError(message)
             time.sleep(0.02)
         return None
 
     def _documents(self, after: str) -> Iterator[JobDocument]:
-        """Iterate over the jobs after one, several being read at a time where that takes long."""
+        """Iterate over the jobs after an id. Remote stores are read in parallel."""
         keys = iter(self._blobs.keys("jobs/", _key(after) if after else ""))
         readers = _READERS if self._blobs.remote else 1
         with ThreadPoolExecutor(readers, thread_name_prefix="jobs") as threads:
@@ -357,11 +366,11 @@ class JobBook:
                 found = threads.map(self.read, batch) if readers > 1 else map(self.read, batch)
                 yield from (document for document in found if document is not None)
 
-    def _found(self, job_id: str) -> tuple[JobDocument, str] | None:
-        found = self._kept(job_id)
+    def _read(self, job_id: str) -> tuple[JobDocument, str] | None:
+        found = self._read_any(job_id)
         return None if found is None or found[0].state == "forgotten" else found
 
-    def _kept(self, job_id: str) -> tuple[JobDocument, str] | None:
+    def _read_any(self, job_id: str) -> tuple[JobDocument, str] | None:
         """Return the document and its version, forgotten or not; None if there is none."""
         while True:
             try:
@@ -371,14 +380,14 @@ class JobBook:
             try:
                 return JobDocument.from_bytes(blob.data), blob.version
             except (BlobDamagedError, TypeError) as error:
-                logger.error("the document of job %s is damaged: %s", job_id, error)  # noqa: TRY400 - no defect
+                logger.error("document of job %s is damaged: %s", job_id, error)  # noqa: TRY400 - no defect
             options = None if self._lost_options is None else self._lost_options(job_id)
             if options is None:
-                # What it was about cannot be told any more; whoever wants the gamut posts again.
+                # The options are lost. A client that wants the gamut must post the data again.
                 if self._blobs.delete(_key(job_id)):
                     self._on_damaged(job_id)
                 return None
-            # A token greater than any before fences off whoever had claimed the damaged one.
+            # A token greater than all before fences off the owner of the damaged document.
             token = int(1000 * self._clock())
             fresh = JobDocument(
                 job_id, dict(options), created=self._now(), updated=UNHEARD, token=token
@@ -386,14 +395,14 @@ class JobBook:
             version = self._replace(fresh, blob.version)
             if version is not None:
                 self._on_damaged(job_id)
-                logger.warning("job %s is queued anew, from the input that is kept", job_id)
+                logger.warning("job %s is queued again from its stored input", job_id)
                 return fresh, version
 
     def _replace(self, document: JobDocument, version: str) -> str | None:
         return self._blobs.replace(_key(document.id), document.to_bytes(), version)
 
-    def _changed(self, claim: Claim, document: JobDocument) -> Claim:
-        """Return the claim after its document was changed, if it still holds."""
+    def _change(self, claim: Claim, document: JobDocument) -> Claim:
+        """Store a claim's document and return the new claim."""
         version: str | None = claim.version
         while version is not None:
             new_version = self._replace(document, version)
@@ -403,12 +412,12 @@ class JobBook:
         raise LeaseLostError(claim.document.id)
 
     def _version_of(self, claim: Claim, refused: str) -> str | None:
-        """Return the version of a claim's document if the claim holds, after a refused change.
+        """Return the version of a claim's document if the claim is still valid.
 
-        A change may have been made and its answer lost on the way; then the document is the
-        claim's own in another version.
+        A change may have succeeded although its answer was lost. The document is then the claim's
+        own, in another version.
         """
-        found = self._found(claim.document.id)
+        found = self._read(claim.document.id)
         if found is None:
             return None
         document, version = found
@@ -418,13 +427,13 @@ class JobBook:
             return None
         return None if version == refused else version
 
-    def _queued_or_given_up(self, document: JobDocument) -> JobDocument:
-        """Return a job whose owner is gone, to be begun anew unless that was the last attempt."""
+    def _queue_or_give_up(self, document: JobDocument) -> JobDocument:
+        """Return a job whose owner is gone as queued, or as failed after the last attempt."""
         if document.state == "running" and document.attempts >= self._attempts:
-            return self._given_up(document, None)
-        return self._queued(document, document.attempts)
+            return self._give_up(document, None)
+        return self._queue_again(document, document.attempts)
 
-    def _queued(self, document: JobDocument, attempts: int) -> JobDocument:
+    def _queue_again(self, document: JobDocument, attempts: int) -> JobDocument:
         return replace(
             document,
             state="queued",
@@ -436,20 +445,18 @@ class JobBook:
             lease_until=None,
         )
 
-    def _given_up(self, document: JobDocument, problem: Problem | None) -> JobDocument:
-        return self._ended(
+    def _give_up(self, document: JobDocument, problem: Problem | None) -> JobDocument:
+        return self._end(
             document,
             "failed",
             problem
             or Problem(
                 "build-crashed",
-                f"Whoever built this gamut died in the middle, {document.attempts} times.",
+                f"The builder of this gamut died, {document.attempts} times.",
             ),
         )
 
-    def _ended(
-        self, document: JobDocument, state: JobState, problem: Problem | None
-    ) -> JobDocument:
+    def _end(self, document: JobDocument, state: JobState, problem: Problem | None) -> JobDocument:
         time_ = self._now()
         return replace(
             document,
@@ -463,20 +470,20 @@ class JobBook:
             lease_until=None,
         )
 
-    def _ended_while(
+    def _end_while(
         self, states: tuple[JobState, ...], job_id: str, state: JobState, problem: Problem
     ) -> JobDocument | None:
-        """Return a job, ended if it was in one of these states; None if there is none."""
+        """End a job that is in one of these states, and return it; None if there is none."""
         while True:
-            found = self._found(job_id)
+            found = self._read(job_id)
             if found is None or found[0].state not in states:
                 return None if found is None else found[0]
-            ended = self._ended(found[0], state, problem)
+            ended = self._end(found[0], state, problem)
             if self._replace(ended, found[1]) is not None:
                 return ended
 
-    def _abandoned(self, document: JobDocument, silence: float) -> bool:
-        """Whether nobody has been heard of who would do a job."""
+    def _is_abandoned(self, document: JobDocument, silence: float) -> bool:
+        """Return whether the builder of a job is gone."""
         if document.state == "running":
             return (document.lease_until or 0.0) < self._clock()
         return document.updated < rfc3339(self._clock() - silence)

@@ -1,4 +1,4 @@
-"""One document of a job, as it is kept in the store by `service.jobs.book`."""
+"""The document of a job, as `service.jobs.book` stores it."""
 
 from __future__ import annotations
 
@@ -8,56 +8,56 @@ from dataclasses import asdict, dataclass, field, fields
 from datetime import UTC, datetime
 from typing import Any, Literal
 
-from service.storage.blobs import sealed, unsealed
+from service.storage.records import seal, unseal
 
 __all__ = ["UNHEARD", "JobDocument", "JobState", "now", "rfc3339"]
 
 JobState = Literal["queued", "running", "succeeded", "failed", "cancelled", "forgotten"]
 
 UNHEARD = "1970-01-01T00:00:00.000Z"
-"""When a job was updated that is queued and has been given to nobody yet."""
+"""Update time of a queued job that no engine has received yet."""
 
 
 def now() -> str:
-    """Return the time in RFC 3339, UTC, to the millisecond."""
+    """Return the current time in RFC 3339, UTC, with milliseconds."""
     return rfc3339(time.time())
 
 
 def rfc3339(seconds: float) -> str:
-    """Return a time, given in seconds of the Unix epoch, as `now` does."""
+    """Return a time of the Unix epoch in RFC 3339, UTC, with milliseconds."""
     moment = datetime.fromtimestamp(seconds, UTC)
     return moment.isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 
 @dataclass(frozen=True)
 class JobDocument:
-    """One build, from its acceptance to its end, as it is kept in the store.
+    """One build, from acceptance to end.
 
     Attributes
     ----------
     id : str
-        The id of the gamut that is built.
+        Id of the gamut.
     options : dict
-        The gamut's options, all of them.
+        All options of the gamut.
     state : str
-        What the names say. ``succeeded``, ``failed`` and ``cancelled`` are final; one that is
-        ``forgotten`` is about to be removed, and counts as none.
+        ``succeeded``, ``failed`` and ``cancelled`` are final. A ``forgotten`` job is about to be
+        removed and counts as absent.
     stage, fraction : str, float
-        How far a running build is: a stage of `gamutcore` and the part of it that is done, 0..1.
+        Stage of `gamutcore` and its finished part, 0 to 1.
     attempts : int
-        How often the build was started, since it was last accepted.
+        Number of starts since the last acceptance.
     created, updated, started, finished : str
-        Times in RFC 3339; the last two may be None.
+        Times in RFC 3339. The last two may be None.
     problem : dict, optional
-        Why the job failed or was cancelled: what `Problem.from_mapping` takes.
+        Argument of `Problem.from_mapping`: why the job failed or was cancelled.
     owner : str, optional
-        Who is building.
+        The builder.
     token : int
-        Grows with every claim of this job.
+        Fencing token; grows with every claim.
     lease_until : float, optional
-        When the owner's claim ends unless it is renewed, seconds of the Unix epoch.
+        End of the owner's lease, in seconds of the Unix epoch.
     trace : dict
-        Header fields that carry the trace of the request which began the job.
+        Header fields that carry the trace of the first request.
     """
 
     id: str
@@ -78,17 +78,17 @@ class JobDocument:
 
     @property
     def final(self) -> bool:
-        """Whether nothing changes any more, unless the gamut is asked for anew."""
+        """Whether the job has ended. A new request for the gamut may start it again."""
         return self.state in {"succeeded", "failed", "cancelled"}
 
     def to_bytes(self) -> bytes:
-        """Return the document's blob."""
-        return sealed(json.dumps(asdict(self), separators=(",", ":")).encode())
+        """Return the document as a blob."""
+        return seal(json.dumps(asdict(self), separators=(",", ":")).encode())
 
     @classmethod
     def from_bytes(cls, data: bytes) -> JobDocument:
-        """Return the document in a blob; `BlobDamagedError` if anything about it is wrong."""
-        values = json.loads(unsealed(data))
+        """Return the document in a blob; raises `BlobDamagedError` if it is damaged."""
+        values = json.loads(unseal(data))
         names = {each.name for each in fields(cls)}
-        # A later version may have more to say; this one says nothing about what it does not know.
+        # Members of later versions are ignored.
         return cls(**{name: value for name, value in values.items() if name in names})

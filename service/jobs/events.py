@@ -1,8 +1,8 @@
-"""Jobs as server-sent events (WHATWG HTML, 9.2): an extra beside polling, which is the contract.
+"""Server-sent events of jobs (WHATWG HTML, section 9.2).
 
-A stream tells the job as it is and after every change (``progress``), and at last the finished job
-(``finished``); then it ends. Ids say what was told, not when: whoever comes back with the id of the
-last event, to whichever replica, is told only what is new.
+A stream sends the job now and after every change (``progress``), and the finished job at the end
+(``finished``). Event ids depend on the content only, so a client that reconnects to any replica
+with ``Last-Event-ID`` gets only what is new.
 """
 
 from __future__ import annotations
@@ -21,19 +21,20 @@ __all__ = ["HEARTBEAT_SECONDS", "MEDIA_TYPE", "EventStreams", "event_id", "strea
 MEDIA_TYPE = "text/event-stream"
 
 HEARTBEAT_SECONDS = 15.0
-"""Between two signs of life: proxies close what is silent for 30 to 60 s."""
+"""Interval of comments that keep the connection open. Proxies close silent ones after 30 to 60
+s."""
 
 _RETRY = b"retry: 2000\n\n"
-"""Milliseconds after which a browser comes back when the connection was lost."""
+"""Milliseconds after which a browser reconnects."""
 
 
 class EventStreams:
-    """The number of open streams, which is bounded.
+    """The bounded number of open streams.
 
     Parameters
     ----------
     limit : int
-        The most of them.
+        Largest number.
     """
 
     def __init__(self, limit: int) -> None:
@@ -42,12 +43,12 @@ class EventStreams:
 
     @property
     def full(self) -> bool:
-        """Whether there may be no more of them."""
+        """Whether the limit is reached."""
         return self.count >= self.limit
 
     @contextlib.contextmanager
     def one(self) -> Iterator[None]:
-        """Count a stream as long as it is open."""
+        """Count one stream while it is open."""
         self.count += 1
         try:
             yield
@@ -56,7 +57,7 @@ class EventStreams:
 
 
 def event_id(document: JobDocument) -> str:
-    """Return the id of the event that tells this of a job."""
+    """Return the id of the event that describes this state of a job."""
     parts = (document.token, document.attempts, document.state, document.stage or "-")
     return ".".join(map(str, parts)) + f".{round(1000 * document.fraction)}"
 
@@ -69,20 +70,20 @@ async def stream_of_events(
     Parameters
     ----------
     changes : async iterator
-        The job and the JSON that it is told as; None for a sign of life.
+        The job and its JSON; None for a heartbeat.
     known : str, optional
-        The id of the last event that the client has got, as it says.
+        Id of the last event that the client received.
     """
     yield _RETRY
     async for change in changes:
         if change is None:
             yield b": alive\n\n"
             continue
-        document, told = change
+        document, content = change
         name = event_id(document)
         if name == known and not document.final:
             continue
         known = name
         kind = "finished" if document.final else "progress"
-        data = json.dumps(told, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+        data = json.dumps(content, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
         yield f"id: {name}\nevent: {kind}\ndata: {data}\n\n".encode()

@@ -1,8 +1,8 @@
-"""Several meshes in one answer: a zip archive, or a multipart/mixed message (RFC 2046, 5.1.3).
+"""Containers for several meshes: a zip archive, or a multipart/mixed message (RFC 2046, 5.1.3).
 
-The same meshes always make the same bytes: members are stored as they are, without a time, in the
-order in which they were asked for, and the boundary between parts is a digest. What a member's
-bytes are is shared with the cache of meshes; here are only the few bytes around them.
+The same meshes always give the same bytes. Archive members are stored without compression and
+without a time, in the requested order, and the multipart boundary is a digest. The meshes come from
+the mesh cache; only the few bytes between them are made here.
 """
 
 from __future__ import annotations
@@ -19,33 +19,33 @@ from service.problems.problem import MEDIA_TYPE, Problem
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from service.meshes.encoded_meshes import EncodedMesh
+    from service.meshes.encoding import EncodedMesh
 
 __all__ = ["CONTAINERS", "Asked", "Container", "Item", "MultipartContainer", "ZipContainer"]
 
 _DOS_DATE = 0x0021
-"""1 January 1980, the earliest that the format knows: of no mesh a time is known that matters."""
+"""1 January 1980, the earliest date of the format."""
 
 _ZIP_VERSION = 20
 """2.0, for folders in names (APPNOTE 4.4.3)."""
 
 _ATTRIBUTES = 0o100644 << 16
-"""A plain file that everybody may read (APPNOTE 4.4.15), made by Unix."""
+"""A regular file that everybody may read (APPNOTE 4.4.15), Unix."""
 
 _CARRIED = (b"gamut-triangles", b"gamut-vertices", b"gamut-max-error", b"gamut-max-mismatch")
-"""Header fields of a mesh that its part has as well."""
+"""Header fields of a mesh that its part repeats."""
 
 
 class Asked(NamedTuple):
-    """One mesh that a batch asks for.
+    """One requested mesh of a batch.
 
     Attributes
     ----------
     gamut_id : str
     name : str
-        Of the parameter: ``triangles``, ``max_error`` or ``max_mismatch``.
+        The parameter: ``triangles``, ``max_error`` or ``max_mismatch``.
     value : str
-        As the client wrote it.
+        Its value as the client wrote it.
     format_name : str
     """
 
@@ -56,13 +56,13 @@ class Asked(NamedTuple):
 
     @property
     def address(self) -> str:
-        """Where the mesh is by itself."""
+        """Address of the single mesh."""
         return f"/v1/gamuts/{self.gamut_id}/mesh?{self.name}={self.value}&format={self.format_name}"
 
 
 @dataclass(frozen=True)
 class Item:
-    """What became of a mesh that was asked for: it, or what is wrong.
+    """Result for a requested mesh: the mesh or a problem.
 
     Attributes
     ----------
@@ -77,23 +77,22 @@ class Item:
 
 
 class Container(Protocol):
-    """A file with meshes in it, written from the beginning to the end."""
+    """A file that contains meshes, written from start to end."""
 
     media_type: str
 
     def parts(self, item: Item) -> Iterator[bytes]:
-        """Return the bytes of one more item."""
+        """Return the bytes of the next item."""
 
     def end(self) -> Iterator[bytes]:
-        """Return the bytes behind the last item."""
+        """Return the bytes after the last item."""
 
 
 class ZipContainer:
-    """A zip archive: ``GAMUT/TRIANGLES.SUFFIX`` for every mesh, and ``index.json`` at its end.
+    """A zip archive: ``GAMUT/TRIANGLES.SUFFIX`` for every mesh, and ``index.json`` at the end.
 
-    The index has an entry for everything that was asked for, with the file or the problem. A level
-    that is asked for twice is there once. There are less than 4 GiB and 65,536 members, so no
-    member needs the format's extensions.
+    The index has an entry for every requested mesh, with the file or the problem. A repeated level
+    is stored once. The archive has less than 4 GiB and 65,536 members, so ZIP64 is not needed.
     """
 
     media_type = "application/zip"
@@ -105,7 +104,7 @@ class ZipContainer:
         self._index: list[dict[str, Any]] = []
 
     def parts(self, item: Item) -> Iterator[bytes]:
-        """Return the bytes of one more item."""
+        """Return the bytes of the next item."""
         asked, mesh = item.asked, item.mesh
         entry: dict[str, Any] = {
             "gamut": asked.gamut_id,
@@ -132,7 +131,7 @@ class ZipContainer:
         self._index.append(entry)
 
     def end(self) -> Iterator[bytes]:
-        """Return the index, the directory and the record that ends it (APPNOTE 4.3.16)."""
+        """Return the index, the central directory and its end record (APPNOTE 4.3.16)."""
         text = json.dumps({"meshes": self._index}, indent=1) + "\n"
         yield from self._member("index.json", text.encode("ascii"))
         directory = b"".join(self._directory)
@@ -141,8 +140,8 @@ class ZipContainer:
         yield struct.pack("<4s4H2LH", b"PK\5\6", 0, 0, count, count, len(directory), self._size, 0)
 
     def _member(self, name: str, content: bytes) -> Iterator[bytes]:
-        # Version, flags, method (stored), time, date, CRC, both sizes, length of the name and of
-        # what extends it: the same in the header and in the directory (APPNOTE 4.3.7, 4.3.12).
+        # Version, flags, method (stored), time, date, CRC, two sizes, lengths of name and extra
+        # field: the same in the local header and the directory (APPNOTE 4.3.7, 4.3.12).
         common = struct.pack(
             "<5H3L2H",
             _ZIP_VERSION,
@@ -170,9 +169,9 @@ class ZipContainer:
 
 
 class MultipartContainer:
-    """A multipart/mixed message with a part for everything that was asked for, in that order.
+    """A multipart/mixed message with one part per requested mesh, in the requested order.
 
-    A part has the header fields of the mesh by itself, or is a problem document.
+    A part has the header fields of the mesh, or is a problem document.
     """
 
     def __init__(self, asked: Sequence[Asked]) -> None:
@@ -181,7 +180,7 @@ class MultipartContainer:
         self.media_type = f"multipart/mixed; boundary={self._boundary}"
 
     def parts(self, item: Item) -> Iterator[bytes]:
-        """Return the bytes of one more item."""
+        """Return the bytes of the next item."""
         lines = [f"--{self._boundary}", f"Content-Location: {item.asked.address}"]
         if item.mesh is not None:
             fields = dict(item.mesh.headers)
@@ -202,7 +201,7 @@ class MultipartContainer:
         yield b"\r\n"
 
     def end(self) -> Iterator[bytes]:
-        """Return the last boundary."""
+        """Return the final boundary."""
         yield f"--{self._boundary}--\r\n".encode("ascii")
 
 
@@ -210,4 +209,4 @@ CONTAINERS: dict[str, type[ZipContainer | MultipartContainer]] = {
     "application/zip": ZipContainer,
     "multipart/mixed": MultipartContainer,
 }
-"""All containers by media type, the preferred one first."""
+"""Containers by media type, the preferred one first."""

@@ -1,8 +1,8 @@
-"""Answers plain requests for meshes ahead of FastAPI, whose routing takes longer than the mesh.
+"""Mesh fast path: answers plain requests for meshes ahead of FastAPI's routing.
 
-A request is plain if its path and query are of the usual forms and its mesh is at hand
-(`Meshes.at_once`). Everything else, errors included, goes on to the route; both answer with
-`EncodedMesh.response`, so that no client can tell which of them it was. See
+Routing takes longer than reading a cached mesh. A request is plain if its path and query have the
+usual form and `Meshes.find_ready` has its mesh. Everything else, errors included, goes on to the
+route. Both answer with `EncodedMesh.response`, so clients cannot tell them apart. See
 ``docs/decisions/immutable-responses.md``.
 """
 
@@ -16,15 +16,17 @@ from gamutcore.export import FORMATS
 from service.http.compression import preferred_coding
 from service.http.negotiation import preferred_media_type
 from service.http.parameters import DECIMAL_PATTERN
-from service.meshes.encoded_meshes import MEDIA_TYPES, SUFFIXES, Wanted
+from service.meshes.encoding import MEDIA_TYPES, SUFFIXES
+from service.meshes.level_search import LevelRequest
 from service.telemetry.request_observer import MatchedRoute
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Receive, Scope, Send
 
-    from service.meshes.encoded_meshes import EncodedMesh, Meshes
+    from service.meshes.encoding import EncodedMesh
+    from service.meshes.meshes import Meshes
 
-__all__ = ["MeshFront"]
+__all__ = ["MeshFastPath"]
 
 _ROUTE = MatchedRoute("/v1/gamuts/{gamut_id}/mesh")
 _FILE_ROUTE = MatchedRoute("/v1/gamuts/{gamut_id}/mesh.{suffix}")
@@ -37,15 +39,15 @@ _QUERY = re.compile(
 )
 
 
-class MeshFront:
-    """ASGI layer that answers plain requests for meshes.
+class MeshFastPath:
+    """ASGI middleware that answers plain requests for meshes.
 
     Parameters
     ----------
     app : ASGI app
-        Gets all other requests.
+        Receives all other requests.
     meshes : Meshes
-        Where the meshes are.
+        The meshes.
     """
 
     def __init__(self, app: ASGIApp, meshes: Meshes) -> None:
@@ -56,7 +58,7 @@ class MeshFront:
         """Answer the request if it is plain; else pass it on."""
         mesh = if_none_match = None
         if scope["type"] == "http" and scope["method"] == "GET":
-            mesh, if_none_match = self._answer(scope)
+            mesh, if_none_match = self._find(scope)
         if mesh is None:
             await self.app(scope, receive, send)
             return
@@ -64,7 +66,8 @@ class MeshFront:
         await send({"type": "http.response.start", "status": status, "headers": headers})
         await send({"type": "http.response.body", "body": body})
 
-    def _answer(self, scope: Scope) -> tuple[EncodedMesh | None, str | None]:
+    def _find(self, scope: Scope) -> tuple[EncodedMesh | None, str | None]:
+        """Return the mesh, if it is ready, and the value of If-None-Match."""
         path = _PATH.match(scope["path"])
         query = _QUERY.match(scope["query_string"])
         if path is None or query is None:
@@ -84,10 +87,10 @@ class MeshFront:
         elif suffix is not None:
             name = SUFFIXES[suffix]
         else:
-            name = _negotiated(fields[b"accept"])
+            name = _negotiated_format(fields[b"accept"])
         if name not in FORMATS:
             return None, None
-        wanted = Wanted(
+        request = LevelRequest(
             None if triangles is None else int(triangles),
             None if max_error is None else float(max_error),
             None if max_mismatch is None else float(max_mismatch),
@@ -95,11 +98,11 @@ class MeshFront:
         known = fields[b"if-none-match"].decode("latin-1")
         scope["route"] = _ROUTE if suffix is None else _FILE_ROUTE
         coding = preferred_coding(fields[b"accept-encoding"])
-        return self.meshes.at_once(gamut_id, wanted, name, coding), known or None
+        return self.meshes.find_ready(gamut_id, request, name, coding), known or None
 
 
 @functools.lru_cache(maxsize=256)
-def _negotiated(accept: bytes) -> str:
-    """Return the format that a client likes best; empty if there is none."""
+def _negotiated_format(accept: bytes) -> str:
+    """Return the format that a client prefers; empty if it accepts none."""
     media_type = preferred_media_type(accept.decode("latin-1"), list(MEDIA_TYPES))
     return "" if media_type is None else MEDIA_TYPES[media_type]

@@ -1,15 +1,15 @@
-"""The gamuts that are open: read and verified once, then kept in memory.
+"""The open gamuts: read and verified once, then kept in memory.
 
-Opening blocks on the disk, and unpacking the levels that are asked for takes up to tens of
-milliseconds, so both happen in a few threads, and requests that want the same gamut at the same
-time wait for the same opening. What is kept is bounded in bytes. Everything here belongs to the
-event loop's thread, except what says otherwise.
+Opening blocks on the store, and unpacking a level takes up to tens of milliseconds, so both run in
+a few threads. Simultaneous requests for a gamut share one opening. The memory is bounded in bytes.
+Everything here belongs to the event loop's thread, unless stated otherwise.
 """
 
 from __future__ import annotations
 
 import asyncio
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
@@ -32,8 +32,8 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 _THREADS = 2
-"""Histories opened or unpacked, or large meshes encoded, at the same time; it bounds their memory
-as well."""
+"""Number of histories that are opened or unpacked, and large meshes that are encoded, at the same
+time. It also bounds their memory."""
 
 
 @dataclass(frozen=True)
@@ -43,13 +43,13 @@ class OpenGamut:
     Attributes
     ----------
     record : Record
-        What its bytes were read by: another may have the id by now.
+        The record that the gamut was read with. A newer gamut may have the same id.
     gamut : Gamut
-        With its history.
+        The gamut with its history.
     provenance : dict of str
-        What every mesh of it carries.
+        Provenance for mesh files.
     space : ColourSpace
-        What its coordinates are in.
+        Space of the coordinates.
     """
 
     record: Record
@@ -59,14 +59,14 @@ class OpenGamut:
 
 
 class Library:
-    """Opens gamuts of a store and keeps those used last.
+    """Opens gamuts of a store and keeps the most recently used.
 
     Parameters
     ----------
     store : GamutStore
-        Where the gamuts are.
+        The gamuts.
     capacity : int
-        Bytes of memory for opened gamuts.
+        Bytes of memory for open gamuts.
     """
 
     def __init__(self, store: GamutStore, capacity: int) -> None:
@@ -77,42 +77,42 @@ class Library:
 
     @property
     def cache(self) -> ByteBoundedCache[str, OpenGamut]:
-        """The gamuts that are kept."""
+        """The open gamuts."""
         return self._open
 
-    def opened(self, gamut_id: str) -> OpenGamut | None:
-        """Return a gamut that is open already; None if it is not."""
+    def find_open(self, gamut_id: str) -> OpenGamut | None:
+        """Return a gamut if it is open; else None."""
         found = self._open.get(gamut_id)
         if found is not None:
             self._store.mark_used(gamut_id)
         return found
 
     async def gamut(self, gamut_id: str) -> OpenGamut:
-        """Return a gamut, opened if need be.
+        """Return a gamut; open it if needed.
 
         Raises
         ------
         GamutNotStoredError
-            There is none of this id, or it is damaged.
+            There is no such gamut, or it is damaged.
         """
-        found = self.opened(gamut_id)
+        found = self.find_open(gamut_id)
         if found is not None:
             return found
         return await self._opening.value(gamut_id, lambda: self._open_and_keep(gamut_id))
 
     async def unpack(self, opened: OpenGamut, triangles: int) -> None:
-        """Have a level of an open gamut ready to be read.
+        """Unpack a level of an open gamut, so that it can be read.
 
         Parameters
         ----------
         opened : OpenGamut
         triangles : int
-            Of a level that the gamut has.
+            An existing level.
 
         Raises
         ------
         GamutDamagedError
-            If what the file holds of it turns out to be damaged.
+            The history file is damaged.
         """
         record, history = opened.record, opened.gamut.history
         if history.is_unpacked(triangles):
@@ -121,7 +121,7 @@ class Library:
             try:
                 await self.in_thread(history.unpack, triangles)
             except Exception as error:
-                # It cannot be unpacked any further. One that was built since then can.
+                # Drop the unusable object. A gamut that was built since then can be opened again.
                 self._open.discard_value(record.id, opened)
                 if not isinstance(error, HistoryFileError):
                     raise
@@ -130,33 +130,49 @@ class Library:
         self._open.resize(record.id, opened, opened.gamut.nbytes)
 
     async def record(self, gamut_id: str) -> Record:
-        """Return a gamut's record; `GamutNotStoredError` if there is none."""
+        """Return a gamut's record; raises `GamutNotStoredError` if there is none."""
         with timed("store"):
             return await asyncio.to_thread(self._store.record, gamut_id)
 
+    async def with_level(
+        self,
+        opened: OpenGamut,
+        triangles: int,
+        function: Callable[P, T],
+        *args: P.args,
+        **kwargs: P.kwargs,
+    ) -> T:
+        """Unpack a level, then return the result of a function that needs it, from a thread."""
+        await self.unpack(opened, triangles)
+        return await self.in_thread(function, *args, **kwargs)
+
     async def in_thread(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        """Return what a function returns that is too slow for the event loop."""
+        """Return the result of a function that is too slow for the event loop."""
         loop = asyncio.get_running_loop()
-        return await loop.run_in_executor(self._threads, lambda: function(*args, **kwargs))
+        # With the context, so that times measured in the thread belong to the request.
+        context = copy_context()
+        return await loop.run_in_executor(
+            self._threads, lambda: context.run(function, *args, **kwargs)
+        )
 
     def discard(self, gamut_id: str) -> None:
-        """Forget a gamut that was deleted."""
+        """Forget a deleted gamut."""
         self._open.discard(gamut_id)
         self._opening.forget(gamut_id)
 
     def close(self) -> None:
-        """Let the threads end."""
+        """End the threads."""
         self._threads.shutdown(wait=False, cancel_futures=True)
 
     async def _open_and_keep(self, gamut_id: str) -> OpenGamut:
         with timed("open"):
-            opened = await self.in_thread(self._opened_from_store, gamut_id)
-        # What was deleted while it was being opened is answered with, but not kept.
+            opened = await self.in_thread(self._open_from_store, gamut_id)
+        # A gamut that was deleted while it was opened is returned but not kept.
         if self._opening.is_current(gamut_id):
             self._open.put(gamut_id, opened, opened.gamut.nbytes)
         return opened
 
-    def _opened_from_store(self, gamut_id: str) -> OpenGamut:
+    def _open_from_store(self, gamut_id: str) -> OpenGamut:
         record, content = self._store.content(gamut_id)
         try:
             gamut = Gamut.from_bytes(content)
@@ -167,10 +183,10 @@ class Library:
 
 
 def mesh_provenance(gamut_id: str, description: dict[str, Any]) -> dict[str, str]:
-    """Return the plain facts of a description: what a mesh file says about its origin.
+    """Return the simple values of a description, for the provenance of mesh files.
 
-    Numbers are written as in the description, so they are read back without a loss; the centre is
-    the one that was found, not the option that asked for it.
+    Numbers are written as in the description, without loss. The centre is the computed one, not the
+    option.
     """
     provenance = description.get("provenance", {})
     facts = {"gamut": gamut_id}
@@ -189,7 +205,7 @@ def mesh_provenance(gamut_id: str, description: dict[str, Any]) -> dict[str, str
     if isinstance(white, list):
         facts["reference_white"] = " ".join(map(repr, white))
     if white is not None or "scale" in options:
-        # of the space, also where the provenance tells of another one on the way to it
+        # The space's adaptation, even if the provenance has another one for an earlier step.
         facts["adaptation"] = str(options.get("adaptation", "Bradford"))
     for part in ("options", "provenance"):
         for name, value in description.get(part, {}).items():

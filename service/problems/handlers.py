@@ -1,8 +1,8 @@
-"""Turns every exception that ends a request into a problem document.
+"""Exception handlers: every exception that ends a request becomes a problem document.
 
-Exceptions come from `gamutcore` (the content is wrong), from the routes (`ProblemError`), from
-FastAPI (parameters), from Starlette (no such route or method) and from defects. No text of an
-unexpected exception reaches a client.
+Exceptions come from `gamutcore` (content), the routes (`ProblemError`), FastAPI (parameters),
+Starlette (unknown paths and methods), and defects. The text of an unexpected exception never
+reaches a client.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ __all__ = ["add_exception_handlers"]
 logger = logging.getLogger(__name__)
 
 _STATUS_CODES = {400: "bad-request", 404: "not-found", 405: "method-not-allowed"}
-"""The problems that Starlette reports by raising its own exception with a status only."""
+"""Problems that Starlette reports by status only."""
 
 _LONGEST_PATH = 200
-"""Characters of a request's path that a problem repeats."""
+"""Number of characters of a path that a problem repeats."""
 
 
 def add_exception_handlers(app: FastAPI) -> None:
-    """Let the app answer every exception with a problem document.
+    """Answer every exception of the app with a problem document.
 
-    ``app.state.routes`` holds all routes, for the header field ``Allow``.
+    ``app.state.routes`` must hold all routes, for the header field ``Allow``.
     """
     app.add_exception_handler(ProblemError, _problem)
     app.add_exception_handler(GamutError, _core_error)
@@ -66,7 +66,7 @@ async def _core_error(_request: Request, error: Exception) -> Response:
 
 
 async def _not_stored(request: Request, error: Exception) -> Response:
-    """Have a gamut built again that was found damaged before; any other was never built."""
+    """Rebuild a gamut that was found damaged earlier. Other gamuts were never built."""
     gamut_id = str(error.args[0])
     service = request.app.state.service
     try:
@@ -81,7 +81,7 @@ async def _not_stored(request: Request, error: Exception) -> Response:
 
 
 async def _damaged(request: Request, error: Exception) -> Response:
-    """Have a damaged gamut built again, if its input is kept; without it, it was never built."""
+    """Rebuild a damaged gamut if its input is stored; else treat it as never built."""
     assert isinstance(error, GamutDamagedError)  # noqa: S101 - registered for this class
     gamut_id = str(error.args[0])
     return await _rebuilding(request, gamut_id) if error.input_kept else _no_gamut(gamut_id)
@@ -106,7 +106,7 @@ async def _rebuilding(request: Request, gamut_id: str) -> Response:
     return problem_response(
         Problem(
             "gamut-rebuilding",
-            "The stored gamut does not match its digest, and is being built again.",
+            "The stored gamut does not match its digest and is being rebuilt.",
             {"job": f"/v1/jobs/{gamut_id}"},
             headers={"Retry-After": str(seconds)},
         )
@@ -145,7 +145,7 @@ async def _http_error(request: Request, error: Exception) -> Response:
 
 
 async def _disconnected(_request: Request, _error: Exception) -> Response:
-    # Nobody is there to read it.
+    # The client is gone and does not read the answer.
     return Response(status_code=400)
 
 
@@ -155,7 +155,7 @@ async def _system_error(request: Request, error: Exception) -> Response:
     if problem is None:
         logger.error("%s %s", request.method, request.url.path, exc_info=error)
         return await _defect(request, error)
-    # A full disk is no defect: where in the program it was met is of no interest.
+    # A full disk is not a defect, so no traceback is logged.
     logger.error("%s %s: %s", request.method, request.url.path, error)
     return problem_response(problem)
 
@@ -165,7 +165,7 @@ async def _defect(_request: Request, _error: Exception) -> Response:
 
 
 def _allowed_methods(request: Request) -> list[str]:
-    """Return the methods of all routes of the request's path, HEAD wherever there is GET."""
+    """Return the methods of all routes of a path, with HEAD wherever there is GET."""
     methods: set[str] = set()
     for route in request.app.state.routes:
         if route.matches(request.scope)[0] is not Match.NONE:

@@ -1,4 +1,4 @@
-"""Meshes: any level of a gamut, in the format that is asked for."""
+"""Routes of meshes: any level of a gamut in the requested format."""
 
 from typing import Annotated, Any
 
@@ -11,7 +11,8 @@ from service.http.compression import preferred_coding
 from service.http.conditional import check_if_match
 from service.http.negotiation import preferred_media_type
 from service.http.parameters import DECIMAL_NUMBER, LARGEST_WHOLE, WHOLE_NUMBER, check_query
-from service.meshes.encoded_meshes import DEFAULT_TRIANGLES, MEDIA_TYPES, SUFFIXES, Wanted
+from service.meshes.encoding import MEDIA_TYPES, SUFFIXES
+from service.meshes.level_search import DEFAULT_TRIANGLES, LevelRequest
 from service.openapi.documentation import MESH_HEADERS, problems
 from service.problems.problem import Problem, ProblemError
 from service.routes.gamuts import GamutId
@@ -41,14 +42,14 @@ _RESPONSES: dict[int | str, dict[str, Any]] = {
             for name, format_ in FORMATS.items()
         },
     },
-    304: {"description": "The client has this content already (If-None-Match)."},
+    304: {"description": "The client has the current content (If-None-Match)."},
 }
 
 Triangles = Annotated[
     int | None,
     Query(
-        description="The most triangles that the mesh may have, from 4 up to the gamut's largest "
-        f"count. Without it and without a limit: {DEFAULT_TRIANGLES}, or all if there are fewer.",
+        description="Largest triangle count, from 4 to the gamut's largest count. Default without "
+        f"an error limit: {DEFAULT_TRIANGLES}, or the full boundary if it is smaller.",
         json_schema_extra={"minimum": 4, "maximum": LARGEST_WHOLE},
         examples=[1000],
     ),
@@ -58,9 +59,9 @@ Triangles = Annotated[
 MaxError = Annotated[
     float | None,
     Query(
-        description="The largest distance from the full boundary that is accepted, of any point of "
-        "either surface, in the space's unit (CIELAB: ΔE). The smallest level that is found to "
-        "keep it is sent; if there is no other, as for 0, the full boundary.",
+        description="Largest distance between the mesh and the full boundary, in both directions, "
+        "in the space's unit (CIELAB: ΔE). The answer is the smallest level that is found to meet "
+        "the limit, or the full boundary.",
         json_schema_extra={"minimum": 0},
         examples=[0.5],
     ),
@@ -70,8 +71,8 @@ MaxError = Annotated[
 MaxMismatch = Annotated[
     float | None,
     Query(
-        description="The largest mismatch that is accepted: volume of the symmetric difference ÷ "
-        "volume of the full boundary. Together with `max_error` both are kept.",
+        description="Largest mismatch: volume of the symmetric difference ÷ volume of the full "
+        "boundary. With `max_error`, both limits are met.",
         json_schema_extra={"minimum": 0},
         examples=[0.001],
     ),
@@ -82,7 +83,7 @@ FormatName = Annotated[
     str | None,
     Query(
         alias="format",
-        description="Format of the mesh; goes before the suffix and before Accept.",
+        description="Format of the mesh. Overrides the suffix and Accept.",
         json_schema_extra={"enum": [*FORMATS, None]},
         examples=["glb"],
     ),
@@ -93,10 +94,10 @@ FormatName = Annotated[
     "/{gamut_id}/mesh",
     operation_id="downloadMesh",
     summary="Download a mesh",
-    description="The gamut's surface with at most as many triangles, or at most as large an error, "
-    "as is asked for, in the coordinates of its colour space. The format is that of `format=`, "
-    "else the one that `Accept` likes best, else `model/gltf-binary`. GLB, glTF and PLY have what "
-    "the device was told to make each vertex, where the data says it.",
+    description="The surface of the gamut with at most the requested triangles or error, in the "
+    "coordinates of its colour space. The format is that of `format=`, else the one that `Accept` "
+    "prefers, else `model/gltf-binary`. GLB, glTF and PLY contain the device values of each "
+    "vertex, if the data has device values.",
     response_class=Response,
     responses={**_RESPONSES, **problems(*_PROBLEMS, "not-acceptable")},
 )
@@ -108,7 +109,7 @@ async def download_mesh(
     max_mismatch: MaxMismatch = None,
     format_name: FormatName = None,
 ) -> Response:
-    """Download a mesh in the format that is negotiated."""
+    """Download a mesh in the negotiated format."""
     if format_name is None:
         accept = ",".join(request.headers.getlist("accept"))
         media_type = preferred_media_type(accept, list(MEDIA_TYPES))
@@ -121,7 +122,7 @@ async def download_mesh(
                 )
             )
         format_name = MEDIA_TYPES[media_type]
-    wanted = Wanted(triangles, max_error, max_mismatch)
+    wanted = LevelRequest(triangles, max_error, max_mismatch)
     return await _mesh(request, gamut_id, wanted, format_name)
 
 
@@ -129,7 +130,7 @@ async def download_mesh(
     "/{gamut_id}/mesh.{suffix}",
     operation_id="downloadMeshFile",
     summary="Download a mesh as a file",
-    description="The same as without the suffix, which names the format; `Accept` has no say.",
+    description="As without the suffix. The suffix selects the format, and `Accept` is ignored.",
     response_class=Response,
     responses={**_RESPONSES, **problems(*_PROBLEMS, "not-found")},
 )
@@ -149,25 +150,27 @@ async def download_mesh_file(
     max_mismatch: MaxMismatch = None,
     format_name: FormatName = None,
 ) -> Response:
-    """Download a mesh in the format that the suffix names."""
+    """Download a mesh in the format of the suffix."""
     if suffix not in SUFFIXES:
         known = ", ".join(f".{suffix}" for suffix in SUFFIXES)
         detail = f"There are no meshes with the suffix .{suffix[:40]}."
         raise ProblemError(
             Problem("not-found", detail, {"field": "suffix"}, f"Use one of {known}.")
         )
-    wanted = Wanted(triangles, max_error, max_mismatch)
+    wanted = LevelRequest(triangles, max_error, max_mismatch)
     return await _mesh(request, gamut_id, wanted, format_name or SUFFIXES[suffix])
 
 
-async def _mesh(request: Request, gamut_id: str, wanted: Wanted, format_name: str) -> Response:
+async def _mesh(
+    request: Request, gamut_id: str, wanted: LevelRequest, format_name: str
+) -> Response:
     if wanted.triangles is not None and wanted.limits is not None:
         raise ProblemError(
             Problem(
                 "invalid-parameter",
-                "A number of triangles is given together with a limit to the error.",
+                "A triangle count is combined with an error limit.",
                 {"in": "query", "field": "triangles"},
-                "Give either triangles, or max_error, max_mismatch or both of these.",
+                "Give either triangles, or max_error, max_mismatch or both.",
             )
         )
     if format_name not in FORMATS:

@@ -1,25 +1,38 @@
-"""The figures of this process, for Prometheus and whoever reads its formats."""
+"""Metrics of this process in Prometheus' formats."""
 
 import asyncio
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 from fastapi import APIRouter, Request
 from fastapi.responses import Response
+from prometheus_client.core import Metric
 
-from service.container import service_of
+from service.building.engine import EngineFacts
+from service.caching.byte_bounded_cache import ByteBoundedCache
+from service.container import ServiceContainer, service_of
 from service.openapi.documentation import header, problems
-from service.telemetry.metrics_endpoint import exposition
+from service.storage.gamuts import GamutStore
+from service.telemetry.metrics_endpoint import (
+    build_families,
+    counter,
+    exposition,
+    gauge,
+    metric_family,
+    request_families,
+)
 
-__all__ = ["router"]
+__all__ = ["router", "service_families"]
 
 router = APIRouter(tags=["state"])
 
 _THREAD = ThreadPoolExecutor(1, thread_name_prefix="metrics")
-"""The shared threads may all be waiting for a store that does not answer, which is when somebody
-looks at the figures."""
+"""A thread of its own: the shared threads may all wait for an unresponsive store, which is when
+metrics are needed."""
 
 _EXAMPLE = """\
-# HELP gamut_builds_total Builds that ended: succeeded, cancelled, crashed (an attempt), or a \
+# HELP gamut_builds_total Ended builds: succeeded, cancelled, crashed (one attempt), or a \
 problem's code.
 # TYPE gamut_builds_total counter
 gamut_builds_total{outcome="succeeded"} 12.0
@@ -33,13 +46,13 @@ def _content(example: str) -> dict[str, object]:
 @router.get(
     "/metrics",
     operation_id="readMetrics",
-    summary="Read the figures of this process",
-    description="In Prometheus' text format, or in OpenMetrics for who asks for it with `Accept`. "
-    "Each replica tells of itself.",
+    summary="Read the metrics of this process",
+    description="Prometheus' text format, or OpenMetrics if `Accept` asks for it. "
+    "Each replica reports its own metrics.",
     response_class=Response,
     responses={
         200: {
-            "description": "The figures.",
+            "description": "The metrics.",
             "content": {
                 "text/plain": _content(_EXAMPLE),
                 "application/openmetrics-text": _content(
@@ -49,15 +62,93 @@ def _content(example: str) -> dict[str, object]:
                     + "# EOF\n"
                 ),
             },
-            "headers": {"Cache-Control": header("It is about now.", "no-store")},
+            "headers": {"Cache-Control": header("The state changes.", "no-store")},
         },
         **problems(),
     },
 )
 async def read_metrics(request: Request) -> Response:
-    """Read the figures of this process."""
+    """Read the metrics of this process."""
     accept = ",".join(request.headers.getlist("accept"))
+    service = service_of(request)
     loop = asyncio.get_running_loop()
-    body, media_type = await loop.run_in_executor(_THREAD, exposition, service_of(request), accept)
+    body, media_type = await loop.run_in_executor(
+        _THREAD, exposition, lambda: service_families(service), accept
+    )
     headers = {"Cache-Control": "no-store", "Vary": "Accept", "Content-Type": media_type}
     return Response(body, headers=headers)
+
+
+def service_families(service: ServiceContainer) -> Iterator[Metric]:
+    """Return the metrics of a service."""
+    yield from request_families(service.metrics.requests)
+    yield from build_families(service.metrics.builds)
+    yield from _engine_families(service.builds.facts())
+    yield gauge("gamut_event_streams", "Open event streams of jobs.", service.events.count)
+    levels = service.meshes.levels
+    yield gauge(
+        "gamut_level_searches",
+        "Level searches, of which all but one wait.",
+        levels.running,
+    )
+    yield from _cache_families(
+        {"gamuts": service.library.cache, "meshes": service.meshes.cache, **levels.caches}
+    )
+    yield from _store_families(service.store)
+    yield metric_family(
+        "gauge",
+        "gamut_kernels_compiled",
+        "Whether a group of kernels is compiled. Builds that need another group wait for it.",
+        [
+            ({"group": group}, int(state == "compiled"))
+            for group, state in service.kernels.states.items()
+        ],
+    )
+    ready = service.readiness.last
+    if ready is not None:
+        yield gauge(
+            "gamut_ready", "Whether the last answer of /readyz was ready.", int(ready.ready)
+        )
+        yield metric_family(
+            "gauge",
+            "gamut_probe_ok",
+            "Whether a probe of /readyz was ok.",
+            [({"probe": probe.name}, int(probe.status == "ok")) for probe in ready.probes],
+        )
+
+
+def _engine_families(facts: EngineFacts) -> Iterator[Metric]:
+    yield gauge("gamut_builds_queued", "Builds that wait for a worker.", facts.queued)
+    yield gauge("gamut_builds_running", "Builds under way.", facts.running)
+    yield gauge("gamut_build_queue_capacity", "Largest number of waiting builds.", facts.capacity)
+    yield gauge("gamut_build_workers", "Configured workers.", facts.workers)
+    yield gauge("gamut_build_workers_warm", "Workers ready to build.", facts.warm_workers)
+    yield counter(
+        "gamut_build_worker_starts",
+        "Worker processes that became ready, restarts included.",
+        facts.worker_starts,
+    )
+
+
+def _cache_families(caches: dict[str, ByteBoundedCache[Any, Any]]) -> Iterator[Metric]:
+    for kind, name, attribute, meaning in (
+        ("counter", "gamut_cache_hits", "hits", "Values found in memory."),
+        ("counter", "gamut_cache_misses", "misses", "Values that had to be computed."),
+        ("counter", "gamut_cache_evictions", "evictions", "Values removed for lack of space."),
+        ("gauge", "gamut_cache_bytes", "nbytes", "Memory of the values."),
+        ("gauge", "gamut_cache_capacity_bytes", "capacity", "Largest memory of the values."),
+    ):
+        samples = [({"cache": cache}, getattr(caches[cache], attribute)) for cache in caches]
+        yield metric_family(kind, name, meaning, samples)
+
+
+def _store_families(store: GamutStore) -> Iterator[Metric]:
+    yield counter("gamut_store_hits", "Requested gamuts that exist.", store.hits)
+    yield counter("gamut_store_misses", "Requested gamuts that do not exist.", store.misses)
+    yield counter("gamut_store_evictions", "Gamuts evicted for lack of space.", store.evictions)
+    yield counter("gamut_store_corruptions", "Damaged files found.", store.corruptions)
+    if store.nbytes is not None:
+        yield gauge("gamut_store_bytes", "Bytes stored.", store.nbytes)
+    limit = getattr(store.blobs, "limit", 0)
+    if limit:
+        yield gauge("gamut_store_capacity_bytes", "Largest number of bytes stored.", limit)

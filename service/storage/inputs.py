@@ -1,8 +1,8 @@
 """The inputs that gamuts are built from, kept beside them.
 
-An input is durable before its job is accepted, so an accepted job can be done whatever happens to
-the process; kept after that, it lets a gamut that was damaged or evicted be built again. Its blob
-is a line with the SHA-256 of the rest, a line of JSON with the options, and the data as they came.
+An input is durable before its job is accepted, so an accepted job survives the process. Afterwards
+the input allows a damaged gamut to be built again. A blob is three parts: the SHA-256 of the next
+line, a line of JSON with the options and the SHA-256 of the data, and the data as posted.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ __all__ = ["Inputs"]
 _CHUNK = 1 << 20
 
 _ATTEMPTS = 3
-"""How often an input is stored while others drop it and set it aside at the same time."""
+"""Number of attempts to store an input during concurrent drops."""
 
 _HEAD_LIMIT = 1 << 20
-"""Bytes of the longest line of options that is read; a few hundred are usual."""
+"""Largest line of options in bytes. A few hundred are usual."""
 
 
 class Inputs:
@@ -35,29 +35,40 @@ class Inputs:
     blobs : Blobs
         The storage.
     quarantine : Quarantine
-        Where damaged ones go.
+        Receives damaged inputs.
     """
 
     def __init__(self, blobs: Blobs, quarantine: Quarantine) -> None:
         self._blobs = blobs
         self._quarantine = quarantine
 
-    def keep(self, gamut_id: str, data: bytes, options: dict[str, Any]) -> None:
-        """Store an input, durably. One that is there already is used if it is sound."""
-        head = json.dumps(options, separators=(",", ":")).encode() + b"\n"
-        digest = hashlib.sha256(head)
-        digest.update(data)
-        pieces = [digest.hexdigest().encode() + b"\n", head, data]
+    def keep(self, gamut_id: str, data: bytes, options: dict[str, Any], sha256: str) -> None:
+        """Store an input durably. An input that exists already is used if it is intact.
+
+        Parameters
+        ----------
+        gamut_id : str
+            The gamut.
+        data : bytes
+            The characterisation data.
+        options : dict
+            The options of the gamut.
+        sha256 : str
+            SHA-256 of the data, hexadecimal.
+        """
+        head = {"options": options, "sha256": sha256}
+        line = json.dumps(head, separators=(",", ":")).encode() + b"\n"
+        pieces = [hashlib.sha256(line).hexdigest().encode() + b"\n", line, data]
         for _ in range(_ATTEMPTS):
             if self._blobs.create(input_key(gamut_id), pieces) is not None:
                 return
-            if self._is_sound(gamut_id):
+            if self._is_intact(gamut_id):
                 return
-        message = "the input is being kept and dropped at the same time"
+        message = "the input is being stored and dropped at the same time"
         raise StoreUnavailableError(message)
 
     def path(self, gamut_id: str) -> Path:
-        """Return a new scratch file with the data of an input; `BlobNotFoundError` if none is."""
+        """Return a new scratch file with the data; raises `BlobNotFoundError` if there is none."""
         path = self._blobs.scratch(".input")
         try:
             with path.open("xb") as target:
@@ -68,25 +79,25 @@ class Inputs:
         return path
 
     def options(self, gamut_id: str) -> dict[str, Any]:
-        """Return the options that an input was kept with; `BlobNotFoundError` if none is."""
+        """Return the options of an input; raises `BlobNotFoundError` if there is none."""
         return self._options(gamut_id, None)
 
     def kept(self, gamut_id: str) -> bool:
-        """Whether there is an input."""
+        """Return whether there is an input."""
         return self.nbytes(gamut_id) > 0
 
     def nbytes(self, gamut_id: str) -> int:
-        """Return the size of an input as it is stored; 0 if there is none."""
+        """Return the size of an input as stored; 0 if there is none."""
         try:
             return self._blobs.size(input_key(gamut_id))
         except BlobNotFoundError:
             return 0
 
     def drop(self, gamut_id: str) -> bool:
-        """Remove an input; whether there was one."""
+        """Remove an input; return whether there was one."""
         return self._blobs.delete(input_key(gamut_id))
 
-    def _is_sound(self, gamut_id: str) -> bool:
+    def _is_intact(self, gamut_id: str) -> bool:
         try:
             self._options(gamut_id, None)
         except BlobNotFoundError:
@@ -94,14 +105,14 @@ class Inputs:
         return True
 
     def _options(self, gamut_id: str, target: BinaryIO | None) -> dict[str, Any]:
-        """Return an input's options and copy its data; what is damaged goes to the quarantine."""
+        """Return the options and copy the data; move a damaged input to the quarantine."""
         key = input_key(gamut_id)
         for last in (False, True):
             with self._blobs.stream(key) as source:
                 try:
-                    return _verified_options(source, target)
+                    return _copy_verified(source, target)
                 except BlobDamagedError as error:
-                    # It may have been damaged on the way only: the second look decides.
+                    # It may have been damaged in transit only, so it is read twice.
                     if last:
                         self._quarantine.put([key], f"damaged input: {error}")
             if target is not None:
@@ -110,10 +121,23 @@ class Inputs:
         raise BlobNotFoundError(key)
 
 
-def _verified_options(source: BinaryIO, target: BinaryIO | None) -> dict[str, Any]:
+def _copy_verified(source: BinaryIO, target: BinaryIO | None) -> dict[str, Any]:
+    """Return the options of an input, and copy its data to `target` if there is one.
+
+    Raises
+    ------
+    BlobDamagedError
+        The content does not match its digests.
+    """
     expected = source.read(65)
-    head = source.readline(_HEAD_LIMIT)
-    digest = hashlib.sha256(head)
+    line = source.readline(_HEAD_LIMIT)
+    digest = hashlib.sha256(line)
+    head: dict[str, Any] = {}
+    if digest.hexdigest().encode() + b"\n" == expected:
+        head = json.loads(line)
+    if "sha256" in head:
+        expected, digest = head["sha256"].encode() + b"\n", hashlib.sha256()
+    # Otherwise the first line is the digest of everything after it, as earlier versions wrote it.
     while chunk := source.read(_CHUNK):
         digest.update(chunk)
         if target is not None:
@@ -121,5 +145,5 @@ def _verified_options(source: BinaryIO, target: BinaryIO | None) -> dict[str, An
     if digest.hexdigest().encode() + b"\n" != expected:
         message = "the content does not match its digest"
         raise BlobDamagedError(message)
-    options: dict[str, Any] = json.loads(head)
+    options: dict[str, Any] = head["options"] if "sha256" in head else json.loads(line)
     return options

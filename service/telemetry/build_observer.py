@@ -1,11 +1,16 @@
-"""What is told of a build when it has ended: its figures, and its spans where there are traces.
+"""Reports of ended builds: metrics and spans, also across forked processes.
 
-A process that has builds done, be it a service or a worker of a queue, gives one of these to
-whatever performs them.
+`BuildObserver` is called at the end of every build. A worker with a broker forks one process per
+slot, whose counters would be lost with it. `BuildReports` sends them through a pipe to the process
+that serves the metrics.
 """
 
 from __future__ import annotations
 
+import json
+import logging
+import os
+import threading
 import time
 from typing import TYPE_CHECKING
 
@@ -15,22 +20,26 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from service.jobs.book import JobDocument
-    from service.telemetry.build_reports import BuildReports
     from service.telemetry.metrics import BuildFigures
     from service.telemetry.traces import Traces
 
-__all__ = ["BuildObserver"]
+__all__ = ["BuildObserver", "BuildReports"]
+
+logger = logging.getLogger(__name__)
+
+_LONGEST = 512
+"""Bytes of a line. POSIX guarantees that a pipe takes this many at once."""
 
 
 class BuildObserver:
-    """Is called at the end of every build, in any thread.
+    """Records the end of every build; called in any thread.
 
     Parameters
     ----------
     figures : BuildFigures or BuildReports, optional
-        Where builds are counted, or who tells of them to where they are.
+        Counts builds, or forwards them to the process that counts.
     traces : Traces, optional
-        Where each gets its spans.
+        Receives the spans of builds.
     """
 
     def __init__(self, figures: BuildFigures | BuildReports | None, traces: Traces | None) -> None:
@@ -38,7 +47,7 @@ class BuildObserver:
         self._traces = traces
 
     def __call__(self, outcome: str, seconds: Mapping[str, float], document: JobDocument) -> None:
-        """Note a build that has ended just now.
+        """Record a build that has just ended.
 
         Parameters
         ----------
@@ -47,16 +56,16 @@ class BuildObserver:
         seconds : mapping
             Seconds by stage, and of the whole build as ``total``.
         document : JobDocument
-            The job, with what it carries of the trace of the request that began it.
+            The job, with the trace context of its first request.
         """
         if self._figures is not None:
-            self._figures.ended(outcome, seconds)
+            self._figures.count_build(outcome, seconds)
         if self._traces is None:
             return
         stages = {stage: duration for stage, duration in seconds.items() if stage != TOTAL}
         finished = time.time()
         started = finished - max(seconds.get(TOTAL, 0.0), sum(stages.values()))
-        self._traces.build_ended(
+        self._traces.write_build(
             document.id,
             outcome,
             stages,
@@ -64,3 +73,44 @@ class BuildObserver:
             finished=finished,
             trace=document.trace,
         )
+
+
+class BuildReports:
+    """A pipe for ended builds, made before the fork of the processes that write to it.
+
+    It replaces `BuildFigures` there. The process that made it counts with `forward`. There is no
+    lock, so a slot can be killed at any moment. A full pipe never delays a build.
+    """
+
+    def __init__(self) -> None:
+        self._reading, self._writing = os.pipe()
+        os.set_blocking(self._writing, False)
+
+    def count_build(self, outcome: str, seconds: Mapping[str, float]) -> None:
+        """Send an ended build; see `BuildFigures.count_build`."""
+        rounded = {stage: round(duration, 6) for stage, duration in seconds.items()}
+        line = json.dumps([outcome, rounded], separators=(",", ":")).encode() + b"\n"
+        if len(line) > _LONGEST:
+            line = json.dumps([outcome[:80], {}]).encode() + b"\n"
+        try:
+            os.write(self._writing, line)
+        except OSError as error:
+            # The pipe is full or has no reader.
+            logger.warning("build was not counted: %s", error)
+
+    def forward(self, figures: BuildFigures) -> None:
+        """Count all further builds, in a thread that ends with the process."""
+        threading.Thread(
+            target=self._forward, args=(figures,), name="build reports", daemon=True
+        ).start()
+
+    def _forward(self, figures: BuildFigures) -> None:
+        with os.fdopen(os.dup(self._reading), "rb") as lines:
+            for line in lines:
+                outcome, seconds = json.loads(line)
+                figures.count_build(outcome, seconds)
+
+    def close(self) -> None:
+        """Close the pipe in this process. The thread of `forward` ends after the last close."""
+        os.close(self._reading)
+        os.close(self._writing)

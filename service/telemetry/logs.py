@@ -1,9 +1,9 @@
-"""The log: a line for every event, as text for people or as JSON for programs, without secrets.
+"""The log: one line per event, as text or JSON, without secrets.
 
-All loggers, those of the server and of libraries among them, write through one handler to standard
-error. A line names the request and the gamut that it is about. What looks like a credential is
-blotted out, wherever in the line it is; header fields are not logged to begin with. This module
-knows nothing of the web, because the worker processes use it as well.
+All loggers, including those of the server and of libraries, write to standard error through one
+handler. A line names the request and the gamut. Text that looks like a credential is masked; header
+fields are never logged. The module does not import the web framework, because worker processes use
+it too.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 __all__ = ["JsonLines", "TextLines", "configure_logging", "without_secrets"]
 
 _USUAL = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "color_message"}
-"""Attributes that every record has; all others were given with ``extra``."""
+"""Attributes of every record. All others were given with ``extra``."""
 
 _encoded = json.JSONEncoder(separators=(",", ":"), default=repr).encode
-"""Made once: `json.dumps` makes another for each line."""
+"""Made once, because `json.dumps` would make an encoder per line."""
 
 _GAMUT_ID = re.compile(r"\b[0-9a-f]{64}\b")
 
@@ -43,17 +43,17 @@ _NAMES = (
 _SECRET_NAME = re.compile(_NAMES, re.IGNORECASE)
 
 _SECRETS = (
-    # the value of a field of such a name, however the two are written: a: b, a=b, 'a': 'b',
-    # (b'a', b'b'); of a header field with its scheme
+    # The value of a field with such a name, in any notation: a: b, a=b, 'a': 'b', (b'a', b'b'); for
+    # a header field with its scheme.
     re.compile(
         rf"""(?P<kept>\b(?:{_NAMES})\b(?:["']?\s*[:=]\s*|["']\s*,\s*)(?:b?["'])?"""
         r"""(?:(?:bearer|basic|digest)\s+)?)"""
         r"""(?P<secret>[^\s"',;&)}\]]+)""",
         re.IGNORECASE,
     ),
-    # credentials without a name
+    # Credentials without a name.
     re.compile(r"(?P<kept>\b(?:bearer|basic)\s+)(?P<secret>[A-Za-z0-9._~+/=-]{8,})", re.IGNORECASE),
-    # user and password in an address, such as a message broker's
+    # User and password in an address, such as a broker's.
     re.compile(r"(?P<kept>\b[a-z][a-z0-9+.-]*://)(?P<secret>[^\s/@\"']+)(?=@)", re.IGNORECASE),
 )
 
@@ -61,17 +61,23 @@ _HINTS = (
     *("authorization", "cookie", "bearer", "basic", "key", "secret", "token", "passw", "://"),
     *("sig", "credential", "sas"),
 )
-"""One of these is in every text that a pattern finds something in; most lines have none, and need
-not be searched."""
+"""Every text that matches a pattern contains one of these. Most lines contain none and need no
+search."""
 
 _DEEPEST = 8
-"""Levels of a value that are logged: it may hold itself."""
+"""Nesting depth of logged values, which may contain themselves."""
 
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]")
 
 
 def without_secrets(text: str) -> str:
-    """Return a text in which everything that looks like a credential is three asterisks."""
+    """Return a text with all apparent credentials masked.
+
+    Examples
+    --------
+    >>> without_secrets("token=abc123")
+    'token=***'
+    """
     if not _may_hold_secret(text):
         return text
     for pattern in _SECRETS:
@@ -80,11 +86,11 @@ def without_secrets(text: str) -> str:
 
 
 class TextLines(logging.Formatter):
-    """Writes records as lines for people; a traceback follows on lines of its own."""
+    """Formats records as lines for people. A traceback follows on lines of its own."""
 
     def format(self, record: logging.LogRecord) -> str:
         """Return the line of a record."""
-        message = _CONTROL.sub(_escaped, without_secrets(record.getMessage()))
+        message = _CONTROL.sub(_escape, without_secrets(record.getMessage()))
         line = f"{_time(record)} {record.levelname} {record.name}: {message}"
         if request_id := _request_id(record):
             line += f" [{request_id}]"
@@ -93,11 +99,10 @@ class TextLines(logging.Formatter):
 
 
 class JsonLines(logging.Formatter):
-    """Writes records as one JSON object on one line each.
+    """Formats records as one JSON object per line.
 
-    Members are ``time``, ``level``, ``logger``, ``message``, where there are such ``request_id``,
-    ``trace_id``, ``span_id``, ``gamut_id`` and ``exception``, and everything that was given with
-    ``extra``.
+    Members are ``time``, ``level``, ``logger`` and ``message``; if available ``request_id``,
+    ``trace_id``, ``span_id``, ``gamut_id`` and ``exception``; and everything given with ``extra``.
     """
 
     def format(self, record: logging.LogRecord) -> str:
@@ -113,7 +118,7 @@ class JsonLines(logging.Formatter):
             members["request_id"] = request_id
         if (trace := current_trace()) is not None:
             members["trace_id"], members["span_id"] = trace
-        # Jobs have the ids of the gamuts that they build, so this is a job's id as well.
+        # A job has the id of its gamut.
         if found := _GAMUT_ID.search(message):
             members["gamut_id"] = found.group()
         members |= {name: value for name, value in vars(record).items() if name not in _USUAL}
@@ -123,21 +128,21 @@ class JsonLines(logging.Formatter):
         try:
             line = _encoded(members)
         except (TypeError, ValueError):
-            # names that are no text, or a value within itself
+            # Names that are not text, or a value that contains itself.
             line = _HINTS[0]
-        # One look at the whole line, since nearly none has anything to hide.
+        # One check of the whole line, because nearly no line has secrets.
         return _encoded(_clean(members)) if _may_hold_secret(line) else line
 
 
 def configure_logging(log_format: str, level: str) -> None:
-    """Let everything that is logged in this process, warnings included, go to standard error.
+    """Send all log records of this process, warnings included, to standard error.
 
     Parameters
     ----------
     log_format : str
         ``text`` or ``json``.
     level : str
-        Least severity, as in `Settings.log_level`.
+        Lowest severity, as in `Settings.log_level`.
     """
     handler = logging.StreamHandler()
     handler.setFormatter(JsonLines() if log_format == "json" else TextLines())
@@ -166,8 +171,8 @@ def _exception(record: logging.LogRecord) -> str | None:
     return without_secrets("\n".join(parts)) if parts else None
 
 
-def _escaped(found: re.Match[str]) -> str:
-    # A line that is made up inside of a value must not pass for one of the log's own.
+def _escape(found: re.Match[str]) -> str:
+    # A value must not be able to forge a line of the log.
     return found.group().encode("unicode_escape").decode("ascii")
 
 
@@ -182,7 +187,7 @@ def _may_hold_secret(text: str) -> bool:
 
 
 def _clean(value: Any, depth: int = 0) -> Any:  # noqa: ANN401 - whatever was given with extra
-    """Return a value as JSON can express it, without secrets."""
+    """Return a value as JSON-able data without secrets."""
     if value is None or isinstance(value, bool | int | float):
         return value
     if depth > _DEEPEST:

@@ -1,12 +1,9 @@
-"""What this process counts of its requests and builds, for whoever looks from outside.
+"""Counters of requests and builds of this process.
 
-Counting is plain addition to dictionaries and lists, because it happens on every request, within
-fractions of a microsecond; `service.telemetry.metrics_endpoint` renders the figures in
-Prometheus' formats on request. The event loop's thread counts requests, any thread builds, and any
-thread may read.
-Builds are done by other processes: their figures come with the event that ends a build, to the
-process that had it done.
-See ``docs/decisions/metrics.md``.
+Counting is plain addition to dictionaries and lists, because it runs on every request.
+`service.telemetry.metrics_endpoint` renders the counters. The event loop's thread counts requests,
+any thread counts builds, and any thread may read. Builds run in other processes and are counted by
+the process that started them. See ``docs/decisions/metrics.md``.
 """
 
 from __future__ import annotations
@@ -21,16 +18,16 @@ if TYPE_CHECKING:
 __all__ = ["TOTAL", "BuildFigures", "Distribution", "Metrics", "RequestFigures"]
 
 TOTAL = "total"
-"""Among the seconds by stage: those of the whole build, publication included."""
+"""Key of the seconds of a whole build, publication included."""
 
 _RESPONSE_BOUNDS = (
     *(0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1),
     *(0.25, 0.5, 1, 2.5, 5, 10, 30),
 )
-"""Seconds: a cached mesh takes a part of the first, a request that waits for a build the last."""
+"""Seconds. A cached mesh is in the first bucket, a request that waits for a build in the last."""
 
 _BUILD_BOUNDS = (0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2.5, 5, 10, 30, 60, 120, 300)
-"""Seconds of a build or a stage of it: from reading a small file to the most that is allowed."""
+"""Seconds of a build or a stage, from reading a small file to the largest deadline."""
 
 _METHODS = frozenset(
     {"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS", "TRACE", "CONNECT"}
@@ -38,12 +35,12 @@ _METHODS = frozenset(
 
 
 class Distribution:
-    """How many values fell between which bounds, and their sum.
+    """A histogram with the sum of its values.
 
     Parameters
     ----------
     bounds : iterable of float
-        Ascending; a value counts for the first bound that is not below it, or for the rest.
+        Ascending upper bounds. Larger values are counted in an additional bucket.
     """
 
     __slots__ = ("bounds", "counts", "sum")
@@ -59,7 +56,7 @@ class Distribution:
         self.sum += value
 
     def cumulative(self) -> list[tuple[float, int]]:
-        """Return each bound, infinity at last, with the number of values up to it."""
+        """Return each bound, infinity last, with the number of values up to it."""
         total, result = 0, []
         for bound, count in zip((*self.bounds, float("inf")), list(self.counts), strict=True):
             total += count
@@ -68,19 +65,19 @@ class Distribution:
 
 
 class RequestFigures:
-    """Requests by method, route and status, and how long their responses took to begin.
+    """Requests by method, route and status, and their response times.
 
-    A route is the template that a path matched, such as ``/v1/gamuts/{gamut_id}/mesh``, so that
-    clients cannot make up series of their own.
+    A route is the template of the path, such as ``/v1/gamuts/{gamut_id}/mesh``, so clients cannot
+    create new series.
 
     Attributes
     ----------
     counts : dict
-        Requests answered, by method, route and status.
+        Requests by method, route and status.
     seconds : dict of Distribution
-        From the arrival of a request to the beginning of its response, by route.
+        Time from the arrival of a request to the start of its response, by route.
     refusals : dict
-        Answers that the server gave without the app, by the code of the problem; not in `counts`.
+        Answers of the server without the app, by code of the problem; not in `counts`.
     in_progress : int
         Requests under way.
     sent_bytes : int
@@ -94,7 +91,7 @@ class RequestFigures:
         self.in_progress = 0
         self.sent_bytes = 0
 
-    def answered(self, method: str, route: str, status: int, seconds: float) -> None:
+    def count_answer(self, method: str, route: str, status: int, seconds: float) -> None:
         """Count a request."""
         key = (method if method in _METHODS else "other", route, status)
         self.counts[key] = self.counts.get(key, 0) + 1
@@ -103,25 +100,23 @@ class RequestFigures:
             distribution = self.seconds[route] = Distribution(_RESPONSE_BOUNDS)
         distribution.add(seconds)
 
-    def refused(self, problem: str, nbytes: int) -> None:
-        """Count an answer that the server gave without the app."""
+    def count_refusal(self, problem: str, nbytes: int) -> None:
+        """Count an answer of the server without the app."""
         self.refusals[problem] = self.refusals.get(problem, 0) + 1
         self.sent_bytes += nbytes
 
 
 class BuildFigures:
-    """Builds that this process had done, by outcome, and the time that they and their stages took.
-
-    Several threads may count at the same time.
+    """Builds of this process by outcome, and the time of their stages. Thread-safe.
 
     Attributes
     ----------
     outcomes : dict
-        Builds that ended, by ``succeeded``, ``cancelled`` or the code of the problem.
+        Ended builds by ``succeeded``, ``cancelled`` or the code of the problem.
     seconds : Distribution
-        Of whole builds.
+        Times of whole builds.
     stages : dict of Distribution
-        By the stage of `gamutcore`.
+        Times by stage of `gamutcore`.
     """
 
     def __init__(self) -> None:
@@ -130,17 +125,15 @@ class BuildFigures:
         self.stages: dict[str, Distribution] = {}
         self._lock = threading.Lock()
 
-    def ended(self, outcome: str, seconds: Mapping[str, float]) -> None:
-        """Count a build that ended.
+    def count_build(self, outcome: str, seconds: Mapping[str, float]) -> None:
+        """Count an ended build.
 
         Parameters
         ----------
         outcome : str
-            ``succeeded``, ``cancelled``, ``crashed`` (an attempt, of several) or the code of a
-            problem.
+            ``succeeded``, ``cancelled``, ``crashed`` (one attempt) or the code of a problem.
         seconds : mapping
-            Seconds by stage, as the build's last event has them, and of all as ``total``; without
-            the stages where they are not known.
+            Seconds by stage, if known, and of the whole build as ``total``.
         """
         with self._lock:
             self.outcomes[outcome] = self.outcomes.get(outcome, 0) + 1
@@ -155,7 +148,7 @@ class BuildFigures:
 
 
 class Metrics:
-    """All that a process counts itself."""
+    """All counters of a process."""
 
     def __init__(self) -> None:
         self.requests = RequestFigures()

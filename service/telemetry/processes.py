@@ -1,6 +1,6 @@
-"""What the processes use of the machine that this one started, as Linux tells it in ``/proc``.
+"""Memory and CPU time of the descendants of a process, from Linux's ``/proc``.
 
-Where there is no ``/proc``, nothing is known and nothing is said.
+Without ``/proc`` nothing is reported.
 """
 
 from __future__ import annotations
@@ -15,21 +15,21 @@ _PAGE = os.sysconf("SC_PAGE_SIZE")
 _TICKS = os.sysconf("SC_CLK_TCK")
 
 _OF_ITSELF, _OF_ENDED, _RESIDENT = slice(10, 12), slice(12, 14), 20
-"""Places among the numbers of ``/proc/<pid>/stat`` (proc(5) has them as 14 to 17, and 24): CPU time
-of the process, that of its children that have ended, and pages in memory."""
+"""Indices into the numbers of ``/proc/<pid>/stat`` (fields 14 to 17 and 24 in proc(5)): CPU time of
+the process, CPU time of its ended children, and resident pages."""
 
 
 class Usage(NamedTuple):
-    """What processes use.
+    """Resource use of processes.
 
     Attributes
     ----------
     processes : int
-        How many there are.
+        Number of processes.
     resident_bytes : int
-        Memory, pages that several share counted for each.
+        Resident memory; shared pages count once per process.
     cpu_seconds : float
-        Of the processes that run now, and of those that ran before.
+        CPU time of running and ended processes.
     """
 
     processes: int
@@ -38,17 +38,17 @@ class Usage(NamedTuple):
 
 
 def descendants_usage(root: str = "self") -> Usage | None:
-    """Return what the processes use that one has started, and those that they have started.
+    """Return memory and CPU time of all descendants of a process.
 
     Parameters
     ----------
     root : str
-        Id of the process, by default the caller. It is not counted itself, nor is the caller.
+        Id of the process, by default the caller. Neither is counted itself.
 
     Returns
     -------
     Usage or None
-        None if that cannot be known.
+        None if the system does not report it.
     """
     own, waiting = _fields(root), _children(root)
     if own is None or waiting is None:
@@ -58,7 +58,7 @@ def descendants_usage(root: str = "self") -> Usage | None:
         process = waiting.pop()
         fields = _fields(process)
         if fields is None or process == str(os.getpid()):
-            continue  # ended since
+            continue  # it has ended
         count += 1
         ticks += sum(fields[_OF_ITSELF]) + sum(fields[_OF_ENDED])
         resident += fields[_RESIDENT] * _PAGE
@@ -67,22 +67,22 @@ def descendants_usage(root: str = "self") -> Usage | None:
 
 
 def _fields(process: str) -> list[int] | None:
-    """Return the numbers that the kernel tells of a process; None if it is gone."""
+    """Return the numbers in ``/proc/<pid>/stat``; None if the process has ended."""
     try:
         stat = (Path("/proc") / process / "stat").read_text()
     except OSError:
         return None
-    # The name, in parentheses, may hold anything; a letter follows, and then only numbers.
+    # The name in parentheses may contain anything. One letter and numbers follow.
     return [int(field) for field in stat.rpartition(")")[2].split()[1:]]
 
 
 def _children(process: str) -> list[str] | None:
-    """Return the ids of the processes that one has started; None if the kernel does not tell."""
+    """Return the ids of the children of a process; None if the kernel does not report them."""
     found: list[str] = []
     try:
         for task in (Path("/proc") / process / "task").iterdir():
             found += (task / "children").read_text().split()
     except OSError:
-        # a thread that has ended meanwhile, or a kernel without this file
+        # A thread ended meanwhile, or the kernel lacks this file.
         return found or None
     return found

@@ -1,10 +1,9 @@
-"""Every request is seen: figures, a line of the access log, a span of a trace.
+"""Request observer: metrics, access log and spans of every request.
 
-The ASGI layer is the outermost but that of request ids, so that answers of the layers ahead of the
-routes, and those to defects, are seen like all others; those below the app come to `Refusals`. What
-it does for every request is a few additions; lines and spans are made only where they are asked
-for. Queries are logged if they hold nothing but known parameters: others, that may be credentials
-at the wrong place, are not repeated.
+The ASGI middleware is inside the request ids and outside everything else, so it also sees the
+answers of other middleware and to defects. Answers below the app go to `Refusals`. Counting is a
+few additions; log lines and spans are made only on demand. Queries are logged only if they consist
+of known parameters, because others may contain credentials.
 """
 
 from __future__ import annotations
@@ -24,15 +23,15 @@ if TYPE_CHECKING:
     from service.telemetry.metrics import RequestFigures
     from service.telemetry.traces import Traces
 
-__all__ = ["KNOWN_PARAMETERS", "UNMATCHED", "MatchedRoute", "Observed", "Refusals"]
+__all__ = ["KNOWN_PARAMETERS", "UNMATCHED", "MatchedRoute", "Refusals", "RequestObserver"]
 
 logger = logging.getLogger("service.access")
 
 UNMATCHED = "unmatched"
-"""The route of requests that match none, in figures and spans."""
+"""Route of requests that match no route."""
 
 _DISCONNECTED = 499
-"""What is counted where a request ends without an answer: as nginx has it, the client has gone."""
+"""Status for a request without an answer, as in nginx: the client is gone."""
 
 KNOWN_PARAMETERS = (
     "triangles",
@@ -43,7 +42,7 @@ KNOWN_PARAMETERS = (
     "limit",
     "after",
 )
-"""Parameters of queries that are logged."""
+"""Query parameters that are logged."""
 
 _KNOWN_QUERY = re.compile(
     rf"(?:(?:{'|'.join(KNOWN_PARAMETERS)})=[0-9A-Za-z.,+-]{{0,200}}(?:&|\Z))*\Z"
@@ -52,28 +51,28 @@ _KNOWN_QUERY = re.compile(
 _PLAIN_PATH = re.compile(r"[A-Za-z0-9/._-]*\Z")
 
 _LONGEST_PATH = 500
-"""Characters of a path that are logged."""
+"""Number of characters of a path that are logged."""
 
 
 class MatchedRoute(NamedTuple):
-    """Stands for a route in ``scope["route"]`` where a layer answers instead of it."""
+    """Value of ``scope["route"]`` when middleware answers instead of a route."""
 
     path: str
 
 
-class Observed:
-    """ASGI layer that counts, logs and traces requests.
+class RequestObserver:
+    """ASGI middleware that counts, logs and traces requests.
 
     Parameters
     ----------
     app : ASGI app
-        Leaves the route that matched in ``scope["route"]``, as Starlette's router does.
+        Sets ``scope["route"]`` to the matched route, as Starlette's router does.
     figures : RequestFigures
-        Where requests are counted.
+        The counters.
     access_log : bool
-        Whether each gets a line in the log.
+        Whether to log a line per request.
     traces : Traces, optional
-        Where each gets a span.
+        Receives a span per request.
     """
 
     def __init__(
@@ -85,23 +84,23 @@ class Observed:
         self.traces = traces
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on, and see what becomes of it."""
+        """Pass the request on and record the outcome."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
         elif self.traces is None:
-            await self._observed(scope, receive, send)
+            await self._observe(scope, receive, send)
         else:
             with self.traces.request(scope, current_request_id()) as span:
                 status = _DISCONNECTED
                 try:
-                    status = await self._observed(scope, receive, send)
+                    status = await self._observe(scope, receive, send)
                 except Exception:
                     status = 500
                     raise
                 finally:
-                    self.traces.answered(span, scope["method"], _route(scope), status)
+                    self.traces.set_outcome(span, scope["method"], _route(scope), status)
 
-    async def _observed(self, scope: Scope, receive: Receive, send: Send) -> int:
+    async def _observe(self, scope: Scope, receive: Receive, send: Send) -> int:
         figures = self.figures
         figures.in_progress += 1
         started = perf_counter()
@@ -125,7 +124,7 @@ class Observed:
             figures.sent_bytes += nbytes
             status = status or _DISCONNECTED
             seconds = (began or perf_counter()) - started
-            figures.answered(scope["method"], _route(scope), status, seconds)
+            figures.count_answer(scope["method"], _route(scope), status, seconds)
             if self.access_log:
                 _log(scope, status, nbytes, seconds)
         return status
@@ -137,9 +136,9 @@ class Refusals:
     Parameters
     ----------
     figures : RequestFigures
-        Where they are counted.
+        The counters.
     access_log : bool
-        Whether each gets a line in the log.
+        Whether to log a line per answer.
     """
 
     def __init__(self, figures: RequestFigures, *, access_log: bool) -> None:
@@ -147,8 +146,8 @@ class Refusals:
         self.access_log = access_log
 
     def __call__(self, refusal: Refusal) -> None:
-        """Take note of an answer; what was asked is not known, or not worth repeating."""
-        self.figures.refused(refusal.problem, refusal.nbytes)
+        """Record an answer. The request is unknown or unfit for the log."""
+        self.figures.count_refusal(refusal.problem, refusal.nbytes)
         if self.access_log:
             milliseconds = round(1000 * refusal.seconds, 3)
             logger.info(

@@ -1,7 +1,7 @@
-"""Where a request's time went, in its answer: ``Server-Timing`` (W3C), which browsers show.
+"""``Server-Timing`` (W3C): where the time of a request went.
 
-Whatever part of the service is worth telling apart says `with timed("encode")`; times of one name
-add up. Work in a task of its own counts for the request that began it.
+Code measures a part with ``with timed("encode")``. Times of the same name add up. Work in a task of
+its own counts for the request that started it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _current: ContextVar[dict[str, float] | None] = ContextVar("server_timing", defa
 
 
 class timed:  # noqa: N801 - a context manager, read like a function
-    """Adds the time spent inside to the answer of the request that is being answered.
+    """Context manager that adds its duration to the answer of the current request.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class timed:  # noqa: N801 - a context manager, read like a function
 
 
 class ServerTiming:
-    """ASGI layer that puts the times of a request into its answer.
+    """ASGI middleware that adds the times of a request to its answer.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class ServerTiming:
         self.app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on; what is told is the time until the answer begins."""
+        """Pass the request on. The reported total ends where the answer starts."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return

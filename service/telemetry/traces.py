@@ -1,10 +1,9 @@
-"""OpenTelemetry traces: a span for every request, and one for every build with its stages.
+"""OpenTelemetry traces: one span per request, and one per build with its stages.
 
-They are an extra (``otel``), off unless the setting or the ``OTEL_...`` variables ask for them, and
-nothing of the SDK is loaded before. A job carries the context of the request that began it as
-`propagation_headers` (W3C Trace Context), so a trace goes on in whatever process builds, on either
-side of a queue. Spans carry ids, routes and counts, and neither queries nor header fields.
-See ``docs/decisions/traces.md``.
+Traces need the extra ``otel``, and are off unless the setting or the ``OTEL_...`` variables enable
+them; the SDK is not imported before. A job carries the trace context of its first request (W3C
+Trace Context), so the trace continues in the process that builds. Spans contain ids, routes and
+counts, but no queries and no header fields. See ``docs/decisions/traces.md``.
 """
 
 from __future__ import annotations
@@ -29,35 +28,34 @@ __all__ = [
     "TracesUnavailableError",
     "current_trace",
     "propagation_headers",
+    "traces_enabled",
     "traces_of",
-    "traces_wanted",
 ]
 
 _ENDPOINTS = ("OTEL_EXPORTER_OTLP_TRACES_ENDPOINT", "OTEL_EXPORTER_OTLP_ENDPOINT")
 
 _FLUSH_MILLISECONDS = 3000
-"""How long a stopping process tries to send the last spans."""
+"""Time limit of sending the last spans when the process stops."""
 
 _current: ContextVar[tuple[str, str] | None] = ContextVar("trace", default=None)
 
 
 class TracesUnavailableError(RuntimeError):
-    """Traces are asked for, and cannot be had."""
+    """Traces are requested but not available."""
 
 
 def current_trace() -> tuple[str, str] | None:
-    """Return the ids of the trace and the span under way, hexadecimal; None if there is none."""
+    """Return the ids of the current trace and span, hexadecimal; None if there is none."""
     return _current.get()
 
 
 def propagation_headers() -> dict[str, str]:
-    """Return what another process needs to go on with the trace under way; empty if there is none.
+    """Return the header fields that let another process continue the current trace.
 
     Returns
     -------
     dict of str
-        The fields of W3C Trace Context, ``traceparent`` and, where the client sent one,
-        ``tracestate``.
+        ``traceparent`` and, if the client sent it, ``tracestate``; empty without a trace.
     """
     if _current.get() is None:
         return {}
@@ -70,8 +68,8 @@ def propagation_headers() -> dict[str, str]:
     return carrier
 
 
-def traces_wanted(setting: str) -> bool:
-    """Return whether the setting and the environment ask for traces that can be had.
+def traces_enabled(setting: str) -> bool:
+    """Return whether the setting and the environment enable traces.
 
     Parameters
     ----------
@@ -81,8 +79,8 @@ def traces_wanted(setting: str) -> bool:
     Raises
     ------
     TracesUnavailableError
-        The setting is ``on``, and the packages are not there; or the environment asks for an
-        exporter that there is not.
+        The setting is ``on`` and the packages are missing, or the environment selects an unknown
+        exporter.
     """
     if setting == "off":
         return False
@@ -94,22 +92,22 @@ def traces_wanted(setting: str) -> bool:
         return False
     if not _installed():
         message = (
-            "GAMUT_TRACES is on, and OpenTelemetry is not installed: "
-            "install the extra, gamut-boundary-service[otel], or set GAMUT_TRACES=off"
+            "GAMUT_TRACES is on, but OpenTelemetry is not installed. "
+            "Install gamut-boundary-service[otel], or set GAMUT_TRACES=off."
         )
         raise TracesUnavailableError(message)
     if not disabled and exporter != "otlp":
-        message = f"OTEL_TRACES_EXPORTER={exporter}: there are only otlp and none"
+        message = f"OTEL_TRACES_EXPORTER={exporter} is not supported. Use otlp or none."
         raise TracesUnavailableError(message)
     return not disabled
 
 
 def traces_of(setting: str) -> Traces | None:
-    """Return the traces that are wanted (see `traces_wanted`); None for none.
+    """Return the traces if they are enabled (see `traces_enabled`); else None.
 
-    They have a thread, so they are made where no process is forked any more.
+    They start a thread, so they must be made after the last fork.
     """
-    if not traces_wanted(setting):
+    if not traces_enabled(setting):
         return None
     from opentelemetry.exporter.otlp.proto.http.trace_exporter import (  # noqa: PLC0415
         OTLPSpanExporter,
@@ -125,7 +123,7 @@ class Traces:
     Parameters
     ----------
     processor : SpanProcessor
-        Where ended spans go.
+        Receives ended spans.
     """
 
     def __init__(self, processor: SpanProcessor) -> None:
@@ -139,14 +137,14 @@ class Traces:
 
     @contextlib.contextmanager
     def request(self, scope: Scope, request_id: str) -> Iterator[Span]:
-        """Have a request's span under way; its name and outcome are added by `answered`.
+        """Open the span of a request. `set_outcome` adds its name and outcome.
 
         Parameters
         ----------
         scope : ASGI scope
-            Of the request, whose ``traceparent`` the span continues.
+            Of the request. The span continues its ``traceparent``.
         request_id : str
-            Kept as an attribute, so that lines of the log are found.
+            Stored as an attribute, to find the log lines.
         """
         from opentelemetry.trace import SpanKind, use_span  # noqa: PLC0415
 
@@ -166,7 +164,7 @@ class Traces:
                 "gamut.request_id": request_id,
             },
         )
-        # What an exception says may hold anything, so it is left to the log.
+        # The text of an exception may contain secrets, so only the log has it.
         under_way = use_span(
             span, end_on_exit=True, record_exception=False, set_status_on_exception=False
         )
@@ -174,8 +172,8 @@ class Traces:
             yield span
 
     @staticmethod
-    def answered(span: Span, method: str, route: str, status: int) -> None:
-        """Say of a request's span what it was and how it ended."""
+    def set_outcome(span: Span, method: str, route: str, status: int) -> None:
+        """Add the route and the status to a request's span."""
         from opentelemetry.trace import StatusCode  # noqa: PLC0415
 
         span.update_name(f"{method} {route}")
@@ -185,7 +183,7 @@ class Traces:
             span.set_attribute("error.type", str(status))
             span.set_status(StatusCode.ERROR)
 
-    def build_ended(
+    def write_build(
         self,
         gamut_id: str,
         outcome: str,
@@ -195,20 +193,20 @@ class Traces:
         finished: float,
         trace: Mapping[str, str],
     ) -> None:
-        """Write the spans of a build that has ended: its own, and one for each stage within it.
+        """Write the spans of an ended build: its own, and one per stage.
 
         Parameters
         ----------
         gamut_id : str
-            What was built.
+            The gamut.
         outcome : str
             ``succeeded``, ``cancelled`` or the code of a problem.
         seconds : mapping
             Seconds by stage, in the order of the stages.
         started, finished : float
-            Seconds since the epoch: when a worker was given the build, and when it had ended.
+            Start and end in seconds since the epoch.
         trace : mapping
-            The `propagation_headers` of the request that began it; may be empty.
+            The `propagation_headers` of the first request; may be empty.
         """
         from opentelemetry.trace import SpanKind, StatusCode, set_span_in_context  # noqa: PLC0415
 
@@ -233,7 +231,7 @@ class Traces:
         span.end(_nanoseconds(max(finished, moment)))
 
     def close(self) -> None:
-        """Send what is left, within a few seconds."""
+        """Send the remaining spans, within a few seconds."""
         self._provider.force_flush(_FLUSH_MILLISECONDS)
         self._provider.shutdown()
 
@@ -243,7 +241,7 @@ def _installed() -> bool:
     try:
         return all(importlib.util.find_spec(name) is not None for name in names)
     except ModuleNotFoundError:
-        # raised where a parent of the name is not there
+        # A parent package is missing.
         return False
 
 
@@ -253,10 +251,10 @@ def _provider(processor: SpanProcessor) -> TracerProvider:
 
     attributes: dict[str, Any] = {"service.version": __version__}
     named = os.environ.get("OTEL_RESOURCE_ATTRIBUTES", "")
-    # What is given here goes before what the environment says.
+    # These attributes override the environment.
     if not os.environ.get("OTEL_SERVICE_NAME") and "service.name=" not in named:
         attributes["service.name"] = "gamut-boundary-service"
-    # One of our own, not the process's: FastAPI and other libraries would write to that as well.
+    # A provider of our own: libraries would write to the global one.
     provider = TracerProvider(resource=Resource.create(attributes), shutdown_on_exit=False)
     provider.add_span_processor(processor)
     return provider

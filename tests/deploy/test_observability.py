@@ -12,7 +12,8 @@ import yaml
 from prometheus_client.parser import text_string_to_metric_families
 
 from service.application import create_app
-from service.problems.problem import KINDS
+from service.problems.kinds import KINDS
+from service.routes.metrics import service_families
 from service.settings import Settings
 from service.telemetry.metrics_endpoint import exposition
 
@@ -34,10 +35,10 @@ def labels(tmp_path_factory):
         Settings(store=str(tmp_path_factory.mktemp("store")), store_bytes=10**9)
     ).state.service
     service.store.open()
-    service.metrics.requests.answered("GET", "/", 200, 0.1)
-    service.metrics.builds.ended("succeeded", {"boundary": 0.5, "total": 1.0})
+    service.metrics.requests.count_answer("GET", "/", 200, 0.1)
+    service.metrics.builds.count_build("succeeded", {"boundary": 0.5, "total": 1.0})
     asyncio.run(service.readiness.report())
-    body, _ = exposition(service, "")
+    body, _ = exposition(lambda: service_families(service), "")
     service.store.close()
     found = dict(OF_PROMETHEUS)
     for family in text_string_to_metric_families(body.decode()):

@@ -31,10 +31,10 @@ from dataclasses import dataclass, field
 from itertools import cycle, islice
 from pathlib import Path
 
-from service.storage.blobs import BlobNotFoundError, sealed, unsealed
+from service.storage.blobs import BlobNotFoundError
 from service.storage.gamuts import GamutNotStoredError, GamutStore
 from service.storage.local import LocalBlobs
-from service.storage.records import Record, id_of
+from service.storage.records import Record, id_of, seal, unseal
 
 CALLS = "write,fsync,link,linkat,rename,renameat,renameat2,unlink,unlinkat,mkdir,mkdirat"
 """All that changes a file system, under all the names that a C library may use."""
@@ -67,11 +67,11 @@ def work(directory: Path, rounds: int) -> None:
         store.keep_input(gamut_id, data, {"gamma": 0.2})
         say("kept", gamut_id)
         job = f"jobs/{gamut_id[:2]}/{gamut_id}.job"
-        version = store.blobs.create(job, sealed(b"0"))
+        version = store.blobs.create(job, seal(b"0"))
         say("job", gamut_id, 0)
         for number in (1, 2):
             assert version is not None
-            version = store.blobs.replace(job, sealed(b"%d" % number), version)
+            version = store.blobs.replace(job, seal(b"%d" % number), version)
             say("job", gamut_id, number)
         output = store.scratch(".gamut")
         output.write_bytes(data)
@@ -141,7 +141,7 @@ def losses(directory: Path, expected: Expected) -> list[str]:
             except BlobNotFoundError:
                 found.append(f"lost input: {gamut_id}")
         for gamut_id, number in expected.jobs.items():
-            data = unsealed(blobs.read(f"jobs/{gamut_id[:2]}/{gamut_id}.job").data)
+            data = unseal(blobs.read(f"jobs/{gamut_id[:2]}/{gamut_id}.job").data)
             if int(data) not in {number, number + 1}:
                 found.append(f"job {gamut_id} fell back from {number} to {int(data)}")
         found += [f"quarantined: {key}" for key in blobs.keys("quarantine/")]

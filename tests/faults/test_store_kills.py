@@ -47,9 +47,7 @@ def test_losses_are_found(tmp_path):
     assert store_kills.losses(tmp_path / "store", expected) == []
     for suffix in ("gamut", "input", "job"):
         for path in (tmp_path / "store").rglob(f"*.{suffix}"):
-            path.write_bytes(
-                path.read_bytes()[:-1] if suffix != "job" else store_kills.sealed(b"0")
-            )
+            path.write_bytes(path.read_bytes()[:-1] if suffix != "job" else store_kills.seal(b"0"))
     found = " ".join(store_kills.losses(tmp_path / "store", expected))
     for word in ("damaged", "lost input", "fell back", "quarantined"):
         assert word in found

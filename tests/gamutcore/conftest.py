@@ -17,7 +17,7 @@ from gamutcore.boundary import Boundary, modified_convex_hull
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.colours.spaces.cielab import ICC_D50, colour_science
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.gamut import Gamut, Options, build_gamut
 from gamutcore.history import History, build_history
 from gamutcore.mesh import TriangleMesh
@@ -122,7 +122,7 @@ def random_cloud() -> Callable[..., np.ndarray]:
 def small_history(random_cloud: Callable[..., np.ndarray]) -> History:
     """Return the history of a bumpy surface, small enough to look at each of its levels."""
     boundary = modified_convex_hull(random_cloud(1))
-    return build_history(decimated(boundary.mesh, boundary.centre))
+    return build_history(decimate(boundary.mesh, boundary.centre))
 
 
 @pytest.fixture(scope="session")
@@ -157,13 +157,13 @@ def fogra39_boundary(fogra39_points: np.ndarray) -> Boundary:
 @pytest.fixture(scope="session")
 def fogra39_finest(fogra39_boundary: Boundary) -> History:
     """Return the history of FOGRA39L whose vertices are moved."""
-    return build_history(decimated(fogra39_boundary.mesh, fogra39_boundary.centre, "finest"))
+    return build_history(decimate(fogra39_boundary.mesh, fogra39_boundary.centre, "finest"))
 
 
 @pytest.fixture(scope="session")
 def fogra39_quadric(fogra39_boundary: Boundary) -> History:
     """Return the history of FOGRA39L by the published cost."""
-    return build_history(decimated(fogra39_boundary.mesh, fogra39_boundary.centre, "quadric"))
+    return build_history(decimate(fogra39_boundary.mesh, fogra39_boundary.centre, "quadric"))
 
 
 @pytest.fixture(scope="session")

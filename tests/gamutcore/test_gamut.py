@@ -39,7 +39,7 @@ OCTAHEDRON = [(90, 0, 0), (10, 0, 0), (50, 40, 0), (50, -40, 0), (50, 0, 40), (5
 
 class TestId:
     def test_is_a_sha256_of_what_it_says(self):
-        question = f"gamut 10\n{Options().canonical}\n{DIGEST}\n"
+        question = f"gamut 11\n{Options().canonical}\n{DIGEST}\n"
         assert gamutcore.gamut.ALGORITHM_VERSION == 10
         assert gamut_id(Options(), DIGEST) == hashlib.sha256(question.encode()).hexdigest()
 
@@ -273,6 +273,59 @@ class TestBuild:
         assert mismatch(published.history.full(), default.history.full()) < 1e-9
         assert published.history.level(50) != default.history.level(50)
         assert len({g.id for g in (small_gamut, default, hull, centred, published)}) == 5
+
+    @pytest.mark.parametrize(
+        ("data", "options"),
+        [
+            ("colours", {"device_model": "fit"}),
+            ("colours", {"ink_limit": 300}),
+            ("colours", {"surface_samples": 5000}),
+            ("colours", {"popularity": 0.1}),
+            ("profile", {"observer": 10}),
+            ("profile", {"illuminant": "D65"}),
+            ("profile", {"device_model": "fit"}),
+            ("profile", {"popularity": 0.1}),
+            ("picture", {"observer": 10}),
+            ("picture", {"illuminant": "D65"}),
+            ("picture", {"black_limit": 90}),
+            ("picture", {"device_model": "fit"}),
+            ("picture", {"surface_samples": 5000}),
+        ],
+    )
+    def test_an_option_of_other_data_is_refused(self, data, options, small_profile):
+        stream = io.BytesIO()
+        Image.fromarray(np.zeros((8, 8, 3), np.uint8)).save(stream, "PNG")
+        content = {
+            "colours": bare(OCTAHEDRON),
+            "profile": small_profile("sRGB-v4.icc"),
+            "picture": stream.getvalue(),
+        }
+        with pytest.raises(OptionError) as caught:
+            build_gamut(content[data], options)
+        assert [caught.value.where["field"]] == list(options)
+        assert caught.value.remedy
+
+    def test_a_path_and_no_options(self, tmp_path):
+        file = tmp_path / "colours.csv"
+        file.write_bytes(bare(OCTAHEDRON))
+        expected = build_gamut(bare(OCTAHEDRON), Options())
+        for data in (file, str(file), bytearray(bare(OCTAHEDRON))):
+            assert build_gamut(data).to_bytes() == expected.to_bytes()
+        assert build_gamut(file, {"Cost": "Quadric"}).options.cost == "quadric"
+
+    @pytest.mark.parametrize(
+        ("arguments", "remedy"),
+        [
+            ((np.zeros((8, 3)),), "numpy.save"),
+            (("L,a,b\n1,2,3\n",), "encode"),
+            ((None,), "path"),
+            ((b"", "finest"), "Options"),
+            ((b"", [("cost", "finest")]), "Options"),
+        ],
+    )
+    def test_arguments_of_other_types_are_explained(self, arguments, remedy):
+        with pytest.raises(TypeError, match=remedy):
+            build_gamut(*arguments)
 
     @pytest.mark.parametrize("form", ["samples", "picture", "profile"])
     def test_a_gray_device_has_no_volume_and_is_told_why(self, form, made_profile):

@@ -13,7 +13,8 @@ from gamutcore.colours.spaces import SPACES, ColourSpace
 from gamutcore.colours.spaces.parameters import SPACE_PARAMETERS
 from gamutcore.decimation import COSTS
 from gamutcore.errors import OptionError
-from gamutcore.options import Options
+from gamutcore.option_types import DATA_KINDS, check_option, option_table
+from gamutcore.options import OPTIONS, Options
 
 GAMMA = st.floats(0, 1, exclude_min=True)
 METHODS = {
@@ -178,7 +179,7 @@ def test_the_boundary_is_called_with_what_applies():
             ("gamma", value)
             for value in (0, -0.2, 1.01, math.nan, math.inf, "0.2", None, True, [], 10**400)
         ],
-        *[("space", value) for value in ("CIEXYY", "cielab", "", None, 1, [], {})],
+        *[("space", value) for value in ("CIEXYY", "CIE", "", None, 1, [], {})],
         *[("boundary", value) for value in ("hull", None, 1, ["convex-hull"])],
         *[("cost", value) for value in ("area", "interface", None, 2)],
         *[("intent", value) for value in ("media", None, 0)],
@@ -234,7 +235,103 @@ def test_a_value_that_a_boundary_does_not_accept(boundary, field, value):
     assert caught.value.remedy
 
 
-@pytest.mark.parametrize("name", ["Gamma", "", "triangles", "__class__", "x" * 500, "self"])
+@pytest.mark.parametrize(
+    ("mapping", "same"),
+    [
+        ({"space": "lab"}, {}),
+        ({"space": "L*a*b*"}, {}),
+        ({"Space": "CIE Lab"}, {}),
+        ({"space": "OKLab"}, {"space": "Oklab"}),
+        ({"space": "XYZ"}, {"space": "CIEXYZ"}),
+        ({"space": "ciexyz"}, {"space": "CIEXYZ"}),
+        ({"space": "cam16"}, {"space": "CAM16-UCS"}),
+        ({"space": "icTcP"}, {"space": "ICtCp"}),
+        ({"INK-LIMIT": 300}, {"ink_limit": 300}),
+        ({"cost": "Finest"}, {"cost": "finest"}),
+        ({"boundary": "Convex Hull"}, {"boundary": "convex-hull"}),
+        (
+            {"space": "oklab", "adaptation": "von kries"},
+            {"space": "Oklab", "adaptation": "von-Kries"},
+        ),
+    ],
+)
+def test_spellings_have_one_canonical_form(mapping, same):
+    assert Options.from_mapping(mapping).canonical == Options.from_mapping(same).canonical
+
+
+def test_near_matches_are_named():
+    with pytest.raises(OptionError) as caught:
+        Options.from_mapping({"ink_limits": 300})
+    assert "ink_limit" in caught.value.remedy.partition("Options are")[0]
+    with pytest.raises(OptionError) as caught:
+        Options.from_mapping({"space": "CIELABB"})
+    assert caught.value.remedy.endswith("Did you mean 'CIELAB'?")
+
+
+def test_an_option_is_given_once():
+    with pytest.raises(OptionError) as caught:
+        Options.from_mapping({"cost": "finest", "Cost": "volume"})
+    assert caught.value.where == {"field": "cost"}
+
+
+@pytest.mark.parametrize(
+    ("text", "same"),
+    [
+        ({"ink_limit": "300"}, {"ink_limit": 300}),
+        ({"boundary": "usv", "subdivisions": "3"}, {"boundary": "usv", "subdivisions": 3}),
+        ({"centre": "[50, 1, 2]"}, {"centre": [50, 1, 2]}),
+        ({"centre": "auto"}, {}),
+        ({"observer": "10"}, {"observer": 10}),
+        ({"condition": "M1"}, {"condition": "M1"}),
+        ({"Cost": "finest"}, {"cost": "finest"}),
+    ],
+)
+def test_options_from_text(text, same):
+    assert Options.from_text(text) == Options.from_mapping(same)
+
+
+@pytest.mark.parametrize("text", [{"ink_limit": "much"}, {"centre": "[1"}, {"gamma": "null"}])
+def test_text_without_a_valid_value_is_refused(text):
+    with pytest.raises(OptionError) as caught:
+        Options.from_text(text)
+    assert caught.value.where == {"field": next(iter(text))}
+
+
+class TestDeclarations:
+    def test_every_option_is_declared_and_described(self):
+        assert list(OPTIONS) == [field.name for field in dataclasses.fields(Options)]
+        for name, declared in OPTIONS.items():
+            assert declared.name == name
+            assert declared.description.endswith(".")
+            assert set(declared.data) <= set(DATA_KINDS)
+
+    def test_declared_defaults_are_those_of_the_options(self):
+        for boundary in BOUNDARIES:
+            for space in SPACES:
+                given = Options(boundary=boundary, space=space).to_mapping()
+                for name, declared in OPTIONS.items():
+                    selected = {"boundary": boundary, "space": space}.get(declared.selector)
+                    default = declared.defaults.get(selected, declared.default)
+                    default = list(default) if isinstance(default, tuple) else default
+                    if name in {"space", "boundary"}:
+                        continue
+                    if name in given:
+                        assert given[name] == default
+                    else:
+                        assert default is None or space == "CIELAB"
+
+    @pytest.mark.parametrize("name", OPTIONS)
+    def test_defaults_are_accepted(self, name):
+        declared = OPTIONS[name]
+        for default in {declared.default, *declared.defaults.values()} - {None}:
+            assert check_option(name, default, *declared.types) == default
+
+    def test_the_table_has_a_row_for_each(self):
+        assert option_table(OPTIONS.values()).count("\n") == 2 + len(OPTIONS)
+        assert option_table([OPTIONS["gamma"]]).splitlines()[2].startswith("| `gamma` |")
+
+
+@pytest.mark.parametrize("name", ["", "triangles", "__class__", "x" * 500, "self"])
 def test_an_unknown_name(name):
     with pytest.raises(OptionError) as caught:
         Options.from_mapping({name: 1})
@@ -259,7 +356,9 @@ def test_any_json_is_options_or_a_named_error(mapping):
     else:
         field = None
         json.dumps(options.to_mapping(), allow_nan=False)
-    assert field is None or field in mapping
+    assert field is None or field in {
+        name.strip().lower().replace("-", "_") for name in mapping
+    } | set(mapping)
 
 
 def test_options_cannot_be_changed():
@@ -352,7 +451,7 @@ def test_the_space_of_options_has_their_parameters():
         ({"space": "Oklab", "surround": "dim"}, "surround"),
         ({"space": "Oklab", "reference_white": None}, "reference_white"),
         ({"space": "CAM16-UCS", "surround": "light"}, "surround"),
-        ({"adaptation": "cat02"}, "adaptation"),
+        ({"adaptation": "cat2000"}, "adaptation"),
         ({"scale": 0}, "scale"),
     ],
 )

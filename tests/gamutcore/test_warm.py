@@ -12,60 +12,67 @@ ROOT = Path(__file__).parents[2]
 SIGNATURES = """
 import json, sys
 from pathlib import Path
-from numba.core.dispatcher import Dispatcher
+from gamutcore.kernels.decorators import KERNELS
+from gamutcore.warm import use_kernels
 
 def signatures():
-    return {
-        (name, attribute): len(value.signatures)
-        for name, module in list(sys.modules.items()) if name.startswith("gamutcore.")
-        for attribute, value in vars(module).items() if isinstance(value, Dispatcher)
-    }
+    return {f"{k.py_func.__module__}.{k.py_func.__name__}": len(k.signatures) for k in KERNELS}
 
-def changed(before):
+def report(before):
     after = signatures()
-    return sorted(".".join(k) for k in after if after[k] != before.get(k, 0))
-"""
+    new = sorted(name for name in after if after[name] != before.get(name, 0))
+    several = sorted(name for name in after if after[name] > 1)
+    print(json.dumps({"used": sum(before.values()), "new": new, "several": several}))
 
-BUILDING = """
-from gamutcore.warm import compile_kernels
-compile_kernels()
-before = signatures()
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore.gamut import Gamut, Options, build_gamut
+"""
+
+DEFAULT = """
+use_kernels("default")
+before = signatures()
+root = Path(sys.argv[1])
+for path in ("examples/FOGRA39L.ti3", "tests/data/sRGB-v4.icc", "tests/data/DisplayP3-v4.icc"):
+    gamut = build_gamut((root / path).read_bytes(), Options(surface_samples=20000))
+    read = Gamut.from_bytes(gamut.to_bytes())
+    for name in FORMATS:
+        mesh_file(read.level(300), name, {"title": "x"})
+report(before)
+"""
+
+OPTIONS = """
+use_kernels("default")
+use_kernels("optional")
+before = signatures()
 from gamutcore.metric import mismatch, voxel_mismatch
 root = Path(sys.argv[1])
 for path in ("examples/FOGRA39L.ti3", "tests/data/sRGB-v4.icc", "tests/data/DisplayP3-v4.icc"):
     for options in (
-        Options(surface_samples=2000),
+        Options(surface_samples=2000, cost="finest"),
         Options(surface_samples=2000, cost="quadric", boundary="convex-hull", intent="absolute"),
         Options(surface_samples=2000, boundary="segment-maxima"),
         Options(surface_samples=2000, boundary="usv"),
     ):
         gamut = build_gamut((root / path).read_bytes(), options)
 read = Gamut.from_bytes(gamut.to_bytes())
-for name in FORMATS:
-    mesh_file(read.level(300), name, {"title": "x"})
 cursor = read.history.cursor(100)
 cursor.finer(20)
 cursor.coarser(30)
 mismatch(read.history.full(), cursor.mesh)
 voxel_mismatch(read.history.full(), cursor.mesh)
-print(json.dumps({"compiled": sum(before.values()), "new": changed(before)}))
+report(before)
 """
 
 READING = """
-from gamutcore.warm import compile_reading_kernels
-compile_reading_kernels()
+use_kernels("default")
 before = signatures()
-from gamutcore.export import FORMATS, mesh_file
-from gamutcore.gamut import Gamut
 from gamutcore.metric.level_search import Bounds, LevelSearch
 read = Gamut.from_bytes(Path(sys.argv[1]).read_bytes())
 LevelSearch(read.history.triangles, []).find(read.history, Bounds(1e-3, 1e-3))
 for triangles in (4, 100, read.history.triangles):
     for name in FORMATS:
         mesh_file(read.level(triangles), name, {"title": "x"})
-print(json.dumps({"compiled": sum(before.values()), "new": changed(before)}))
+report(before)
 """
 
 
@@ -81,25 +88,28 @@ def outcome(script, argument):
     return json.loads(ended.stdout)
 
 
-def test_building_and_reading_need_no_further_compilation():
-    found = outcome(BUILDING, ROOT)
-    assert found["compiled"] > 10
+def test_a_build_with_default_options_needs_the_default_group_alone():
+    found = outcome(DEFAULT, ROOT)
+    assert found["used"] > 10
+    assert found["new"] == []
+
+
+def test_other_options_and_metrics_need_no_further_kernel():
+    found = outcome(OPTIONS, ROOT)
     assert found["new"] == []
 
 
 @pytest.mark.parametrize("name", ["small_gamut", "fogra39_gamut"])
-def test_reading_needs_only_its_own_kernels(request, name, tmp_path):
+def test_reading_needs_the_default_group_alone(request, name, tmp_path):
     """Of bare colours, and with device values."""
     path = tmp_path / "gamut"
     path.write_bytes(request.getfixturevalue(name).to_bytes())
-    found = outcome(READING, path)
-    assert found["compiled"] > 3
-    assert found["new"] == []
+    assert outcome(READING, path)["new"] == []
 
 
 def test_from_a_shell():
     ended = subprocess.run(
-        [sys.executable, "-m", "gamutcore.warm"],
+        [sys.executable, "-m", "gamutcore.warm", "default"],
         cwd=ROOT,
         check=False,
         capture_output=True,

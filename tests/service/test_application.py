@@ -5,7 +5,7 @@ import pytest
 
 from service.application import create_app
 from service.command import openapi_document
-from service.problems.problem import KINDS
+from service.problems.kinds import KINDS
 from service.settings import Settings
 
 COMMITTED = Path(__file__).parents[2] / "openapi" / "openapi.json"

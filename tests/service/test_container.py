@@ -1,18 +1,26 @@
 """What the routes of an app share: made of its settings, forgotten and closed together."""
 
 import asyncio
+import builtins
+import subprocess
+import sys
 import threading
 from types import SimpleNamespace
 
 import pytest
 
-from service.container import Service, service_of
+from service import broker
+from service.building.embedded import EmbeddedEngine
+from service.container import EngineMissingError, ServiceContainer, _build_engine, service_of
+from service.jobs.book import JobBook
 from service.settings import Settings
+from service.storage.gamuts import GamutStore
+from service.storage.local import LocalBlobs
 
 
 @pytest.fixture
 def service(tmp_path):
-    return Service(Settings(store=str(tmp_path / "data")))
+    return ServiceContainer(Settings(store=str(tmp_path / "data")))
 
 
 async def nothing():
@@ -71,25 +79,18 @@ def test_it_runs_warms_up_and_closes(service, monkeypatch):
     monkeypatch.setattr(service.builds, "stop", stop)
 
     async def scenario():
-        warmed = asyncio.Event()
-        warm = service._warm
-
-        async def warm_and_say_so():
-            await warm()
-            warmed.set()
-
-        monkeypatch.setattr(service, "_warm", warm_and_say_so)
         async with service.running():
             assert service.store.blobs.directory.is_dir()
-            await warmed.wait()
-            assert service.warm
+            while not service.kernels.loaded:  # noqa: ASYNC110
+                await asyncio.sleep(0.01)
+            assert service.kernels.states["default"] == "compiled"
         assert stopped == [True]
 
     asyncio.run(asyncio.wait_for(scenario(), 300))
 
 
 def test_a_second_service_can_have_the_store_when_the_first_is_gone(service, monkeypatch):
-    other = Service(service.settings)
+    other = ServiceContainer(service.settings)
     for each in (service, other):
         monkeypatch.setattr(each.builds, "start", nothing)
 
@@ -104,3 +105,56 @@ def test_a_second_service_can_have_the_store_when_the_first_is_gone(service, mon
 def test_a_request_finds_it_at_its_app(service):
     request = SimpleNamespace(app=SimpleNamespace(state=SimpleNamespace(service=service)))
     assert service_of(request) is service
+
+
+REMOTE = {"store": "s3://bucket/prefix", "broker": "redis://127.0.0.1:1/0"}
+
+
+@pytest.fixture
+def parts(tmp_path):
+    store = GamutStore(LocalBlobs(tmp_path / "store"))
+    return store, JobBook(store.blobs)
+
+
+@pytest.fixture
+def _nothing_installed(monkeypatch):
+    usual = builtins.__import__
+
+    def without(name, *arguments, **keywords):
+        if name.partition(".")[0] in {"celery", "kombu", "billiard"}:
+            raise ModuleNotFoundError(name)
+        return usual(name, *arguments, **keywords)
+
+    for name in [name for name in sys.modules if name.startswith("service.broker.celery_")]:
+        monkeypatch.delitem(sys.modules, name)
+        # `from package import module` finds what was imported before in the package itself.
+        monkeypatch.delattr(broker, name.rpartition(".")[2], raising=False)
+    monkeypatch.setattr(builtins, "__import__", without)
+
+
+def test_without_a_broker_builds_are_done_here(parts):
+    assert isinstance(_build_engine(Settings(), *parts, None), EmbeddedEngine)
+
+
+def test_with_a_broker_they_are_done_elsewhere(parts):
+    engine = _build_engine(Settings(**REMOTE), *parts, None)
+    assert type(engine).__name__ == "CeleryEngine"
+    assert engine.facts().workers == 0
+
+
+@pytest.mark.usefixtures("_nothing_installed")
+def test_what_is_not_installed_is_named(parts):
+    with pytest.raises(EngineMissingError, match=r"\[celery,cloud\]"):
+        _build_engine(Settings(**REMOTE), *parts, None)
+
+
+def test_a_service_without_a_broker_loads_none_of_it():
+    code = (
+        "import sys, service.application;"
+        "print([name for name in sys.modules if name.partition('.')[0] in"
+        " {'celery', 'kombu', 'redis', 'amqp', 'obstore'}])"
+    )
+    answer = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert answer.stdout.strip() == "[]"

@@ -1,11 +1,11 @@
-"""The parameters of colour spaces as options: which space has which, their values and defaults.
+"""The parameters of colour spaces: the accepted values, and the defaults of each space.
 
-`gamutcore.options` asks here, so that the parameters of a space stand beside the spaces and options
-know nothing of whites and surrounds.
+`gamutcore.options` declares an option for each parameter from this module.
 """
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,43 +14,111 @@ from gamutcore.colours.spaces.appearance_model import SURROUNDS
 from gamutcore.colours.spaces.definitions import SPACES
 from gamutcore.colours.spaces.white_points import ADAPTATIONS, WHITES
 from gamutcore.errors import OptionError
-from gamutcore.numbers import finite_number
+from gamutcore.option_types import (
+    Choice,
+    Number,
+    OptionType,
+    Vector,
+    check_option,
+    finite_number,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["MEASURED", "SPACE_PARAMETERS", "measured_luminance", "space_parameters"]
+__all__ = [
+    "MEASURED",
+    "SPACE",
+    "SPACE_PARAMETERS",
+    "measured_luminance",
+    "parameter_defaults",
+    "space_parameters",
+]
+
+SPACE = Choice(
+    tuple(SPACES),
+    {
+        "lab": "CIELAB",
+        "luv": "CIELUV",
+        "xyz": "CIEXYZ",
+        "cam16": "CAM16-UCS",
+        "cam02": "CAM02-UCS",
+        "ciecam02": "CAM02-UCS",
+        "ciecam02ucs": "CAM02-UCS",
+    },
+)
+"""Names of colour spaces, with their usual spellings."""
 
 MEASURED = "measured"
-"""Luminance of the white as the data states it."""
+"""Value of ``luminance`` for the luminance of the white that the data declares."""
 
-SPACE_PARAMETERS = (
-    "reference_white",
-    "adaptation",
-    "scale",
-    "luminance",
-    "adapting_luminance",
-    "background",
-    "surround",
-)
-"""Options of spaces. All spaces have the first three."""
-
-_RANGES = {
-    "scale": (1e-4, 1e6, "a number from 0.0001 to 1000000"),
-    "luminance": (0.1, 10_000.0, "'measured', or a number from 0.1 to 10000, in cd/m²"),
-    "adapting_luminance": (0.01, 10_000.0, "a number from 0.01 to 10000, in cd/m²"),
-    "background": (1.0, 100.0, "a number from 1 to 100, in per cent of the white"),
-}
+LUMINANCE = Number(0.1, 10_000.0, unit="cd/m²")
 
 _LEAST_WHITE, _MOST_WHITE = 0.1, 5.0
-"""Of X and Z of a white with Y = 1; illuminant A has Z 0.36, a blue sky of 25,000 K Z 1.7."""
+"""Bounds of X and Z of a white with Y = 1. Illuminant A has Z 0.36, a blue sky Z 1.7."""
 
 _LEAST_RESPONSE = 0.05
-"""Of every sensor, for a white with Y = 1; illuminant A has 0.33."""
+"""Smallest response of any cone or sensor to a white with Y = 1; illuminant A gives 0.33."""
+
+
+def _white(x: float, y: float, z: float) -> tuple[float, float, float] | None:
+    """Scale a white to Y = 1; None for a light that is far from white."""
+    if not 1e-6 <= y <= 1e6:
+        return None
+    white = (x / y, 1.0, z / y)
+    # chromatic adaptation divides by the responses of the cones and sensors
+    matrices = [np.array(matrix) for matrix in ADAPTATIONS.values() if matrix is not None]
+    responds = all(bool((matrix @ white >= _LEAST_RESPONSE).all()) for matrix in matrices)
+    return (
+        white if responds and all(_LEAST_WHITE <= part <= _MOST_WHITE for part in white) else None
+    )
+
+
+SPACE_PARAMETERS: Mapping[str, tuple[OptionType, ...]] = MappingProxyType(
+    {
+        "reference_white": (
+            Choice(tuple(WHITES)),
+            Vector("X, Y, Z of a light that is nearly white", _white),
+        ),
+        "adaptation": (Choice(tuple(ADAPTATIONS)),),
+        "scale": (Number(1e-4, 1e6),),
+        "luminance": (LUMINANCE, Choice((MEASURED,))),
+        "adapting_luminance": (Number(0.01, 10_000.0, unit="cd/m²"),),
+        "background": (Number(1.0, 100.0, unit="per cent of the white"),),
+        "surround": (Choice(tuple(SURROUNDS)),),
+    }
+)
+"""Parameters of colour spaces with the types of their values. All spaces have the first three."""
+
+
+def parameter_defaults(space: str) -> dict[str, object]:
+    """Return the parameters of a space with their defaults.
+
+    Parameters
+    ----------
+    space : str
+        A key of `SPACES`.
+
+    Returns
+    -------
+    dict of str to object
+
+    Examples
+    --------
+    >>> parameter_defaults("Oklab")
+    {'reference_white': 'D65', 'adaptation': 'Bradford', 'scale': 1.0}
+    """
+    definition = SPACES[space]
+    return {
+        "reference_white": definition.white,
+        "adaptation": "Bradford",
+        "scale": 1.0,
+        **definition.parameters,
+    }
 
 
 def space_parameters(space: str, given: Mapping[str, object]) -> dict[str, object]:
-    """Return the parameters of a space in their canonical form, with the space's defaults.
+    """Return the parameters of a space in their canonical form, with defaults filled in.
 
     Parameters
     ----------
@@ -62,36 +130,30 @@ def space_parameters(space: str, given: Mapping[str, object]) -> dict[str, objec
     Returns
     -------
     dict
-        For every name of `SPACE_PARAMETERS`; None where the space does not have it. CIELAB's
-        defaults are None as well: gamuts without a word about spaces keep their ids.
+        A value for every name of `SPACE_PARAMETERS`; None where the space does not have it. The
+        defaults of CIELAB are None as well, which keeps the ids of older gamuts.
 
     Raises
     ------
     OptionError
         A value is not accepted, or the space has no such parameter.
     """
-    definition = SPACES[space]
-    defaults: dict[str, object] = {
-        "reference_white": definition.white,
-        "adaptation": "Bradford",
-        "scale": 1.0,
-        **definition.parameters,
-    }
+    defaults = parameter_defaults(space)
     result: dict[str, object] = {}
-    for name in SPACE_PARAMETERS:
+    for name, types in SPACE_PARAMETERS.items():
         value = given.get(name)
         if name not in defaults:
             if value is not None:
                 raise OptionError.not_applicable(name, value, f"the space {space} has no {name}")
             result[name] = None
             continue
-        checked = defaults[name] if value is None else _checked(name, value)
-        result[name] = None if space == "CIELAB" and checked == defaults[name] else checked
+        settled = defaults[name] if value is None else check_option(name, value, *types)
+        result[name] = None if space == "CIELAB" and settled == defaults[name] else settled
     return result
 
 
 def measured_luminance(stated: object) -> float:
-    """Return the luminance of a device's white that its data states.
+    """Return the luminance of a device's white that its data declares.
 
     Parameters
     ----------
@@ -105,55 +167,15 @@ def measured_luminance(stated: object) -> float:
     Raises
     ------
     OptionError
-        There is none, or it is out of the range of the option.
+        The data declares none, or it is out of the range of the option.
     """
-    least, most, _ = _RANGES["luminance"]
     number = finite_number(stated)
-    if number is None or not least <= number <= most:
+    if number is None or LUMINANCE.canonical(number) is None:
         raise OptionError(
-            "The data does not state the luminance of its white."
+            "The data does not declare the luminance of its white."
             if number is None
-            else f"The data states that its white has {number:g} cd/m².",
+            else f"The data declares a white of {number:g} cd/m².",
             where={"field": "luminance"},
-            remedy=f"Ask for a luminance from {least:g} to {most:g}, in cd/m².",
+            remedy=f"Give {LUMINANCE.accepted}.",
         )
     return number
-
-
-def _checked(name: str, value: object) -> object:
-    if name == "reference_white":
-        return _checked_white(value)
-    if name == "luminance" and value == MEASURED:
-        return MEASURED
-    if name in _RANGES:
-        least, most, accepted = _RANGES[name]
-        number = finite_number(value)
-        if number is None or not least <= number <= most:
-            raise OptionError.refusal(name, value, accepted)
-        return number
-    choices = tuple(ADAPTATIONS) if name == "adaptation" else tuple(SURROUNDS)
-    if not isinstance(value, str) or value not in choices:
-        raise OptionError.refusal(name, value, f"one of {', '.join(choices)}")
-    return value
-
-
-def _checked_white(value: object) -> object:
-    if isinstance(value, str) and value in WHITES:
-        return value
-    if isinstance(value, list | tuple) and len(value) == 3:
-        x, y, z = (finite_number(part) for part in value)
-        if x is not None and y is not None and z is not None and 1e-6 <= y <= 1e6:
-            white = (x / y, 1.0, z / y)
-            if all(_LEAST_WHITE <= part <= _MOST_WHITE for part in white) and _is_seen(white):
-                return white
-    raise OptionError.refusal(
-        "reference_white",
-        value,
-        f"one of {', '.join(WHITES)}, or X, Y, Z of a light that is nearly white",
-    )
-
-
-def _is_seen(white: tuple[float, float, float]) -> bool:
-    """Whether all cones and sharpened sensors respond to a white: adaptation divides by them."""
-    matrices = [np.array(matrix) for matrix in ADAPTATIONS.values() if matrix is not None]
-    return all(bool((matrix @ white >= _LEAST_RESPONSE).all()) for matrix in matrices)

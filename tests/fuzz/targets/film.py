@@ -20,8 +20,8 @@ check = _png.check_picture
 
 
 def _written(extension: str, sample_type: str, channels: int = 3, **attributes: object) -> bytes:
-    pixels = np.random.default_rng(4).random((24, 32, channels)).astype(np.float32)
-    spec = oiio.ImageSpec(32, 24, channels, sample_type)
+    pixels = np.random.default_rng(4).random((64, 64, channels)).astype(np.float32)
+    spec = oiio.ImageSpec(64, 64, channels, sample_type)
     for name, value in attributes.items():
         spec.attribute(name, value)
     with tempfile.NamedTemporaryFile(suffix=extension) as file:
@@ -52,6 +52,6 @@ TOKENS = [
     *(struct.pack(">I", number) for number in (1, 31, 65535, 100_000)),
     *(b"\xff\x4f", b"\xff\x51", b"\xff\x90", b"\xff\xd9", b"VP8 ", b"VP8L", b"VP8X", b"ALPH"),
     *(b"jp2h", b"ihdr", b"colr", b"jp2c", b"dataWindow", b"box2i", b"channels", b"chlist"),
-    *(b"tiles", b"compression", b"FORMAT=32-bit_rle_rgbe", b"-Y 24 +X 32", b"PRIMARIES="),
+    *(b"tiles", b"compression", b"FORMAT=32-bit_rle_rgbe", b"-Y 64 +X 64", b"PRIMARIES="),
 ]
 WORD = re.compile(rb"[\s\S]{1,4}")

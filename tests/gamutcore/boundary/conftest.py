@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.history import build_history
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def assert_decimates(
         mesh = boundary.mesh
         assert_every_invariant(mesh, boundary.centre, mesh.triangles)
         assert times_around(mesh, boundary.centre) == pytest.approx(1.0, abs=1e-9)
-        history = build_history(decimated(mesh, boundary.centre))
+        history = build_history(decimate(mesh, boundary.centre))
         assert history.triangles == mesh.triangles
         np.testing.assert_array_equal(
             np.sort(history.full().vertices, axis=0), np.sort(mesh.vertices, axis=0)

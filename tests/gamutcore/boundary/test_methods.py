@@ -17,35 +17,23 @@ from gamutcore.errors import OptionError
 
 class TestTable:
     @pytest.mark.parametrize("name", BOUNDARIES)
-    def test_defaults_are_accepted_and_canonical(self, name):
-        for parameter in BOUNDARIES[name].parameters.values():
-            assert parameter.checked(parameter.default) == parameter.default
-
-    @pytest.mark.parametrize("name", BOUNDARIES)
-    def test_parameters_are_those_of_the_function(self, name):
+    def test_options_are_the_parameters_of_the_function(self, name):
         method = BOUNDARIES[name]
         signature = inspect.signature(method.wrap).parameters
-        assert {*method.parameters, "points", "centre"} == set(signature)
+        assert {*method.defaults, "points", "centre"} == set(signature)
         if name != "convex-hull":  # whose function is the modified one's
-            for option, parameter in method.parameters.items():
-                assert parameter.default == signature[option].default
+            for option, default in method.defaults.items():
+                assert default == signature[option].default
 
     @pytest.mark.parametrize("value", [0, 1.5, "1", None, True, float("nan"), 10**400, []])
-    @pytest.mark.parametrize("name", ["modified-convex-hull", "convex-hull", "usv"])
-    def test_a_power_that_is_none(self, name, value):
+    @pytest.mark.parametrize("name", ["modified-convex-hull", "usv"])
+    def test_an_invalid_power(self, name, value, random_cloud):
         with pytest.raises(OptionError) as caught:
-            BOUNDARIES[name].parameters["gamma"].checked(value)
+            compute_boundary(random_cloud(49), name, gamma=value)
         assert caught.value.where == {"field": "gamma"}
 
-    def test_the_convex_hull_has_no_power_but_one(self):
-        gamma = BOUNDARIES["convex-hull"].parameters["gamma"]
-        assert gamma.checked(1) == 1.0
-        with pytest.raises(OptionError) as caught:
-            gamma.checked(0.5)
-        assert "convex hull" in caught.value.message
 
-
-class TestWrapped:
+class TestComputeBoundary:
     @pytest.mark.parametrize("name", BOUNDARIES)
     def test_is_valid_and_about_the_same_centre(self, random_cloud, assert_decimates, name):
         points = random_cloud(50, 400)

@@ -11,10 +11,10 @@ from gamutcore.characterisation.pictures.encoding import (
     SRGB,
     code_point_encoding,
 )
-from gamutcore.colours import InkLimits, surface_colours
+from gamutcore.colours import colours_in_space, surface_colours
 from gamutcore.colours.picture_colours import POPULARITY_CELL, picture_colours, popular
 from gamutcore.colours.profile_colours import profile_colours
-from gamutcore.colours.spaces import ColourSpace, colours_in_space
+from gamutcore.colours.spaces import ColourSpace
 from gamutcore.colours.spaces.white_points import ADAPTATIONS
 from gamutcore.errors import OptionError
 
@@ -220,16 +220,6 @@ def test_the_cut_is_in_the_provenance():
         "cell": POPULARITY_CELL,
         "cells": {"used": 3, "left_out": 1},
     }
-
-
-def test_options_of_other_data_are_refused():
-    found = picture(np.eye(3), SRGB)
-    for options in ({"observer": 10}, {"illuminant": "D65"}, {"limits": InkLimits(300.0, None)}):
-        with pytest.raises(OptionError):
-            surface_colours(found, **options)
-    with pytest.raises(OptionError) as caught:
-        surface_colours(profile("sRGB-v4"), popularity=0.1)
-    assert caught.value.where == {"field": "popularity"}
 
 
 def test_points_are_the_pictures_colours():

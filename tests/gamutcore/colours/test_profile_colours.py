@@ -5,9 +5,9 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from gamutcore.characterisation import characterisation, measurements_of
-from gamutcore.colours import surface_colours
+from gamutcore.colours import colours_in_space, surface_colours
 from gamutcore.colours.profile_colours import profile_colours
-from gamutcore.colours.spaces import ColourSpace, colours_in_space
+from gamutcore.colours.spaces import ColourSpace
 from gamutcore.colours.spaces.cielab import xyz_to_lab
 from gamutcore.colours.spaces.formulas import oklab
 
@@ -56,8 +56,7 @@ def test_srgb_is_srgb(small_profile, name):
 
 def test_srgb_by_another_way(small_profile):
     # IEC 61966-2-1 by colour-science: decoding, matrix, Bradford from D65 to D50.
-    from gamutcore.colours.measured_colours import bradford_to_d50
-    from gamutcore.colours.spaces.cielab import colour_science
+    from gamutcore.colours.spaces.cielab import bradford_to_d50, colour_science
 
     colour = colour_science()
     device = np.random.default_rng(0).random((200, 3))

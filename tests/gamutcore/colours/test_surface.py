@@ -117,7 +117,7 @@ def test_many_samples_are_thinned_with_a_warning(monkeypatch):
     surface = surface_colours(characterisation(data), intent="absolute", surface_samples=1000)
     assert surface.provenance["patches"]["used"] == 100
     assert surface.provenance["patches"]["dropped"] == 244
-    assert "100 were used" in surface.provenance["warnings"][0]
+    assert "100 of 344" in surface.provenance["warnings"][0]
     np.testing.assert_allclose(surface.points, lab(surface.device), atol=1e-6)
 
 
@@ -149,9 +149,9 @@ def test_ink_sums_beyond_the_measured_are_warned_of():
 @pytest.mark.parametrize(
     ("rows", "why"),
     [
-        ([[0, 0, 0, 10, 0, 0]], "one distinct device value only"),
+        ([[0, 0, 0, 10, 0, 0]], "one distinct device value"),
         ([[i, i, i, i / 3, 0, 0] for i in range(256)], "lie in a plane"),
-        ([[0, 0, 0, 10, 0, 0]] * 10, "one distinct device value only"),
+        ([[0, 0, 0, 10, 0, 0]] * 10, "one distinct device value"),
         ([[0, 0, 0, 0, 0, 0], [9, 0, 1, 40, 8, 9], [0, 9, 9, 9, 9, 0]], "3 samples for 3 channels"),
     ],
 )
@@ -165,15 +165,6 @@ def test_samples_without_a_model_are_used_themselves(rows, why):
     assert why in caught.value.message
     assert caught.value.where == {"field": "device_model"}
     assert "distinct device values" in caught.value.remedy
-
-
-def test_a_device_model_is_refused_where_there_are_no_measurements(shared_data):
-    profile = characterisation((shared_data / "display/Acer_XB271HU.icc").read_bytes())
-    for data in (profile, characterisation(document("L a b", [[10, 0, 0], [20, 5, 5]]))):
-        with pytest.raises(OptionError, match="device values") as caught:
-            surface_colours(data, model="fit")
-        assert caught.value.where == {"field": "device_model"}
-        assert caught.value.remedy == "Leave it out."
 
 
 def test_the_device_model_of_a_grid_can_be_chosen():
@@ -197,7 +188,7 @@ def test_fifteen_inks_have_their_corners(made_profile):
     assert any("corners" in said for said in surface.provenance["warnings"])
 
 
-@pytest.mark.parametrize("intent", ["", "best", "Relative", "absolute colorimetric"])
+@pytest.mark.parametrize("intent", ["", "best", "absolute colorimetric"])
 def test_unknown_intents_are_refused(fogra39, intent):
     with pytest.raises(OptionError) as caught:
         surface_colours(characterisation(fogra39), intent=intent)
@@ -211,13 +202,6 @@ def test_every_malformed_profile_is_refused_or_read(shared_data):
         except GamutError:
             continue
         assert np.isfinite(surface.points).all(), file.name
-
-
-@pytest.mark.parametrize("given", [{"observer": 10}, {"illuminant": "D65"}])
-def test_a_profile_has_neither_observer_nor_illuminant(small_profile, given):
-    with pytest.raises(OptionError) as caught:
-        surface_colours(characterisation(small_profile("sRGB-v4.icc")), **given)
-    assert [caught.value.where["field"]] == list(given)
 
 
 def test_a_press_measured_under_three_conditions_is_described_with_the_one_used():

@@ -5,17 +5,21 @@ import pytest
 
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.corner_table import opposite_corners
-from gamutcore.decimation.costs import finest
+from gamutcore.decimation.candidates import Grid
+from gamutcore.decimation.costs import cost_named
+from gamutcore.decimation.costs.dispatch import cost_state
+from gamutcore.decimation.costs.samples import LARGEST_SHARE, SAMPLES, empty_deviation, take_samples
+from gamutcore.decimation.edge_collapse import collapse_edge, empty_workspace
 from gamutcore.decimation.edge_queue import fill_queue
 from gamutcore.decimation.record import empty_record
-from gamutcore.decimation.samples import LARGEST_SHARE, no_deviation, take_samples
 from gamutcore.decimation.star import (
     keeps_star_shape,
     link_condition_holds,
-    ring_faces,
     surface_of,
+    write_edge_link,
 )
-from gamutcore.decimation.workspace import collapse_edge, workspace
+
+FINEST = cost_named("finest").parameters
 
 
 @pytest.fixture(scope="session")
@@ -93,7 +97,7 @@ def faces_left():
 
 def _workspace(surface):
     edges = len(surface.corner_facing)
-    work = workspace(edges, len(surface.position), np.zeros(1, np.int64), np.zeros(2), np.empty(0))
+    work = empty_workspace(edges, len(surface.position), np.zeros(1, np.int64), np.empty(0))
     work.queue.heap[:] = np.arange(edges)
     work.queue.priority[:] = np.arange(edges)
     fill_queue(work.queue, edges)
@@ -116,8 +120,8 @@ def random_collapses():
 
     def collapses(cost, surface, seed, wanted):
         random = np.random.default_rng(seed)
-        delivered = surface.position.astype(np.float32)
-        record, work = empty_record(len(delivered)), _workspace(surface)
+        grid = Grid(surface.position.astype(np.float32), np.zeros(3), 1.0)
+        record, work = empty_record(len(grid.position)), _workspace(surface)
         ring, done = np.empty((200, 2), np.int32), 0
         for query, edge in enumerate(random.permutation(len(surface.corner_facing)).tolist()):
             if done == wanted:
@@ -127,14 +131,14 @@ def random_collapses():
                 continue
             one, two = _ends(surface, corner)
             middle = (surface.position[one] + surface.position[two]) / 2
-            work.place[:] = middle * random.uniform(0.95, 1.05)
-            count = ring_faces(surface, one, two, ring)
+            work.point[:] = middle * random.uniform(0.95, 1.05)
+            count = write_edge_link(surface, one, two, ring)
             if not link_condition_holds(surface, one, two, query) or not keeps_star_shape(
-                surface.position, ring, count, *work.place
+                surface.position, ring, count, *work.point
             ):
                 continue
-            work.rounded[:] = work.place
-            kept = collapse_edge(cost, surface, delivered, record, work, edge, done)
+            work.rounded[:] = work.point
+            kept = collapse_edge(cost, surface, grid, record, work, edge, done)
             done += 1
             yield int(kept)
 
@@ -198,7 +202,7 @@ def assert_in_their_faces(faces_left, by_hand, samples_in, points_of):
         lists = [samples_in(deviation, int(number)) for number in numbers]
         samples = np.array([sample for face in lists for sample in face])
         owners = np.repeat(np.arange(len(lists)), [len(face) for face in lists])
-        assert len(set(samples.tolist())) == len(samples) == deviation.counts[2]
+        assert len(set(samples.tolist())) == len(samples) == deviation.counts[SAMPLES]
         points, weights = points_of(deviation, samples), deviation.weight[samples]
         inside, shares = by_hand(surface.position, faces, points, weights)
         # a sample on an edge between two faces may be in either
@@ -226,9 +230,9 @@ def deviating(bumpy_mesh, surface_from, random_collapses):
     def make(seed, count=50, collapses=15):
         positions, faces = bumpy_mesh(seed, count)
         surface = surface_from(positions, faces)
-        deviation = no_deviation(len(positions) + len(faces), len(faces))
+        deviation = empty_deviation(len(positions) + len(faces), len(faces))
         take_samples(deviation, surface, 1, True)
-        state = finest.state(positions, faces)._replace(deviation=deviation)
+        state = cost_state(FINEST, positions, faces)._replace(deviation=deviation)
         for _ in random_collapses(state, surface, seed, collapses):
             pass
         return deviation, surface

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from gamutcore.corner_table import opposite_corners
-from gamutcore.decimation.collapse import collapse_all
-from gamutcore.decimation.costs import COSTS, cost_module
-from gamutcore.decimation.record import empty_record
-from gamutcore.decimation.star import keeps_star_shape, surface_of
+from gamutcore.decimation.candidates import Grid
+from gamutcore.decimation.costs import COSTS, cost_named
+from gamutcore.decimation.costs.dispatch import cost_state
+from gamutcore.decimation.stages import Stage, run_stage
+from gamutcore.decimation.star import DEFICIT_NOW, keeps_star_shape, surface_of
 from gamutcore.grid import grid_step, nearest_grid_points
 
 
@@ -22,15 +23,17 @@ def run(bumpy_mesh):
         faces = np.ascontiguousarray(faces, np.int32)
         surface = surface_of(positions, faces, opposite_corners(faces, len(positions)))
         delivered = positions.astype(np.float32)
-        state = cost_module(cost).state(positions, faces)
-        record = empty_record(len(positions))
-        done = np.zeros(1, np.int64)
-        way = np.zeros(2)
-        record = collapse_all(
-            state, surface, delivered, np.zeros(3), step, record, done, way, np.empty(0), 4, True
+        stage = Stage(
+            cost_state(cost_named(cost).parameters, positions, faces),
+            surface,
+            Grid(delivered, np.zeros(3), step),
+            np.arange(len(positions), dtype=np.int32),
+            np.arange(len(faces), dtype=np.int32),
         )
+        counter = np.zeros(1, np.int64)
+        record = run_stage(stage, 4, counter).record
         collapses = len(record.kept)
-        assert done[0] == collapses
+        assert counter[0] == collapses
         return positions, faces, surface, delivered, collapses, record
 
     return make
@@ -65,7 +68,7 @@ def test_what_is_missing_is_on_account(run, faces_left, seed):
     before = np.linalg.det(positions[faces]).sum()
     _, left = faces_left(surface)
     missing = before - np.linalg.det(surface.position[left]).sum()
-    assert surface.deficit[0] == pytest.approx(missing, abs=1e-9 * before)
+    assert surface.deficit[DEFICIT_NOW] == pytest.approx(missing, abs=1e-9 * before)
     assert abs(missing) <= 1e-5 * before
 
 

@@ -28,12 +28,12 @@ def assert_consistent(queue, queued):
     size = int(queue.size[0])
     assert set(queue.heap[:size].tolist()) == set(queued)
     for position, edge in enumerate(queue.heap[:size].tolist()):
-        assert queue.place[edge] == position
+        assert queue.heap_index[edge] == position
         assert queue.priority[edge] == queued[edge]
         if position:
             above = int(queue.heap[(position - 1) // 4])
             assert (queued[above], above) < (queued[edge], edge)
-    assert (queue.place >= 0).sum() == size
+    assert (queue.heap_index >= 0).sum() == size
 
 
 @given(st.lists(PRIORITIES, min_size=1, max_size=80))

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.decimation import COSTS, decimated
+from gamutcore.decimation import COSTS, decimate
 from gamutcore.decimation.record import (
     empty_record,
+    extend_record,
     has_room,
-    in_use,
     record_moved_corners,
     record_shift,
-    with_room,
+    trim_record,
 )
 
 
@@ -19,7 +19,7 @@ from gamutcore.decimation.record import (
 def run(request, random_cloud):
     """Return a boundary and its decimation."""
     boundary = modified_convex_hull(random_cloud(20, 150))
-    return boundary.mesh, decimated(boundary.mesh, boundary.centre, request.param)
+    return boundary.mesh, decimate(boundary.mesh, boundary.centre, request.param)
 
 
 def degree(faces, vertex):
@@ -137,11 +137,11 @@ def test_a_record_says_whether_there_is_room(partly_filled):
 
 @pytest.mark.parametrize("changes", [1, 12, 34, 1000])
 def test_room_is_made_where_there_is_none(partly_filled, changes):
-    longer = with_room(partly_filled, 3, changes)
+    longer = extend_record(partly_filled, 3, changes)
     assert has_room(longer, 3, changes)
     assert (len(longer.moved) > 40) == (changes > 33)
     assert (len(longer.shifted) > 16) == (changes > 11)
-    assert_same_in_use(in_use(longer, 3))
+    assert_same_in_use(trim_record(longer, 3))
 
 
 def assert_same_in_use(record):
@@ -153,6 +153,6 @@ def assert_same_in_use(record):
 
 
 def test_what_is_in_use_is_cut_out(partly_filled):
-    assert_same_in_use(in_use(partly_filled, 3))
-    nothing = in_use(partly_filled, 0)
+    assert_same_in_use(trim_record(partly_filled, 3))
+    nothing = trim_record(partly_filled, 0)
     assert len(nothing.moved) == len(nothing.shifted) == len(nothing.shift) == 0

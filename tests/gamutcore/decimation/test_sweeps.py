@@ -4,13 +4,19 @@ import numpy as np
 import pytest
 
 from gamutcore.corner_table import opposite_corners
-from gamutcore.decimation import decimated
-from gamutcore.decimation.costs import volume
-from gamutcore.decimation.record import empty_record, with_room
+from gamutcore.decimation import decimate
+from gamutcore.decimation.candidates import Grid
+from gamutcore.decimation.costs import cost_named
+from gamutcore.decimation.costs.dispatch import cost_state
+from gamutcore.decimation.costs.parameters import SWEPT_DOWN_TO
+from gamutcore.decimation.edge_collapse import COLLAPSES, LONGEST_LINK, new_loop
+from gamutcore.decimation.record import empty_record, extend_record
 from gamutcore.decimation.star import surface_of
-from gamutcore.decimation.sweeps import SWEPT_DOWN_TO, begun_sweeps, collapse_in_sweeps
+from gamutcore.decimation.sweeps import begin_sweeps, collapse_in_sweeps
 from gamutcore.history import build_history
 from gamutcore.metric import mismatch
+
+VOLUME = cost_named("volume").parameters
 
 CENTRE = (50.0, 0.0, 0.0)
 
@@ -26,7 +32,7 @@ def large(icosphere):
 @pytest.fixture(scope="module")
 def run(large):
     """Return its decimation."""
-    return decimated(large, CENTRE)
+    return decimate(large, CENTRE)
 
 
 class TestLargeBoundary:
@@ -51,7 +57,7 @@ class TestLargeBoundary:
         assert triangles * mismatch(large, build_history(run).level(triangles)) <= 3.0
 
     def test_reruns_are_bit_identical(self, large, run):
-        again = decimated(large, CENTRE)
+        again = decimate(large, CENTRE)
         for one, other in zip(
             (*run.record, run.vertex, run.positions),
             (*again.record, again.vertex, again.positions),
@@ -69,29 +75,19 @@ def swept(icosphere, workspace_for):
         positions = mesh.vertices.astype(np.float64) - CENTRE
         faces = np.ascontiguousarray(mesh.faces, np.int32)
         surface = surface_of(positions, faces, opposite_corners(faces, len(positions)))
-        state, record = volume.state(positions, faces), empty_record(len(positions))
-        work, ring = workspace_for(surface), np.empty((64, 2), np.int32)
-        for edge in range(len(work.queue.place)):
-            work.queue.place[edge] = -1
+        state, record = cost_state(VOLUME, positions, faces), empty_record(len(positions))
+        work, loop, calls = workspace_for(surface), new_loop(), 1
+        work.queue.heap_index[:] = -1
         work.queue.size[0] = 0
         if room is not None:
             record = record._replace(moved=record.moved[:room])
-        sweeps, calls = begun_sweeps(state, surface, work), 1
-        while not collapse_in_sweeps(
-            state,
-            surface,
-            mesh.vertices.copy(),
-            np.array(CENTRE),
-            2.0**-11,
-            record,
-            work,
-            sweeps,
-            ring,
-            wanted,
-        ):
-            record, calls = with_room(record, sweeps.counts[0], len(ring)), calls + 1
+        grid = Grid(mesh.vertices.copy(), np.array(CENTRE), 2.0**-11)
+        begin_sweeps(state, surface, work, loop)
+        assert (work.queue.heap_index == -1).all()
+        while not collapse_in_sweeps(state, surface, grid, record, work, loop, wanted):
+            record, calls = extend_record(record, loop.counts[COLLAPSES], LONGEST_LINK), calls + 1
         assert (calls > 1) == (room is not None)
-        return int(sweeps.counts[0]), surface, record
+        return int(loop.counts[COLLAPSES]), surface, record
 
     return make
 
@@ -119,5 +115,5 @@ def test_room_is_asked_for_when_the_record_is_full(swept):
 def test_sweeps_stop_where_all_errors_change(swept, faces_left):
     """That is at the first of the levels that are tracked, where strict order has to go on."""
     collapses, surface, _ = swept(2000)
-    assert collapses == 2562 - volume.TRACKED_VERTICES
-    assert len(np.unique(faces_left(surface)[1])) == volume.TRACKED_VERTICES
+    assert collapses == 2562 - VOLUME.compared_vertices
+    assert len(np.unique(faces_left(surface)[1])) == VOLUME.compared_vertices

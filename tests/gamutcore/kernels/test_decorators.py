@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+from numba.core import config
 
 from gamutcore.kernels import decorators, inlined_kernel, kernel, leaf_kernel
 
@@ -89,7 +90,9 @@ def test_chains_of_calls_and_of_numbas_own_functions_are_linked():
     np.testing.assert_array_equal(ordered, [-3.0, 0.5, 2.0])
 
 
-def test_a_long_compilation_is_announced_and_a_short_one_is_not(caplog, monkeypatch):
+def test_a_long_compilation_is_announced_and_a_short_one_is_not(caplog, monkeypatch, tmp_path):
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))
+
     @kernel
     def one(x):
         return x + 1
@@ -102,7 +105,7 @@ def test_a_long_compilation_is_announced_and_a_short_one_is_not(caplog, monkeypa
         one(1.0)
     (message,) = caplog.messages
     assert f"{__name__}." in message
-    assert "__pycache__" in message
+    assert str(tmp_path) in message
     caplog.clear()
     one(2.0)
     assert caplog.messages == []

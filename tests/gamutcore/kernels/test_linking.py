@@ -1,40 +1,43 @@
 """Entry points hold all that they call, optimised once, and nothing else."""
 
 import numpy as np
+import pytest
+from numba.core import config
 
 from gamutcore.kernels import kernel, leaf_kernel
 
 
-@leaf_kernel
-def weight(x):
-    return 1.0 / (1.0 + x * x)
+@pytest.fixture
+def library(tmp_path, monkeypatch):
+    """The library of a kernel that has just been compiled, and calls another one."""
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))
 
+    @leaf_kernel
+    def weight(x):
+        return 1.0 / (1.0 + x * x)
 
-@kernel
-def weigh(values):
-    total = 0.0
-    for value in values:
-        total += weight(value)
-    return total
+    @kernel
+    def weigh(values):
+        total = 0.0
+        for value in values:
+            total += weight(value)
+        return total
 
-
-def library(function):
-    (compiled,) = function.overloads.values()
+    assert weigh(np.ones(3)) == 1.5
+    (compiled,) = weigh.overloads.values()
     return compiled.library
 
 
-def test_inlined_subroutines_leave_no_code_of_their_own():
-    weigh(np.ones(3))
-    defined = [function.name for function in library(weigh).get_defined_functions()]
+def test_inlined_subroutines_leave_no_code_of_their_own(library):
+    defined = [function.name for function in library.get_defined_functions()]
     assert any("weigh" in name for name in defined)
     assert not any("weight" in name for name in defined)
 
 
-def test_the_cache_keeps_machine_code_and_no_ir_to_link():
-    weigh(np.ones(3))
-    _name, kind, (code, stubs) = library(weigh).serialize_using_object_code()
+def test_the_cache_keeps_machine_code_and_no_ir_to_link(library):
+    _name, kind, (code, stubs) = library.serialize_using_object_code()
     assert kind == "object"
-    assert code.startswith(b"\x7fELF") or code[:4] in {b"\xcf\xfa\xed\xfe", b"\x64\x86"}
+    assert code[:4] in {b"\x7fELF", b"\xcf\xfa\xed\xfe"}
     assert len(stubs) < len(code)
 
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.decimation import COSTS, decimated
+from gamutcore.decimation import COSTS, decimate
 from gamutcore.history import build_history
 from gamutcore.metric import level_search, mismatch, radial_difference
 from gamutcore.metric.error_curve import curve_counts, error_curve
@@ -103,7 +103,7 @@ class TestOfEachLevel:
 )
 def test_limits_are_kept_by_anything(random_cloud, distances_to, seed, count, cost, gamma, powers):
     boundary = modified_convex_hull(random_cloud(seed, count), gamma)
-    history = build_history(decimated(boundary.mesh, boundary.centre, cost))
+    history = build_history(decimate(boundary.mesh, boundary.centre, cost))
     choice = LevelSearch(history.triangles, described(history))
     full = history.full()
     for one, other in powers:
@@ -304,7 +304,7 @@ def test_a_finer_level_with_some_error_does_not_hide_a_coarser_one(limits):
     grid = np.arange(0.0, 101.0, 20.0)
     points = np.array(np.meshgrid(grid, grid, grid)).reshape(3, -1).T
     boundary = modified_convex_hull(points)
-    history = build_history(decimated(boundary.mesh, boundary.centre))
+    history = build_history(decimate(boundary.mesh, boundary.centre))
     errors = {
         count: radial_difference(history.full(), history.level(count), history.centre).mismatch
         for count in range(4, history.triangles, 2)
@@ -325,7 +325,7 @@ def test_of_flat_bodies_bounds_are_tight_too(cost, thickness, distances_to, samp
     points = np.random.default_rng(3).normal(size=(400, 3))
     points *= (thickness, 60, 60) / np.linalg.norm(points, axis=1)[:, None]
     boundary = modified_convex_hull(points + np.array([50.0, 0.0, 0.0]))
-    history = build_history(decimated(boundary.mesh, boundary.centre, cost))
+    history = build_history(decimate(boundary.mesh, boundary.centre, cost))
     full, whole = history.full(), FullBoundary(history)
     for count in (40, 100, 160):
         level = history.level(count)

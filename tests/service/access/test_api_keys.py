@@ -17,7 +17,7 @@ def keys(made):
 
 def test_a_key_is_found_with_its_scopes(keys, made):
     for key, known in made:
-        assert keys.found(key.encode()) == known
+        assert keys.find(key.encode()) == known
 
 
 def test_the_digest_is_that_of_the_key(made):
@@ -45,13 +45,13 @@ def test_anything_else_is_not_found(keys, made):
         new_key("ci", frozenset({"read"}))[0],
         first + "\n",
     ):
-        assert keys.found(other.encode()) is None
-    assert keys.found(b"\xff" * 60) is None
+        assert keys.find(other.encode()) is None
+    assert keys.find(b"\xff" * 60) is None
 
 
 def test_without_keys_nobody_is_found(made):
     assert len(ApiKeys("")) == 0
-    assert ApiKeys("").found(made[0][0].encode()) is None
+    assert ApiKeys("").find(made[0][0].encode()) is None
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,8 @@ import httpx
 import pytest
 
 from service.access.api_keys import new_key
-from service.access.middleware import Access, AccessRules, OpenToAllError, is_loopback
+from service.access.middleware import Access, OpenToAllError, is_loopback
+from service.application import access_rules
 from service.http.conditional import IMMUTABLE
 from service.settings import Settings
 
@@ -26,7 +27,7 @@ def guarded():
     """A function that sends a request to an app behind the layer with these settings."""
 
     def guard(**settings):
-        layer = Access(app, AccessRules.of(Settings(**settings)))
+        layer = Access(app, access_rules(Settings(**settings)))
 
         def send(method="GET", path=GAMUTS, address="192.0.2.1", headers=(), **named):
             async def request():
@@ -137,18 +138,18 @@ def test_reading_may_be_free_and_writing_not(guarded, assert_problem):
 
 class TestWhoIsLetInBySettings:
     def test_everybody_on_a_loopback_address(self):
-        rules = AccessRules.of(Settings())
+        rules = access_rules(Settings())
         assert rules.anonymous == {"read", "write"}
         assert not rules.limiting
 
     def test_nobody_where_there_are_keys(self):
-        assert AccessRules.of(Settings(api_keys=KEYS)).anonymous == set()
-        assert AccessRules.of(Settings(api_keys=KEYS, host="::")).anonymous == set()
+        assert access_rules(Settings(api_keys=KEYS)).anonymous == set()
+        assert access_rules(Settings(api_keys=KEYS, host="::")).anonymous == set()
 
     def test_elsewhere_it_has_to_be_said(self):
         with pytest.raises(OpenToAllError, match=r"198\.51\.100\.7"):
-            AccessRules.of(Settings(host="198.51.100.7"))
-        rules = AccessRules.of(Settings(host="198.51.100.7", allow_anonymous="all"))
+            access_rules(Settings(host="198.51.100.7"))
+        rules = access_rules(Settings(host="198.51.100.7", allow_anonymous="all"))
         assert not rules.limiting
 
     @pytest.mark.parametrize("host", ["127.0.0.1", "127.9.9.9", "::1", "[::1]", "localhost"])
@@ -162,7 +163,7 @@ class TestWhoIsLetInBySettings:
 
 @pytest.mark.parametrize("limit", ["rate_limit", "build_rate_limit"])
 def test_a_rate_limit_alone_limits(limit):
-    assert AccessRules.of(Settings(**{limit: 1.0})).limiting
+    assert access_rules(Settings(**{limit: 1.0})).limiting
 
 
 class TestRateLimits:

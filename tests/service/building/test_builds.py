@@ -72,7 +72,7 @@ def test_a_job_is_durable_before_it_is_accepted_and_waited_for(deployment):
             assert not job.final
             assert not (await builds.wait(JOB, 0.0)).final
             assert (await builds.wait(JOB, 30.0)).state == "succeeded"
-            assert await builds.submit(JOB, OPTIONS, b"0.2") is None
+            assert (await builds.submit(JOB, OPTIONS, b"0.2")).sha256
             assert builds.facts().completed == 1
 
     run(scenario())
@@ -249,7 +249,7 @@ def test_a_job_whose_document_is_damaged_is_built_from_its_input(deployment, tmp
                 assert (await builds.job(JOB)).state == "queued"
                 assert (await builds.wait(JOB, 30.0)).state == "succeeded"
         assert deployment.store.corruptions == 1
-        assert deployment.store.stored(JOB)
+        assert deployment.store.is_stored(JOB)
         damage()
         async with deployment.replica() as builds:
             assert await builds.job(JOB) is None

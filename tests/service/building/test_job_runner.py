@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from gamutcore.gamut import Options
-from service.building.interruption import Interruption
-from service.building.job_runner import Performer, owner_name
+from service.building.job_runner import Interrupted, Interruption, JobRunner, owner_name
 from service.building.process import WORKER_COMMAND, ProcessDiedError
 from service.settings import Settings
 from service.storage.blobs import StoreUnavailableError
@@ -25,14 +24,14 @@ def reports():
 
 
 @pytest.fixture
-def performer(store, book, scripted_worker, reports):
-    """Make a performer with settings, whose process follows a script."""
+def runner(store, book, scripted_worker, reports):
+    """Make a runner with settings, whose process follows a script."""
     made = []
 
     def make(command=scripted_worker, **settings):
         values = Settings(**{"build_timeout": 20, **settings})
         made.append(
-            Performer(
+            JobRunner(
                 values,
                 store,
                 book,
@@ -55,10 +54,10 @@ def scratch_is_empty(store):
     assert list(store.scratch(".x").parent.iterdir()) == []
 
 
-def test_a_job_is_built_published_and_finished(performer, accept, store, reports):
+def test_a_job_is_built_published_and_finished(runner, accept, store, reports):
     accept("build")
     told = []
-    outcome = performer().perform(JOB, changed=told.append)
+    outcome = runner().run(JOB, changed=told.append)
     assert (outcome.state, outcome.built) == ("succeeded", True)
     assert (outcome.document.state, outcome.document.attempts) == ("succeeded", 1)
     assert store.content(JOB)[1] == b'{"gamma": 1}'
@@ -68,22 +67,22 @@ def test_a_job_is_built_published_and_finished(performer, accept, store, reports
     assert (word, seconds["metric"]) == ("succeeded", 0.25)
 
 
-def test_a_job_that_is_over_or_unknown_or_somebody_elses_is_left_alone(performer, accept, book):
-    assert performer().perform(JOB).document is None
+def test_a_job_that_is_over_or_unknown_or_somebody_elses_is_left_alone(runner, accept, book):
+    assert runner().run(JOB).document is None
     accept("build")
     claim = book.claim(JOB, "other", 60.0)
-    outcome = performer().perform(JOB)
+    outcome = runner().run(JOB)
     assert (outcome.state, outcome.document.owner) == ("elsewhere", "other")
     book.finish(claim, "failed", None)
-    assert performer().perform(JOB).state == "elsewhere"
+    assert runner().run(JOB).state == "elsewhere"
 
 
-def test_what_is_stored_by_then_is_not_built_again(performer, accept, scripted_worker, reports):
-    one = performer()
+def test_what_is_stored_by_then_is_not_built_again(runner, accept, scripted_worker, reports):
+    one = runner()
     accept("build")
-    one.perform(JOB)
+    one.run(JOB)
     accept("die")
-    outcome = one.perform(JOB)
+    outcome = one.run(JOB)
     assert (outcome.state, outcome.built) == ("succeeded", False)
     assert scripted_worker.begun() == 1
     assert len(reports) == 1
@@ -99,21 +98,21 @@ def test_what_is_stored_by_then_is_not_built_again(performer, accept, scripted_w
     ],
 )
 def test_what_the_process_reports_is_a_problem_and_the_process_goes_on(
-    performer, accept, store, reports, text, code
+    runner, accept, store, reports, text, code
 ):
-    one = performer()
+    one = runner()
     process = one.warm()
     accept(text)
-    outcome = one.perform(JOB)
+    outcome = one.run(JOB)
     assert (outcome.state, outcome.document.problem["code"]) == ("failed", code)
     assert store.input_kept(JOB) == (code == "storage-full")
     assert reports[0][0] == code
     assert one.process is process
 
 
-def test_the_place_and_the_remedy_of_a_refusal_are_kept(performer, accept):
+def test_the_place_and_the_remedy_of_a_refusal_are_kept(runner, accept):
     accept("refuse")
-    problem = performer().perform(JOB).document.problem
+    problem = runner().run(JOB).document.problem
     assert (problem["detail"], problem["where"], problem["remedy"]) == ("M.", {"column": "L"}, "R.")
 
 
@@ -125,39 +124,39 @@ def test_the_place_and_the_remedy_of_a_refusal_are_kept(performer, accept):
     ],
 )
 def test_what_exceeds_a_limit_is_ended_once_and_the_next_is_built(
-    performer, accept, scripted_worker, text, settings, code
+    runner, accept, scripted_worker, text, settings, code
 ):
-    one = performer(**settings)
+    one = runner(**settings)
     accept(text)
-    outcome = one.perform(JOB)
+    outcome = one.run(JOB)
     assert (outcome.state, outcome.document.problem["code"]) == ("failed", code)
     assert scripted_worker.begun(text) == 1
     accept("build", "b")
-    assert one.perform("b" * 64).state == "succeeded"
+    assert one.run("b" * 64).state == "succeeded"
 
 
 @pytest.mark.parametrize("text", ["die", "garble"])
 def test_an_input_that_kills_every_process_is_given_up_after_three(
-    performer, accept, scripted_worker, reports, text
+    runner, accept, scripted_worker, reports, text
 ):
-    one = performer()
+    one = runner()
     accept(text)
-    outcome = one.perform(JOB)
+    outcome = one.run(JOB)
     assert (outcome.state, outcome.document.attempts) == ("failed", 3)
     assert outcome.document.problem["code"] == "build-crashed"
     assert scripted_worker.begun(text) == 3
     assert [word for word, _ in reports] == ["crashed"] * 3 + ["build-crashed"]
     accept("build", "b")
-    assert one.perform("b" * 64).state == "succeeded"
+    assert one.run("b" * 64).state == "succeeded"
 
 
-def test_a_build_whose_process_died_is_begun_again(performer, accept):
+def test_a_build_whose_process_died_is_begun_again(runner, accept):
     accept("die-until 3")
-    outcome = performer().perform(JOB)
+    outcome = runner().run(JOB)
     assert (outcome.state, outcome.document.attempts) == ("succeeded", 3)
 
 
-def test_a_build_is_repeated_until_its_process_is_left_alone(performer, accept, store):
+def test_a_build_is_repeated_until_its_process_is_left_alone(runner, accept, store):
     accept("0.3")
     victims = []
 
@@ -166,12 +165,12 @@ def test_a_build_is_repeated_until_its_process_is_left_alone(performer, accept, 
             victims.append(int(document.stage.split()[1]))
             os.kill(victims[-1], signal.SIGKILL)
 
-    outcome = performer().perform(JOB, changed=kill)
+    outcome = runner().run(JOB, changed=kill)
     assert (outcome.state, outcome.document.attempts, len(victims)) == ("succeeded", 3, 2)
     assert store.content(JOB)[1] == b'{"gamma": 1}'
 
 
-def test_a_cancelled_build_is_ended_and_stays_cancelled(performer, accept, book, reports):
+def test_a_cancelled_build_is_ended_and_stays_cancelled(runner, accept, book, reports):
     accept("hang")
     interruption = Interruption()
 
@@ -180,16 +179,16 @@ def test_a_cancelled_build_is_ended_and_stays_cancelled(performer, accept, book,
             book.request_cancel(JOB)
             interruption.cancel()
 
-    one = performer()
+    one = runner()
     process = one.warm()
-    outcome = one.perform(JOB, interruption, cancel)
+    outcome = one.run(JOB, interruption, cancel)
     assert (outcome.state, outcome.document.state) == ("cancelled", "cancelled")
     assert not process.alive
     assert [word for word, _ in reports] == ["cancelled"]
 
 
 def test_a_build_that_fails_too_late_leaves_the_input_to_the_job_that_came_after_it(
-    performer, accept, book, store
+    runner, accept, book, store
 ):
     document = accept("refuse")
 
@@ -198,27 +197,25 @@ def test_a_build_that_fails_too_late_leaves_the_input_to_the_job_that_came_after
             book.request_cancel(JOB)
             assert book.accept(JOB, document.options)[1]
 
-    assert performer().perform(JOB, changed=cancel_and_ask_again).state == "elsewhere"
+    assert runner().run(JOB, changed=cancel_and_ask_again).state == "elsewhere"
     assert book.read(JOB).state == "queued"
     assert store.input_kept(JOB)
 
 
-def test_a_build_that_was_cancelled_elsewhere_is_ended_by_the_next_heartbeat(
-    performer, accept, book
-):
+def test_a_build_that_was_cancelled_elsewhere_is_ended_by_the_next_heartbeat(runner, accept, book):
     accept("hang")
     timer = threading.Timer(0.3, book.request_cancel, [JOB])
     timer.start()
-    assert performer().perform(JOB).state == "cancelled"
+    assert runner().run(JOB).state == "cancelled"
     timer.join()
 
 
 def test_a_build_that_is_given_back_waits_for_the_next_and_was_no_attempt(
-    performer, accept, book, store
+    runner, accept, book, store
 ):
     accept("hang")
     interruption = Interruption()
-    outcome = performer().perform(
+    outcome = runner().run(
         JOB, interruption, lambda document: document.stage and interruption.release()
     )
     assert (outcome.state, outcome.document.state) == ("released", "queued")
@@ -227,14 +224,14 @@ def test_a_build_that_is_given_back_waits_for_the_next_and_was_no_attempt(
     assert book.claim(JOB, "next", 10.0) is not None
 
 
-def test_a_job_whose_input_is_gone_fails(performer, accept, store):
+def test_a_job_whose_input_is_gone_fails(runner, accept, store):
     accept("build")
     store.drop_input(JOB)
-    outcome = performer().perform(JOB)
+    outcome = runner().run(JOB)
     assert outcome.document.problem["code"] == "build-input-lost"
 
 
-@pytest.mark.parametrize("method", ["stored", "publish", "input_path"])
+@pytest.mark.parametrize("method", ["is_stored", "publish", "input_path"])
 @pytest.mark.parametrize(
     ("error", "code"),
     [
@@ -245,26 +242,26 @@ def test_a_job_whose_input_is_gone_fails(performer, accept, store):
     ],
 )
 def test_an_unexpected_error_costs_one_build(
-    performer, accept, store, monkeypatch, caplog, method, error, code
+    runner, accept, store, monkeypatch, caplog, method, error, code
 ):
     def fails(*_arguments):
         raise error
 
     accept("build")
-    one = performer()
+    one = runner()
     with monkeypatch.context() as patch:
         patch.setattr(store, method, fails)
-        outcome = one.perform(JOB)
+        outcome = one.run(JOB)
     assert (outcome.state, outcome.document.problem["code"]) == ("failed", code)
     # Only a defect needs a traceback; what an operator mends costs nobody the data.
     told = [record for record in caplog.records if record.levelname in {"WARNING", "ERROR"}]
     assert [bool(record.exc_info) for record in told] == [code == "build-failed"]
     assert store.input_kept(JOB) == (code != "build-failed")
     accept("build", "b")
-    assert one.perform("b" * 64).state == "succeeded"
+    assert one.run("b" * 64).state == "succeeded"
 
 
-def test_a_store_that_is_away_for_a_moment_costs_an_attempt(performer, accept, store, monkeypatch):
+def test_a_store_that_is_away_for_a_moment_costs_an_attempt(runner, accept, store, monkeypatch):
     publish, failures = store.publish, [StoreUnavailableError()]
 
     def fails_once(*arguments):
@@ -274,62 +271,60 @@ def test_a_store_that_is_away_for_a_moment_costs_an_attempt(performer, accept, s
 
     monkeypatch.setattr(store, "publish", fails_once)
     accept("build")
-    outcome = performer().perform(JOB)
+    outcome = runner().run(JOB)
     assert (outcome.state, outcome.document.attempts) == ("succeeded", 2)
 
 
-def test_an_end_that_cannot_be_written_down_is_told_all_the_same(
-    performer, accept, book, monkeypatch
-):
+def test_an_end_that_cannot_be_written_down_is_told_all_the_same(runner, accept, book, monkeypatch):
     def fails(*_arguments):
         raise OSError(28, "No space left on device")
 
     accept("full")
     monkeypatch.setattr(book, "finish", fails)
-    outcome = performer().perform(JOB)
+    outcome = runner().run(JOB)
     assert outcome.state == "unwritten"
     assert outcome.document.problem["code"] == "storage-full"
     assert book.read(JOB).state == "running"
 
 
-def test_a_process_that_does_not_start_costs_no_attempt(performer, accept, book):
+def test_a_process_that_does_not_start_costs_no_attempt(runner, accept, book):
     accept("build")
-    one = performer(command=("/bin/false",))
+    one = runner(command=("/bin/false",))
     with pytest.raises(ProcessDiedError):
-        one.perform(JOB)
+        one.run(JOB)
     assert book.read(JOB).attempts == 0
 
 
-def test_starting_is_given_up_when_it_is_told_to(performer):
+def test_starting_is_given_up_when_it_is_told_to(runner):
     interruption = Interruption()
     timer = threading.Timer(0.2, interruption.release)
     timer.start()
     clock = time.monotonic()
-    outcome = performer(command=("/bin/sleep", "1000")).perform(JOB, interruption)
+    outcome = runner(command=("/bin/sleep", "1000")).run(JOB, interruption)
     assert (outcome.state, time.monotonic() - clock < 60) == ("released", True)
     timer.join()
 
 
-def test_a_process_that_stays_large_is_replaced(performer, accept):
-    one = performer()
+def test_a_process_that_stays_large_is_replaced(runner, accept):
+    one = runner()
     process = one.warm()
     accept("build")
-    assert one.perform(JOB).state == "succeeded"
+    assert one.run(JOB).state == "succeeded"
     assert one.process is process
     process.idle_bytes = -one._settings.build_memory_bytes  # as if it had begun far below
     accept("build", "b")
-    assert one.perform("b" * 64).state == "succeeded"
+    assert one.run("b" * 64).state == "succeeded"
     assert one.process is None
     assert not process.alive
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells what is in use")
 def test_a_real_build_beyond_its_memory_fails_once_and_a_small_one_is_built(
-    performer, book, store, sphere
+    runner, book, store, sphere
 ):
-    one = performer(command=WORKER_COMMAND, build_timeout=100)
+    one = runner(command=WORKER_COMMAND, build_timeout=100)
     limit = max(one.warm().idle_bytes + (80 << 20), 256 << 20)
-    one = performer(command=WORKER_COMMAND, build_timeout=100, build_memory_bytes=limit)
+    one = runner(command=WORKER_COMMAND, build_timeout=100, build_memory_bytes=limit)
     inputs = {
         "a" * 64: (EXAMPLE.read_bytes(), {"surface_samples": 1_000_000}),
         "b" * 64: (json.dumps({"samples": sphere()}).encode(), {}),
@@ -338,7 +333,7 @@ def test_a_real_build_beyond_its_memory_fails_once_and_a_small_one_is_built(
     for name, (data, options) in inputs.items():
         book.accept(name, Options.from_mapping(options).to_mapping())
         store.keep_input(name, data)
-        outcomes.append(one.perform(name))
+        outcomes.append(one.run(name))
     greedy, modest = (outcome.document for outcome in outcomes)
     assert (greedy.problem["code"], greedy.attempts) == ("build-out-of-memory", 1)
     assert modest.state == "succeeded"
@@ -347,3 +342,22 @@ def test_a_real_build_beyond_its_memory_fails_once_and_a_small_one_is_built(
 
 def test_no_two_owners_have_one_name():
     assert owner_name() != owner_name()
+
+
+def test_nothing_ends_until_it_is_told_to():
+    interruption = Interruption()
+    interruption.check()
+    interruption.release()
+    with pytest.raises(Interrupted) as caught:
+        interruption.check()
+    assert caught.value.reason == "release"
+
+
+@pytest.mark.parametrize("order", [["cancel", "release"], ["release", "cancel"]])
+def test_what_nobody_wants_is_not_given_to_another(order):
+    interruption = Interruption()
+    for word in order:
+        getattr(interruption, word)()
+    with pytest.raises(Interrupted) as caught:
+        interruption.check()
+    assert caught.value.reason == "cancel"

@@ -2,7 +2,7 @@ import time
 
 import pytest
 
-from service.building.lease_renewer import ClaimKeeper
+from service.building.lease_renewer import LeaseRenewer
 from service.jobs.book import JobCancelledError, LeaseLostError
 from service.storage.blobs import StoreUnavailableError
 
@@ -23,34 +23,34 @@ def until(condition):
 
 
 def test_a_claim_holds_as_long_as_it_is_kept_and_its_progress_is_written_down(book, claim):
-    with ClaimKeeper(book, claim, 0.05) as keeper:
-        keeper.note("metric", 0.5)
+    with LeaseRenewer(book, claim, 0.05) as renewer:
+        renewer.note("metric", 0.5)
         until(lambda: book.read(JOB).stage == "metric")
         time.sleep(0.8)  # two leases
         assert book.claim(JOB, "other", 1.0) is None
-        keeper.check()
-    assert book.finish(keeper.claim, "succeeded").state == "succeeded"
+        renewer.check()
+    assert book.finish(renewer.claim, "succeeded").state == "succeeded"
 
 
 def test_a_claim_that_is_not_kept_any_more_ends(book, claim):
-    with ClaimKeeper(book, claim, 0.05):
+    with LeaseRenewer(book, claim, 0.05):
         pass
     time.sleep(0.5)
     assert book.claim(JOB, "other", 1.0) is not None
 
 
 def test_who_was_cancelled_is_told(book, claim):
-    with ClaimKeeper(book, claim, 0.05) as keeper:
+    with LeaseRenewer(book, claim, 0.05) as renewer:
         book.request_cancel(JOB)
         with pytest.raises(JobCancelledError):
-            until(keeper.check)
+            until(renewer.check)
 
 
 def test_who_was_too_late_is_told(book, claim):
     time.sleep(0.5)
     book.claim(JOB, "other", 10.0)
-    with ClaimKeeper(book, claim, 0.05) as keeper, pytest.raises(LeaseLostError):
-        until(keeper.check)
+    with LeaseRenewer(book, claim, 0.05) as renewer, pytest.raises(LeaseLostError):
+        until(renewer.check)
 
 
 def test_a_store_that_fails_for_a_while_costs_nothing(book, claim, monkeypatch):
@@ -62,7 +62,7 @@ def test_a_store_that_fails_for_a_while_costs_nothing(book, claim, monkeypatch):
         return heartbeat(*arguments)
 
     monkeypatch.setattr(book, "heartbeat", fails_twice)
-    with ClaimKeeper(book, claim, 0.05) as keeper:
-        keeper.note("metric", 0.5)
+    with LeaseRenewer(book, claim, 0.05) as renewer:
+        renewer.note("metric", 0.5)
         until(lambda: book.read(JOB).stage == "metric")
-        keeper.check()
+        renewer.check()

@@ -1,4 +1,5 @@
 import contextlib
+import mmap
 import os
 import resource
 import signal
@@ -12,6 +13,7 @@ from service.building.process import (
     BuildTimeoutError,
     MemoryExceededError,
     ProcessDiedError,
+    private_bytes,
 )
 
 MEBIBYTE = 1 << 20
@@ -166,3 +168,25 @@ def test_a_stopped_process_holds_nobody_up(process, result):
     with pytest.raises(BuildTimeoutError):
         result("build", timeout=0.3)
     assert is_gone(process.pid)
+
+
+def test_only_what_was_touched_and_belongs_to_the_process_counts(tmp_path):
+    size = 64 << 20
+    (tmp_path / "file").write_bytes(bytes(size))
+    before = private_bytes("self")
+    with (tmp_path / "file").open("rb") as file:
+        mapped = mmap.mmap(file.fileno(), size, access=mmap.ACCESS_READ)
+        assert sum(mapped[::4096]) == 0
+        assert private_bytes(os.getpid()) - before < size / 2
+        mapped.close()
+    reserved = mmap.mmap(-1, size, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+    assert private_bytes("self") - before < size / 2
+    for place in range(0, size, 4096):
+        reserved[place] = 1
+    assert private_bytes("self") - before > size * 0.9
+    reserved.close()
+
+
+@pytest.mark.parametrize("process", [0, "none"])
+def test_of_no_process_nothing_is_known(process):
+    assert private_bytes(process) is None

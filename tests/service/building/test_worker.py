@@ -10,7 +10,7 @@ import pytest
 
 from gamutcore.gamut import Gamut, Options
 from service.building import worker
-from service.building.memory import private_bytes
+from service.building.process import private_bytes
 
 
 @pytest.fixture

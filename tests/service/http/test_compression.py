@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.http.compression import CODINGS, compress_response, compressed, preferred_coding, zstd
-from service.problems.responses import JsonResponse
+from service.http.compression import CODINGS, compress, compress_response, preferred_coding, zstd
+from service.problems.problem import JsonResponse
 
 DECODERS = {"gzip": gzip.decompress, "zstd": zstd.decompress, None: bytes}
 
@@ -46,9 +46,9 @@ def test_any_field_gets_an_answer(field):
 @pytest.mark.parametrize("coding", CODINGS)
 @given(content=st.binary(max_size=3000))
 def test_content_comes_back_and_is_always_coded_alike(coding, content):
-    coded = compressed(content, coding)
+    coded = compress(content, coding)
     assert DECODERS[coding](coded) == content
-    assert compressed(content, coding) == coded
+    assert compress(content, coding) == coded
 
 
 def test_short_content_is_left_as_it_is():

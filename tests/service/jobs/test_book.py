@@ -146,7 +146,7 @@ class Book(RuleBasedStateMachine):
             return
         try:
             if what == "crashed":
-                document = self.book.crashed(claim, PROBLEM)
+                document = self.book.record_crash(claim, PROBLEM)
             elif what == "release":
                 document = self.book.release(claim)
             else:
@@ -243,7 +243,7 @@ def test_a_lease_that_ran_out_is_taken_over_and_the_late_owner_changes_nothing(b
         lambda: book.heartbeat(late, "metric", 1.0),
         lambda: book.finish(late, "failed", PROBLEM),
         lambda: book.release(late),
-        lambda: book.crashed(late, PROBLEM),
+        lambda: book.record_crash(late, PROBLEM),
     ):
         with pytest.raises(LeaseLostError):
             change()
@@ -260,10 +260,10 @@ def test_a_lease_that_ran_out_and_that_nobody_took_can_be_renewed(book, clock):
 
 def test_crashes_are_counted_across_owners_until_the_job_is_given_up(book, clock):
     book.accept(JOB, {})
-    assert book.crashed(book.claim(JOB, "a", LEASE), PROBLEM).state == "queued"
+    assert book.record_crash(book.claim(JOB, "a", LEASE), PROBLEM).state == "queued"
     assert book.claim(JOB, "b", LEASE).document.attempts == 2
     clock.seconds += LEASE + 1  # b is never heard of again
-    document = book.crashed(book.claim(JOB, "c", LEASE), PROBLEM)
+    document = book.record_crash(book.claim(JOB, "c", LEASE), PROBLEM)
     assert (document.state, document.attempts) == ("failed", 3)
     assert Problem.from_mapping(document.problem) == PROBLEM
 

@@ -7,7 +7,7 @@ from email.parser import BytesParser
 import pytest
 
 from service.meshes.containers import Asked, Item, MultipartContainer, ZipContainer
-from service.meshes.encoded_meshes import EncodedMesh
+from service.meshes.encoding import EncodedMesh
 from service.problems.problem import Problem
 
 A, B = "0a" * 32, "0b" * 32

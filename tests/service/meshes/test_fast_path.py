@@ -2,8 +2,9 @@ import asyncio
 
 import pytest
 
-from service.meshes.encoded_meshes import EncodedMesh, Wanted
-from service.meshes.fast_path import MeshFront
+from service.meshes.encoding import EncodedMesh
+from service.meshes.fast_path import MeshFastPath
+from service.meshes.level_search import LevelRequest
 
 NAME = "0a" * 32
 MESH = EncodedMesh.of(b"body", "model/stl", 4, 4)
@@ -15,7 +16,7 @@ class Recorder:
     def __init__(self):
         self.asked = None
 
-    def at_once(self, *question):
+    def find_ready(self, *question):
         self.asked = question
         return MESH
 
@@ -40,7 +41,7 @@ def ask():
             "query_string": query.encode(),
             "headers": list(headers),
         }
-        asyncio.run(MeshFront(app, meshes)(scope, None, send))
+        asyncio.run(MeshFastPath(app, meshes)(scope, None, send))
         return meshes.asked, bool(reached), sent
 
     return request
@@ -49,18 +50,18 @@ def ask():
 @pytest.mark.parametrize(
     ("suffix", "query", "headers", "question"),
     [
-        ("", "", [], (Wanted(), "glb")),
-        ("", "triangles=100", [], (Wanted(100), "glb")),
-        ("", "triangles=100&format=ply", [], (Wanted(100), "ply")),
-        ("", "format=ply", [], (Wanted(), "ply")),
-        (".obj", "triangles=7", [], (Wanted(7), "obj")),
-        (".obj", "format=stl", [], (Wanted(), "stl")),
-        ("", "max_error=0.5", [], (Wanted(None, 0.5), "glb")),
-        ("", "max_error=5e-1&format=ply", [], (Wanted(None, 0.5), "ply")),
-        ("", "max_mismatch=0.001", [], (Wanted(None, None, 0.001), "glb")),
-        (".ply", "max_error=0&max_mismatch=1E-3", [], (Wanted(None, 0.0, 0.001), "ply")),
-        ("", "", [(b"accept", b"model/stl")], (Wanted(), "stl")),
-        ("", "", [(b"accept", b"text/html"), (b"accept", b"model/stl")], (Wanted(), "stl")),
+        ("", "", [], (LevelRequest(), "glb")),
+        ("", "triangles=100", [], (LevelRequest(100), "glb")),
+        ("", "triangles=100&format=ply", [], (LevelRequest(100), "ply")),
+        ("", "format=ply", [], (LevelRequest(), "ply")),
+        (".obj", "triangles=7", [], (LevelRequest(7), "obj")),
+        (".obj", "format=stl", [], (LevelRequest(), "stl")),
+        ("", "max_error=0.5", [], (LevelRequest(None, 0.5), "glb")),
+        ("", "max_error=5e-1&format=ply", [], (LevelRequest(None, 0.5), "ply")),
+        ("", "max_mismatch=0.001", [], (LevelRequest(None, None, 0.001), "glb")),
+        (".ply", "max_error=0&max_mismatch=1E-3", [], (LevelRequest(None, 0.0, 0.001), "ply")),
+        ("", "", [(b"accept", b"model/stl")], (LevelRequest(), "stl")),
+        ("", "", [(b"accept", b"text/html"), (b"accept", b"model/stl")], (LevelRequest(), "stl")),
     ],
 )
 def test_plain_requests_are_answered_here(ask, suffix, query, headers, question):

@@ -12,11 +12,30 @@ import pytest
 from gamutcore.errors import HistoryFileError
 from gamutcore.metric import level_search
 from gamutcore.metric.level_search import NO_ERROR, BoundedLevel, Bounds
-from service.meshes import level_search as choices
-from service.meshes.level_search import Choices
+from service.meshes import level_search as module
+from service.meshes.level_search import LevelRequest, LevelSearches
 from service.meshes.library import Library
 from service.storage.gamuts import GamutDamagedError
 from service.telemetry.server_timing import ServerTiming
+
+
+class Levels(LevelSearches):
+    """Level searches, asked with limits only."""
+
+    @staticmethod
+    def request(limits):
+        return LevelRequest(None, limits.distance, limits.mismatch)
+
+    async def found(self, opened, limits):
+        return BoundedLevel(*await self.find(opened, self.request(limits)))
+
+    def known(self, name, limits):
+        level = self.find_known(name, self.request(limits), None)
+        return None if level is None else BoundedLevel(*level)
+
+    def at_most(self, record, limits):
+        return self.triangle_bound(record, self.request(limits))
+
 
 LIMITS = Bounds(0.7, 0.02)
 """What only comparisons can tell of the gamuts of `built`."""
@@ -24,12 +43,12 @@ LIMITS = Bounds(0.7, 0.02)
 
 @pytest.fixture
 def run(filled_store):
-    """Run a coroutine function with the choices of the filled store."""
+    """Run a coroutine function with the level searches of the filled store."""
 
     def run_scenario(scenario, capacity=10**9):
         library = Library(filled_store, capacity)
         try:
-            return asyncio.run(scenario(library, Choices(library)))
+            return asyncio.run(scenario(library, Levels(library)))
         finally:
             library.close()
 
@@ -56,12 +75,12 @@ def compared(monkeypatch):
 
 
 def test_equal_questions_at_the_same_time_are_one_search(run, built, compared):
-    async def scenario(library, chosen):
+    async def scenario(library, levels):
         opened = await library.gamut(built[0].id)
-        answers = await asyncio.gather(*(chosen.found(opened, LIMITS) for _ in range(20)))
+        answers = await asyncio.gather(*(levels.found(opened, LIMITS) for _ in range(20)))
         assert len(set(answers)) == 1
         assert answers[0].bounds.within(LIMITS)
-        assert chosen.known(built[0].id, LIMITS) == answers[0]
+        assert levels.known(built[0].id, LIMITS) == answers[0]
 
     run(scenario)
     counts, _ = compared
@@ -69,11 +88,11 @@ def test_equal_questions_at_the_same_time_are_one_search(run, built, compared):
 
 
 def test_one_search_is_under_way_at_a_time_and_helps_the_others(run, built, compared):
-    async def scenario(library, chosen):
+    async def scenario(library, levels):
         opened = [await library.gamut(gamut.id) for gamut in built]
         limits = [Bounds(0.5 + 0.01 * place) for place in range(20)]
         found = await asyncio.gather(
-            *(chosen.found(gamut, limit) for limit in limits for gamut in opened)
+            *(levels.found(gamut, limit) for limit in limits for gamut in opened)
         )
         assert all(level.bounds.within(Bounds(0.7)) for level in found)
 
@@ -95,10 +114,10 @@ def test_others_are_served_while_a_level_is_searched(run, built, monkeypatch):
 
     monkeypatch.setattr(level_search.LevelSearch, "find", held)
 
-    async def scenario(library, chosen):
+    async def scenario(library, levels):
         opened = await library.gamut(built[0].id)
         searches = [
-            asyncio.create_task(chosen.found(opened, Bounds(0.5 + 0.01 * place)))
+            asyncio.create_task(levels.found(opened, Bounds(0.5 + 0.01 * place)))
             for place in range(20)
         ]
         await asyncio.sleep(0.05)
@@ -121,12 +140,12 @@ def test_the_wait_for_other_searches_is_told_by_itself(run, built, monkeypatch):
 
     monkeypatch.setattr(level_search.LevelSearch, "find", slow)
 
-    async def scenario(library, chosen):
+    async def scenario(library, levels):
         opened = [await library.gamut(gamut.id) for gamut in built]
         await asyncio.gather(*(library.unpack(one, one.gamut.history.triangles) for one in opened))
 
         async def app(scope, _receive, send):
-            await chosen.found(opened[int(scope["path"][1:])], LIMITS)
+            await levels.found(opened[int(scope["path"][1:])], LIMITS)
             await send({"type": "http.response.start", "status": 200, "headers": []})
             await send({"type": "http.response.body", "body": b""})
 
@@ -144,11 +163,11 @@ def test_the_wait_for_other_searches_is_told_by_itself(run, built, monkeypatch):
 
 
 def test_nothing_is_unpacked_for_what_the_curve_tells(run, built):
-    async def scenario(library, chosen):
+    async def scenario(library, levels):
         opened = await library.gamut(built[0].id)
-        assert (await chosen.found(opened, Bounds(1e6))).triangles == 4
+        assert (await levels.found(opened, Bounds(1e6))).triangles == 4
         largest = opened.gamut.history.triangles
-        assert await chosen.found(opened, Bounds(inf, 0.0)) == BoundedLevel(largest, NO_ERROR)
+        assert await levels.found(opened, Bounds(inf, 0.0)) == BoundedLevel(largest, NO_ERROR)
         assert not opened.gamut.history.is_unpacked(largest)
 
     run(scenario)
@@ -156,20 +175,20 @@ def test_nothing_is_unpacked_for_what_the_curve_tells(run, built):
 
 @pytest.mark.parametrize("name", ["distance", "mismatch"])
 def test_at_most_so_many_triangles_are_told_without_a_search(run, built, compared, name):
-    async def scenario(library, chosen):
+    async def scenario(library, levels):
         opened = await library.gamut(built[0].id)
         record = opened.record
         largest = record.description["counts"]["triangles"]
         limits = [Bounds()._replace(**{name: limit}) for limit in (1e-9, 0.003, 0.03, 0.3, 3, 300)]
-        told = [chosen.at_most(record, limit) for limit in limits]
+        told = [levels.at_most(record, limit) for limit in limits]
         assert not compared[0]
         assert told == sorted(told, reverse=True)
         assert (told[0], told[-1]) == (largest, 4)
-        assert chosen.at_most(record, Bounds(inf, 0.0)) == largest
+        assert levels.at_most(record, Bounds(inf, 0.0)) == largest
         for limit, most in zip(limits, told, strict=True):
-            found = await chosen.found(opened, limit)
+            found = await levels.found(opened, limit)
             assert found.triangles <= most
-            assert chosen.at_most(record, limit) == found.triangles  # as it is known now
+            assert levels.at_most(record, limit) == found.triangles  # as it is known now
 
     run(scenario)
 
@@ -177,54 +196,54 @@ def test_at_most_so_many_triangles_are_told_without_a_search(run, built, compare
 def test_levels_without_bounds_promise_nothing(run, built):
     """As in records of before there were any."""
 
-    async def scenario(library, chosen):
+    async def scenario(library, levels):
         record = (await library.gamut(built[0].id)).record
         counts = record.description["counts"]
         older = {"counts": counts, "levels": [{"triangles": 4}, {"triangles": 100}]}
-        most = chosen.at_most(replace(record, description=older), LIMITS)
+        most = levels.at_most(replace(record, description=older), LIMITS)
         assert most == counts["triangles"]
 
     run(scenario)
 
 
 def test_what_is_known_outlives_the_open_gamut_but_not_the_deleted_one(run, built):
-    async def scenario(library, chosen):
+    async def scenario(library, levels):
         name = built[0].id
-        assert chosen.known(name, LIMITS) is None
-        level = await chosen.found(await library.gamut(name), LIMITS)
+        assert levels.known(name, LIMITS) is None
+        level = await levels.found(await library.gamut(name), LIMITS)
         library.discard(name)
-        assert chosen.known(name, LIMITS) == level
-        chosen.discard(name)
-        assert chosen.known(name, LIMITS) is None
+        assert levels.known(name, LIMITS) == level
+        levels.discard(name)
+        assert levels.known(name, LIMITS) is None
 
     run(scenario)
 
 
 def test_what_is_deleted_meanwhile_leaves_nothing_behind(run, built):
-    async def scenario(library, chosen):
+    async def scenario(library, levels):
         name = built[0].id
         opened = await library.gamut(name)
-        search = asyncio.create_task(chosen.found(opened, LIMITS))
+        search = asyncio.create_task(levels.found(opened, LIMITS))
         await asyncio.sleep(0)
         library.discard(name)
-        chosen.discard(name)
+        levels.discard(name)
         assert (await search).bounds.within(LIMITS)
-        assert (await chosen.found(opened, Bounds(0.6))).bounds.within(Bounds(0.6))
+        assert (await levels.found(opened, Bounds(0.6))).bounds.within(Bounds(0.6))
         for limits in (LIMITS, Bounds(0.6), Bounds(1e6)):
-            assert chosen.known(name, limits) is None
+            assert levels.known(name, limits) is None
 
     run(scenario)
 
 
 def test_without_room_everything_is_answered_and_nothing_kept(run, built, monkeypatch):
-    monkeypatch.setattr(choices, "_CAPACITY", 0)
-    monkeypatch.setattr(choices, "_LEVELS_CAPACITY", 0)
+    monkeypatch.setattr(module, "_CAPACITY", 0)
+    monkeypatch.setattr(module, "_LEVELS_CAPACITY", 0)
 
-    async def scenario(library, chosen):
+    async def scenario(library, levels):
         opened = await library.gamut(built[0].id)
-        first, second = [await chosen.found(opened, LIMITS) for _ in range(2)]
+        first, second = [await levels.found(opened, LIMITS) for _ in range(2)]
         assert first == second
-        assert chosen.known(built[0].id, LIMITS) is None
+        assert levels.known(built[0].id, LIMITS) is None
 
     run(scenario)
 
@@ -232,11 +251,11 @@ def test_without_room_everything_is_answered_and_nothing_kept(run, built, monkey
 def test_processes_agree(run, built):
     """Each finds for itself, after other questions."""
 
-    async def scenario(library, chosen, others):
+    async def scenario(library, levels, others):
         opened = await library.gamut(built[0].id)
         for other in others:
-            await chosen.found(opened, other)
-        return await chosen.found(opened, LIMITS)
+            await levels.found(opened, other)
+        return await levels.found(opened, LIMITS)
 
     others = ([], [Bounds(0.4), Bounds(2.0)], [Bounds(inf, 1e-3), Bounds(1.0, 0.1)])
     answers = {run(functools.partial(scenario, others=asked)) for asked in others}
@@ -246,7 +265,7 @@ def test_processes_agree(run, built):
 def test_of_a_damaged_gamut_nothing_is_found_and_the_next_one_is_searched_anew(
     run, built, filled_store, publish_built, monkeypatch
 ):
-    async def scenario(library, chosen):
+    async def scenario(library, levels):
         opened = await library.gamut(built[0].id)
 
         def broken(_triangles):
@@ -254,11 +273,11 @@ def test_of_a_damaged_gamut_nothing_is_found_and_the_next_one_is_searched_anew(
 
         monkeypatch.setattr(opened.gamut.history, "unpack", broken)
         with pytest.raises(GamutDamagedError):
-            await chosen.found(opened, LIMITS)
-        assert chosen.known(built[0].id, LIMITS) is None
+            await levels.found(opened, LIMITS)
+        assert levels.known(built[0].id, LIMITS) is None
         publish_built(filled_store, built[0])
         again = await library.gamut(built[0].id)
         assert again is not opened
-        assert (await chosen.found(again, LIMITS)).bounds.within(LIMITS)
+        assert (await levels.found(again, LIMITS)).bounds.within(LIMITS)
 
     run(scenario)

@@ -12,7 +12,8 @@ from gamutcore.gamut import Options, build_gamut
 from gamutcore.options import Options as CoreOptions
 from service.application import create_app
 from service.openapi import documentation, models, request_models
-from service.problems.problem import KINDS, MEDIA_TYPE
+from service.problems.kinds import KINDS
+from service.problems.problem import MEDIA_TYPE
 from service.settings import Settings
 
 ROOT = Path(__file__).parents[3]

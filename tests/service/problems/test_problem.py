@@ -3,7 +3,8 @@ import json
 import pytest
 
 from gamutcore import errors
-from service.problems.problem import KINDS, Problem, problem_response, sentence
+from service.problems.kinds import KINDS
+from service.problems.problem import JsonResponse, Problem, problem_response, sentence
 
 ERRORS = [getattr(errors, name) for name in errors.__all__]
 
@@ -58,3 +59,19 @@ def test_what_is_particular_to_a_problem_can_be_kept(code):
     again = Problem.from_mapping(json.loads(json.dumps(problem.to_mapping())))
     assert again.document() == problem.document()
     assert ("Retry-After" in again.headers) == (again.kind.status == 503)
+
+
+@pytest.mark.parametrize("text", ["plain", "\ud800", "é\n\0", "\U0001f308"])
+def test_any_text_comes_back_from_one_line_of_ascii(text):
+    response = JsonResponse({text: [text]})
+    body = bytes(response.body)
+    assert body.isascii()
+    assert body.endswith(b"\n")
+    assert body.count(b"\n") == 1
+    assert json.loads(body) == {text: [text]}
+    assert response.headers["content-length"] == str(len(body))
+
+
+def test_what_json_cannot_express_is_not_sent():
+    with pytest.raises(ValueError, match="JSON"):
+        JsonResponse({"volume": float("nan")})

@@ -9,7 +9,7 @@ import re
 import pytest
 
 from gamutcore.version import __version__
-from service.problems.problem import KINDS
+from service.problems.kinds import KINDS
 
 HTML = {"accept": "text/html,application/xhtml+xml,application/xml;q=0.9,*/*;q=0.8"}
 JSON = {"accept": "application/json"}

@@ -4,7 +4,6 @@ import sys
 import emulators
 import pytest
 
-from service.settings import Settings
 from service.storage.cloud import CloudBlobs
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
@@ -53,8 +52,7 @@ def test_an_account_that_azure_needs_is_asked_for(monkeypatch):
 
 
 def test_the_store_is_as_the_settings_say(tmp_path):
-    settings = Settings(store=str(tmp_path), store_bytes=12345, keep_inputs=False)
-    store = gamut_store(settings)
+    store = gamut_store(str(tmp_path), 12345, keep_inputs=False)
     assert store.blobs.directory == tmp_path
     assert store.blobs.limit == 12345
     assert store.keep_inputs is False

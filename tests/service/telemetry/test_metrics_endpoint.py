@@ -14,7 +14,8 @@ from prometheus_client.openmetrics.parser import (
 from prometheus_client.parser import text_string_to_metric_families as text_families
 
 from service.application import create_app
-from service.meshes.encoded_meshes import Wanted
+from service.meshes.level_search import LevelRequest
+from service.routes.metrics import service_families
 from service.settings import Settings
 from service.storage.records import Record
 from service.telemetry.metrics import BuildFigures
@@ -48,15 +49,15 @@ def values(families):
 
 
 def read(service, accept=""):
-    body, _ = exposition(service, accept)
+    body, _ = exposition(lambda: service_families(service), accept)
     parse = openmetrics_families if accept else text_families
     return values(parse(body.decode()))
 
 
 @pytest.mark.parametrize("accept", ["", OPENMETRICS])
 def test_the_parsers_read_every_sample(service, accept):
-    service.metrics.requests.answered("GET", '/a"b\\{c}', 200, 0.01)
-    service.metrics.builds.ended("succeeded", {"boundary": 0.5, "total": 1.0})
+    service.metrics.requests.count_answer("GET", '/a"b\\{c}', 200, 0.01)
+    service.metrics.builds.count_build("succeeded", {"boundary": 0.5, "total": 1.0})
     asyncio.run(service.readiness.report())
     found = read(service, accept)
     labels = (("method", "GET"), ("route", '/a"b\\{c}'), ("status", "200"))
@@ -73,8 +74,8 @@ def test_the_parsers_read_every_sample(service, accept):
 
 
 def test_both_formats_say_the_same(service):
-    service.metrics.builds.ended("build-timeout", {"total": 120.0})
-    service.metrics.requests.answered("GET", "/", 200, 0.01)
+    service.metrics.builds.count_build("build-timeout", {"total": 120.0})
+    service.metrics.requests.count_answer("GET", "/", 200, 0.01)
     changing = ("process_", "gamut_worker_")
 
     def steady(found):
@@ -93,12 +94,12 @@ def test_both_formats_say_the_same(service):
     ],
 )
 def test_the_format_is_the_one_that_is_asked_for(service, accept, media_type):
-    assert exposition(service, accept)[1].startswith(f"{media_type};")
+    assert exposition(lambda: service_families(service), accept)[1].startswith(f"{media_type};")
 
 
 def test_a_histogram_counts_what_its_last_bucket_does(service):
     for seconds in (0.0001, 0.03, 0.03, 99.0):
-        service.metrics.requests.answered("GET", "/x", 200, seconds)
+        service.metrics.requests.count_answer("GET", "/x", 200, seconds)
     found = read(service, OPENMETRICS)
     route = ("route", "/x")
     buckets = {
@@ -143,7 +144,7 @@ def test_the_caches_and_the_store_tell_what_happened(service, built):
     one, other = (gamut.id for gamut in built)
 
     async def asked():
-        wanted = Wanted(100)
+        wanted = LevelRequest(100)
         for name in (one, one, one, other):
             await service.meshes.mesh(name, wanted, "ply")
 
@@ -163,9 +164,9 @@ def test_searches_for_levels_that_keep_limits_are_told_of(service, built):
     publish(service, built)
 
     async def asked():
-        wanted = [Wanted(max_error=error, max_mismatch=0.02) for error in (0.7, 0.6, 0.5)]
+        wanted = [LevelRequest(max_error=error, max_mismatch=0.02) for error in (0.7, 0.6, 0.5)]
         name = built[0].id
-        await service.meshes.mesh(name, Wanted(100), "ply")
+        await service.meshes.mesh(name, LevelRequest(100), "ply")
         meshes = [asyncio.create_task(service.meshes.mesh(name, one, "ply")) for one in wanted]
         most = 0
         while not all(mesh.done() for mesh in meshes):
@@ -191,12 +192,12 @@ def test_counting_and_reading_at_the_same_time(service):
 
     async def scenario():
         reading = asyncio.get_running_loop().run_in_executor(
-            None, lambda: [exposition(service, "") for _ in range(5)]
+            None, lambda: [exposition(lambda: service_families(service), "") for _ in range(5)]
         )
         number = 0
         while not reading.done():
             for _ in range(200):
-                service.metrics.requests.answered("GET", f"/{number % 100}", 200, 0.01)
+                service.metrics.requests.count_answer("GET", f"/{number % 100}", 200, 0.01)
                 number += 1
             await asyncio.sleep(0)
         await reading
@@ -206,7 +207,7 @@ def test_counting_and_reading_at_the_same_time(service):
 
 def test_a_worker_elsewhere_serves_its_builds():
     figures = BuildFigures()
-    figures.ended("succeeded", {"boundary": 0.5, "total": 1.0})
+    figures.count_build("succeeded", {"boundary": 0.5, "total": 1.0})
     port, stop = serve_build_figures(figures, "127.0.0.1", 0)
     try:
         address = f"http://127.0.0.1:{port}/metrics"
@@ -214,7 +215,7 @@ def test_a_worker_elsewhere_serves_its_builds():
         for _ in range(2):
             with urllib.request.urlopen(address, timeout=10) as answer:
                 found.append(values(text_families(answer.read().decode())))
-            figures.ended("cancelled", {"total": 2.0})
+            figures.count_build("cancelled", {"total": 2.0})
     finally:
         stop()
     assert found[0]["gamut_builds_total", (("outcome", "succeeded"),)] == 1

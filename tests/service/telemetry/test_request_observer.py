@@ -19,8 +19,8 @@ from service.telemetry.request_observer import (
     KNOWN_PARAMETERS,
     UNMATCHED,
     MatchedRoute,
-    Observed,
     Refusals,
+    RequestObserver,
 )
 
 
@@ -31,7 +31,7 @@ def request(app, figures, *, access_log=False, query=b"", path="/x", **scope):
     async def send(message):
         sent.append(message)
 
-    layer = Observed(app, figures, access_log=access_log, traces=None)
+    layer = RequestObserver(app, figures, access_log=access_log, traces=None)
     whole = {"type": "http", "method": "GET", "path": path, "query_string": query, **scope}
     asyncio.run(layer({"headers": [], "client": ("192.0.2.1", 5), **whole}, None, send))
     return sent
@@ -100,7 +100,9 @@ class TestFigures:
             seen.append(scope["type"])
 
         asyncio.run(
-            Observed(app, figures, access_log=True, traces=None)({"type": "lifespan"}, None, None)
+            RequestObserver(app, figures, access_log=True, traces=None)(
+                {"type": "lifespan"}, None, None
+            )
         )
         assert seen == ["lifespan"]
         assert figures.counts == {}

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gamutcore.colours.device.cube_surface import (
-    MAX_SURFACE_SAMPLES,
+    SURFACE_SAMPLES,
     cube_surface,
     cube_surface_count,
     surface_steps,
@@ -49,7 +49,7 @@ def test_a_face_of_cmyk_is_a_full_grid():
     }
 
 
-@given(st.integers(1, 15), st.integers(8, MAX_SURFACE_SAMPLES))
+@given(st.integers(1, 15), st.integers(8, SURFACE_SAMPLES.most))
 def test_as_many_steps_as_fit(channels, wanted):
     steps = surface_steps(channels, wanted)
     assert steps >= 2
@@ -62,7 +62,7 @@ def test_the_default_of_100000_points():
     assert cube_surface_count(4, surface_steps(4, 100_000)) == 97_288
 
 
-@pytest.mark.parametrize("wanted", [-1, 0, 7, MAX_SURFACE_SAMPLES + 1])
+@pytest.mark.parametrize("wanted", [-1, 0, 7, SURFACE_SAMPLES.most + 1])
 def test_a_number_out_of_range_is_refused(wanted):
     with pytest.raises(OptionError) as caught:
         surface_steps(3, wanted)

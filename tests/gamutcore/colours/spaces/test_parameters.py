@@ -62,12 +62,12 @@ def test_a_white_is_kept_with_y_of_one():
         *[
             ("CIELAB", "reference_white", value)
             for value in (
-                "D51", "d50", "", 50, [1, 1], [1, 0, 1], [0, 1, 1], [1, 1, -1], [1, 1, "1"],
+                "D51", "D5 0 0", "", 50, [1, 1], [1, 0, 1], [0, 1, 1], [1, 1, -1], [1, 1, "1"],
                 [1, 1, float("inf")], [1e300, 1e-300, 1], {"X": 1}, True, [9, 1, 1],
                     [3, 1, 0.2], [0.2, 1, 3],
             )
         ],
-        *[("CIELAB", "adaptation", value) for value in ("bradford", "", 1, ["CAT02"])],
+        *[("CIELAB", "adaptation", value) for value in ("brad", "", 1, ["CAT02"])],
         *[("CIELAB", "scale", value) for value in (0, -1, 1e7, "1", float("inf"), True)],
     ],
 )  # fmt: skip

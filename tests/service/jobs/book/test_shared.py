@@ -40,7 +40,7 @@ def test_of_many_who_ask_at_the_same_time_one_wins(shared_blobs):
             (claim,) = [claim for claim in claims if claim is not None]
             assert claim.document.token == claim.document.attempts == attempt
             claim = books[0].heartbeat(claim, "metric", 0.5)
-            books[1].crashed(claim, PROBLEM)
+            books[1].record_crash(claim, PROBLEM)
         claim = books[0].claim(JOB, "x", LEASE)
         ends = [
             lambda: books[0].finish(claim, "succeeded"),

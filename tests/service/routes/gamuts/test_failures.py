@@ -103,11 +103,11 @@ def test_what_keeps_a_damaged_gamut_from_being_built_again_is_said_and_documente
     gamut = server.client.post("/v1/gamuts", json={"samples": sphere()}).json()
     (history,) = server.data.rglob(f"published/*/{gamut['id']}*.gamut")
     history.unlink()
-    at_once = {"Prefer": "respond-async"}
-    running = server.client.post("/v1/gamuts", **slow_build(100_000), headers=at_once)
+    find_ready = {"Prefer": "respond-async"}
+    running = server.client.post("/v1/gamuts", **slow_build(100_000), headers=find_ready)
     address = running.headers["location"]
     server.wait_for(lambda: server.client.get(address).json()["state"] == "running")
-    waiting = server.client.post("/v1/gamuts", json={"samples": sphere(1)}, headers=at_once)
+    waiting = server.client.post("/v1/gamuts", json={"samples": sphere(1)}, headers=find_ready)
     assert waiting.status_code == 202
     answer = server.client.get(gamut["links"]["self"])
     assert_problem(answer, 429, "queue-full")

@@ -1,0 +1,450 @@
+"""Types of option values and declarations of options, as plain data.
+
+An algorithm declares the type of its parameter next to its code, such as
+``SUBDIVISIONS = WholeNumber(0, 7)``, and checks an argument with `check_option`.
+`gamutcore.options` uses the same types in its declarations, so each bound is written once. A
+request model or a table can be generated from a declaration.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TYPE_CHECKING, TypeAlias
+
+from gamutcore.errors import OptionError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+__all__ = [
+    "DATA_KINDS",
+    "Choice",
+    "Number",
+    "Option",
+    "OptionType",
+    "Text",
+    "Vector",
+    "WholeNumber",
+    "WholeNumbers",
+    "accepted_values",
+    "check_option",
+    "finite_number",
+    "near_match",
+    "option_table",
+]
+
+LIKENESS = 0.6
+"""Smallest ratio of `difflib` at which a misspelled name is answered with a suggestion."""
+
+
+def finite_number(value: object) -> float | None:
+    """Return a number as a finite float.
+
+    Parameters
+    ----------
+    value : object
+
+    Returns
+    -------
+    float or None
+        Never -0.0. None for anything that is not a finite number, including booleans and text.
+
+    Examples
+    --------
+    >>> finite_number(7), finite_number("7"), finite_number(float("inf"))
+    (7.0, None, None)
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    try:
+        number = float(value)
+    except OverflowError:
+        return None
+    return number + 0.0 if math.isfinite(number) else None
+
+
+def near_match(name: str, names: Iterable[str]) -> str | None:
+    """Return the name that a misspelled one most resembles.
+
+    Parameters
+    ----------
+    name : str
+    names : iterable of str
+
+    Returns
+    -------
+    str or None
+        None if no name is similar.
+
+    Examples
+    --------
+    >>> near_match("CIELABB", ["CIELAB", "CIELUV", "Oklab"])
+    'CIELAB'
+    """
+    by_fold = {_fold(each): each for each in names}
+    found = difflib.get_close_matches(_fold(name[:60]), by_fold, n=1, cutoff=LIKENESS)
+    return by_fold[found[0]] if found else None
+
+
+def _fold(text: str) -> str:
+    """Letters and digits of a name in lower case: ``CIE L*a*b*`` and ``cielab`` are the same."""
+    return re.sub(r"[^a-z0-9]", "", text.lower())
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One of some names, or of some whole numbers.
+
+    Names are matched without regard to letter case, spaces and punctuation.
+
+    Attributes
+    ----------
+    values : tuple of str, or tuple of int
+    aliases : mapping of str to str
+        Further spellings, in lower-case letters and digits, with the value that each stands for.
+
+    Examples
+    --------
+    >>> Choice(("CIELAB", "Oklab"), {"lab": "CIELAB"}).canonical("L*a*b*")
+    'CIELAB'
+    """
+
+    values: tuple[str, ...] | tuple[int, ...]
+    aliases: Mapping[str, str] = field(default_factory=dict, hash=False)
+
+    @property
+    def accepted(self) -> str:
+        """What is accepted, as it follows "Give" in a message."""
+        shown = [repr(value) if len(self.values) == 1 else str(value) for value in self.values]
+        return shown[0] if len(shown) == 1 else f"one of {', '.join(shown)}"
+
+    def canonical(self, value: object) -> str | int | None:
+        """Return the value that is meant, or None."""
+        if isinstance(value, str):
+            folds = {_fold(each): each for each in self.values if isinstance(each, str)}
+            return {**self.aliases, **folds}.get(_fold(value))
+        number = finite_number(value)
+        return next((each for each in self.values if each == number), None)
+
+
+@dataclass(frozen=True)
+class Number:
+    """A finite number within bounds.
+
+    Attributes
+    ----------
+    least, most : float
+    above_least, below_most : bool
+        Whether the bound itself is excluded.
+    unit : str
+        Unit for messages and tables; empty for a pure number.
+
+    Examples
+    --------
+    >>> Number(0, 1, above_least=True).accepted
+    'a number above 0, at most 1'
+    """
+
+    least: float
+    most: float
+    above_least: bool = False
+    below_most: bool = False
+    unit: str = ""
+
+    @property
+    def accepted(self) -> str:
+        """What is accepted, as it follows "Give" in a message."""
+        least, most = (f"{bound:.10g}" for bound in (self.least, self.most))
+        if self.above_least:
+            bounds = (
+                f"above {least} and below {most}"
+                if self.below_most
+                else (f"above {least}, at most {most}")
+            )
+        else:
+            bounds = f"from {least} to {most}"
+        return f"a number {bounds}" + (f", in {self.unit}" if self.unit else "")
+
+    def canonical(self, value: object) -> float | None:
+        """Return the number as a float, or None."""
+        number = finite_number(value)
+        if number is None or not self.least <= number <= self.most:
+            return None
+        excluded = (self.above_least and number == self.least) or (
+            self.below_most and number == self.most
+        )
+        return None if excluded else number
+
+
+@dataclass(frozen=True)
+class WholeNumber:
+    """A whole number from `least` to `most`. Booleans and floats are refused."""
+
+    least: int
+    most: int
+
+    @property
+    def accepted(self) -> str:
+        """What is accepted, as it follows "Give" in a message."""
+        return f"a whole number from {self.least} to {self.most}"
+
+    def canonical(self, value: object) -> int | None:
+        """Return the number, or None."""
+        if isinstance(value, bool) or not isinstance(value, int):
+            return None
+        return value if self.least <= value <= self.most else None
+
+
+@dataclass(frozen=True)
+class WholeNumbers:
+    """A fixed number of whole numbers, each with its own bounds.
+
+    Attributes
+    ----------
+    parts : tuple of WholeNumber
+    meaning : str
+        The numbers in words, such as ``"polar and azimuth segments"``.
+    """
+
+    parts: tuple[WholeNumber, ...]
+    meaning: str
+
+    @property
+    def accepted(self) -> str:
+        """What is accepted, as it follows "Give" in a message."""
+        least, most = ([getattr(part, end) for part in self.parts] for end in ("least", "most"))
+        return f"{len(self.parts)} whole numbers ({self.meaning}), from {least} to {most}"
+
+    def canonical(self, value: object) -> tuple[int, ...] | None:
+        """Return the numbers as a tuple, or None."""
+        if not isinstance(value, list | tuple) or len(value) != len(self.parts):
+            return None
+        numbers = [part.canonical(each) for part, each in zip(self.parts, value, strict=True)]
+        found = tuple(number for number in numbers if number is not None)
+        return found if len(found) == len(self.parts) else None
+
+
+@dataclass(frozen=True)
+class Vector:
+    """Three finite numbers.
+
+    Attributes
+    ----------
+    accepted : str
+        What is accepted, as it follows "Give" in a message.
+    normalise : callable, optional
+        From three floats to their canonical form, or None where they are not accepted.
+    """
+
+    accepted: str = "three finite numbers"
+    normalise: Callable[[float, float, float], tuple[float, float, float] | None] | None = None
+
+    def canonical(self, value: object) -> tuple[float, float, float] | None:
+        """Return the numbers as a tuple of floats, or None."""
+        if not isinstance(value, list | tuple) or len(value) != 3:
+            return None
+        first, second, third = (finite_number(part) for part in value)
+        if first is None or second is None or third is None:
+            return None
+        return self.normalise(first, second, third) if self.normalise else (first, second, third)
+
+
+@dataclass(frozen=True)
+class Text:
+    """Printable text of 1 to `longest` characters.
+
+    Attributes
+    ----------
+    longest : int
+    accepted : str
+        What is accepted, as it follows "Give" in a message.
+    normalise : callable
+        From the text to its canonical form.
+    """
+
+    longest: int
+    accepted: str
+    normalise: Callable[[str], str]
+
+    def canonical(self, value: object) -> str | None:
+        """Return the canonical form of the text, or None."""
+        if not isinstance(value, str) or not value.strip() or not value.isprintable():
+            return None
+        return self.normalise(value) if len(value) <= self.longest else None
+
+
+OptionType: TypeAlias = Choice | Number | WholeNumber | WholeNumbers | Vector | Text
+"""Any of the types above. An option may accept several of them."""
+
+
+def accepted_values(types: Iterable[OptionType]) -> str:
+    """Describe the values that some types accept.
+
+    Parameters
+    ----------
+    types : iterable of OptionType
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> accepted_values((Choice(("auto",)), Vector()))
+    "'auto' or three finite numbers"
+    """
+    return " or ".join(each.accepted for each in types)
+
+
+DATA_KINDS: Mapping[str, str] = MappingProxyType(
+    {
+        "profile": "the data is an ICC profile",
+        "measurements": "the data is measured device values",
+        "colours": "the data is colours without device values",
+        "picture": "the data is a picture",
+        "mesh": "the data is a boundary already, and nothing is wrapped",
+    }
+)
+"""Kinds of characterisation data, with the reason why an option may not apply to each."""
+
+
+@dataclass(frozen=True)
+class Option:
+    """The declaration of one option.
+
+    Attributes
+    ----------
+    name : str
+    types : tuple of OptionType
+        A value must be of one of them.
+    default : object
+        None if the option has no default, or if the default depends on `selector`.
+    description : str
+        In plain sentences, for people.
+    data : tuple of str
+        The keys of `DATA_KINDS` that the option applies to.
+    selector : str
+        ``"boundary"`` or ``"space"`` if only some boundaries or spaces have the option; else empty.
+    defaults : mapping of str to object
+        The defaults for the values of `selector` that have the option.
+    unless_given : str
+        What happens without a value, for an option without a default.
+    is_universal : bool
+        Whether all values of `selector` have the option.
+    common : bool
+        Whether a newcomer needs to know the option.
+    """
+
+    name: str
+    types: tuple[OptionType, ...]
+    default: object
+    description: str
+    data: tuple[str, ...] = tuple(DATA_KINDS)
+    selector: str = ""
+    defaults: Mapping[str, object] = field(default_factory=dict)
+    unless_given: str = ""
+    is_universal: bool = True
+    common: bool = False
+
+    @property
+    def accepted(self) -> str:
+        """The accepted values in words."""
+        return accepted_values(self.types)
+
+    @property
+    def default_text(self) -> str:
+        """The default in words, in Markdown: ``"0.2 for `modified-convex-hull`, 0.05 for `usv`"``.
+
+        Empty for an option that is unset by default, whose `unless_given` says what that means.
+        """
+        if not self.selector:
+            return "" if self.default is None else _shown(self.default)
+        users: dict[str, list[str]] = {}
+        for user, default in self.defaults.items():
+            users.setdefault(_shown(default), []).append(f"`{user}`")
+        if len(users) == 1 and self.is_universal:
+            return next(iter(users))
+        return "; ".join(f"{default} for {', '.join(names)}" for default, names in users.items())
+
+    @property
+    def documentation(self) -> str:
+        """The description with the default and the data that the option applies to."""
+        parts = [self.description]
+        if self.selector and self.default_text:
+            parts.append(f"Default: {self.default_text}.")
+        if self.unless_given:
+            parts.append(self.unless_given)
+        if len(self.data) < len(DATA_KINDS):
+            parts.append(f"Applies to: {', '.join(self.data)}.")
+        return " ".join(parts)
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:.3g}"
+    if isinstance(value, tuple):
+        return str(list(value))
+    return f"`{value}`" if isinstance(value, str) else str(value)
+
+
+def check_option(name: str, value: object, *types: OptionType) -> object:
+    """Return the canonical form of an option's value.
+
+    Parameters
+    ----------
+    name : str
+        Name of the option, for the error.
+    value : object
+    *types : OptionType
+        The value must be of one of these types.
+
+    Returns
+    -------
+    object
+        Of the first type that accepts the value.
+
+    Raises
+    ------
+    OptionError
+        No type accepts the value; ``where["field"]`` is the option's name.
+
+    Examples
+    --------
+    >>> check_option("surround", "Dim", Choice(("average", "dim", "dark")))
+    'dim'
+    """
+    for each in types:
+        canonical = each.canonical(value)
+        if canonical is not None:
+            return canonical
+    names = [str(choice) for each in types if isinstance(each, Choice) for choice in each.values]
+    meant = near_match(value, names) if isinstance(value, str) else None
+    error = OptionError.refusal(name, value, accepted_values(types))
+    if meant is not None:
+        error.remedy += f" Did you mean {meant!r}?"
+    raise error
+
+
+def option_table(options: Iterable[Option]) -> str:
+    """Return a Markdown table of options for the documents.
+
+    Parameters
+    ----------
+    options : iterable of Option
+
+    Returns
+    -------
+    str
+        One row for each option: name, accepted values, default, description.
+    """
+    lines = ["| option | values | default | meaning |", "|---|---|---|---|"]
+    for option in options:
+        default = option.default_text or option.unless_given.removeprefix("Unless given: ")
+        cells = (f"`{option.name}`", option.accepted, default.rstrip("."), option.description)
+        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,98 @@
+"""The compiled kernels of an installation, as a running service prepares them.
+
+A service is ready when the default group is compiled and loaded. The optional group then compiles
+in the background; a build that needs it waits for it. An image and ``make install`` compile both
+beforehand. Compilation runs in processes of its own, because it needs hundreds of megabytes.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from typing import TYPE_CHECKING, Literal
+
+from gamutcore.kernels.installation import (
+    GROUPS,
+    compile_command,
+    is_compiled,
+    load_kernels,
+    stamps_can_be_kept,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+__all__ = ["GroupState", "Kernels"]
+
+logger = logging.getLogger(__name__)
+
+GroupState = Literal["unknown", "compiling", "compiled", "on first use"]
+
+
+class Kernels:
+    """The state of the kernels, and their preparation.
+
+    Attributes
+    ----------
+    loaded : bool
+        Whether this process has loaded the compiled kernels.
+    states : mapping of str to GroupState
+        State of each group. "on first use": nothing can be written beside the package, so each
+        process compiles what it needs.
+    """
+
+    def __init__(self) -> None:
+        self.loaded = False
+        self._states: dict[str, GroupState] = dict.fromkeys(GROUPS, "unknown")
+
+    @property
+    def states(self) -> Mapping[str, GroupState]:
+        """State of each group."""
+        return self._states
+
+    @property
+    def compiling(self) -> list[str]:
+        """Names of the groups that are being compiled."""
+        return [group for group, state in self._states.items() if state == "compiling"]
+
+    async def prepare(self) -> None:
+        """Compile the default group and load it, then compile the rest."""
+        first, *rest = GROUPS
+        await self._compile(first)
+        await asyncio.to_thread(load_kernels)
+        self.loaded = True
+        logger.info("ready")
+        for group in rest:
+            await self._compile(group)
+
+    async def _compile(self, group: str) -> None:
+        if await asyncio.to_thread(is_compiled, group):
+            self._states[group] = "compiled"
+            return
+        if not stamps_can_be_kept():
+            logger.warning(
+                "the %s kernels cannot be kept, and every process compiles them on first use:"
+                " make the package's directory writable once, or set NUMBA_CACHE_DIR",
+                group,
+            )
+            self._states[group] = "on first use"
+            return
+        self._states[group] = "compiling"
+        logger.info("compiling the %s kernels for this processor", group)
+        clock = time.monotonic()
+        process = await asyncio.create_subprocess_exec(
+            *compile_command(group), stdin=asyncio.subprocess.PIPE
+        )
+        try:
+            status = await process.wait()
+        except asyncio.CancelledError:
+            process.kill()
+            await process.wait()
+            raise
+        if status:
+            logger.error("the %s kernels were not compiled: exit status %d", group, status)
+            self._states[group] = "on first use"
+            return
+        self._states[group] = "compiled"
+        logger.info("compiled the %s kernels in %.0f s", group, time.monotonic() - clock)

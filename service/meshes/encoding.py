@@ -1,0 +1,141 @@
+"""Encoded meshes: a level of a gamut as the bytes and header fields of a response.
+
+A level in one format and one content coding is immutable. `MeshKey` names it, and `encode_mesh`
+makes it. The module holds no state; `service.meshes.meshes` caches its results.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+from gamutcore.export import FORMATS, mesh_file
+from gamutcore.metric.level_search import Bounds
+from service.http.compression import IDENTITY, compress
+from service.http.conditional import IMMUTABLE, entity_tag, matches
+from service.telemetry.server_timing import timed
+
+if TYPE_CHECKING:
+    from service.meshes.library import OpenGamut
+
+__all__ = ["MEDIA_TYPES", "SUFFIXES", "EncodedMesh", "MeshKey", "encode_mesh"]
+
+MEDIA_TYPES = {mesh_format.media_type: name for name, mesh_format in FORMATS.items()}
+"""Format names by media type, the preferred one first."""
+
+SUFFIXES = {mesh_format.suffix.removeprefix("."): name for name, mesh_format in FORMATS.items()}
+"""Format names by file name suffix, without the dot."""
+
+
+class MeshKey(NamedTuple):
+    """Identity of an encoded mesh: gamut, level, format and content coding."""
+
+    gamut_id: str
+    triangles: int
+    format_name: str
+    coding: str = IDENTITY
+
+
+@dataclass(frozen=True)
+class EncodedMesh:
+    """The representation of a mesh in a response.
+
+    Attributes
+    ----------
+    body : bytes
+        The file.
+    etag : str
+        Strong entity tag: the digest of the body.
+    headers : list of pairs of bytes
+        Header fields of a 200 response.
+    """
+
+    body: bytes = field(repr=False)
+    etag: str
+    headers: list[tuple[bytes, bytes]] = field(repr=False)
+
+    @classmethod
+    def of(cls, body: bytes, media_type: str, triangles: int, vertices: int) -> EncodedMesh:
+        """Return the encoded mesh of a file with its counts."""
+        etag = entity_tag(body)
+        fields = {
+            "content-type": media_type,
+            "content-length": str(len(body)),
+            "gamut-triangles": str(triangles),
+            "gamut-vertices": str(vertices),
+            "etag": etag,
+            "cache-control": IMMUTABLE,
+            "vary": "Accept, Accept-Encoding",
+        }
+        return cls(body, etag, [(name.encode(), value.encode()) for name, value in fields.items()])
+
+    def with_bounds(self, bounds: Bounds) -> EncodedMesh:
+        """Return the mesh with other error bounds. Content and entity tag stay the same."""
+        own = {
+            b"gamut-max-error": b"%g" % bounds.distance,
+            b"gamut-max-mismatch": b"%g" % bounds.mismatch,
+        }
+        headers = [item for item in self.headers if item[0] not in own]
+        return EncodedMesh(self.body, self.etag, [*headers, *own.items()])
+
+    def in_coding(self, coding: str) -> EncodedMesh:
+        """Return the mesh in a content coding, which has an entity tag of its own."""
+        body = compress(self.body, coding)
+        etag = entity_tag(body)
+        own = {b"content-length": str(len(body)).encode(), b"etag": etag.encode()}
+        headers = [(name, own.get(name, value)) for name, value in self.headers]
+        return EncodedMesh(body, etag, [*headers, (b"content-encoding", coding.encode())])
+
+    def response(self, if_none_match: str | None) -> tuple[int, list[tuple[bytes, bytes]], bytes]:
+        """Return status, header fields and content: 304 if the client has the mesh already."""
+        if if_none_match is not None and matches(if_none_match, self.etag):
+            kept = [item for item in self.headers if not item[0].startswith(b"content-")]
+            return 304, kept, b""
+        return 200, self.headers, self.body
+
+
+def encode_mesh(
+    opened: OpenGamut, key: MeshKey, plain: EncodedMesh | None = None
+) -> dict[MeshKey, EncodedMesh]:
+    """Encode a level, and compress it if the key has a content coding.
+
+    Parameters
+    ----------
+    opened : OpenGamut
+        The gamut, with the level unpacked.
+    key : MeshKey
+        What to make.
+    plain : EncodedMesh, optional
+        The mesh without a content coding, if it is known.
+
+    Returns
+    -------
+    dict
+        The mesh under `key`, and every mesh that was made on the way.
+    """
+    made: dict[MeshKey, EncodedMesh] = {}
+    if plain is None:
+        with timed("encode"):
+            plain = _encode_level(opened, key)
+        made[key._replace(coding=IDENTITY)] = plain
+    if key.coding != IDENTITY:
+        with timed("compress"):
+            made[key] = plain.in_coding(key.coding)
+    return made
+
+
+def _encode_level(opened: OpenGamut, key: MeshKey) -> EncodedMesh:
+    level = opened.gamut.level(key.triangles)
+    body = mesh_file(level, key.format_name, opened.provenance, opened.space)
+    media_type = FORMATS[key.format_name].media_type
+    mesh = EncodedMesh.of(body, media_type, len(level.faces), len(level.vertices))
+    bounds = _described_bounds(opened, len(level.faces))
+    return mesh if bounds is None else mesh.with_bounds(bounds)
+
+
+def _described_bounds(opened: OpenGamut, triangles: int) -> Bounds | None:
+    """Return the error bounds of a level of the error curve; None for a level between those."""
+    for level in opened.gamut.description["levels"]:
+        if level["triangles"] == triangles and {"distance_bound", "mismatch_bound"} <= set(level):
+            return Bounds(level["distance_bound"], level["mismatch_bound"])
+    return None

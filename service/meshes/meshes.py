@@ -1,0 +1,133 @@
+"""Meshes of a library's gamuts: level, encoding and cache.
+
+`Meshes.mesh` reads in one direction: open the gamut, find the level, encode it, keep it. Small
+levels that are unpacked are encoded on the event loop in about a millisecond. All others are
+encoded in a thread.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from service.caching.byte_bounded_cache import ByteBoundedCache
+from service.caching.single_flight import SingleFlight
+from service.http.compression import IDENTITY
+from service.meshes.encoding import EncodedMesh, MeshKey, encode_mesh
+from service.meshes.level_search import LevelRequest, LevelSearches
+
+if TYPE_CHECKING:
+    from service.meshes.library import Library, OpenGamut
+
+__all__ = ["Meshes"]
+
+_INLINE_TRIANGLES = {"glb": 4000, "gltf": 1000, "ply": 4000, "stl": 4000}
+"""Largest levels that are read and encoded in about a millisecond, which the event loop can
+spare. Formats that are not listed are always encoded in a thread."""
+
+_ENTRY_BYTES = 1024
+"""Approximate memory of a cache entry besides the content: key, header fields, bookkeeping."""
+
+
+class Meshes:
+    """The encoded meshes of a library's gamuts.
+
+    Parameters
+    ----------
+    library : Library
+        The open gamuts.
+    capacity : int
+        Bytes of memory for encoded meshes.
+
+    Attributes
+    ----------
+    cache : ByteBoundedCache
+        The meshes in memory.
+    levels : LevelSearches
+        The levels that were found for limits.
+    """
+
+    def __init__(self, library: Library, capacity: int) -> None:
+        self._library = library
+        self.cache: ByteBoundedCache[MeshKey, EncodedMesh] = ByteBoundedCache(capacity)
+        self.levels = LevelSearches(library)
+        self._encoding: SingleFlight[MeshKey, EncodedMesh] = SingleFlight()
+
+    def find_ready(
+        self, gamut_id: str, request: LevelRequest, format_name: str, coding: str = IDENTITY
+    ) -> EncodedMesh | None:
+        """Return a mesh that is cached or takes at most about a millisecond to encode.
+
+        Parameters
+        ----------
+        gamut_id : str
+            The gamut.
+        request : LevelRequest
+            The level.
+        format_name : str
+            A key of `gamutcore.export.FORMATS`.
+        coding : str
+            One of `CODINGS`, or `IDENTITY`.
+
+        Returns
+        -------
+        EncodedMesh or None
+            None if the gamut is not open, the level is not unpacked or not found yet, the mesh is
+            large, or there is no such level.
+        """
+        opened = self._library.find_open(gamut_id)
+        largest = None if opened is None else opened.gamut.history.triangles
+        level = self.levels.find_known(gamut_id, request, largest)
+        if level is None:
+            return None
+        key = MeshKey(gamut_id, level[0], format_name, coding)
+        mesh = self.cache.get(key)
+        if mesh is None:
+            small = key.triangles <= _INLINE_TRIANGLES.get(format_name, 0)
+            if opened is None or not small or not opened.gamut.history.is_unpacked(key.triangles):
+                return None
+            made = encode_mesh(opened, key, self.cache.get(key._replace(coding=IDENTITY)))
+            self._keep(made)
+            mesh = made[key]
+        return mesh if level[1] is None else mesh.with_bounds(level[1])
+
+    async def mesh(
+        self, gamut_id: str, request: LevelRequest, format_name: str, coding: str = IDENTITY
+    ) -> EncodedMesh:
+        """Return a mesh; parameters as for `find_ready`.
+
+        Raises
+        ------
+        GamutNotStoredError
+            There is no such gamut, or it is damaged.
+        TriangleCountError
+            The gamut has no such level.
+        """
+        ready = self.find_ready(gamut_id, request, format_name, coding)
+        if ready is not None:
+            return ready
+        opened = await self._library.gamut(gamut_id)
+        triangles, bounds = await self.levels.find(opened, request)
+        key = MeshKey(gamut_id, triangles, format_name, coding)
+        mesh = self.cache.get(key)
+        if mesh is None:
+            mesh = await self._encoding.value(key, lambda: self._encode(opened, key))
+        return mesh if bounds is None else mesh.with_bounds(bounds)
+
+    def discard_gamut(self, gamut_id: str) -> None:
+        """Forget all meshes and levels of a gamut."""
+        self.cache.discard_where(lambda key: key.gamut_id == gamut_id)
+        self.levels.discard(gamut_id)
+
+    async def _encode(self, opened: OpenGamut, key: MeshKey) -> EncodedMesh:
+        plain = self.cache.get(key._replace(coding=IDENTITY))
+        made = await self._library.with_level(
+            opened, key.triangles, encode_mesh, opened, key, plain
+        )
+        # A gamut that was deleted meanwhile leaves nothing in memory.
+        if self._library.find_open(key.gamut_id) is opened:
+            self._keep(made)
+        return made[key]
+
+    def _keep(self, made: dict[MeshKey, EncodedMesh]) -> None:
+        for key, mesh in made.items():
+            self.cache.put(key, mesh, len(mesh.body) + _ENTRY_BYTES)

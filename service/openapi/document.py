@@ -1,0 +1,70 @@
+"""Assembly of the OpenAPI document from the routes and models.
+
+FastAPI generates the operations. This module adds the models that only bodies and examples refer
+to, and the security schemes.
+"""
+
+from typing import Any
+
+from fastapi import FastAPI
+from fastapi.openapi.utils import get_openapi
+
+from gamutcore.version import __version__
+from service.openapi import models, request_models
+from service.openapi.documentation import SECURITY, SECURITY_SCHEMES
+
+__all__ = ["APP_METADATA", "openapi_document"]
+
+APP_METADATA: dict[str, Any] = {
+    "title": "Gamut boundary service",
+    "summary": "Gamut boundaries at any triangle count.",
+    "description": """\
+Send the measurements or the ICC profile of a device, and get the surface of its gamut with any
+number of triangles.
+
+Post the data to `/v1/gamuts`, then download any level from `/v1/gamuts/{id}/mesh`. The id of a
+gamut is a digest of its data and options, so its levels and its history are immutable. Every error
+is a problem document (RFC 9457); [/problems](/problems) explains the codes. Every answer carries
+the id of its request in `X-Request-Id` and its timing in `Server-Timing`.
+""",
+    "version": __version__,
+    "license_info": {"name": "Apache-2.0", "identifier": "Apache-2.0"},
+    "openapi_tags": [
+        {"name": "gamuts", "description": "Built once, stored under a digest of data and options."},
+        {"name": "meshes", "description": "Any level of a gamut, in glTF, PLY, STL or OBJ."},
+        {"name": "jobs", "description": "Builds that take longer than the client waits."},
+        {"name": "state", "description": "Liveness, readiness and metrics."},
+    ],
+}
+
+_BODY_MODELS = (
+    request_models.MultipartSubmission,
+    request_models.InlineSamples,
+    models.ProblemDocument,
+)
+"""Models that no parameter or response of FastAPI refers to."""
+
+
+def openapi_document(app: FastAPI) -> dict[str, Any]:
+    """Return the OpenAPI document of an app."""
+    document = get_openapi(
+        title=app.title,
+        summary=app.summary,
+        description=app.description,
+        version=app.version,
+        license_info=app.license_info,
+        tags=app.openapi_tags,
+        routes=app.routes,
+    )
+    schemas = document["components"]["schemas"]
+    for model in _BODY_MODELS:
+        schema = model.model_json_schema(ref_template="#/components/schemas/{model}")
+        schemas |= schema.pop("$defs", {})
+        schemas[model.__name__] = schema
+    document["components"]["schemas"] = dict(sorted(schemas.items()))
+    document["components"]["securitySchemes"] = SECURITY_SCHEMES
+    for path, operations in document["paths"].items():
+        if path.startswith("/v1/"):
+            for operation in operations.values():
+                operation["security"] = SECURITY
+    return document
