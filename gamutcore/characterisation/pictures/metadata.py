@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import re
 import struct
+import warnings
 import zlib
 from collections.abc import Iterator
 from typing import Any
@@ -202,8 +203,10 @@ def _exif_encoding(spec: Any, data: bytes) -> Encoding | None:  # noqa: ANN401 (
         return SRGB
     if space == _EXIF_UNCALIBRATED and spec.nchannels >= 3:
         try:
-            exif = Image.open(io.BytesIO(data)).getexif()
-            index = exif.get_ifd(ExifTags.IFD.Interop).get(1, "")
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                exif = Image.open(io.BytesIO(data)).getexif()
+                index = exif.get_ifd(ExifTags.IFD.Interop).get(1, "")
         except (OSError, SyntaxError, ValueError, TypeError, LookupError, struct.error):
             return None
         if str(index).startswith("R03"):
