@@ -42,7 +42,7 @@ async def live() -> Response:
     summary="Check that the service is ready",
     description="Ready once every build worker is warm and the kernels are loaded, and as long as "
     "the store can be written. Each probe says what it found: `failed` makes the service not "
-    "ready; `degraded` says what is wrong without sending requests elsewhere, such as a full "
+    "ready; `degraded` reports a fault that other replicas share, such as a full "
     "queue, or a worker that is started anew.",
     responses={
         200: json_response(
