@@ -76,9 +76,7 @@ DECIMAL_NUMBER = _of_form(
 
 _AN_ID = "an id, which is 64 hexadecimal digits in lower case"
 
-ID = _of_form(
-    ID_PATTERN, _AN_ID, "Give the `id` from the answer to POST /v1/gamuts or from a list."
-)
+ID = _of_form(ID_PATTERN, _AN_ID, "Give an `id` from POST /v1/gamuts or from a list.")
 """Annotation of the id of a gamut or job."""
 
 ID_OR_NOTHING = _of_form(
