@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.characterisation import IccProfile, Picture
-from gamutcore.characterisation.pictures.raster import CHANNELS
+from gamutcore.characterisation.pictures.raster import MODELS
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.device.cube_surface import SURFACE_SAMPLES
 from gamutcore.colours.device.ink_limits import InkLimits, LimitedCube, limited_cube
@@ -216,7 +216,7 @@ def _picture_points(
         colours.device,
         provenance,
         colours.as_measured,
-        () if colours.device is None else CHANNELS[picture.model],
+        () if colours.device is None else MODELS[picture.model],
         colours.own_values,
     )
 
