@@ -261,7 +261,7 @@ class Builds:
         trace: Mapping[str, str] | None,
     ) -> Record | JobDocument:
         """Return a gamut's record or its job. Without posted data, the input is stored already."""
-        # In this order: a build that ends between the two looks is found in the store.
+        # In this order, because a build that ends in between is then found in the store.
         document = self._engine.document(gamut_id)
         if document is not None:
             return document
