@@ -153,7 +153,7 @@ def refuse_other_space(declared: ColourSpace, requested: ColourSpace) -> None:
         if name == "space" or not _same(value, defaults[name])
     }
     raise OptionError(
-        f"{first} is {_text_of(wanted.get(first))}, but the file declares {_text_of(given[first])}.",
+        f"{first} is {_text_of(wanted.get(first))}, and {_text_of(given[first])} in the file.",
         where={"field": first},
         remedy="A mesh is a boundary in its own space only. Give "
         + ", ".join(f"{name} {_text_of(value)}" for name, value in needed.items())
