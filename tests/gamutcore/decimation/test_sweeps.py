@@ -9,9 +9,9 @@ from gamutcore.decimation.candidates import Grid
 from gamutcore.decimation.costs import cost_named
 from gamutcore.decimation.costs.dispatch import cost_state
 from gamutcore.decimation.costs.parameters import SWEPT_DOWN_TO
-from gamutcore.decimation.edge_collapse import COLLAPSES, LONGEST_LINK, new_loop
+from gamutcore.decimation.edge_collapse import COLLAPSES, new_loop
 from gamutcore.decimation.record import empty_record, extend_record
-from gamutcore.decimation.star import surface_of
+from gamutcore.decimation.star import LARGEST_LINK, surface_of
 from gamutcore.decimation.sweeps import begin_sweeps, collapse_in_sweeps
 from gamutcore.history import build_history
 from gamutcore.metric import mismatch
@@ -85,7 +85,7 @@ def swept(icosphere, workspace_for):
         begin_sweeps(state, surface, work, loop)
         assert (work.queue.heap_index == -1).all()
         while not collapse_in_sweeps(state, surface, grid, record, work, loop, wanted):
-            record, calls = extend_record(record, loop.counts[COLLAPSES], LONGEST_LINK), calls + 1
+            record, calls = extend_record(record, loop.counts[COLLAPSES], LARGEST_LINK), calls + 1
         assert (calls > 1) == (room is not None)
         return int(loop.counts[COLLAPSES]), surface, record
 

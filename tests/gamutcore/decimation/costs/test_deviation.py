@@ -14,7 +14,6 @@ from gamutcore.decimation.costs.deviation import (
 )
 from gamutcore.decimation.costs.sample_assignment import thin_samples
 from gamutcore.decimation.costs.samples import (
-    LARGEST_LINK,
     LARGEST_SHARE,
     SAMPLES,
     TOP,
@@ -25,6 +24,7 @@ from gamutcore.decimation.costs.samples import (
 )
 from gamutcore.decimation.costs.steps import step_towards_reference
 from gamutcore.decimation.star import (
+    LARGEST_LINK,
     keeps_star_shape,
     link_condition_holds,
     write_edge_link,

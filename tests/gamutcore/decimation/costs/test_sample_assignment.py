@@ -14,12 +14,12 @@ from gamutcore.decimation.costs.sample_assignment import (
     thin_samples,
 )
 from gamutcore.decimation.costs.samples import (
-    LARGEST_LINK,
     SAMPLES,
     empty_deviation,
     sample_capacity,
     take_samples,
 )
+from gamutcore.decimation.star import LARGEST_LINK
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import mismatch
 
