@@ -69,9 +69,22 @@ install: .venv/.installed ## install into .venv and compile the kernels that hav
 serve: .venv/.installed ## serve on http://127.0.0.1:8000, data under var/ (docs/operations.md)
 	exec .venv/bin/gamut serve
 
-.PHONY: test
-test: install .venv/.installed-test $(node_packages) ## run all tests
+# T names files, folders or tests, and K is an expression of pytest. Only these tests run, in one
+# process, and each compiles the kernels that it needs.
+ifneq ($(T)$(K),)
+test: .venv/.installed-test
+	$(python) -m pytest $(T) $(if $(K),-k '$(K)')
+else
+test: install .venv/.installed-test $(node_packages)
 	$(python) -m pytest -n auto --dist loadfile
+endif
+
+.PHONY: test
+test: ## run all tests, or some: make test T=tests/gamutcore/test_mesh.py, make test K=volume
+
+.PHONY: test-fast
+test-fast: install .venv/.installed-test ## run the tests that need no server, broker, browser or long computation
+	$(python) -m pytest -n auto --dist loadfile -m 'not slow'
 
 .PHONY: fuzz
 fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)
@@ -111,7 +124,7 @@ documents: install ## update the generated tables of all documents
 lint: .venv/.installed-lint ## ruff (rules and formatting) and shellcheck
 	$(python) -m ruff check .
 	$(python) -m ruff format --check .
-	.venv/bin/shellcheck docker/image .ci/run .ci/wheel-check
+	.venv/bin/shellcheck .ci/run .ci/wheel-check
 
 .PHONY: format
 format: .venv/.installed-lint ## let ruff format and mend what it can
@@ -139,8 +152,11 @@ openapi-check: .venv/.installed ## compare openapi/openapi.json with what the ap
 image-lint: .venv/.installed-lint ## hadolint on the Dockerfile
 	.venv/bin/hadolint --failure-threshold style Dockerfile
 
+.PHONY: static-checks
+static-checks: lint types contracts openapi-check image-lint ## all checks that run no test
+
 .PHONY: check
-check: lint types contracts openapi-check image-lint test ## all of the above
+check: static-checks test ## all checks and all tests
 
 # --- distribution ---------------------------------------------------------------------------------
 
@@ -150,12 +166,12 @@ wheel: .venv/bin/pip ## build the wheel into dist/
 	$(python) -m pip wheel -q --no-deps --wheel-dir dist .
 
 .PHONY: wheel-check
-wheel-check: wheel ## install the built wheel into a clean venv and use it
+wheel-check: wheel ## install the wheel without extras into a clean venv and use gamutcore
 	.ci/wheel-check dist/*.whl
 
 .PHONY: image-check
-image-check: ## run the Dockerfile's own steps without a container engine (Linux, as root)
-	/usr/bin/python3 docker/rehearse.py
+image-check: .venv/.installed ## build the container image and use it (Debian, as root; .ci/run installs the tools)
+	$(python) docker/image.py
 
 .PHONY: constraints
 constraints: ## pin the newest versions that pyproject.toml admits, from a clean venv, with Python 3.11

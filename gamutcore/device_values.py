@@ -1,4 +1,4 @@
-"""Device values at the vertices of a mesh: the recipe that a device makes each colour by."""
+"""Device values at the vertices of a mesh: the inks or lights that produce each colour."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ __all__ = ["DeviceValues"]
 
 @dataclass(frozen=True, eq=False)
 class DeviceValues:
-    """What each channel of a device is set to, vertex by vertex.
+    """The values of the channels of a device, vertex by vertex.
 
     Parameters
     ----------
     channels : tuple of str
-        Names of the k channels: inks, lights or whatever the characterisation calls them.
+        Names of the k channels (inks or lights), as in the characterisation data.
     values : (m, k) float
         From 0 to 1.
 
     Raises
     ------
     MeshError
-        If the array is not of that shape, or has numbers beyond 0 and 1.
+        The array has another shape, or values outside 0 to 1.
     """
 
     channels: tuple[str, ...]
@@ -39,15 +39,15 @@ class DeviceValues:
         values = np.asarray(self.values)
         if values.ndim != 2 or not 0 < values.shape[1] == len(self.channels):
             raise MeshError(
-                f"device values have the shape {values.shape} with {len(self.channels)} channels",
+                f"Device values of {len(self.channels)} channels have the shape {values.shape}.",
                 where={"field": "values"},
-                remedy="an (m, k) array, and the names of its k ≥ 1 channels",
+                remedy="Give an (m, k) array and the names of its k ≥ 1 channels.",
             )
         if values.dtype.kind != "f" or not ((values >= 0) & (values <= 1)).all():
             raise MeshError(
-                "device values are not all numbers from 0 to 1",
+                "The device values are not all numbers from 0 to 1.",
                 where={"field": "values"},
-                remedy="parts of full scale, as floats",
+                remedy="Give fractions of full scale, as floats.",
             )
 
     def __eq__(self, other: object) -> bool:
@@ -57,7 +57,7 @@ class DeviceValues:
             and np.array_equal(self.values, other.values)
         )
 
-    __hash__ = None  # type: ignore[assignment]  # arrays can be written to
+    __hash__ = None  # type: ignore[assignment]  # arrays are mutable
 
     def __len__(self) -> int:
         """Return the number of vertices."""

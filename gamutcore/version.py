@@ -1,4 +1,4 @@
-"""The versions of the distribution and of the algorithm; a gamut's identity rests on the latter."""
+"""Versions of the distribution and of the algorithm. The latter is part of every gamut id."""
 
 __all__ = ["ALGORITHM_VERSION", "__version__"]
 

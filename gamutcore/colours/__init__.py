@@ -1,7 +1,7 @@
-"""Characterisation data turned into points of the colour space, at the surface of the gamut.
+"""Colours at the surface of a device's gamut, from characterisation data.
 
-`surface_colours` is the way in; `xyz_to_lab` and `lab_to_xyz` are CIELAB with the D50 of ICC
-profiles.
+`surface_colours` is the entry point. `spaces` has the colour spaces, and `device` the device
+models.
 """
 
 from gamutcore.colours.device.ink_limits import InkLimits

@@ -17,7 +17,6 @@ All methods block and are thread-safe. The event loop calls them in threads.
 from __future__ import annotations
 
 import errno
-import hashlib
 from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
 
 if TYPE_CHECKING:
@@ -34,8 +33,6 @@ __all__ = [
     "Content",
     "StoreFullError",
     "StoreUnavailableError",
-    "seal",
-    "unseal",
 ]
 
 
@@ -174,35 +171,3 @@ class Blobs(Protocol):
 
         A local store places it on its own file system, so that `create` need not copy it.
         """
-
-
-def seal(payload: bytes) -> bytes:
-    """Return a payload with its SHA-256 in front, which `unseal` verifies.
-
-    Returns
-    -------
-    bytes
-        64 hexadecimal digits, a line feed, the payload, a line feed.
-    """
-    return b"%b\n%b\n" % (hashlib.sha256(payload).hexdigest().encode(), payload)
-
-
-def unseal(data: bytes) -> bytes:
-    """Return the payload of sealed bytes.
-
-    Raises
-    ------
-    BlobDamagedError
-        The bytes are not the result of `seal`.
-
-    Examples
-    --------
-    >>> unseal(seal(b"payload"))
-    b'payload'
-    """
-    digest, payload = data[:65], data[65:-1]
-    expected = hashlib.sha256(payload).hexdigest().encode() + b"\n"
-    if len(data) < 66 or digest != expected or data[-1:] != b"\n":
-        message = "the content does not match its digest"
-        raise BlobDamagedError(message)
-    return payload

@@ -1,7 +1,8 @@
-"""Records of published gamuts, their cache, and the keys of all blobs of a gamut."""
+"""Records of published gamuts, their cache, the keys of a gamut's blobs, and sealed payloads."""
 
 from __future__ import annotations
 
+import hashlib
 import json
 import threading
 import time
@@ -9,9 +10,18 @@ from collections import OrderedDict
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from service.storage.blobs import seal, unseal
+from service.storage.blobs import BlobDamagedError
 
-__all__ = ["Record", "RecordCache", "history_key", "id_of", "input_key", "record_key"]
+__all__ = [
+    "Record",
+    "RecordCache",
+    "history_key",
+    "id_of",
+    "input_key",
+    "record_key",
+    "seal",
+    "unseal",
+]
 
 
 @dataclass(frozen=True)
@@ -112,3 +122,35 @@ def input_key(gamut_id: str) -> str:
 def id_of(key: str) -> str:
     """Return the gamut's id in a key."""
     return key.rpartition("/")[2].partition(".")[0]
+
+
+def seal(payload: bytes) -> bytes:
+    """Return a payload with its SHA-256 in front, which `unseal` verifies.
+
+    Returns
+    -------
+    bytes
+        64 hexadecimal digits, a line feed, the payload, a line feed.
+    """
+    return b"%b\n%b\n" % (hashlib.sha256(payload).hexdigest().encode(), payload)
+
+
+def unseal(data: bytes) -> bytes:
+    """Return the payload of sealed bytes.
+
+    Raises
+    ------
+    BlobDamagedError
+        The bytes are not the result of `seal`.
+
+    Examples
+    --------
+    >>> unseal(seal(b"payload"))
+    b'payload'
+    """
+    digest, payload = data[:65], data[65:-1]
+    expected = hashlib.sha256(payload).hexdigest().encode() + b"\n"
+    if len(data) < 66 or digest != expected or data[-1:] != b"\n":
+        message = "the content does not match its digest"
+        raise BlobDamagedError(message)
+    return payload

@@ -31,10 +31,10 @@ from dataclasses import dataclass, field
 from itertools import cycle, islice
 from pathlib import Path
 
-from service.storage.blobs import BlobNotFoundError, seal, unseal
+from service.storage.blobs import BlobNotFoundError
 from service.storage.gamuts import GamutNotStoredError, GamutStore
 from service.storage.local import LocalBlobs
-from service.storage.records import Record, id_of
+from service.storage.records import Record, id_of, seal, unseal
 
 CALLS = "write,fsync,link,linkat,rename,renameat,renameat2,unlink,unlinkat,mkdir,mkdirat"
 """All that changes a file system, under all the names that a C library may use."""

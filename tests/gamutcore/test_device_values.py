@@ -15,7 +15,7 @@ def test_there_is_a_row_for_each_vertex():
     device = DeviceValues(("C", "M"), np.zeros((4, 2)))
     assert len(device) == 4
     assert TriangleMesh(CORNERS, FACES, device).device is device
-    with pytest.raises(MeshError, match="of 3 vertices, not of 4"):
+    with pytest.raises(MeshError, match="3 rows for 4 vertices"):
         TriangleMesh(CORNERS, FACES, DeviceValues(("C", "M"), np.zeros((3, 2))))
 
 

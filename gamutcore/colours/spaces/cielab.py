@@ -1,8 +1,8 @@
 """CIEXYZ to CIELAB and back, by colour-science, relative to the D50 of ICC profiles.
 
-One D50 serves everywhere: the ICC's (X 0.9642, Y 1, Z 0.8249), which differs from colour-science's
-own in the fourth digit. colour-science takes most of a second to import, so this is the one place
-that does so, on first use; it also undoes what that import leaves behind in `sys.modules`.
+The D50 of the ICC (X 0.9642, Y 1, Z 0.8249) is used everywhere. It differs from that of
+colour-science in the fourth digit. colour-science takes most of a second and 40 MB to import, so
+only this module imports it, on first use.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["ICC_D50", "colour_science", "lab_to_xyz", "white_of", "xyz_to_lab"]
 
 ICC_D50: FloatArray = np.array([0.9642, 1.0, 0.8249])
-"""XYZ of the profile connection space's illuminant (ICC.1:2022, 7.2.16), Y = 1."""
+"""XYZ of the illuminant of the profile connection space (ICC.1:2022, 7.2.16), Y = 1."""
 ICC_D50.setflags(write=False)
 
 _IMPORT = Lock()
@@ -38,9 +38,9 @@ def colour_science() -> ModuleType:
 
     Notes
     -----
-    Where matplotlib is missing, colour-science 0.4 puts MagicMock objects in its place in
-    `sys.modules`, after which every other package believes it to be there. They are removed again;
-    colour-science keeps its own references. Its warning about matplotlib is of no concern here.
+    Without matplotlib, colour-science 0.4 puts MagicMock objects in its place in `sys.modules`, and
+    other packages then take it as installed. They are removed here; colour-science keeps its own
+    references. Its warning about matplotlib is suppressed.
     """
     from unittest.mock import MagicMock  # noqa: PLC0415  # colour-science imports it as well
 
@@ -63,17 +63,21 @@ def xyz_to_lab(xyz: FloatArray, white: FloatArray = ICC_D50) -> FloatArray:
     xyz : (..., 3) float
         X, Y, Z, with Y = 1 for the white.
     white : (3,) float
-        The reference white's X, Y, Z; ICC's D50 by default.
+        X, Y, Z of the reference white; ICC's D50 by default.
 
     Returns
     -------
     (..., 3) float
-        L* (0 to 100), a*, b*. Slightly negative tristimulus values, which measurements have, go
-        on along CIELAB's straight part.
+        L* (0 to 100), a*, b*. The linear part of CIELAB continues for negative tristimulus values.
 
     Notes
     -----
     CIE 15:2018, equations 8.3 to 8.8.
+
+    Examples
+    --------
+    >>> xyz_to_lab(ICC_D50).round(3).tolist()
+    [100.0, 0.0, 0.0]
     """
     lab = colour_science().XYZ_to_Lab(np.asarray(xyz, dtype=np.float64), _xy(white))
     return np.ascontiguousarray(lab, dtype=np.float64)
@@ -87,7 +91,7 @@ def lab_to_xyz(lab: FloatArray, white: FloatArray = ICC_D50) -> FloatArray:
     lab : (..., 3) float
         L* (0 to 100), a*, b*.
     white : (3,) float
-        The reference white's X, Y, Z; ICC's D50 by default.
+        X, Y, Z of the reference white; ICC's D50 by default.
 
     Returns
     -------

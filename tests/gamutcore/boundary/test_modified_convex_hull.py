@@ -125,7 +125,7 @@ def cube_surface(steps):
 
 class TestDefinition:
     @pytest.mark.parametrize("gamma", [0.05, 0.2, 0.5, 1.0])
-    def test_with_raised_radii_no_point_is_outside_of_any_face(self, random_cloud, gamma):
+    def test_radii_to_power_no_point_is_outside_of_any_face(self, random_cloud, gamma):
         points = random_cloud(3, 500)
         centre = np.array([48.0, 1.0, -2.0])
         boundary = modified_convex_hull(points, gamma, centre)

@@ -98,7 +98,7 @@ def test_without_a_white_patch_the_lightest_is_taken_and_said():
     assert medium.lab[1, 0] == pytest.approx(100)
 
 
-def test_a_stated_white_wins():
+def test_a_declared_white_wins():
     data = samples("R G B X Y Z", [[255, 0, 0, *(RED_D65 * 80)]], white=list(D65 * 80))
     np.testing.assert_allclose(
         measured_colours(data, "relative").lab, [[54.29, 80.81, 69.89]], atol=0.05

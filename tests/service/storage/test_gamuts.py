@@ -10,10 +10,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from service.storage.blobs import BlobNotFoundError, StoreUnavailableError, seal
+from service.storage.blobs import BlobNotFoundError, StoreUnavailableError
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError, GamutStore
 from service.storage.local import LocalBlobs
-from service.storage.records import record_key
+from service.storage.records import record_key, seal
 
 CONTENT = bytes(range(256)) * 40
 
@@ -233,7 +233,7 @@ def test_a_sound_gamut_is_not_set_aside_for_what_its_predecessor_was(store, publ
     with pytest.raises(GamutDamagedError):
         store.record(record.id)
     mended = publish(store)
-    store._damaged(record.id, "found by the second reader", None, damaged)
+    store._quarantine_gamut(record.id, "found by the second reader", None, damaged)
     assert isinstance(store.set_aside(record, "found by the second reader"), GamutDamagedError)
     assert store.content(record.id) == (mended, CONTENT)
     assert store.corruptions == 1
