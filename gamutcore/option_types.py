@@ -35,6 +35,7 @@ __all__ = [
     "check_option",
     "finite_number",
     "near_match",
+    "option_table",
 ]
 
 LIKENESS = 0.6
@@ -427,3 +428,23 @@ def check_option(name: str, value: object, *types: OptionType) -> object:
     if meant is not None:
         error.remedy += f" Did you mean {meant!r}?"
     raise error
+
+
+def option_table(options: Iterable[Option]) -> str:
+    """Return a Markdown table of options for the documents.
+
+    Parameters
+    ----------
+    options : iterable of Option
+
+    Returns
+    -------
+    str
+        One row for each option: name, accepted values, default, description.
+    """
+    lines = ["| option | values | default | meaning |", "|---|---|---|---|"]
+    for option in options:
+        default = option.default_text or option.unless_given.removeprefix("Unless given: ")
+        cells = (f"`{option.name}`", option.accepted, default.rstrip("."), option.description)
+        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+    return "\n".join(lines) + "\n"
