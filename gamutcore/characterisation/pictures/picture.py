@@ -34,7 +34,7 @@ from gamutcore.errors import (
 __all__ = ["Picture", "read_picture"]
 
 FREE_VALUES = 2**19
-"""Distinct values that are evaluated of any file. Each takes 240 bytes until the boundary exists."""
+"""Distinct values of any file that are evaluated. Each takes 240 bytes in memory."""
 
 BYTES_PER_VALUE = 2
 """Size of a file in bytes for each value beyond `FREE_VALUES`. Photographs have 4 to 14."""
