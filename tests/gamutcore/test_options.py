@@ -1,4 +1,4 @@
-"""Options: defaults made explicit, one canonical form, and every refusal names its field."""
+"""Options: explicit defaults, one canonical form, and refusals that name the field."""
 
 import dataclasses
 import json
@@ -153,7 +153,7 @@ def test_the_tests_know_every_method():
     ],
 )
 def test_an_option_of_other_boundaries_is_refused(boundary, name, value):
-    """Not ignored: whoever gives it expects it to matter."""
+    """The option is not ignored, because the caller expects an effect."""
     with pytest.raises(OptionError) as caught:
         Options.from_mapping({"boundary": boundary, name: value})
     assert caught.value.where == {"field": name}
