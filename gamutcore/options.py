@@ -46,7 +46,7 @@ from gamutcore.option_types import (
     near_match,
 )
 
-__all__ = ["DATA_KINDS", "OPTIONS", "Centre", "Option", "Options", "option_table"]
+__all__ = ["DATA_KINDS", "OPTIONS", "Centre", "Option", "Options"]
 
 Centre: TypeAlias = "tuple[float, float, float] | str"
 
@@ -496,24 +496,3 @@ def _known_name(given: object) -> str:
         where={"field": str(given)[:40]},
         remedy=(f"Did you mean {meant}? " if meant else "") + f"Options are {', '.join(OPTIONS)}.",
     )
-
-
-def option_table(*names: str) -> str:
-    """Return a Markdown table of options for the documents.
-
-    Parameters
-    ----------
-    *names : str
-        Keys of `OPTIONS`; all of them by default.
-
-    Returns
-    -------
-    str
-        One row for each option: name, accepted values, default, description.
-    """
-    lines = ["| option | values | default | meaning |", "|---|---|---|---|"]
-    for declared in (OPTIONS[name] for name in names or OPTIONS):
-        default = declared.default_text or declared.unless_given.removeprefix("Unless given: ")
-        cells = (f"`{declared.name}`", declared.accepted, default, declared.description)
-        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
-    return "\n".join(lines) + "\n"

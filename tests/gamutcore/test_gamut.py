@@ -39,7 +39,7 @@ OCTAHEDRON = [(90, 0, 0), (10, 0, 0), (50, 40, 0), (50, -40, 0), (50, 0, 40), (5
 
 class TestId:
     def test_is_a_sha256_of_what_it_says(self):
-        question = f"gamut 10\n{Options().canonical}\n{DIGEST}\n"
+        question = f"gamut 11\n{Options().canonical}\n{DIGEST}\n"
         assert gamutcore.gamut.ALGORITHM_VERSION == 10
         assert gamut_id(Options(), DIGEST) == hashlib.sha256(question.encode()).hexdigest()
 

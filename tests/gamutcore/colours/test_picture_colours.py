@@ -11,10 +11,10 @@ from gamutcore.characterisation.pictures.encoding import (
     SRGB,
     code_point_encoding,
 )
-from gamutcore.colours import surface_colours
+from gamutcore.colours import colours_in_space, surface_colours
 from gamutcore.colours.picture_colours import POPULARITY_CELL, picture_colours, popular
 from gamutcore.colours.profile_colours import profile_colours
-from gamutcore.colours.spaces import ColourSpace, colours_in_space
+from gamutcore.colours.spaces import ColourSpace
 from gamutcore.colours.spaces.white_points import ADAPTATIONS
 from gamutcore.errors import OptionError
 

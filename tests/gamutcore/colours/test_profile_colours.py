@@ -5,9 +5,9 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from gamutcore.characterisation import characterisation, measurements_of
-from gamutcore.colours import surface_colours
+from gamutcore.colours import colours_in_space, surface_colours
 from gamutcore.colours.profile_colours import profile_colours
-from gamutcore.colours.spaces import ColourSpace, colours_in_space
+from gamutcore.colours.spaces import ColourSpace
 from gamutcore.colours.spaces.cielab import xyz_to_lab
 from gamutcore.colours.spaces.formulas import oklab
 
@@ -56,14 +56,13 @@ def test_srgb_is_srgb(small_profile, name):
 
 def test_srgb_by_another_way(small_profile):
     # IEC 61966-2-1 by colour-science: decoding, matrix, Bradford from D65 to D50.
-    from gamutcore.colours.measured_colours import bradford_to_d50
-    from gamutcore.colours.spaces.cielab import colour_science
+    from gamutcore.colours.spaces.cielab import adaptation_to_d50, colour_science
 
     colour = colour_science()
     device = np.random.default_rng(0).random((200, 3))
     space = colour.RGB_COLOURSPACES["sRGB"]
     xyz = colour.models.eotf_sRGB(device) @ space.matrix_RGB_to_XYZ.T
-    expected = xyz_to_lab(bradford_to_d50(xyz, space.matrix_RGB_to_XYZ.sum(axis=1)))
+    expected = xyz_to_lab(adaptation_to_d50(xyz, space.matrix_RGB_to_XYZ.sum(axis=1), "Bradford"))
     profile = characterisation(small_profile("sRGB-v4.icc"))
     errors = np.linalg.norm(profile_colours(profile, device, "relative").lab - expected, axis=1)
     assert errors.max() < 0.05

@@ -10,9 +10,8 @@ import pytest
 import trimesh
 
 from gamutcore.colours.spaces import SPACES, ColourSpace
-from gamutcore.device_values import DeviceValues
 from gamutcore.export import mesh_file
-from gamutcore.mesh import TriangleMesh
+from gamutcore.mesh import DeviceValues, TriangleMesh
 
 
 def asset_of(data, kind):

@@ -10,10 +10,9 @@ import pytest
 import trimesh
 
 from gamutcore.colours.spaces import SPACES, ColourSpace
-from gamutcore.device_values import DeviceValues
 from gamutcore.export import mesh_file
 from gamutcore.export.ply import comment_lines
-from gamutcore.mesh import TriangleMesh
+from gamutcore.mesh import DeviceValues, TriangleMesh
 
 
 def header_lines(data):

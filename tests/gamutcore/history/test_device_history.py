@@ -15,11 +15,11 @@ from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.colours.profile_colours import profile_colours
 from gamutcore.decimation import decimate
-from gamutcore.device_values import DeviceValues
 from gamutcore.errors import HistoryFileError, MeshError, TriangleCountError
 from gamutcore.gamut import Gamut, Options, build_gamut
 from gamutcore.history import History, build_history, history_bytes, history_from_bytes
 from gamutcore.history.device_history import CORRECTED, FULL_SCALE, build_device_history
+from gamutcore.mesh import DeviceValues
 
 CHANNELS = ("Cyan", "Größe 🎨")
 

@@ -63,17 +63,17 @@ class TestCounting:
 
     @settings(max_examples=30)
     @given(
-        places=st.lists(
+        locations=st.lists(
             st.tuples(*[st.integers(-9, 9).map(lambda n: n / 2)] * 3),
             min_size=6,
             max_size=14,
             unique=True,
         )
     )
-    def test_parts_that_share_sides_share_no_voxel_and_leave_none_out(self, places):
+    def test_parts_that_share_sides_share_no_voxel_and_leave_none_out(self, locations):
         """Cones from the centre to the faces, with corners and sides through centres of voxels."""
         corners = [(x, y, z) for x in (-4.5, 4.5) for y in (-3.5, 3.5) for z in (-2.5, 2.5)]
-        boundary = modified_convex_hull(np.array(places + corners), 0.3)
+        boundary = modified_convex_hull(np.array(locations + corners), 0.3)
         mesh = boundary.mesh
         whole = box(*(np.array([[-1, -1, -1], [1, 1, 1]]) * 5.0))
         total = voxel_mismatch(whole, mesh, 1.0)

@@ -64,11 +64,11 @@ def test_a_coarse_mesh_leaves_the_finer_levels_packed(run, built):
     async def scenario(library, meshes):
         name = built[0].id
         assert triangles(await meshes.mesh(name, LevelRequest(10), "ply")) == 10
-        opened = library.opened(name)
+        opened = library.find_open(name)
         assert not opened.gamut.history.is_unpacked(built[0].history.triangles)
         before = library.cache.nbytes
         await meshes.mesh(name, LevelRequest(built[0].history.triangles), "ply")
-        assert library.opened(name) is opened
+        assert library.find_open(name) is opened
         assert opened.gamut.nbytes == library.cache.nbytes > before
 
     run(scenario)

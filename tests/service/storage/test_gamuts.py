@@ -52,11 +52,11 @@ def test_what_was_never_published_is_not_there(store, identity):
 
 def test_looking_whether_a_gamut_is_stored_is_no_use_of_it(store, publish, identity):
     record = publish(store)
-    assert store.stored(record.id)
-    assert not store.stored(identity(1))
+    assert store.is_stored(record.id)
+    assert not store.is_stored(identity(1))
     (folder,) = {path.parent for path in files(store, record.id)}
     (folder / f"{record.id}.record").write_bytes(b"damaged")
-    assert not store.stored(record.id)
+    assert not store.is_stored(record.id)
     assert (store.hits, store.misses, store.corruptions) == (0, 0, 1)
 
 

@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from gamutcore.characterisation import characterisation
+from gamutcore.colours import colours_in_space
 from gamutcore.colours.measured_colours import measured_colours
 from gamutcore.colours.spaces import (
     CIELAB,
     SPACES,
     ColourSpace,
-    colours_in_space,
 )
 from gamutcore.colours.spaces.cielab import ICC_D50, lab_to_xyz, xyz_to_lab
 from gamutcore.colours.spaces.white_points import ADAPTATIONS, WHITES, white_point

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from gamutcore.history.replay import (
-    frame_of,
+from gamutcore.history.prediction import (
+    find_frame,
+    plane_height,
     sees_centre_after_split,
     star_sees_centre,
-    third,
 )
-from gamutcore.history.rings import copy_ring, replay_of, ring_of, split_slot
+from gamutcore.history.rings import copy_ring, first_replay, ring_start, split_slot
 
 TETRAHEDRON = np.array([(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)], np.int32)
 
@@ -28,19 +28,19 @@ class TestFrame:
 
     def frame(self, neighbours, kept, here=(1000, -2000, 3000)):
         count = len(neighbours)
-        replay = replay_of(np.zeros((4, 3), np.int32), TETRAHEDRON, count + 1)
+        replay = first_replay(np.zeros((4, 3), np.int32), TETRAHEDRON, count + 1)
         replay.position[0] = here
         replay.position[1:] = np.array(neighbours) + here
         ring = np.array([(0, slot) for slot in range(1, count + 1)], np.int32)
-        return frame_of(replay, 0, ring, count, kept)
+        return find_frame(replay, 0, ring, count, kept)
 
     def test_axes_and_slopes(self):
         frame = self.frame(self.NEIGHBOURS, 3)
         assert (frame.u, frame.v, frame.w) == (0, 1, 2)
         assert (frame.slope_u, frame.slope_v) == (0.25, 0.0)
-        assert third(frame, 8, 100) == 2
-        assert third(frame, 10, 0) == 3  # 2.5, halves upwards
-        assert third(frame, -10, 0) == -2
+        assert plane_height(frame, 8, 100) == 2
+        assert plane_height(frame, 10, 0) == 3  # 2.5, halves upwards
+        assert plane_height(frame, -10, 0) == -2
 
     def test_the_axes_turn_with_the_plane(self):
         rolled = [neighbour[-1:] + neighbour[:-1] for neighbour in self.NEIGHBOURS]
@@ -68,20 +68,20 @@ class TestFrame:
     def test_a_ring_without_a_plane(self):
         frame = self.frame([(0, 0, 0)] * 3, 1)
         assert (frame.slope_u, frame.slope_v, frame.size, frame.height) == (0, 0, 0, 0)
-        assert third(frame, 5, 5) == 0
+        assert plane_height(frame, 5, 5) == 0
 
 
 class TestSeeingTheCentre:
     @pytest.fixture
     def split(self):
         """Return slot 0 on the axis x, split towards slot 4."""
-        replay = replay_of(
+        replay = first_replay(
             np.array([(8, 0, 0), (-8, 8, 0), (-8, -8, 8), (-8, -8, -8)], np.int32),
             TETRAHEDRON,
             5,
         )
         ring = np.empty((3, 2), np.int32)
-        copy_ring(replay, 0, ring_of(replay, 0)[1], ring)
+        copy_ring(replay, 0, ring_start(replay, 0)[1], ring)
         replay.position[4] = (7, 0, 0) + replay.position[ring[1:, 1]].sum(axis=0) // 8
         split_slot(replay, 0, 4, ring, 3, 1)
         return replay, ring

@@ -1,10 +1,9 @@
-"""What a split can be told from, and whether a level sees the centre while a history is read.
+"""Prediction of a split from the level before it, and the star test of the new faces.
 
-Positions are whole numbers here, in steps of the grid. A split needs to be told only what cannot be
-known from the level before it: the ring of the parent (its neighbours) gives the plane that both
-vertices nearly lie in, how far they are likely to be from where the parent was, and a first guess
-of their places. Writer and reader compute these alike, in integers and in float64 operations of
-stated order, so `docs/history-format.md` can repeat them for readers in other languages.
+Positions are integers in steps of the grid. The ring of the parent gives the plane that both
+vertices nearly lie in, the likely size of the differences, and a first guess of the positions.
+Writer and reader compute these alike, in integers and in float64 operations of a fixed order.
+``docs/history-format.md`` repeats them for readers in other languages.
 """
 
 from __future__ import annotations
@@ -13,38 +12,37 @@ import math
 from typing import NamedTuple
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.history.rings import LINKED, Replay
+from gamutcore.history.rings import BEGIN, CORNER, DEGREE, LINKED, NEIGHBOUR, ROOM, Replay
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 
 __all__ = [
     "CLASSES",
     "LARGEST_CLASS",
     "Frame",
-    "frame_of",
+    "find_frame",
+    "plane_height",
     "sees_centre_after_split",
     "star_sees_centre",
-    "third",
 ]
 
 LARGEST_CLASS = 31
 CLASSES = LARGEST_CLASS + 1
-"""Lengths are told apart by the power of two that they are below, up to 2³¹ steps."""
+"""A length class is the power of two that a length is below, up to 2³¹ steps."""
 
 
 class Frame(NamedTuple):
-    """What the ring of a slot says about its split. Lengths are in steps, relative to the slot.
+    """Prediction of a split. Lengths are in steps, relative to the parent before the split.
 
     Attributes
     ----------
     u, v, w : int
-        The axes; w is the one that the ring's normal is closest to.
+        Axes; w is the axis closest to the normal of the ring.
     slope_u, slope_v : float
-        The plane through the slot across that normal rises in w by so much per step in u and v.
+        Rise in w per step in u and v of the plane through the parent, across that normal.
     ahead_u, ahead_v : int
-        Where the parent is expected after the split.
+        Expected position of the parent after the split.
     size, height : int
-        Length classes of the ring: of its neighbours' distances, and of how far they are off the
-        plane.
+        Length classes of the neighbours' distances, and of their distances from the plane.
     """
 
     u: int
@@ -59,8 +57,8 @@ class Frame(NamedTuple):
 
 
 @inlined_kernel
-def frame_of(replay: Replay, slot: int, ring: IndexArray, degree: int, kept: int) -> Frame:
-    """Return what the ring says about a split.
+def find_frame(replay: Replay, slot: int, ring: IndexArray, degree: int, kept: int) -> Frame:
+    """Return the prediction of a split.
 
     Parameters
     ----------
@@ -69,30 +67,30 @@ def frame_of(replay: Replay, slot: int, ring: IndexArray, degree: int, kept: int
     slot : int
         The parent.
     ring : (≥ degree, 2) int32
-        Its ring, beginning with the face (parent, left, ...).
+        Its ring, beginning with the face (parent, left, …).
     degree : int
     kept : int
-        How many of the faces the parent keeps, from the first one on.
+        How many of the faces the parent keeps, from the first one.
 
     Returns
     -------
     Frame
     """
     position = replay.position
-    cx, cy, cz = position[slot, 0], position[slot, 1], position[slot, 2]
+    cx, cy, cz = int(position[slot, 0]), int(position[slot, 1]), int(position[slot, 2])
     near_x, near_y, near_z, far_x, far_y, far_z = 0, 0, 0, 0, 0, 0
     normal_x, normal_y, normal_z = 0.0, 0.0, 0.0
     distance = 0
-    left = ring[0, 1]
-    x, y, z = position[left, 0] - cx, position[left, 1] - cy, position[left, 2] - cz
+    left = ring[0, NEIGHBOUR]
+    x = int(position[left, 0]) - cx
+    y = int(position[left, 1]) - cy
+    z = int(position[left, 2]) - cz
     for index in range(degree):
-        neighbour = ring[index + 1, 1] if index + 1 < degree else left
+        neighbour = ring[index + 1, NEIGHBOUR] if index + 1 < degree else left
         px, py, pz = x, y, z
-        x, y, z = (
-            position[neighbour, 0] - cx,
-            position[neighbour, 1] - cy,
-            position[neighbour, 2] - cz,
-        )
+        x = int(position[neighbour, 0]) - cx
+        y = int(position[neighbour, 1]) - cy
+        z = int(position[neighbour, 2]) - cz
         distance += abs(px) + abs(py) + abs(pz)
         if index <= kept:
             near_x, near_y, near_z = near_x + px, near_y + py, near_z + pz
@@ -115,34 +113,36 @@ def frame_of(replay: Replay, slot: int, ring: IndexArray, degree: int, kept: int
     if normal[w] != 0.0:
         slope_u, slope_v = -normal[u] / normal[w], -normal[v] / normal[w]
 
+    centre = (cx, cy, cz)
     off = 0.0
     for index in range(degree):
-        neighbour = ring[index, 1]
-        du = float(position[neighbour, u] - position[slot, u])
-        dv = float(position[neighbour, v] - position[slot, v])
-        dw = float(position[neighbour, w] - position[slot, w])
+        neighbour = ring[index, NEIGHBOUR]
+        du = float(position[neighbour, u] - centre[u])
+        dv = float(position[neighbour, v] - centre[v])
+        dw = float(position[neighbour, w] - centre[w])
         off += abs(dw - (slope_u * du + slope_v * dv))
 
     near, far = (near_x, near_y, near_z), (far_x, far_y, far_z)
+    near_count, far_count = kept + 1, degree - kept + 1
     return Frame(
         u,
         v,
         w,
         slope_u,
         slope_v,
-        _ahead(near[u], kept + 1, far[u], degree - kept + 1),
-        _ahead(near[v], kept + 1, far[v], degree - kept + 1),
+        _expected_offset(near[u], near_count, far[u], far_count),
+        _expected_offset(near[v], near_count, far[v], far_count),
         _length_class(float(distance), degree),
         _length_class(off, degree),
     )
 
 
 @inlined_kernel
-def _ahead(near: int, near_count: int, far: int, far_count: int) -> int:
-    """Expected place of the parent along an axis, from sums over both parts of its ring.
+def _expected_offset(near: int, near_count: int, far: int, far_count: int) -> int:
+    """Expected offset of the parent along an axis, from sums over both parts of its ring.
 
-    0.4 and 0.2 are the best of round numbers on real gamuts: the parent goes towards the middle of
-    the neighbours that it keeps, and away from those that it loses.
+    The parent goes towards the middle of the neighbours that it keeps, and away from the others.
+    The factors 0.4 and 0.2 are the best round numbers on real gamuts.
     """
     return math.floor((2.0 * (near / near_count) - far / far_count) / 5.0 + 0.5)
 
@@ -159,8 +159,8 @@ def _length_class(total: float, count: int) -> int:
 
 
 @inlined_kernel
-def third(frame: Frame, along_u: int, along_v: int) -> int:
-    """Rise of the plane in w, rounded to a whole number of steps, halves upwards."""
+def plane_height(frame: Frame, along_u: int, along_v: int) -> int:
+    """Height of the plane in w, rounded to whole steps, halves upwards."""
     return math.floor(frame.slope_u * along_u + frame.slope_v * along_v + 0.5)
 
 
@@ -175,25 +175,19 @@ def sees_centre_after_split(
     centre: FloatArray,
     step: float,
 ) -> bool:
-    """Whether all faces around both slots of a split see the centre from inside.
+    """Whether the centre is on the inner side of all faces around both slots of a split.
 
-    Parameters
-    ----------
-    replay : Replay
-        The level after the split.
-    parent, slot, ring, degree, kept
-        As for `split_slot`.
-    centre : (3,) float64
-    step : float
+    `replay` is the level after the split; `ring`, `degree` and `kept` are as for `split_slot`;
+    `centre` is (3,) float64.
     """
-    px, py, pz = _seen_from(replay, parent, centre, step)
-    kx, ky, kz = _seen_from(replay, slot, centre, step)
-    x, y, z = _seen_from(replay, ring[0, 1], centre, step)
+    px, py, pz = _relative_position(replay, parent, centre, step)
+    kx, ky, kz = _relative_position(replay, slot, centre, step)
+    x, y, z = _relative_position(replay, int(ring[0, NEIGHBOUR]), centre, step)
     valid = _determinant(px, py, pz, kx, ky, kz, x, y, z) > 0.0
     for index in range(degree):
         ax, ay, az = x, y, z
-        following = ring[index + 1, 1] if index + 1 < degree else ring[0, 1]
-        x, y, z = _seen_from(replay, following, centre, step)
+        following = ring[index + 1, NEIGHBOUR] if index + 1 < degree else ring[0, NEIGHBOUR]
+        x, y, z = _relative_position(replay, int(following), centre, step)
         if index < kept:
             valid &= _determinant(px, py, pz, ax, ay, az, x, y, z) > 0.0
         else:
@@ -205,28 +199,28 @@ def sees_centre_after_split(
 
 @leaf_kernel
 def star_sees_centre(replay: Replay, slot: int, centre: FloatArray, step: float) -> bool:
-    """Whether all faces at a slot see the centre from inside."""
-    begin, degree = replay.span[slot, 0], replay.span[slot, 1]
-    linked = replay.span[slot, 2] == LINKED
+    """Whether the centre is on the inner side of all faces around a slot."""
+    begin, degree = int(replay.span[slot, BEGIN]), int(replay.span[slot, DEGREE])
+    linked = replay.span[slot, ROOM] == LINKED
     corner = begin
-    last = replay.links[begin, 1] if linked else replay.entries[begin + degree - 1, 1]
-    ax, ay, az = _seen_from(replay, slot, centre, step)
-    x, y, z = _seen_from(replay, last, centre, step)
+    last = replay.links[begin, NEIGHBOUR] if linked else replay.entries[begin + degree - 1, 1]
+    ax, ay, az = _relative_position(replay, slot, centre, step)
+    x, y, z = _relative_position(replay, int(last), centre, step)
     valid = True
     for index in range(degree):
         bx, by, bz = x, y, z
         if linked:
-            corner = replay.links[corner, 0]
-            following = replay.links[corner, 1]
+            corner = int(replay.links[corner, CORNER])
+            following = replay.links[corner, NEIGHBOUR]
         else:
-            following = replay.entries[begin + index, 1]
-        x, y, z = _seen_from(replay, following, centre, step)
+            following = replay.entries[begin + index, NEIGHBOUR]
+        x, y, z = _relative_position(replay, int(following), centre, step)
         valid &= _determinant(ax, ay, az, bx, by, bz, x, y, z) > 0.0
     return valid
 
 
 @inlined_kernel
-def _seen_from(
+def _relative_position(
     replay: Replay, slot: int, centre: FloatArray, step: float
 ) -> tuple[float, float, float]:
     """Position of a slot relative to the centre."""
@@ -244,7 +238,7 @@ def _determinant(
 ) -> float:
     """det(a, b, x).
 
-    Writers keep it so far above zero (`gamutcore.star_shape`) that its sign does not depend on the
-    order of the operations.
+    Writers keep the determinant so far above zero (`gamutcore.star_shape`) that its sign does not
+    depend on the order of the operations.
     """
     return x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
