@@ -2,9 +2,9 @@
 
 Attacks: endless chunked bodies, compressed bodies and pictures that unpack to gigabytes, forms of
 100,000 fields, endless heads, heads and bodies sent byte by byte, crowds of silent connections,
-error limits with expensive searches, and clients that do not read the answer. Each attack must end with
-its expected status, the memory of the server may grow by at most 64 MB, and other clients must be
-served. The program prints one line of JSON and exits with 1 if a condition fails.
+error limits with expensive searches, and clients that do not read the answer. Each attack must end
+with its expected status, the memory of the server may grow by at most 64 MB, and other clients must
+be served. The program prints one line of JSON and exits with 1 if a condition fails.
 """
 
 from __future__ import annotations
