@@ -9,7 +9,7 @@ from gamutcore.characterisation import characterisation
 from gamutcore.colours.device.scattered_model import (
     SMOOTHING,
     DegenerateSamplesError,
-    cubed_distances,
+    fill_cubed_distances,
     scattered_model,
 )
 
@@ -57,7 +57,7 @@ def test_a_linear_device_is_met_exactly():
 def test_cubed_distances():
     points, centres = np.random.default_rng(3).random((2, 9, 4))
     out = np.empty((9, 9))
-    cubed_distances(points, np.ascontiguousarray(centres.T), out)
+    fill_cubed_distances(points, np.ascontiguousarray(centres.T), out)
     expected = np.linalg.norm(points[:, np.newaxis] - centres, axis=2) ** 3
     np.testing.assert_allclose(out, expected)
 
