@@ -128,5 +128,9 @@ class MultipartSubmission(BaseModel):
     ]
     options: Annotated[
         GamutOptions,
-        Field(description="How the gamut is built.", json_schema_extra=_without_nulls),
+        Field(
+            description="How the gamut is built. Options can also be form fields of their own "
+            "names, such as `ink_limit=300`, with numbers and lists as in JSON.",
+            json_schema_extra=_without_nulls,
+        ),
     ] = GamutOptions()

@@ -1,4 +1,4 @@
-"""The modified convex hull: published volumes, its definition, and all that may be thrown at it."""
+"""The modified convex hull: published volumes, its definition, and arbitrary input."""
 
 import itertools
 import sys
@@ -293,7 +293,7 @@ def boundary_or_error(points, gamma, centre):
 
 
 def assert_valid_or_named(points, gamma, centre, assert_every_invariant):
-    """Check that there is a boundary with all invariants, or an error that says what to do."""
+    """Check for a boundary with all invariants, or an error with a remedy."""
     outcome = boundary_or_error(points, gamma, centre)
     if isinstance(outcome, GamutError):
         assert outcome.message
