@@ -96,7 +96,7 @@ def test_held_out_patches_of_a_real_press(fogra39):
 
 
 def test_the_fit_does_not_depend_on_the_number_of_blas_threads():
-    """A rerun gives the same gamut, bit for bit, whatever the environment gives BLAS."""
+    """A rerun gives the same model, bit for bit, with any number of BLAS threads."""
     device, colours = scattered(1500, 4)
     fits = []
     for threads in (1, 2):
