@@ -12,19 +12,27 @@ from pathlib import Path
 from benchmarks import bench, decimation_tables, figures, reliability, scaling
 from benchmarks.common import ROOT
 from benchmarks.markdown import update_document
-from gamutcore.options import OPTIONS, option_table
+from gamutcore.colours.spaces.parameters import SPACE_PARAMETERS
+from gamutcore.option_types import option_table
+from gamutcore.options import OPTIONS
 
 __all__ = ["DOCUMENTS", "main"]
 
 
 def _common_options() -> dict[str, str]:
-    names = [name for name, declared in OPTIONS.items() if declared.common]
-    return {"options": option_table(*names).strip()}
+    common = [declared for declared in OPTIONS.values() if declared.common]
+    return {"options": option_table(common).strip()}
+
+
+def _space_options() -> dict[str, str]:
+    declared = [OPTIONS[name] for name in SPACE_PARAMETERS]
+    return {"options": option_table(declared).strip()}
 
 
 DOCUMENTS: dict[Path, Callable[[], dict[str, str]]] = {
     ROOT / "README.md": _common_options,
-    ROOT / "docs" / "options.md": lambda: {"options": option_table().strip()},
+    ROOT / "docs" / "options.md": lambda: {"options": option_table(OPTIONS.values()).strip()},
+    ROOT / "docs" / "colour-spaces.md": _space_options,
     bench.DOCUMENT: lambda: bench.document_blocks(json.loads(bench.RESULTS.read_text())),
     figures.DOCUMENT: lambda: decimation_tables.document_blocks(
         json.loads(figures.RESULTS.read_text())

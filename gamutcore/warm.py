@@ -20,7 +20,6 @@ from gamutcore.boundary import BOUNDARIES, compute_boundary
 from gamutcore.characterisation.icc.grid import Grid
 from gamutcore.characterisation.icc.process_elements import FloatGrid
 from gamutcore.decimation import COSTS, decimate
-from gamutcore.device_values import DeviceValues
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore.gamut import Gamut, Options, build_gamut
 from gamutcore.history import History, Splits, build_history, history_bytes, history_from_bytes
@@ -31,7 +30,7 @@ from gamutcore.kernels.installation import (
     is_compiled,
     mark_compiled,
 )
-from gamutcore.mesh import TriangleMesh
+from gamutcore.mesh import DeviceValues, TriangleMesh
 from gamutcore.metric import mismatch, radial_difference, voxel_mismatch
 from gamutcore.metric.level_search import Bounds, LevelSearch
 

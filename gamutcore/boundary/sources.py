@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.device_values import DeviceValues
+from gamutcore.mesh import DeviceValues
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

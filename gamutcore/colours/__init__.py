@@ -6,13 +6,19 @@ models.
 
 from gamutcore.colours.device.ink_limits import InkLimits
 from gamutcore.colours.spaces.cielab import ICC_D50, lab_to_xyz, xyz_to_lab
-from gamutcore.colours.surface import INTENTS, SurfaceColours, surface_colours
+from gamutcore.colours.surface import (
+    INTENTS,
+    SurfaceColours,
+    colours_in_space,
+    surface_colours,
+)
 
 __all__ = [
     "ICC_D50",
     "INTENTS",
     "InkLimits",
     "SurfaceColours",
+    "colours_in_space",
     "lab_to_xyz",
     "surface_colours",
     "xyz_to_lab",

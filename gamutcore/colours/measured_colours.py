@@ -17,12 +17,11 @@ from gamutcore.characterisation.conditions import is_reflective_condition
 from gamutcore.colours.declared_observer import declared_observer
 from gamutcore.colours.spaces.cielab import (
     ICC_D50,
-    colour_science,
+    adaptation_to_d50,
     lab_to_xyz,
     white_of,
     xyz_to_lab,
 )
-from gamutcore.colours.spaces.white_points import adaptation_matrix
 from gamutcore.colours.spectral import ILLUMINANTS, emission_xyz, reflectance_xyz
 from gamutcore.errors import InvalidPointsError, OptionError
 
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.samples import JSON, Samples
 
-__all__ = ["MeasuredColours", "adaptation_to_d50", "bradford_to_d50", "measured_colours"]
+__all__ = ["MeasuredColours", "measured_colours"]
 
 _NAMED_ILLUMINANT = re.compile(r"\b(?:ILLUMINANT[,:=\s]+)?(D50|D55|D65|D75|FL?\d{1,2}|[ACE])\b")
 _DAYLIGHT = re.compile(r"\b(D50|D55|D65|D75)\b")
@@ -121,57 +120,6 @@ def measured_colours(
     return replace(colours, as_measured=medium.as_measured)
 
 
-def bradford_to_d50(xyz: FloatArray, white: FloatArray) -> FloatArray:
-    """Return colours adapted from a white to ICC's D50 by the linear Bradford transform.
-
-    Parameters
-    ----------
-    xyz : (n, 3) float
-        Tristimulus values.
-    white : (3,) float
-        The white under which they were seen, in the same scale.
-
-    Returns
-    -------
-    (n, 3) float
-        Y = 1 for that white.
-
-    Notes
-    -----
-    ICC.1:2022, annex E.
-    """
-    matrix = colour_science().adaptation.matrix_chromatic_adaptation_VonKries(
-        white / white[1], ICC_D50, transform="Bradford"
-    )
-    adapted: FloatArray = xyz / white[1] @ np.asarray(matrix).T
-    return adapted
-
-
-def adaptation_to_d50(xyz: FloatArray, white: FloatArray, adaptation: str) -> FloatArray:
-    """Return colours adapted from a white to ICC's D50.
-
-    Parameters
-    ----------
-    xyz : (n, 3) float
-        Tristimulus values.
-    white : (3,) float
-        The white under which they were seen, in the same scale.
-    adaptation : str
-        A key of `gamutcore.colours.spaces.white_points.ADAPTATIONS`.
-
-    Returns
-    -------
-    (n, 3) float
-        Y = 1 for that white.
-    """
-    if adaptation == "Bradford":
-        return bradford_to_d50(xyz, white)
-    adapted: FloatArray = (
-        xyz / white[1] @ adaptation_matrix(white / white[1], ICC_D50, adaptation).T
-    )
-    return adapted
-
-
 class _Medium:
     """The samples' medium: its kind, its white, and the assumptions about it."""
 
@@ -216,7 +164,7 @@ class _Medium:
         needed = self.intent == "relative" or (self.display and samples.lab is None)
         if needed and not (white > 0).all():
             raise InvalidPointsError(
-                f"The medium's white has the tristimulus values {_rounded(white)}.",
+                f"The medium's white has the tristimulus values {_list_of(white)}.",
                 where={"field": "white"},
                 remedy="Give a white with positive X, Y and Z.",
             )
@@ -225,7 +173,7 @@ class _Medium:
         else:
             lab, adaptation = self._print_lab(xyz, white)
         return MeasuredColours(
-            lab, self._provenance(_rounded(white), adaptation), tuple(self.warnings)
+            lab, self._provenance(_list_of(white), adaptation), tuple(self.warnings)
         )
 
     def _provenance(self, white: JSON, adaptation: str) -> dict[str, JSON]:
@@ -387,7 +335,7 @@ class _Medium:
             return mean
         self.warnings.append(
             "The white was not measured; the lightest sample is taken as the white: "
-            f"{_rounded(xyz[np.argmax(xyz[:, 1])])}."
+            f"{_list_of(xyz[np.argmax(xyz[:, 1])])}."
         )
         lightest: FloatArray = xyz[np.argmax(xyz[:, 1])]
         return lightest
@@ -500,5 +448,5 @@ def _is_display(samples: Samples) -> bool:
     return samples.additive and not samples.conditions.get("COLOR_REP", "").startswith("iRGB")
 
 
-def _rounded(values: FloatArray) -> list[JSON]:
+def _list_of(values: FloatArray) -> list[JSON]:
     return [round(float(value), 6) for value in values]

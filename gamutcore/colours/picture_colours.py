@@ -14,9 +14,8 @@ import numpy as np
 from gamutcore.characterisation import IccProfile
 from gamutcore.characterisation.pictures import Encoding, Picture
 from gamutcore.characterisation.samples import JSON, IntArray
-from gamutcore.colours.measured_colours import adaptation_to_d50
 from gamutcore.colours.profile_colours import declared_white, profile_colours
-from gamutcore.colours.spaces.cielab import xyz_to_lab
+from gamutcore.colours.spaces.cielab import adaptation_to_d50, xyz_to_lab
 from gamutcore.errors import OptionError
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.characterisation import IccProfile, Picture
-from gamutcore.characterisation.pictures.raster import CHANNELS
+from gamutcore.characterisation.pictures.raster import MODELS
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.device.cube_surface import SURFACE_SAMPLES
 from gamutcore.colours.device.ink_limits import InkLimits, LimitedCube, limited_cube
@@ -23,6 +23,8 @@ from gamutcore.colours.device.surface import MAX_PATCHES, device_surface
 from gamutcore.colours.measured_colours import MeasuredColours, measured_colours
 from gamutcore.colours.picture_colours import picture_colours
 from gamutcore.colours.profile_colours import ProfileColours, declared_white, profile_colours
+from gamutcore.colours.spaces.formulas import Cielab
+from gamutcore.colours.spaces.white_points import white_point
 from gamutcore.errors import MalformedProfileError, OptionError
 from gamutcore.option_types import Choice, check_option
 
@@ -31,8 +33,9 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation import Samples
+    from gamutcore.colours.spaces import ColourSpace
 
-__all__ = ["INTENTS", "SurfaceColours", "surface_colours"]
+__all__ = ["INTENTS", "SurfaceColours", "colours_in_space", "surface_colours"]
 
 INTENTS = ("relative", "absolute", "perceptual", "saturation")
 
@@ -148,6 +151,53 @@ def surface_colours(
     return replace(surface, as_measured=medium.as_measured)
 
 
+def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColours:
+    """Return the colours of a device in a space, with the space in their provenance.
+
+    Parameters
+    ----------
+    colours : SurfaceColours
+        In ICC's CIELAB.
+    space : ColourSpace
+
+    Returns
+    -------
+    SurfaceColours
+        Its points are coordinates of the space.
+
+    Raises
+    ------
+    InvalidPointsError
+        As `ColourSpace.coordinates`.
+    """
+    lab = colours.points
+    if colours.own_values is not None and not space.is_icc_cielab:
+        icc = Cielab(white_point("D50"))
+        lab, _ = icc.coordinates(icc.xyz(lab) @ colours.own_values.T)
+    points, moved = space.coordinates(lab, as_measured=colours.as_measured)
+    described = space.description()
+    if space.is_icc_cielab:
+        described["adaptation"] = "none: the colours are relative to D50"
+    elif colours.own_values is not None:
+        described["adaptation"] = "none: the display's own colours, from before adaptation to D50"
+    elif colours.as_measured:
+        described["adaptation"] = "none: the colours are as measured"
+    given = colours.provenance.get("warnings")
+    warnings = list(given) if isinstance(given, list) else []
+    if moved:
+        warnings.append(
+            f"{moved} of {len(points)} colours are outside of the domain of {space.name} (negative "
+            "tristimulus values, for example) and were moved to the nearest colours in it."
+        )
+    provenance = {
+        **colours.provenance,
+        "colour_space": described,
+        "axes": " ".join(space.axes),
+        "warnings": warnings,
+    }
+    return replace(colours, points=points, provenance=provenance)
+
+
 def _picture_points(
     picture: Picture,
     intent: str,
@@ -166,7 +216,7 @@ def _picture_points(
         colours.device,
         provenance,
         colours.as_measured,
-        () if colours.device is None else CHANNELS[picture.model],
+        () if colours.device is None else MODELS[picture.model],
         colours.own_values,
     )
 
@@ -283,12 +333,12 @@ def _sample_surface(
     limited = limited_cube(samples.channels, lowest, highest, limits, inks=samples.inks)
     provenance["model"] = model.provenance
     if model.colours is None:
-        why = f"o device model can be fitted ({model.degenerate})"
+        why = f"no device model can be fitted ({model.degenerate})"
         if limits:
-            raise limits.refusal(f"n{why}.")
+            raise limits.refusal(f"{why}.")
         if kind is not None:
-            raise OptionError.not_applicable("device_model", kind, f"n{why}", _FIT_REMEDY)
-        warnings.append(f"N{why}; the samples' colours are used.")
+            raise OptionError.not_applicable("device_model", kind, why, _FIT_REMEDY)
+        warnings.append(f"{why[:1].upper()}{why[1:]}; the samples' colours are used.")
         provenance["warnings"] = list[JSON](warnings)
         return SurfaceColours(lab, device, provenance, channels=samples.channels)
 
@@ -312,9 +362,9 @@ def _sample_surface(
 def _patches(samples: Samples, used: int, *, averaged: int = 0, thinned: int = 0) -> JSON:
     """Numbers of patches that were read, dropped (in reading or here), averaged and used."""
     read, dropped = len(samples), 0
-    told = samples.provenance.get("patches")
-    if isinstance(told, dict):
-        kept, lost = told.get("read"), told.get("dropped")
+    counts = samples.provenance.get("patches")
+    if isinstance(counts, dict):
+        kept, lost = counts.get("read"), counts.get("dropped")
         read = kept if isinstance(kept, int) else read
         dropped = lost if isinstance(lost, int) else 0
     return {"read": read, "averaged": averaged, "dropped": dropped + thinned, "used": used}

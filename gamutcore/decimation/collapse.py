@@ -16,10 +16,8 @@ from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.candidates import CANDIDATES, Grid, write_candidate
 from gamutcore.decimation.costs.dispatch import CostState, enter_level, error_at, find_optimum
 from gamutcore.decimation.costs.parameters import MEMORYLESS
-from gamutcore.decimation.costs.samples import LARGEST_LINK
 from gamutcore.decimation.edge_collapse import (
     COLLAPSES,
-    LONGEST_LINK,
     ORDERED,
     PHASE,
     QUERIES,
@@ -36,7 +34,7 @@ from gamutcore.decimation.edge_collapse import (
 from gamutcore.decimation.edge_queue import dequeue, enqueue, fill_queue
 from gamutcore.decimation.record import Record, has_room
 from gamutcore.decimation.relaxation import relax
-from gamutcore.decimation.star import Surface, link_condition_holds, write_edge_link
+from gamutcore.decimation.star import LARGEST_LINK, Surface, link_condition_holds, write_edge_link
 from gamutcore.decimation.sweeps import begin_sweeps, collapse_in_sweeps
 from gamutcore.kernels import kernel, leaf_kernel
 
@@ -211,7 +209,7 @@ def collapse_edges(
         counts[PHASE] = SWEEPING
     if counts[PHASE] == SWEEPING:
         if swept > 0 and not collapse_in_sweeps(state, surface, grid, record, work, loop, swept):
-            counts[ROOM] = LONGEST_LINK
+            counts[ROOM] = LARGEST_LINK
             return False
         if counts[COLLAPSES] < wanted:
             _queue_all(state, surface, work, counts[COLLAPSES])

@@ -20,7 +20,7 @@ from gamutcore.decimation.costs.dispatch import (
 )
 from gamutcore.decimation.edge_queue import EdgeQueue, dequeue, empty_queue
 from gamutcore.decimation.record import Record, record_collapse, record_moved_corners
-from gamutcore.decimation.star import Surface, keeps_star_shape
+from gamutcore.decimation.star import LARGEST_LINK, Surface, keeps_star_shape
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 
 __all__ = [
@@ -28,7 +28,6 @@ __all__ = [
     "BLOCK_SWEEPS",
     "COLLAPSES",
     "ERRORS_CHANGED",
-    "LONGEST_LINK",
     "ORDERED",
     "PHASE",
     "QUERIES",
@@ -47,9 +46,6 @@ __all__ = [
     "new_loop",
     "rounded_point_is_valid",
 ]
-
-LONGEST_LINK = 64
-"""Longest link of a collapse in the sweeps, and of a vertex whose neighbours move."""
 
 START, SWEEPING, ORDERED = range(3)
 """Phases of the collapse loop: not begun, in sweeps, in strict order."""
@@ -113,9 +109,9 @@ class Workspace(NamedTuple):
         The same position rounded to the grid.
     gradient : (3,) float64
         Scratch: volume gradient of the current link.
-    neighbourhood : (LONGEST_LINK + 1,) int32
+    neighbourhood : (LARGEST_LINK + 1,) int32
         Scratch: a vertex and its neighbours.
-    before : (LONGEST_LINK + 1, 3) float32
+    before : (LARGEST_LINK + 1, 3) float32
         Scratch: their positions before they move.
     counter : (1,) int64
         Number of collapses so far. Another thread reads it to report progress.
@@ -152,8 +148,8 @@ def empty_workspace(
         np.empty(3, np.float64),
         np.empty(3, np.float32),
         np.empty(3, np.float64),
-        np.empty(LONGEST_LINK + 1, np.int32),
-        np.empty((LONGEST_LINK + 1, 3), np.float32),
+        np.empty(LARGEST_LINK + 1, np.int32),
+        np.empty((LARGEST_LINK + 1, 3), np.float32),
         counter,
     )
 

@@ -7,9 +7,9 @@ import numpy as np
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.decimation.candidates import Grid, round_to_grid
 from gamutcore.decimation.costs.dispatch import CostState, find_improvement, update_after_change
-from gamutcore.decimation.edge_collapse import LONGEST_LINK, Workspace, mark_changed
+from gamutcore.decimation.edge_collapse import Workspace, mark_changed
 from gamutcore.decimation.record import Record, record_shift
-from gamutcore.decimation.star import Surface, keeps_star_shape, write_vertex_link
+from gamutcore.decimation.star import LARGEST_LINK, Surface, keeps_star_shape, write_vertex_link
 from gamutcore.kernels import leaf_kernel
 
 __all__ = ["relax"]
@@ -87,7 +87,7 @@ def relax(
     """
     point, link, around = work.point, work.link, work.neighbourhood
     neighbours = int(surface.degree[kept])
-    if neighbours > LONGEST_LINK:
+    if neighbours > LARGEST_LINK:
         return
     write_vertex_link(surface, kept, link)
     around[0] = kept

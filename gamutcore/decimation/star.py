@@ -21,11 +21,13 @@ from gamutcore.star_shape import sees_centre
 __all__ = [
     "DEFICIT_LARGEST",
     "DEFICIT_NOW",
+    "LARGEST_LINK",
     "Surface",
     "find_inner_direction",
     "keeps_star_shape",
     "link_condition_holds",
     "scale_to_preserve_volume",
+    "squared_length",
     "star_volume",
     "surface_of",
     "write_edge_link",
@@ -38,6 +40,10 @@ DEFICIT_NOW = 0
 
 DEFICIT_LARGEST = 1
 """Index into `Surface.deficit`: largest absolute value so far."""
+
+LARGEST_LINK = 64
+"""Longer links are not collapsed in sweeps, evaluated by samples, or moved: they take too long, and
+their edges would not be among the cheapest."""
 
 MAXIMUM_STEPS = 200
 """Steps of the perceptron rule before the search for an inner direction ends."""
@@ -126,6 +132,17 @@ def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -
         mark,
         np.zeros(2, np.float64),
     )
+
+
+@leaf_kernel
+def squared_length(surface: Surface, corner: int) -> float:
+    """Squared length of the edge that a corner faces."""
+    position = surface.position
+    one, two = surface.vertex[following(corner)], surface.vertex[preceding(corner)]
+    x = position[one, 0] - position[two, 0]
+    y = position[one, 1] - position[two, 1]
+    z = position[one, 2] - position[two, 2]
+    return x * x + y * y + z * z
 
 
 @leaf_kernel

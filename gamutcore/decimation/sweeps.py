@@ -19,7 +19,6 @@ from gamutcore.decimation.edge_collapse import (
     BLOCK_SWEEPS,
     COLLAPSES,
     ERRORS_CHANGED,
-    LONGEST_LINK,
     QUERIES,
     ROUND,
     Loop,
@@ -31,7 +30,7 @@ from gamutcore.decimation.edge_collapse import (
 )
 from gamutcore.decimation.edge_queue import dequeue, fill_queue
 from gamutcore.decimation.record import Record, has_room
-from gamutcore.decimation.star import Surface, link_condition_holds, write_edge_link
+from gamutcore.decimation.star import LARGEST_LINK, Surface, link_condition_holds, write_edge_link
 from gamutcore.kernels import leaf_kernel
 
 __all__ = ["begin_sweeps", "collapse_in_sweeps"]
@@ -185,7 +184,7 @@ def _sweep(
             continue
         # the two faces at the edge count once for each end
         count = surface.degree[kept] + surface.degree[dead] - 4
-        if count > LONGEST_LINK:
+        if count > LARGEST_LINK:
             continue
         count = write_edge_link(surface, kept, dead, work.link)
         if not stale:

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 
-from gamutcore.device_values import DeviceValues
 from gamutcore.errors import HistoryFileError, MeshError
 from gamutcore.history.bit_codes import stream_bytes
 from gamutcore.history.device_codes import (
@@ -35,6 +34,7 @@ from gamutcore.history.nearest_values import nearest_values
 from gamutcore.history.prefix_order import group_count, group_ranges
 from gamutcore.history.stepping import refine
 from gamutcore.history.streams import DAMAGE_REMEDY, DEVICE, Streams, extended_copy
+from gamutcore.mesh import DeviceValues
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

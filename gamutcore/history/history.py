@@ -34,9 +34,9 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import FloatArray
     from gamutcore.decimation import Decimation
-    from gamutcore.device_values import DeviceValues
     from gamutcore.history.device_history import DeviceHistory
     from gamutcore.history.prefix_order import Splits
+    from gamutcore.mesh import DeviceValues
 
 __all__ = ["MINIMUM_TRIANGLES", "History", "build_history"]
 

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, create_model
 from pydantic.json_schema import SkipJsonSchema
 
+from gamutcore.characterisation.formats import format_summary
 from gamutcore.option_types import (
     Choice,
     Number,
@@ -76,11 +77,11 @@ _Options = create_model("_Options", __config__=ConfigDict(extra="forbid"), **_fi
 
 
 class GamutOptions(_Options):  # type: ignore[misc, valid-type]  # made from the declarations
-    """How a gamut is built. Every option has a default; answers state all that apply."""
+    """Options of a gamut. Every option has a default. Answers state all that apply."""
 
 
 class InlineSamples(BaseModel):
-    """Characterisation data as JSON. Other members, of no option's name, are conditions."""
+    """Characterisation data as JSON. Members without an option's name are conditions."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -88,13 +89,13 @@ class InlineSamples(BaseModel):
         list[list[float | str | None] | dict[str, float | str | None]],
         Field(
             description="One array of numbers, or one object by column name, per sample. Columns "
-            "that are no colours or device values, such as names, may hold texts."
+            "other than colours and device values, such as names, may contain text."
         ),
     ]
     columns: Annotated[
         list[str] | None,
         Field(
-            description="Names of the columns; L*, a*, b* when left out. Device values (RGB_R, "
+            description="Names of the columns; L*, a*, b* by default. Device values (RGB_R, "
             "CMYK_C, ...) beside the colour (LAB_L, XYZ_X, LCH_L, XYY_X, SPEC_380, ...) give a "
             "device model."
         ),
@@ -105,7 +106,7 @@ class InlineSamples(BaseModel):
     ] = None
     conditions: Annotated[
         dict[str, str | float] | SkipJsonSchema[None],
-        Field(description="Measurement conditions by keyword, kept in the provenance."),
+        Field(description="Measurement conditions by keyword, stored in the provenance."),
     ] = None
     options: Annotated[
         GamutOptions,
@@ -121,13 +122,15 @@ class MultipartSubmission(BaseModel):
     file: Annotated[
         bytes,
         Field(
-            description="CGATS or IT8 text, CxF3, CSV, JSON, a NumPy array (.npy), an ICC "
-            "profile, a picture (PNG, TIFF, JPEG), or a gamut mesh (PLY, glTF, Argyll's .gam, STL, "
-            "OBJ); recognised by its content.",
+            description=f"A file, recognised by its content: {format_summary()}.",
             json_schema_extra={"format": "binary"},
         ),
     ]
     options: Annotated[
         GamutOptions,
-        Field(description="How the gamut is built.", json_schema_extra=_without_nulls),
+        Field(
+            description="How the gamut is built. Options can also be form fields of their own "
+            "names, such as `ink_limit=300`, with numbers and lists as in JSON.",
+            json_schema_extra=_without_nulls,
+        ),
     ] = GamutOptions()

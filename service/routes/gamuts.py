@@ -172,7 +172,7 @@ async def create_gamut(request: Request) -> Response:
     with timed("build"):
         job = await service.builds.wait(gamut_id, seconds) or job
     headers = {}
-    applied = prefer.applied(answered_async=not job.final, longest=settings.max_client_wait)
+    applied = prefer.applied_field(answered_async=not job.final, longest=settings.max_client_wait)
     if applied:
         headers["Preference-Applied"] = applied
     if not job.final:
@@ -183,7 +183,7 @@ async def create_gamut(request: Request) -> Response:
     if job.problem is not None:
         raise ProblemError(Problem.from_mapping(job.problem))
     record = await _record_of_built(service, gamut_id)
-    return _described(record, 201, {**headers, "Location": f"/v1/gamuts/{gamut_id}"})
+    return _description_response(record, 201, {**headers, "Location": f"/v1/gamuts/{gamut_id}"})
 
 
 async def _record_of_built(service: ServiceContainer, gamut_id: str) -> Record:
@@ -414,10 +414,10 @@ def _description_tags(record: Record) -> list[str]:
 
 
 def _existing(record: Record) -> Response:
-    return _described(record, 200, {"Content-Location": f"/v1/gamuts/{record.id}"})
+    return _description_response(record, 200, {"Content-Location": f"/v1/gamuts/{record.id}"})
 
 
-def _described(record: Record, status: int, headers: dict[str, str]) -> Response:
+def _description_response(record: Record, status: int, headers: dict[str, str]) -> Response:
     return JsonResponse(_description(record), status, {"Cache-Control": "no-cache", **headers})
 
 

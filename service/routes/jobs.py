@@ -156,7 +156,7 @@ async def follow_job(
     if document.final and last_event_id == event_id(document):
         return Response(status_code=204, headers=_NO_STORE)
     if service.events.full:
-        detail = f"{service.events.count} streams of events are open."
+        detail = f"{service.events.count} event streams are open."
         raise ProblemError(Problem("too-many-streams", detail, headers={"Retry-After": "5"}))
     # Keeps proxies from buffering the stream.
     headers = {**_NO_STORE, "X-Accel-Buffering": "no"}

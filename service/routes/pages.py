@@ -46,7 +46,7 @@ _LINKS = {
 
 @router.get("/")
 async def landing(request: Request) -> Response:
-    """Show what the service is, its state, and where to go."""
+    """Show the service, its state and its links."""
     service = service_of(request)
     report = await service.readiness.report()
     if _wants_json(request):
@@ -157,7 +157,7 @@ def _state(service: ServiceContainer, report: Report) -> str:
         )
         for probe in report.probes
     ]
-    return f"{overview}\n{table('What was found just now', ('part', 'state', 'detail'), rows)}"
+    return f"{overview}\n{table('Probes', ('part', 'state', 'detail'), rows)}"
 
 
 def _example(kind: Kind) -> dict[str, Any]:

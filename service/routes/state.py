@@ -41,9 +41,9 @@ async def live() -> Response:
     operation_id="ready",
     summary="Check that the service is ready",
     description="Ready once every build worker is warm and the kernels are loaded, and as long as "
-    "the store can be written. Each probe says what it found: `failed` makes the service not "
-    "ready; `degraded` says what is wrong without sending requests elsewhere, such as a full "
-    "queue, or a worker that is started anew.",
+    "the store can be written. Each probe has a status: `failed` makes the service not "
+    "ready; `degraded` reports a fault that other replicas share, such as a full "
+    "queue, or a worker that restarts.",
     responses={
         200: json_response(
             "The service is ready.",

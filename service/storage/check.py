@@ -79,11 +79,11 @@ def findings(blobs: Blobs, another: Blobs) -> Iterator[Finding]:
     trials: list[tuple[str, Callable[[Blobs, Blobs, str], str]]] = [
         (f"of {_WRITERS} simultaneous creators of a blob exactly one succeeds", _exclusive),
         (f"of {_WRITERS} simultaneous replacements of a version exactly one succeeds", _swap),
-        ("an outdated version, or one that is gone, cannot be replaced", _outdated),
-        ("what was written is read by others at once, and whole", _read_after_write),
-        ("a large blob is read back bit by bit", _large),
-        ("what was written is listed by others at once, in order", _listed),
-        ("what was deleted is gone for others at once, and its name is free", _deleted),
+        ("an outdated or deleted version cannot be replaced", _outdated),
+        ("a written blob is visible to others at once and complete", _read_after_write),
+        ("a large blob is read back unchanged", _large),
+        ("written blobs are listed for others at once and in order", _listed),
+        ("a deleted blob is gone for others at once, and its name is free", _deleted),
         ("a blob can be moved", _moved),
     ]
     try:

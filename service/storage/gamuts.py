@@ -204,7 +204,7 @@ class GamutStore:
             self.flush_uses()
         return record
 
-    def stored(self, gamut_id: str) -> bool:
+    def is_stored(self, gamut_id: str) -> bool:
         """Return whether there is an intact gamut. This does not count as a use."""
         return self._find_record(gamut_id) is not None
 
@@ -335,7 +335,7 @@ class GamutStore:
     def options_of_damaged_job(self, gamut_id: str) -> dict[str, Any] | None:
         """Return the options for rebuilding a damaged job's gamut; None if impossible."""
         try:
-            return None if self.stored(gamut_id) else self.input_options(gamut_id)
+            return None if self.is_stored(gamut_id) else self.input_options(gamut_id)
         except BlobNotFoundError:
             return None
 

@@ -78,11 +78,11 @@ class Quarantine:
         try:
             self._blobs.create(f"{_key(first, mark)}.reason", note.encode())
         except StoreFullError:
-            logger.warning("no room for the reason's file of %s", first)
+            logger.warning("no space for the reason of %s", first)
         return True
 
     def holds(self, key: str) -> bool:
-        """Whether a blob that had this key was ever put here, and is here still."""
+        """Return whether a blob of this key is in the quarantine."""
         beginning = _key(key, "")
         found = next(iter(self._blobs.keys("quarantine/", beginning)), "")
         return found.startswith(beginning)

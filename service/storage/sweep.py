@@ -16,7 +16,7 @@ __all__ = ["remove_uncommitted"]
 
 
 def remove_uncommitted(
-    blobs: Blobs, in_the_making: Callable[[str], bool], wanted: Callable[[], bool]
+    blobs: Blobs, is_being_published: Callable[[str], bool], goes_on: Callable[[], bool]
 ) -> int:
     """Remove the histories that no record names, and return their number.
 
@@ -24,18 +24,18 @@ def remove_uncommitted(
     ----------
     blobs : Blobs
         Storage that belongs to this process. In a shared one, other publishers are unknown.
-    in_the_making : callable
+    is_being_published : callable
         Returns whether this process is publishing the gamut of an id.
-    wanted : callable
+    goes_on : callable
         Returns whether to continue.
     """
     removed = 0
     for gamut_id, keys in groupby(blobs.keys("published/"), id_of):
-        if not wanted():
+        if not goes_on():
             break
         histories = [key for key in keys if key.endswith(".gamut")]
         # The keys are read first: a gamut that is not being published now was committed before.
-        if not in_the_making(gamut_id):
+        if not is_being_published(gamut_id):
             removed += sum(map(blobs.delete, _uncommitted(blobs, gamut_id, histories)))
     return removed
 

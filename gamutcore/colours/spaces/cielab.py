@@ -1,8 +1,8 @@
-"""CIEXYZ to CIELAB and back, by colour-science, relative to the D50 of ICC profiles.
+"""CIEXYZ to CIELAB and back, relative to the D50 of ICC profiles, and adaptation to that white.
 
 The D50 of the ICC (X 0.9642, Y 1, Z 0.8249) is used everywhere. It differs from that of
-colour-science in the fourth digit. colour-science takes most of a second and 40 MB to import, so
-only this module imports it, on first use.
+colour-science in the fourth digit. colour-science has the tables of illuminants and observers. It
+takes 1.2 s and 80 MB to import, so only this module imports it, for data that needs the tables.
 """
 
 from __future__ import annotations
@@ -16,10 +16,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gamutcore.colours.spaces.formulas import Cielab
+from gamutcore.colours.spaces.white_points import adaptation_matrix
+
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
 
-__all__ = ["ICC_D50", "colour_science", "lab_to_xyz", "white_of", "xyz_to_lab"]
+__all__ = [
+    "ICC_D50",
+    "adaptation_to_d50",
+    "colour_science",
+    "lab_to_xyz",
+    "white_of",
+    "xyz_to_lab",
+]
 
 ICC_D50: FloatArray = np.array([0.9642, 1.0, 0.8249])
 """XYZ of the illuminant of the profile connection space (ICC.1:2022, 7.2.16), Y = 1."""
@@ -79,8 +89,9 @@ def xyz_to_lab(xyz: FloatArray, white: FloatArray = ICC_D50) -> FloatArray:
     >>> xyz_to_lab(ICC_D50).round(3).tolist()
     [100.0, 0.0, 0.0]
     """
-    lab = colour_science().XYZ_to_Lab(np.asarray(xyz, dtype=np.float64), _xy(white))
-    return np.ascontiguousarray(lab, dtype=np.float64)
+    values = np.asarray(xyz, np.float64)
+    lab, _ = Cielab(white / white[1]).coordinates(values.reshape(-1, 3))
+    return lab.reshape(values.shape)
 
 
 def lab_to_xyz(lab: FloatArray, white: FloatArray = ICC_D50) -> FloatArray:
@@ -102,8 +113,31 @@ def lab_to_xyz(lab: FloatArray, white: FloatArray = ICC_D50) -> FloatArray:
     -----
     CIE 15:2018, equations 8.9 to 8.14.
     """
-    xyz = colour_science().Lab_to_XYZ(np.asarray(lab, dtype=np.float64), _xy(white))
-    return np.ascontiguousarray(xyz, dtype=np.float64)
+    values = np.asarray(lab, np.float64)
+    return Cielab(white / white[1]).xyz(values.reshape(-1, 3)).reshape(values.shape)
+
+
+def adaptation_to_d50(xyz: FloatArray, white: FloatArray, adaptation: str) -> FloatArray:
+    """Return colours adapted from a white to ICC's D50.
+
+    Parameters
+    ----------
+    xyz : (n, 3) float
+        Tristimulus values.
+    white : (3,) float
+        The white under which they were seen, in the same scale.
+    adaptation : str
+        A key of `gamutcore.colours.spaces.white_points.ADAPTATIONS`.
+
+    Returns
+    -------
+    (n, 3) float
+        Y = 1 for that white.
+    """
+    adapted: FloatArray = (
+        xyz / white[1] @ adaptation_matrix(white / white[1], ICC_D50, adaptation).T
+    )
+    return adapted
 
 
 def white_of(illuminant: str, observer: str) -> FloatArray | None:
@@ -131,7 +165,3 @@ def white_of(illuminant: str, observer: str) -> FloatArray | None:
         return None
     x, y = (float(value) for value in chromaticity)
     return np.array([x / y, 1.0, (1 - x - y) / y])
-
-
-def _xy(white: FloatArray) -> FloatArray:
-    return np.array([white[0], white[1]]) / float(white.sum())

@@ -9,7 +9,7 @@ back. CIELAB with D50 is the identity. ``docs/colour-spaces.md`` helps to choose
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -37,14 +37,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from gamutcore.arrays import FloatArray, PositionArray
-    from gamutcore.colours.surface import SurfaceColours
 
 __all__ = [
     "CIELAB",
     "SPACES",
     "ColourSpace",
     "SpaceDefinition",
-    "colours_in_space",
 ]
 
 DEFAULT_LUMINANCE = 203.0
@@ -368,50 +366,3 @@ class ColourSpace:
 
 CIELAB = ColourSpace()
 """CIELAB relative to ICC's D50."""
-
-
-def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColours:
-    """Return the colours of a device in a space, with the space in their provenance.
-
-    Parameters
-    ----------
-    colours : SurfaceColours
-        In ICC's CIELAB.
-    space : ColourSpace
-
-    Returns
-    -------
-    SurfaceColours
-        Its points are coordinates of the space.
-
-    Raises
-    ------
-    InvalidPointsError
-        As `ColourSpace.coordinates`.
-    """
-    lab = colours.points
-    if colours.own_values is not None and not space.is_icc_cielab:
-        icc = Cielab(white_point("D50"))
-        lab, _ = icc.coordinates(icc.xyz(lab) @ colours.own_values.T)
-    points, moved = space.coordinates(lab, as_measured=colours.as_measured)
-    described = space.description()
-    if space.is_icc_cielab:
-        described["adaptation"] = "none: the colours are relative to D50"
-    elif colours.own_values is not None:
-        described["adaptation"] = "none: the display's own colours, from before adaptation to D50"
-    elif colours.as_measured:
-        described["adaptation"] = "none: the colours are as measured"
-    given = colours.provenance.get("warnings")
-    warnings = list(given) if isinstance(given, list) else []
-    if moved:
-        warnings.append(
-            f"{moved} of {len(points)} colours are outside of the domain of {space.name} (negative "
-            "tristimulus values, for example) and were moved to the nearest colours in it."
-        )
-    provenance = {
-        **colours.provenance,
-        "colour_space": described,
-        "axes": " ".join(space.axes),
-        "warnings": warnings,
-    }
-    return replace(colours, points=points, provenance=provenance)

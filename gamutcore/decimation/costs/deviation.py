@@ -14,7 +14,6 @@ from gamutcore.arrays import FloatArray
 from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.costs.samples import (
     LANES,
-    LARGEST_LINK,
     LARGEST_SHARE,
     PENALTY_OUTSIDE,
     QUERY_AREA,
@@ -28,7 +27,7 @@ from gamutcore.decimation.costs.samples import (
     TOTAL_WEIGHT,
     Deviation,
 )
-from gamutcore.decimation.star import Surface
+from gamutcore.decimation.star import LARGEST_LINK, Surface, squared_length
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 
 __all__ = [
@@ -397,9 +396,4 @@ def length_penalty(deviation: Deviation, surface: Surface, corner: int) -> float
     float
         In the unit of the change.
     """
-    position, squared = surface.position, 0.0
-    one, two = surface.vertex[following(corner)], surface.vertex[preceding(corner)]
-    for axis in range(3):
-        difference = position[one, axis] - position[two, axis]
-        squared += difference * difference
-    return FLATNESS * deviation.sums[QUERY_AREA] * np.sqrt(squared)
+    return FLATNESS * deviation.sums[QUERY_AREA] * np.sqrt(squared_length(surface, corner))

@@ -24,7 +24,7 @@ import numpy as np
 from gamutcore.arrays import ByteArray, FloatArray, IndexArray
 from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.costs.symmetric import adjugate
-from gamutcore.decimation.star import DEFICIT_LARGEST, DEFICIT_NOW, Surface
+from gamutcore.decimation.star import DEFICIT_LARGEST, DEFICIT_NOW, Surface, squared_length
 from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 
 __all__ = [
@@ -218,7 +218,7 @@ def _error(
     quadrics: Quadrics, surface: Surface, corner: int, x: float, y: float, z: float
 ) -> float:
     """Error at a position relative to the midpoint. Rounding must not make it negative."""
-    edge, position = quadrics.edge, surface.position
+    edge = quadrics.edge
     quadratic = (
         edge[SQUARE] * x * x
         + edge[SQUARE + 3] * y * y
@@ -226,12 +226,8 @@ def _error(
         + 2.0 * (edge[SQUARE + 1] * x * y + edge[SQUARE + 2] * x * z + edge[SQUARE + 4] * y * z)
     )
     linear = edge[LINEAR] * x + edge[LINEAR + 1] * y + edge[LINEAR + 2] * z
-    one, two = surface.vertex[following(corner)], surface.vertex[preceding(corner)]
-    ex = position[one, 0] - position[two, 0]
-    ey = position[one, 1] - position[two, 1]
-    ez = position[one, 2] - position[two, 2]
     area = edge[SQUARE] + edge[SQUARE + 3] + edge[SQUARE + 5]
-    penalty = FLATNESS * area * (ex * ex + ey * ey + ez * ez)
+    penalty = FLATNESS * area * squared_length(surface, corner)
     return np.sqrt((max(quadratic - 2.0 * linear + edge[CONSTANT], 0.0) + penalty) * area)
 
 

@@ -18,7 +18,7 @@ from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.costs.memoryless_quadrics import FLATNESS, REGULARISATION, Quadrics
 from gamutcore.decimation.costs.symmetric import adjugate
-from gamutcore.decimation.star import Surface
+from gamutcore.decimation.star import Surface, squared_length
 from gamutcore.kernels import kernel, leaf_kernel
 
 __all__ = ["QUADRIC_SIZE", "accumulate", "plane_error", "plane_optimum", "vertex_quadrics"]
@@ -89,13 +89,9 @@ def _sum_at_point(
 
 
 @leaf_kernel
-def _length_penalty(surface: Surface, kept: int, dead: int, pair: FloatArray) -> float:
+def _length_penalty(surface: Surface, corner: int, pair: FloatArray) -> float:
     """Penalty of an edge's length, which orders edges whose quadrics are equal."""
-    position, squared = surface.position, 0.0
-    for axis in range(3):
-        difference = position[kept, axis] - position[dead, axis]
-        squared += difference * difference
-    return FLATNESS * (pair[0] + pair[3] + pair[5]) * squared
+    return FLATNESS * (pair[0] + pair[3] + pair[5]) * squared_length(surface, corner)
 
 
 @leaf_kernel
@@ -126,7 +122,7 @@ def plane_optimum(quadrics: Quadrics, surface: Surface, corner: int, point: Floa
     i00, i01, i02, i11, i12, i22, determinant = adjugate(
         pair[0] + pull, pair[1], pair[2], pair[3] + pull, pair[4], pair[5] + pull
     )
-    penalty = _length_penalty(surface, kept, dead, pair)
+    penalty = _length_penalty(surface, corner, pair)
     if not determinant > 0.0:
         return max(pair[9], 0.0) + penalty
     bx, by, bz = pair[6], pair[7], pair[8]
@@ -151,7 +147,7 @@ def plane_error(quadrics: Quadrics, surface: Surface, corner: int, point: FloatA
     kept = int(surface.vertex[following(corner)])
     dead = int(surface.vertex[preceding(corner)])
     _sum_at_point(quadrics, surface, kept, dead, point)
-    return max(quadrics.edge[9], 0.0) + _length_penalty(surface, kept, dead, quadrics.edge)
+    return max(quadrics.edge[9], 0.0) + _length_penalty(surface, corner, quadrics.edge)
 
 
 @leaf_kernel

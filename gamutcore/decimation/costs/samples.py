@@ -23,14 +23,13 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.corner_table import following, preceding
-from gamutcore.decimation.star import Surface
+from gamutcore.decimation.star import LARGEST_LINK, Surface
 from gamutcore.kernels import leaf_kernel
 
 __all__ = [
     "HALF_BEGIN",
     "HALF_SIZE",
     "LANES",
-    "LARGEST_LINK",
     "LARGEST_SHARE",
     "PENALTY_OUTSIDE",
     "QUERY_AREA",
@@ -49,9 +48,6 @@ __all__ = [
     "sample_capacity",
     "take_samples",
 ]
-
-LARGEST_LINK = 64
-"""Links with more pairs are not evaluated: their edges would not be among the cheapest."""
 
 LARGEST_SHARE = 1e12
 """Bound of |1 − t³|, which keeps sums finite where the surface is nearly edge-on."""

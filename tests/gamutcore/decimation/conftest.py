@@ -1,4 +1,4 @@
-"""Fixtures for the tests of decimation's parts."""
+"""Fixtures of the tests of decimation."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def surface_from():
 
 @pytest.fixture(scope="session")
 def bumpy_mesh(random_cloud):
-    """Return a function from a seed to positions relative to a centre, and faces, of a boundary."""
+    """Return a function from a seed to positions about a centre and faces of a boundary."""
 
     def make(seed, count=60):
         boundary = modified_convex_hull(random_cloud(seed, count))
@@ -85,7 +85,7 @@ def corner_of():
 
 @pytest.fixture(scope="session")
 def faces_left():
-    """Return a function from a surface to the numbers of its faces that are left, and to them."""
+    """Return a function from a surface to the numbers and vertices of its remaining faces."""
 
     def left(surface):
         corners = surface.corner_facing[surface.corner_facing >= 0]
@@ -106,16 +106,16 @@ def _workspace(surface):
 
 @pytest.fixture(scope="session")
 def workspace_for():
-    """Return a function from a surface to a workspace, its edges queued by their numbers."""
+    """Return a function from a surface to a workspace whose edges are queued by their ids."""
     return _workspace
 
 
 @pytest.fixture(scope="session")
 def random_collapses():
-    """Return a generator of collapses of random edges, each to somewhere near its midpoint.
+    """Return a generator that collapses random edges to positions near their midpoints.
 
-    It takes a cost's state, a surface, a seed and how many collapses are wanted, and yields the
-    vertex that each leads to, after it.
+    Its arguments are a state, a surface, a seed and the number of collapses. It yields the kept
+    vertex after each collapse.
     """
 
     def collapses(cost, surface, seed, wanted):
@@ -147,10 +147,10 @@ def random_collapses():
 
 @pytest.fixture(scope="session")
 def by_hand():
-    """Return a function that finds for points the face whose cone they are in, and w |1 − t³|.
+    """Return a function that finds the face whose cone contains each point, and w |1 − t³|.
 
-    By solving p = α a + β b + γ c for every point p and every face (a, b, c): all three are
-    positive in the face's cone, and 1 ÷ t is their sum.
+    It solves p = α a + β b + γ c for every point p and every face (a, b, c). All three coefficients
+    are positive in the cone of the face, and 1 ÷ t is their sum.
     """
 
     def compute(positions, faces, points, weights):
@@ -165,13 +165,13 @@ def by_hand():
 
 @pytest.fixture(scope="session")
 def samples_in():
-    """Return a function from a deviation and a face to where the samples of the face are."""
+    """Return a function from a deviation and a face to the indices of the face's samples."""
     return lambda deviation, face: list(range(deviation.begin[face], deviation.end[face]))
 
 
 @pytest.fixture(scope="session")
 def points_of():
-    """Return a function from a deviation and where samples are to their points."""
+    """Return a function from a deviation and indices of samples to their points."""
 
     def points(deviation, samples):
         return np.stack([deviation.x[samples], deviation.y[samples], deviation.z[samples]], axis=1)
@@ -181,7 +181,7 @@ def points_of():
 
 @pytest.fixture(scope="session")
 def all_samples(samples_in):
-    """Return a function from a deviation to where all samples are that are in faces."""
+    """Return a function from a deviation to the indices of all assigned samples."""
 
     def listed(deviation):
         faces = range(len(deviation.begin))
@@ -192,9 +192,9 @@ def all_samples(samples_in):
 
 @pytest.fixture(scope="session")
 def assert_in_their_faces(faces_left, by_hand, samples_in, points_of):
-    """Return a check that each sample in use is in its cone's face, and that all errors are right.
+    """Return a check of the assignment of all samples and of the errors of all faces.
 
-    It takes a deviation and its surface, and returns where the samples are.
+    Its arguments are a deviation and its surface. It returns the indices of the samples.
     """
 
     def check(deviation, surface):
@@ -225,7 +225,7 @@ def assert_in_their_faces(faces_left, by_hand, samples_in, points_of):
 
 @pytest.fixture(scope="session")
 def deviating(bumpy_mesh, surface_from, random_collapses):
-    """Return a function from a seed to a deviation and a surface that has moved away from it."""
+    """Return a function from a seed to a deviation and a decimated surface."""
 
     def make(seed, count=50, collapses=15):
         positions, faces = bumpy_mesh(seed, count)

@@ -1,4 +1,4 @@
-"""Candidate places of a collapse, their reach, and their rounding to the grid, by brute force."""
+"""Candidate positions of a collapse and their rounding to the grid, by brute force."""
 
 import numpy as np
 import pytest
@@ -43,7 +43,7 @@ class TestRoundingToTheGrid:
         np.testing.assert_array_equal(rounded, exact - np.array(centre))
         assert not np.signbit(delivered[delivered == 0]).any()
 
-    def test_says_where_the_grid_does_not_reach(self):
+    def test_fails_beyond_the_grid(self):
         # 2²⁴ + 1 is the first whole number that float32 does not have; from there on none counts
         for value, expected in ((2.0**24, True), (2.0**24 + 1, False), (2.0**24 + 2, False)):
             place, delivered = np.array([0.0, value, 0.0]), np.empty(3, np.float32)

@@ -1,4 +1,4 @@
-"""The whole way down: the cheapest valid collapse first, the account of the volume, the record."""
+"""All collapses of a boundary: their order, the volume deficit, and the record."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from gamutcore.grid import grid_step, nearest_grid_points
 
 @pytest.fixture(scope="module")
 def run(bumpy_mesh):
-    """Return a function that makes all collapses of a bumpy surface by a cost."""
+    """Return a function that makes all collapses of a bumpy surface with a cost."""
 
     def make(cost, seed, count=80):
         rough, faces = bumpy_mesh(seed, count)
@@ -53,7 +53,7 @@ def test_four_faces_are_left(run, faces_left, cost, seed):
 
 
 @pytest.mark.parametrize("cost", COSTS)
-def test_the_record_is_cut_to_what_is_in_use(run, cost):
+def test_the_record_has_no_unused_entries(run, cost):
     *_, record = run(cost, 1)
     assert len(record.moved) == record.moved_end[-1]
     assert len(record.shifted) == len(record.shift) == record.shifted_end[-1]
@@ -62,8 +62,8 @@ def test_the_record_is_cut_to_what_is_in_use(run, cost):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_what_is_missing_is_on_account(run, faces_left, seed):
-    """The account is what rounding has lost, to a few of its own roundings."""
+def test_the_deficit_is_the_missing_volume(run, faces_left, seed):
+    """To a few roundings of the deficit itself."""
     positions, faces, surface, *_ = run("volume", seed)
     before = np.linalg.det(positions[faces]).sum()
     _, left = faces_left(surface)
@@ -81,7 +81,7 @@ def planes_of(positions, faces):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_the_cheapest_edge_goes_first(run, ends_of, surface_from, seed):
-    """By Garland and Heckbert's formula, with the sums over planes written out."""
+    """By the formula of Garland and Heckbert, with explicit sums over planes."""
     positions, faces, _, _, _, record = run("quadric", seed)
     surface = surface_from(positions, faces)
     normals, offsets = planes_of(positions, faces)

@@ -100,10 +100,11 @@ class TestEveryLevel:
         scale=st.sampled_from([1e-20, 1e-10, 1e-3, 1.0, 50.0, 1e5, 1e9]),
         gamma=st.sampled_from([0.05, 0.2, 1.0]),
     )
+    @pytest.mark.slow
     def test_is_a_gamut_down_to_four_triangles_without_a_gap(
         self, assert_every_invariant, cost, kind, seed, count, scale, gamma
     ):
-        """And of the same volume, to what the grid resolves of a flat body: see the next test."""
+        """The volume is preserved as far as the grid resolves a flat body; see the next test."""
         boundary = modified_convex_hull(cloud(kind, seed, count) * scale, gamma)
         history = build_history(decimate(boundary.mesh, boundary.centre, cost))
         volume = boundary.mesh.volume
@@ -124,10 +125,11 @@ class TestEveryLevel:
         count=st.integers(30, 300),
         part=st.sampled_from([0.5, 0.9, 0.97]),
     )
+    @pytest.mark.slow
     def test_of_bodies_whose_centre_is_near_their_surface(
         self, assert_every_invariant, cost, kind, seed, count, part
     ):
-        """From the middle towards a vertex; half of all directions end next to the centre then."""
+        """The centre lies near a vertex, so half of all directions end near the centre."""
         points = 50.0 * cloud(kind, seed, count)
         middle = modified_convex_hull(points, 0.2).centre
         try:
@@ -150,8 +152,9 @@ class TestEveryLevel:
     @example(seed=46, count=150)
     @example(seed=66, count=150)
     @example(seed=110, count=150)
+    @pytest.mark.slow
     def test_of_rugged_bodies_as_well(self, assert_every_invariant, cost, radii, seed, count):
-        """Boundaries that are posted as meshes: no hull has evened them out."""
+        """Boundaries posted as meshes, which no hull has smoothed."""
         mesh = rugged(np.random.default_rng(seed), count, radii)
         centre = np.zeros(3)
         try:
@@ -173,10 +176,11 @@ class TestEveryLevel:
         scale=st.sampled_from([1e-10, 1.0, 50.0]),
         shift=st.sampled_from([1.0, 10.0, 30.0, 1000.0]),
     )
+    @pytest.mark.slow
     def test_is_a_gamut_far_from_the_origin(
         self, assert_every_invariant, cost, kind, seed, count, scale, shift
     ):
-        """What float32 leaves of a shape far from the origin is decimated as validly.
+        """A shape far from the origin, of which float32 keeps few digits, is decimated validly.
 
         The volume cannot be kept better there than the grid allows. Each place is chosen so that
         the volume is exact, what the collapses before it lost included; rounding then moves it by
@@ -205,8 +209,8 @@ class TestEveryLevel:
         thickness=st.sampled_from([1.0, 1e-2, 1e-3, 1e-4]),
         shift=st.sampled_from([0.0, 100.0]),
     )
-    def test_volumes_are_as_far_off_as_is_said(self, seed, count, thickness, shift):
-        """Of thin bodies, and of some far from the origin, whose volume the grid cannot keep."""
+    def test_the_volume_error_is_correct(self, seed, count, thickness, shift):
+        """For thin bodies and bodies far from the origin, whose volume the grid cannot preserve."""
         points = directions(np.random.default_rng(seed), count) * (50, 50, 50 * thickness) + shift
         try:
             boundary = modified_convex_hull(points)
@@ -219,11 +223,12 @@ class TestEveryLevel:
         assert decimation.volume_error == pytest.approx(worst, rel=1e-6, abs=1e-11 * whole)
 
     @pytest.mark.parametrize("cost", ["quadric", "finest"])
-    def test_no_volume_is_promised_where_none_is_preserved(self, cost):
+    def test_other_costs_have_no_volume_error(self, cost):
         boundary = modified_convex_hull(directions(np.random.default_rng(0), 50))
         assert decimate(boundary.mesh, boundary.centre, cost).volume_error is None
 
     @pytest.mark.parametrize("cost", COSTS)
+    @pytest.mark.slow
     def test_of_a_sphere_of_20480_triangles(self, assert_every_invariant, icosphere, cost):
         mesh = icosphere(5, 40.0, (50.0, 0.0, 0.0))
         history = build_history(decimate(mesh, (50, 0, 0), cost))
@@ -234,6 +239,7 @@ class TestEveryLevel:
                 assert level.volume == pytest.approx(mesh.volume, rel=1e-5)
 
     @pytest.mark.parametrize("cost", COSTS)
+    @pytest.mark.slow
     def test_of_a_random_sphere(self, assert_every_invariant, cost):
         boundary = modified_convex_hull(directions(np.random.default_rng(0), 1000), 1.0, (0, 0, 0))
         history = build_history(decimate(boundary.mesh, boundary.centre, cost))
@@ -242,7 +248,7 @@ class TestEveryLevel:
 
     @pytest.mark.parametrize("cost", COSTS)
     def test_the_full_level_is_the_boundary(self, random_cloud, cost):
-        """The same faces over the same vertices: only their numbers are in another order."""
+        """Only the numbering of faces and vertices differs."""
         boundary = modified_convex_hull(random_cloud(2))
         full = build_history(decimate(boundary.mesh, boundary.centre, cost)).full()
 
@@ -263,7 +269,8 @@ class TestEveryLevel:
 class TestSphereAgainstTheory:
     """Mismatch × triangles of a sphere: 5.13 for accumulated plane quadrics, 2.127 at best.
 
-    The first was measured for the published method, the second is Böröczky's and Ludwig's limit.
+    The first constant was measured for the published method. The second is the limit of Böröczky
+    and Ludwig.
     """
 
     # the best possible with n triangles: 12 π (1 ÷ (6 √3) − 1 ÷ (8 π))
@@ -326,7 +333,7 @@ def highest_degree(mesh):
 
 
 class TestStructure:
-    """Shapes that lead a greedy decimation to vertices whose faces span a whole side."""
+    """Shapes on which a greedy decimation creates vertices whose faces span a whole side."""
 
     @pytest.mark.parametrize("cost", COSTS)
     def test_of_a_box_with_flat_faces(self, assert_every_invariant, cost):
@@ -400,7 +407,7 @@ class TestRefusals:
         assert "one closed piece" in caught.value.remedy
 
     def test_of_two_pieces_whose_face_count_a_handle_makes_right(self, icosphere):
-        """A sphere (V − E + F = 2) and a torus (0): together as many faces as one sphere has."""
+        """A sphere (V − E + F = 2) and a torus (0) have as many faces together as one sphere."""
         torus = trimesh.creation.torus(2.0, 0.5, major_sections=12, minor_sections=8)
         one = icosphere(1)
         mesh = TriangleMesh(

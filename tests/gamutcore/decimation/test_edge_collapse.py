@@ -1,4 +1,4 @@
-"""One collapse, against renaming a vertex in a list of faces; and what is kept beside it."""
+"""One collapse, compared with renaming a vertex in a list of faces; the workspace."""
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ def neighbours(faces, vertex):
 
 
 def assert_consistent(surface, work, numbers, faces):
-    """Check everything that the surface knows about itself against its faces."""
+    """Compare all arrays of the surface with its faces."""
     compact = np.full(len(surface.vertex), -1)
     compact[(3 * numbers[:, np.newaxis] + np.arange(3)).ravel()] = np.arange(3 * len(numbers))
     kept, renamed = np.unique(faces, return_inverse=True)
@@ -107,7 +107,7 @@ class TestCollapse:
         assert done > 10
 
     def test_counts_parked_edges_that_vanish(self, bumpy_mesh, surface_from, workspace_for):
-        """Of the three edges that go with a collapse, those outside the queue were parked."""
+        """Of the three edges that a collapse removes, those outside the queue were parked."""
         positions, faces = bumpy_mesh(1, 40)
         surface = surface_from(positions, faces)
         state, work = cost_state(QUADRIC, positions, faces), workspace_for(surface)
@@ -143,12 +143,12 @@ class TestStaleness:
         assert not any(is_stale(surface, work, edge) for edge in edges)
 
 
-class TestPlaces:
+class TestCandidatePositions:
     @pytest.mark.parametrize("cost", [QUADRIC, VOLUME])
     def test_are_valid_where_the_collapsed_mesh_is(
         self, bumpy_mesh, surface_from, workspace_for, ends_of, cost
     ):
-        """On the grid, and all faces around them see the centre: by determinants."""
+        """They lie on the grid, and all faces around them see the centre, by determinants."""
         positions, faces = bumpy_mesh(5, 40)
         centre = np.array([50.25, 1.5, -3.0])
         state, surface = cost_state(cost, positions, faces), surface_from(positions, faces)

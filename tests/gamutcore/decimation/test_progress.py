@@ -1,3 +1,5 @@
+"""Progress: reports from a thread, and weights of parts."""
+
 import threading
 import time
 
@@ -6,7 +8,7 @@ import pytest
 from gamutcore.decimation.progress import Progress, report_progress
 
 
-def test_what_is_done_is_told_while_it_is_being_done():
+def test_progress_is_reported_while_work_runs():
     done, told, twice = [0], [], threading.Event()
 
     def progress(part):
@@ -23,13 +25,13 @@ def test_what_is_done_is_told_while_it_is_being_done():
     assert len(told) == after
 
 
-def test_nobody_looks_where_nobody_wants_to_know():
+def test_without_a_callback_there_is_no_thread():
     before = threading.active_count()
     with report_progress(lambda: 0.0, None):
         assert threading.active_count() == before
 
 
-def test_a_fault_of_the_one_who_is_told_is_raised():
+def test_an_exception_of_the_callback_is_raised():
     failed = threading.Event()
 
     def progress(_part):
@@ -40,7 +42,7 @@ def test_a_fault_of_the_one_who_is_told_is_raised():
         assert failed.wait(10)
 
 
-def test_parts_count_by_their_work():
+def test_parts_are_weighted_by_their_work():
     progress = Progress([(2, 3.0), (10, 1.0), (1, 4.0)])
     assert progress.fraction() == 0
     first = progress.begin_part()
@@ -54,11 +56,11 @@ def test_parts_count_by_their_work():
     assert progress.fraction() == 1
 
 
-def test_more_than_was_expected_is_no_more_than_the_part():
+def test_a_counter_beyond_its_part_counts_as_the_part():
     progress = Progress([(2, 1.0), (2, 1.0)])
     progress.begin_part()[0] = 3
     assert progress.fraction() == 0.5
 
 
-def test_what_takes_no_work_is_done():
+def test_no_work_is_complete():
     assert Progress([(0, 0.0)]).fraction() == 1

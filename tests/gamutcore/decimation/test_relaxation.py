@@ -1,4 +1,4 @@
-"""Moves after a collapse: who moves, that levels stay valid, and that it is written down."""
+"""Moves after a collapse: which vertices move, validity, and the record."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ STEP = 2.0**-11
 def after_collapses(bumpy_mesh, surface_from, random_collapses, workspace_for, faces_left):
     """Return a function that relaxes around vertices after collapses, and calls a check each time.
 
-    Positions are on the grid from the start; the collapses of the tests leave it.
+    Positions are on the grid at first. The collapses of the tests leave it.
     """
 
     def run(parameters, seed, check):
@@ -63,6 +63,7 @@ def after_collapses(bumpy_mesh, surface_from, random_collapses, workspace_for, f
 
 
 @pytest.mark.parametrize("seed", range(3))
+@pytest.mark.slow
 def test_the_new_vertex_and_its_neighbours_move_to_less_deviation(after_collapses, seed):
     gained = []
 
@@ -92,7 +93,7 @@ def test_the_new_vertex_and_its_neighbours_move_to_less_deviation(after_collapse
     assert np.count_nonzero(gained) > 30
 
 
-def test_a_cost_that_proposes_nothing_moves_nothing(after_collapses):
+def test_without_improvements_nothing_moves(after_collapses):
     def check(surface, kept, faces, before, delivered, place, *_):
         np.testing.assert_array_equal(delivered, before)
         np.testing.assert_array_equal(place, before[kept])

@@ -1,4 +1,4 @@
-"""Stages: compacted surfaces are the same surfaces, and joined records the same decimations."""
+"""Stages: compaction keeps the surface, and joined records are the same decimation."""
 
 import numpy as np
 import pytest
@@ -46,7 +46,7 @@ def first_stage(bumpy_mesh):
 
 
 def in_stages(stage, stops):
-    """Decimate from stop to stop, and return the whole."""
+    """Decimate in stages and return the joined decimation."""
     counter, results = np.zeros(1, np.int64), []
     size, step = stage.size, stage.grid.step
     for until in (*(stop for stop in stops if stop < size), 4):
@@ -64,8 +64,8 @@ def rows(level):
 
 @settings(max_examples=15)
 @given(seed=st.integers(0, 10**6), stops=st.lists(st.integers(5, 60), max_size=4, unique=True))
-def test_a_decimation_in_stages_is_the_one_in_one(first_stage, seed, stops):
-    """`quadric` remembers everything in its vertices, so nothing is lost between two stages."""
+def test_a_decimation_in_stages_is_the_same_as_in_one(first_stage, seed, stops):
+    """`quadric` stores its state in vertices only, so nothing is lost between stages."""
     whole = build_history(in_stages(first_stage(seed, QUADRIC), []))
     stages = build_history(in_stages(first_stage(seed, QUADRIC), sorted(stops)[::-1]))
     for one, other in zip(whole.levels(), stages.levels(), strict=True):
@@ -75,7 +75,7 @@ def test_a_decimation_in_stages_is_the_one_in_one(first_stage, seed, stops):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_compacted_surface_is_what_was_left(first_stage, faces_left, seed):
+def test_compaction_keeps_the_surface(first_stage, faces_left, seed):
     stage = first_stage(seed, VOLUME)
     size = len(stage.grid.position)
     run_stage(stage, size // 2, np.zeros(1, np.int64))
@@ -96,7 +96,7 @@ def test_a_compacted_surface_is_what_was_left(first_stage, faces_left, seed):
     assert small.grid.step == stage.grid.step
 
 
-def test_a_copy_leaves_the_stage_alone(first_stage):
+def test_a_copy_does_not_change_the_stage(first_stage):
     stage = first_stage(1, VOLUME)
     size = len(stage.grid.position)
     before = [array.copy() for array in (*stage.surface, stage.grid.position)]

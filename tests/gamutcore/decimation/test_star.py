@@ -1,4 +1,4 @@
-"""The geometry of one collapse, against sets, determinants, volumes and linear programmes."""
+"""The geometry of one collapse, compared with sets, determinants, volumes and linear programmes."""
 
 import itertools
 
@@ -41,7 +41,7 @@ def neighbours(faces, vertex):
 
 
 def link(faces, kept, dead):
-    """For each face that has one end of an edge, what is left of it without that end."""
+    """For each face that contains one end of an edge, its other two vertices."""
     turned = [tuple(np.roll(face, shift).tolist()) for face in faces for shift in range(3)]
     return sorted(
         (one, two)
@@ -101,7 +101,7 @@ class TestLinkCondition:
             assert link_condition_holds(surface, two, one, 2 * query + 1) == (len(common) == 2)
 
 
-class TestRing:
+class TestLink:
     @settings(max_examples=10)
     @given(seed=st.integers(0, 10**6))
     def test_is_the_boundary_of_the_faces_around_an_edge(
@@ -160,7 +160,7 @@ class TestStarShape:
 class TestVolume:
     @settings(max_examples=20)
     @given(seed=st.integers(0, 10**6))
-    def test_is_what_it_was_after_scaling(self, surface_from, bumpy_mesh, edges_of, seed):
+    def test_is_preserved_by_scaling(self, surface_from, bumpy_mesh, edges_of, seed):
         positions, faces = bumpy_mesh(seed, 30)
         surface = surface_from(positions, faces)
         before = volume(positions, faces)
@@ -181,7 +181,7 @@ class TestVolume:
 
     @settings(max_examples=10)
     @given(seed=st.integers(0, 10**6))
-    def test_is_linear_in_the_place(self, surface_from, bumpy_mesh, edges_of, seed):
+    def test_is_linear_in_the_position(self, surface_from, bumpy_mesh, edges_of, seed):
         positions, faces = bumpy_mesh(seed, 30)
         surface = surface_from(positions, faces)
         whole = volume(positions, faces)
@@ -194,7 +194,7 @@ class TestVolume:
             after = volume(*collapsed(positions, faces, kept, dead, place))
             assert whole + change == pytest.approx(after, rel=1e-12)
 
-    def test_that_is_missing_is_made_up_for(self, surface_from, bumpy_mesh):
+    def test_deficit_is_compensated(self, surface_from, bumpy_mesh):
         positions, faces = bumpy_mesh(2, 30)
         surface = surface_from(positions, faces)
         kept, dead = next(
@@ -226,11 +226,11 @@ def deepest(normals):
     return -linprog([0, 0, 0, -1], rows, np.zeros(len(normals)), bounds=bounds).fun
 
 
-class TestKernelDirection:
+class TestInnerDirection:
     @settings(max_examples=150)
     @given(seed=st.integers(0, 10**6), sides=st.integers(3, 12), spread=st.floats(0.05, 3.0))
     def test_agrees_with_linear_programming(self, seed, sides, spread):
-        """A ring around the z axis, more or less disturbed, seen from the centre."""
+        """A perturbed ring around the z axis, seen from the centre."""
         random = np.random.default_rng(seed)
         turn = np.sort(random.uniform(0, 2 * np.pi, sides))
         position = np.stack([np.cos(turn), np.sin(turn), np.ones(sides)], axis=1)
@@ -262,7 +262,7 @@ class TestKernelDirection:
             assert find_inner_direction(position, ring, 6, direction)
             np.testing.assert_allclose(direction, (0, 0, 1), atol=0.05)
 
-    def test_there_is_none_for_a_ring_that_is_run_both_ways(self):
+    def test_there_is_none_for_opposite_pairs(self):
         position = np.array([(1, 0, 1), (0, 1, 1), (-1, 0, 1)], float)
         ring = np.array([(0, 1), (1, 0), (1, 2)], np.int32)
         assert not find_inner_direction(position, ring, 3, np.array([0.0, 0.0, 1.0]))

@@ -15,11 +15,11 @@ from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.colours.profile_colours import profile_colours
 from gamutcore.decimation import decimate
-from gamutcore.device_values import DeviceValues
 from gamutcore.errors import HistoryFileError, MeshError, TriangleCountError
 from gamutcore.gamut import Gamut, Options, build_gamut
 from gamutcore.history import History, build_history, history_bytes, history_from_bytes
 from gamutcore.history.device_history import CORRECTED, FULL_SCALE, build_device_history
+from gamutcore.mesh import DeviceValues
 
 CHANNELS = ("Cyan", "Größe 🎨")
 
@@ -107,6 +107,7 @@ class TestFullBoundary:
         for whole in (100, 255):
             assert FULL_SCALE % whole == 0
 
+    @pytest.mark.slow
     def test_of_a_press(self, fogra39_gamut, fogra39):
         colours = surface_colours(characterisation(fogra39))
         assert colours.channels == ("C", "M", "Y", "K")
@@ -130,6 +131,7 @@ class TestFullBoundary:
 
 
 class TestLevels:
+    @pytest.mark.slow
     def test_coarse_ones_have_what_the_full_boundary_has_nearest(self, tracing):
         """Device values that tell where they are, against the nearest points by trimesh."""
         surface = tracing.full().to_trimesh()

@@ -51,6 +51,7 @@ class TestOfEachLevel:
     """Of some hundred triangles, of which all levels can be looked at."""
 
     @pytest.mark.parametrize("limits", LIMITS)
+    @pytest.mark.slow
     def test_what_is_chosen_keeps_the_limits(
         self, small_history, small_choice, limits, distances_to, sampled
     ):
@@ -101,6 +102,7 @@ class TestOfEachLevel:
     st.sampled_from([0.1, 0.5, 1.0]),
     st.lists(st.tuples(st.floats(-2, 1.5), st.floats(-4, 0)), min_size=5, max_size=5),
 )
+@pytest.mark.slow
 def test_limits_are_kept_by_anything(random_cloud, distances_to, seed, count, cost, gamma, powers):
     boundary = modified_convex_hull(random_cloud(seed, count), gamma)
     history = build_history(decimate(boundary.mesh, boundary.centre, cost))
@@ -299,24 +301,31 @@ def test_levels_finer_than_all_of_the_curve_are_tried_too(monkeypatch, full):
 
 
 @pytest.mark.parametrize("limits", [Bounds(inf, 1e-8), Bounds(inf, 1e-11), Bounds(1e-6)])
-def test_a_finer_level_with_some_error_does_not_hide_a_coarser_one(limits):
-    """Of a grid of 6 × 6 × 6 colours: most levels are the cube, but a few finer ones are not."""
-    grid = np.arange(0.0, 101.0, 20.0)
-    points = np.array(np.meshgrid(grid, grid, grid)).reshape(3, -1).T
-    boundary = modified_convex_hull(points)
-    history = build_history(decimate(boundary.mesh, boundary.centre))
-    errors = {
-        count: radial_difference(history.full(), history.level(count), history.centre).mismatch
-        for count in range(4, history.triangles, 2)
-    }
-    kept = min(count for count, error in errors.items() if error < 1e-12)
-    assert max(error for count, error in errors.items() if count > kept) > 1e-8
-    chosen = LevelSearch(history.triangles, described(history)).find(history, limits)
-    assert chosen.triangles <= kept
+def test_a_finer_level_with_some_error_does_not_hide_a_coarser_one(monkeypatch, limits):
+    """Levels from 12 triangles on are exact, as of a cube, but a few between those of the curve."""
+    full, coarsest, rounded = 300, 12, range(152, 180)
+    assert not set(rounded) & set(curve_counts(full))
+
+    def error(count):
+        if count < coarsest:
+            return Bounds(10.0, 1.0)
+        return Bounds(1e-5, 1e-7) if count in rounded else Bounds(0.0, 0.0)
+
+    class MadeUp:
+        def __init__(self, _history):
+            pass
+
+        def bounds(self, count):
+            return error(count)
+
+    monkeypatch.setattr(level_search, "FullBoundary", MadeUp)
+    levels = described_of(error, full, 1.0)
+    assert LevelSearch(full, levels).find(None, limits).triangles == coarsest
 
 
 @pytest.mark.parametrize("cost", sorted(COSTS))
 @pytest.mark.parametrize("thickness", [0.3, 3.0])
+@pytest.mark.slow
 def test_of_flat_bodies_bounds_are_tight_too(cost, thickness, distances_to, sampled):
     """20 and 200 times as wide as high: with few halvings bounds were ten times too large.
 
@@ -381,6 +390,7 @@ class TestOfFogra39:
                 fogra39_gamut.history.triangles / 4
             )
 
+    @pytest.mark.slow
     def test_hardly_any_limit_is_kept_by_a_much_smaller_level(self, fogra39_gamut, fogra39_choice):
         """Of all levels with few triangles, each compared by itself."""
         history, full = fogra39_gamut.history, FullBoundary(fogra39_gamut.history)

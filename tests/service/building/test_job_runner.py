@@ -231,7 +231,7 @@ def test_a_job_whose_input_is_gone_fails(runner, accept, store):
     assert outcome.document.problem["code"] == "build-input-lost"
 
 
-@pytest.mark.parametrize("method", ["stored", "publish", "input_path"])
+@pytest.mark.parametrize("method", ["is_stored", "publish", "input_path"])
 @pytest.mark.parametrize(
     ("error", "code"),
     [
@@ -319,6 +319,7 @@ def test_a_process_that_stays_large_is_replaced(runner, accept):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells what is in use")
+@pytest.mark.slow
 def test_a_real_build_beyond_its_memory_fails_once_and_a_small_one_is_built(
     runner, book, store, sphere
 ):

@@ -1,3 +1,5 @@
+import hashlib
+
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -36,6 +38,7 @@ def test_an_input_stays_until_it_is_dropped(store, identity, unfinished):
 
 @ANY
 @given(st.data())
+@pytest.mark.slow
 def test_no_damage_goes_unnoticed_and_keeping_mends_it(store, identity, unfinished, data):
     gamut_id = identity("damaged")
     store.drop_input(gamut_id)
@@ -59,3 +62,15 @@ def test_no_damage_goes_unnoticed_and_keeping_mends_it(store, identity, unfinish
     assert path.read_bytes() == b"the data of an input"
     path.unlink()
     assert unfinished(store) == []
+
+
+@pytest.mark.parametrize("data", [b"the data of an input", b""])
+def test_inputs_of_earlier_versions_are_read(store, identity, data):
+    # SHA-256 of everything after the first line, a line with the options, the data
+    rest = b'{"gamma":0.2}\n' + data
+    content = hashlib.sha256(rest).hexdigest().encode() + b"\n" + rest
+    store.blobs.create(input_key(identity("early")), content)
+    path = store.input_path(identity("early"))
+    assert path.read_bytes() == data
+    assert store.input_options(identity("early")) == {"gamma": 0.2}
+    path.unlink()

@@ -14,7 +14,6 @@ from gamutcore.decimation.costs.deviation import (
 )
 from gamutcore.decimation.costs.sample_assignment import thin_samples
 from gamutcore.decimation.costs.samples import (
-    LARGEST_LINK,
     LARGEST_SHARE,
     SAMPLES,
     TOP,
@@ -25,6 +24,7 @@ from gamutcore.decimation.costs.samples import (
 )
 from gamutcore.decimation.costs.steps import step_towards_reference
 from gamutcore.decimation.star import (
+    LARGEST_LINK,
     keeps_star_shape,
     link_condition_holds,
     write_edge_link,
@@ -34,7 +34,7 @@ from gamutcore.decimation.star import (
 
 
 def change_by_collapse(deviation, surface, corner, place):
-    """Infinite for very large rings and hubs."""
+    """Infinite for long and dense links."""
     asked = query_edge(deviation, surface, corner)
     return change_at(deviation, surface, place) if asked else np.inf
 
@@ -46,7 +46,7 @@ def change_by_move(deviation, surface, vertex, place):
 
 @pytest.fixture(scope="session")
 def total(by_hand, all_samples, points_of):
-    """Return a function from a deviation, positions and faces to the sum over all samples."""
+    """Return a function that computes the deviation over all samples for positions and faces."""
 
     def summed(deviation, positions, faces):
         used = all_samples(deviation)
@@ -107,8 +107,8 @@ def test_the_change_by_a_move_is_that_of_the_sum(deviating, total, faces_left, s
     assert compared > 5
 
 
-def test_what_is_around_is_what_there_is_to_save(deviating, total, faces_left):
-    """Nowhere can a move save more than the deviation of the faces that it changes."""
+def test_no_move_saves_more_than_the_present_deviation(deviating, total, faces_left):
+    """A move saves at most the deviation of the faces that it changes."""
     deviation, surface = deviating(3)
     numbers, faces = faces_left(surface)
     whole = deviation.error[numbers].sum()
@@ -124,7 +124,7 @@ def test_what_is_around_is_what_there_is_to_save(deviating, total, faces_left):
         assert change_by_move(deviation, surface, vertex, place * 1.05) >= -around
 
 
-def test_asking_changes_nothing_but_scratch(deviating):
+def test_queries_change_scratch_only(deviating):
     deviation, surface = deviating(4)
     kept = [deviation.begin, deviation.end, deviation.error, deviation.released]
     # what is behind the last sample, or in the other half, is not in use
@@ -141,7 +141,7 @@ def test_asking_changes_nothing_but_scratch(deviating):
 
 
 def lantern(sides, rows):
-    """Two poles and rings between them; the caps are small where there are several."""
+    """Two poles with rings of vertices between them. With several rings the caps are small."""
     turn = np.linspace(0, 2 * np.pi, sides, endpoint=False)
     rings = [
         np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), height], axis=1)
@@ -165,8 +165,10 @@ def lantern(sides, rows):
 
 
 @pytest.mark.parametrize("more", [0, 1, 200])
-def test_very_large_rings_are_not_evaluated(surface_from, corner_of, total, faces_left, more):
-    """Exactly as many faces as there is room for are; one more is not, and nothing breaks."""
+def test_links_longer_than_the_limit_are_not_evaluated(
+    surface_from, corner_of, total, faces_left, more
+):
+    """A link of exactly the limit is evaluated. One more pair is not."""
     sides, rows = LARGEST_LINK + more, 9
     positions, faces = lantern(sides, rows)
     surface = surface_from(positions, faces)
@@ -199,10 +201,8 @@ def test_very_large_rings_are_not_evaluated(surface_from, corner_of, total, face
         (40, 9, True),
     ],
 )
-def test_hubs_are_not_evaluated_if_they_have_a_good_part_of_all_samples(
-    surface_from, corner_of, sides, rows, evaluated
-):
-    """A half of them with one ring between two poles, a 36th or less with nine."""
+def test_dense_links_are_not_evaluated(surface_from, corner_of, sides, rows, evaluated):
+    """The cap has half of all samples with one ring, and at most a 36th with nine."""
     positions, faces = lantern(sides, rows)
     surface = surface_from(positions, faces)
     deviation = empty_deviation(sample_capacity(10 * len(faces), len(faces)), len(faces))
@@ -219,10 +219,8 @@ def test_hubs_are_not_evaluated_if_they_have_a_good_part_of_all_samples(
 
 
 @pytest.mark.parametrize("times", [5, 50, 1000])
-def test_what_is_blown_up_where_there_are_no_samples_counts_all_the_same(
-    icosphere, surface_from, times
-):
-    """Near the centre a reference has little volume, and hardly a sample for many directions."""
+def test_enclosed_volume_counts_where_there_are_hardly_any_samples(icosphere, surface_from, times):
+    """Near the centre a reference has little volume, and many directions have no sample."""
     mesh = icosphere(3)
     positions = mesh.vertices.astype(np.float64) * 40 / np.linalg.norm(mesh.vertices[0])
     surface = surface_from(positions - (0, 0, 38), mesh.faces)

@@ -1,4 +1,4 @@
-"""What holds for the kernels of every cost."""
+"""Properties of every cost's kernels."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from gamutcore.decimation.star import keeps_star_shape, write_edge_link
 
 @pytest.fixture(params=COSTS)
 def cost(request, bumpy_mesh, surface_from, random_collapses):
-    """Return a cost's state for a surface after a few collapses, and the surface."""
+    """Return the state of a cost after a few collapses, and the surface."""
     positions, faces = bumpy_mesh(30)
     state, surface = (
         cost_state(cost_named(request.param).parameters, positions, faces),
@@ -33,7 +33,7 @@ def edges(surface):
     return surface.corner_facing[surface.corner_facing >= 0].tolist()
 
 
-def test_the_optimum_says_its_own_error(cost):
+def test_the_optimum_returns_its_error(cost):
     state, surface = cost
     values = []
     for corner in edges(surface):
@@ -44,8 +44,8 @@ def test_the_optimum_says_its_own_error(cost):
     assert len(set(values)) > len(values) // 2
 
 
-def test_either_corner_that_faces_an_edge_will_do(cost, ends_of):
-    """Where a place is valid; elsewhere a sample may be in several cones, and the first counts."""
+def test_both_corners_of_an_edge_give_the_same_result(cost, ends_of):
+    """At valid positions. Elsewhere a sample may lie in several cones, and the first counts."""
     state, surface = cost
     ring, compared = np.empty((200, 2), np.int32), 0
     for corner in edges(surface):
@@ -60,7 +60,7 @@ def test_either_corner_that_faces_an_edge_will_do(cost, ends_of):
     assert compared > 20
 
 
-def test_what_is_only_asked_changes_no_position(cost):
+def test_evaluation_changes_no_position(cost):
     state, surface = cost
     before = [array.copy() for array in surface]
     error_at(state, surface, edges(surface)[0], np.ones(3))

@@ -1,4 +1,4 @@
-"""The most accurate cost: when vertices move, that levels stay valid, and that they are closer."""
+"""The most accurate cost: moves of vertices, validity of levels, and accuracy."""
 
 import numpy as np
 import pytest
@@ -53,6 +53,7 @@ def histories(boundaries):
     ]
 
 
+@pytest.mark.slow
 def test_every_level_is_a_gamut(boundaries, histories, assert_every_invariant):
     counts = []
     for level in histories[0][0].levels():
@@ -74,11 +75,11 @@ def test_levels_are_closer_than_those_of_the_default_cost(boundaries, histories,
 
 
 @pytest.mark.parametrize("centre", [(12.0, 0.0, 0.0), (93.0, -1.0, -1.0)])
-def test_about_a_centre_near_the_surface_no_level_is_blown_up(fogra39, centre):
-    """Half of all directions end near the centre then, where hardly any volume is sampled.
+def test_levels_do_not_grow_about_a_centre_near_the_surface(fogra39, centre):
+    """Half of all directions end near the centre, where hardly any volume is sampled.
 
-    Once it had five times the press's volume about the first, and twice the mismatch of `volume`
-    about the other.
+    An earlier version had five times the volume of the press about the first centre, and twice the
+    mismatch of `volume` about the second.
     """
     points = surface_colours(characterisation(fogra39), surface_samples=20_000).points
     boundary = modified_convex_hull(points, 0.2, centre)
@@ -98,8 +99,9 @@ def test_about_a_centre_near_the_surface_no_level_is_blown_up(fogra39, centre):
 
 
 @pytest.mark.parametrize(("divisions", "first"), [(2, 100), (4, 256), (5, 1024), (6, 3500)])
+@pytest.mark.slow
 def test_vertices_move_in_a_tenth_of_all_levels(icosphere, divisions, first):
-    """Spheres of 162, 2562, 10,242 and 40,962 vertices: how many are left when the first moves."""
+    """Number of vertices left at the first move, for spheres of 162 to 40,962 vertices."""
     mesh = icosphere(divisions)
     record = decimate(mesh, (0, 0, 0), "finest").record
     shifts = np.diff(record.shifted_end, prepend=0)
@@ -110,8 +112,9 @@ def test_vertices_move_in_a_tenth_of_all_levels(icosphere, divisions, first):
 
 
 @pytest.mark.parametrize("colours", [8_000, 30_000])
+@pytest.mark.slow
 def test_a_history_takes_110_bits_a_vertex(fogra39, colours):
-    """Of a press, with 10,000 triangles and more: those of the moves are some of them."""
+    """Histories of a press with at least 10,000 triangles, moves included."""
     points = surface_colours(characterisation(fogra39), surface_samples=colours).points
     boundary = modified_convex_hull(points)
     assert boundary.mesh.triangles > 1.3 * colours
@@ -132,9 +135,7 @@ def state_and_surface(bumpy_mesh, surface_from, random_collapses):
 
 
 @pytest.mark.parametrize("divisions", [1, 2, 3, 4])
-def test_faces_that_are_few_have_several_samples_each(
-    icosphere, surface_from, samples_in, divisions
-):
+def test_each_of_a_few_faces_has_several_samples(icosphere, surface_from, samples_in, divisions):
     mesh = icosphere(divisions)
     positions = mesh.vertices.astype(np.float64)
     state, surface = cost_state(FINEST, positions, mesh.faces), surface_from(positions, mesh.faces)
@@ -148,7 +149,7 @@ def test_faces_that_are_few_have_several_samples_each(
     assert state.deviation.weight[:used].sum() == pytest.approx(whole, rel=1e-12)
 
 
-def test_of_many_faces_each_has_one_sample(icosphere, surface_from, points_of):
+def test_each_of_many_faces_has_one_sample(icosphere, surface_from, points_of):
     mesh = icosphere(6)
     positions = mesh.vertices.astype(np.float64)
     state, surface = cost_state(FINEST, positions, mesh.faces), surface_from(positions, mesh.faces)
@@ -174,10 +175,11 @@ def test_very_many_faces_share_samples(icosphere, surface_from):
     assert state.deviation.weight[:used].sum() == pytest.approx(whole, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_proposed_move_saves_a_worthwhile_part(
     state_and_surface, faces_left, by_hand, all_samples, points_of
 ):
-    """By sums over all samples before and after."""
+    """Checked by sums over all samples before and after the move."""
     state, surface = state_and_surface
     _, faces = faces_left(surface)
     used = all_samples(state.deviation)

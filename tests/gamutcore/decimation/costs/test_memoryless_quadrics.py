@@ -24,7 +24,7 @@ def memoryless_quadrics(positions, faces):
 
 
 def stars(faces, one, two):
-    """The faces at either end of an edge: those at the edge itself twice."""
+    """The faces at both ends of an edge. The two faces at the edge itself occur twice."""
     return [face for end in (one, two) for face in faces if end in face]
 
 
@@ -34,7 +34,7 @@ def area_vectors(positions, faces):
 
 
 def error_by_hand(positions, faces, one, two, place):
-    """Root of: sum of area by squared distance from the plane, by the sum of the areas."""
+    """Square root of (sum of area × squared distance from the plane) × (sum of areas)."""
     around = stars(faces, one, two)
     vectors = area_vectors(positions, around)
     areas = np.linalg.norm(vectors, axis=1)
@@ -127,7 +127,7 @@ def test_the_optimum_preserves_the_volume(edges, seed):
         assert enclosed(positions, faces, one, two, place) == pytest.approx(before, rel=1e-9)
 
 
-def test_the_optimum_makes_up_for_what_is_missing(edges):
+def test_the_optimum_compensates_the_deficit(edges):
     positions, faces, planes, surface, named = edges(2)
     before = np.linalg.det(positions[faces]).sum() / 6
     surface.deficit[DEFICIT_NOW] = 6 * 0.01 * before
@@ -138,7 +138,7 @@ def test_the_optimum_makes_up_for_what_is_missing(edges):
         assert after == pytest.approx(1.01 * before, rel=1e-9)
 
 
-def test_a_place_is_shifted_to_the_volume_by_the_shortest_way(edges):
+def test_the_shift_to_the_volume_is_the_shortest(edges):
     positions, faces, planes, surface, named = edges(3)
     before = np.linalg.det(positions[faces]).sum() / 6
     random = np.random.default_rng(0)
@@ -152,7 +152,7 @@ def test_a_place_is_shifted_to_the_volume_by_the_shortest_way(edges):
         assert (place - start) @ (optimum - place) == pytest.approx(0.0, abs=1e-6)
 
 
-def test_what_rounding_loses_is_missing_from_then_on(edges):
+def test_the_deficit_is_what_rounding_loses(edges):
     positions, faces, planes, surface, named = edges(4)
     before = np.linalg.det(positions[faces]).sum() / 6
     surface.deficit[DEFICIT_NOW] = 0.5
@@ -163,7 +163,7 @@ def test_what_rounding_loses_is_missing_from_then_on(edges):
         assert surface.deficit[DEFICIT_NOW] == pytest.approx(0.5 + 6 * lost, rel=1e-9)
 
 
-def test_either_corner_that_faces_an_edge_will_do(edges):
+def test_both_corners_of_an_edge_give_the_same_result(edges):
     _, _, planes, surface, named = edges(5)
     for corner, *_ in named:
         here, there = np.empty(3), np.empty(3)
@@ -173,8 +173,8 @@ def test_either_corner_that_faces_an_edge_will_do(edges):
         np.testing.assert_allclose(there, here, rtol=1e-7, atol=1e-7)
 
 
-def test_nothing_is_remembered(surface_from, bumpy_mesh, faces_left, random_collapses):
-    """After collapses all is as if the surface had been like that from the start."""
+def test_quadrics_have_no_memory(surface_from, bumpy_mesh, faces_left, random_collapses):
+    """After collapses the result is that of a surface built from the present faces."""
     positions, faces = bumpy_mesh(6, 80)
     surface, state = surface_from(positions, faces), cost_state(VOLUME, positions, faces)
     before = np.linalg.det(positions[faces]).sum()
@@ -211,7 +211,7 @@ def test_scale_costs_no_digits(surface_from, bumpy_mesh, scale):
 
 
 def test_on_a_flat_side_the_shorter_edge_comes_first(surface_from):
-    """There the solve has no answer but the midpoint, and the error is that of the length."""
+    """The solution is the midpoint, and the error is the length penalty."""
     axis = np.linspace(-1.0, 1.0, 5)
     x, y = np.meshgrid(axis, axis, indexing="ij")
     top = np.stack([x.ravel(), y.ravel() * (1 + 0.5 * y.ravel() ** 2), np.ones(25)], axis=1)

@@ -1,4 +1,4 @@
-"""The published cost against Garland and Heckbert's formula, with sums over planes written out."""
+"""The published cost against the formula of Garland and Heckbert, by explicit sums over planes."""
 
 import numpy as np
 import pytest
@@ -42,7 +42,7 @@ def quadric_of(planes):
 
 
 def length_penalty(positions, planes, one, two):
-    """What exactly flat sides are ordered by: 10⁻¹⁰ of the trace by the squared length."""
+    """Penalty of an edge's length: 10⁻¹⁰ of the trace times the squared length."""
     return 1e-10 * len(planes) * np.sum((positions[one] - positions[two]) ** 2)
 
 
@@ -96,7 +96,7 @@ def test_the_optimum_is_where_the_gradient_vanishes(
 @settings(max_examples=10)
 @given(seed=st.integers(0, 10**6))
 def test_quadrics_accumulate(surface_from, bumpy_mesh, edges_of, corner_of, seed):
-    """After collapses the planes of all that went into a vertex count, wherever it is now."""
+    """A vertex keeps the planes of all vertices that were collapsed into it."""
     positions, faces = bumpy_mesh(seed, 40)
     state, surface = cost_state(QUADRIC, positions, faces), surface_from(positions, faces)
     planes = planes_at(positions, faces)
@@ -117,7 +117,7 @@ def test_quadrics_accumulate(surface_from, bumpy_mesh, edges_of, corner_of, seed
 
 
 def test_a_flat_side_costs_nothing_but_the_length_of_the_edge(surface_from, corner_of):
-    """There the solve has no answer: the midpoint is taken, and shorter edges come first."""
+    """The solve is singular: the midpoint is taken, and shorter edges come first."""
     axis = np.linspace(-1.0, 1.0, 5)
     x, y = np.meshgrid(axis, axis, indexing="ij")
     top = np.stack([x.ravel(), y.ravel() ** 3, np.ones(25)], axis=1)
@@ -141,7 +141,7 @@ def test_a_flat_side_costs_nothing_but_the_length_of_the_edge(surface_from, corn
 
 @pytest.mark.parametrize("shift", [0.0, 1e4])
 @pytest.mark.parametrize("scale", [1e-6, 1e6])
-def test_scale_and_place_cost_no_digits(surface_from, bumpy_mesh, scale, shift):
+def test_scale_and_translation_cost_no_digits(surface_from, bumpy_mesh, scale, shift):
     positions, faces = bumpy_mesh(5, 40)
     here, there = np.empty(3), np.empty(3)
     expected = find_optimum(

@@ -1,4 +1,4 @@
-"""Places that are moved: they become better by what is said, and keep the volume where asked."""
+"""Refined positions: their error, and preservation of the volume."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def case(bumpy_mesh, surface_from):
 
 
 @pytest.mark.parametrize("keeps_volume", [False, True])
-def test_refined_places_are_better_and_their_errors_those_of_the_place(case, keeps_volume):
+def test_refined_positions_are_better_and_their_errors_are_correct(case, keeps_volume):
     state, surface, corners = case
     place, trial, moved = np.empty(3), np.empty(3), 0
     least = 1e-6 * state.deviation.weight[: state.deviation.counts[SAMPLES]].sum()
@@ -44,7 +44,7 @@ def test_refined_places_are_better_and_their_errors_those_of_the_place(case, kee
     assert moved > len(corners) / 4
 
 
-def test_without_steps_the_place_stays(case):
+def test_without_steps_the_position_stays(case):
     state, surface, corners = case
     place, trial = np.empty(3), np.empty(3)
     for corner in corners[:20]:
@@ -62,7 +62,7 @@ def test_without_steps_the_place_stays(case):
         )
 
 
-def test_the_volume_is_kept_where_it_has_to_be(case):
+def test_refinement_preserves_the_volume(case):
     state, surface, corners = case
     place, trial, ring, slope = np.empty(3), np.empty(3), np.empty((200, 2), np.int32), np.empty(3)
     for corner in corners:

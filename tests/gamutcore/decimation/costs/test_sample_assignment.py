@@ -1,4 +1,4 @@
-"""Samples in faces: no weight is lost, and each is in the face whose cone it is in."""
+"""Assignment of samples: no weight is lost, and each sample lies in the cone of its face."""
 
 import numpy as np
 import pytest
@@ -14,12 +14,12 @@ from gamutcore.decimation.costs.sample_assignment import (
     thin_samples,
 )
 from gamutcore.decimation.costs.samples import (
-    LARGEST_LINK,
     SAMPLES,
     empty_deviation,
     sample_capacity,
     take_samples,
 )
+from gamutcore.decimation.star import LARGEST_LINK
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import mismatch
 
@@ -43,7 +43,7 @@ def six_volumes(positions, faces):
 
 
 class Tracked:
-    """A deviation beside a surface while random edges are collapsed."""
+    """A deviation and a surface whose random edges are collapsed."""
 
     def __init__(self, start, positions, faces, surface):
         self.surface = surface
@@ -57,7 +57,7 @@ class Tracked:
 
 @pytest.fixture(scope="session")
 def tracked(bumpy_mesh, surface_from):
-    """Return a function from a way to start, a seed and a number of points to a `Tracked`."""
+    """Return a function from a sampling method, a seed and a number of points to a `Tracked`."""
 
     def make(start, seed, count=50):
         positions, faces = bumpy_mesh(seed, count)
@@ -88,9 +88,7 @@ def test_samples_follow_random_collapses(
 
 
 @pytest.mark.parametrize("start", STARTS)
-def test_at_the_start_the_surface_deviates_from_itself_by_nothing(
-    tracked, faces_left, assert_in_their_faces, start
-):
+def test_a_surface_does_not_deviate_from_itself(tracked, faces_left, assert_in_their_faces, start):
     case = tracked(start, 3)
     samples = assert_in_their_faces(case.deviation, case.surface)
     whole = six_volumes(case.surface.position, faces_left(case.surface)[1]).sum()
@@ -112,7 +110,7 @@ def test_samples_follow_moves(tracked, assert_in_their_faces, start):
 @pytest.mark.parametrize("start", STARTS)
 @settings(max_examples=10)
 @given(seed=st.integers(0, 10**6), part=st.floats(0.02, 1))
-def test_thinning_leaves_samples_that_stand_for_equal_shares(
+def test_thinned_samples_have_equal_shares(
     tracked,
     random_collapses,
     faces_left,
@@ -154,7 +152,7 @@ def test_thinning_leaves_samples_that_stand_for_equal_shares(
     assert np.abs(np.subtract(now, in_faces)).max() <= share * (1 + 1e-9)
 
 
-def test_samples_of_faces_that_vanish_wait_to_be_redistributed(tracked, samples_in):
+def test_samples_of_removed_faces_are_released(tracked, samples_in):
     case = tracked(start_at_parts, 9)
     corner = int(case.surface.corner_facing[17])
     gone = [corner // 3, int(case.surface.opposite[corner]) // 3]
@@ -183,8 +181,8 @@ def test_samples_taken_earlier_are_found_at_any_level(
     assert loose.weight[samples].sum() == pytest.approx(whole, rel=1e-12)
 
 
-def test_samples_are_found_where_no_walk_leads(surface_from, faces_left, assert_in_their_faces):
-    """A fan of slivers that turn around an axis: from some of them a walk comes back to itself."""
+def test_samples_are_assigned_where_walks_cycle(surface_from, faces_left, assert_in_their_faces):
+    """A fan of slivers around an axis, where walks from some faces cycle."""
     random = np.random.default_rng(5)
     for sides in (5, 30, 400):
         turn = np.linspace(0, 2 * np.pi, sides, endpoint=False)
@@ -206,8 +204,8 @@ def test_samples_are_found_where_no_walk_leads(surface_from, faces_left, assert_
         assert len(assert_in_their_faces(deviation, surface)) == count
 
 
-def test_the_ring_may_be_larger_than_the_scratch(surface_from, assert_in_their_faces):
-    """Redistribution goes around a vertex with any number of faces."""
+def test_reassignment_has_no_limit_of_degree(surface_from, assert_in_their_faces):
+    """A vertex may have more faces than the longest link that is evaluated."""
     sides = LARGEST_LINK + 50
     turn = np.linspace(0, 2 * np.pi, sides, endpoint=False)
     rim = np.stack([np.cos(turn), np.sin(turn), np.zeros(sides)], axis=1)
@@ -228,7 +226,7 @@ def test_the_ring_may_be_larger_than_the_scratch(surface_from, assert_in_their_f
 def test_the_sum_of_the_errors_is_the_mismatch(
     start, icosphere, surface_from, random_collapses, faces_left
 ):
-    """Against exact boolean operations, on a sphere of 2562 vertices with 300 of them left."""
+    """Compared with exact boolean operations, on a sphere of 2562 vertices decimated to 300."""
     mesh = icosphere(4)
     positions = mesh.vertices.astype(np.float64)
     case = Tracked(start, positions, mesh.faces, surface_from(positions, mesh.faces))

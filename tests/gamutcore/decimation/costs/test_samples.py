@@ -1,4 +1,4 @@
-"""Samples of a surface: what each stands for, how many there are, and on other surfaces."""
+"""Samples of a surface: their weights, their number, and their transfer to other surfaces."""
 
 import numpy as np
 import pytest
@@ -21,10 +21,10 @@ def six_volumes(positions, faces):
 
 @settings(max_examples=20)
 @given(seed=st.integers(0, 10**6), wanted=st.integers(1, 3000))
-def test_no_sample_stands_for_much_more_than_the_share_that_is_wanted(
+def test_no_sample_has_much_more_than_the_wanted_share(
     bumpy_mesh, surface_from, samples_in, seed, wanted
 ):
-    """Each face has at least one, those of more than a share so many as to be near it."""
+    """Each face has a sample. Faces of several shares have about as many samples."""
     positions, faces = bumpy_mesh(seed)
     room = sample_capacity(wanted, len(faces))
     deviation = empty_deviation(room, len(faces))
@@ -43,8 +43,8 @@ def test_no_sample_stands_for_much_more_than_the_share_that_is_wanted(
     assert deviation.counts[SAMPLES] <= room
 
 
-def test_sums_over_samples_are_integrals_of_what_is_linear(bumpy_mesh, surface_from, points_of):
-    """Over the solid, of functions that grow with the radius, at any level: as by Gauss' rule."""
+def test_sums_over_samples_integrate_linear_functions(bumpy_mesh, surface_from, points_of):
+    """Exactly, over the solid, for functions that are linear in the radius (Gauss' rule)."""
     positions, faces = bumpy_mesh(5)
     surface = surface_from(positions, faces)
     deviation = empty_deviation(len(faces) + 1, len(faces))
@@ -60,9 +60,7 @@ def test_sums_over_samples_are_integrals_of_what_is_linear(bumpy_mesh, surface_f
 
 @settings(max_examples=20)
 @given(seed=st.integers(0, 10**6), part=st.floats(0.05, 0.95))
-def test_where_there_is_no_room_for_all_half_as_many_stand_for_equal_shares(
-    bumpy_mesh, surface_from, seed, part
-):
+def test_without_room_half_as_many_samples_have_equal_shares(bumpy_mesh, surface_from, seed, part):
     positions, faces = bumpy_mesh(seed)
     surface = surface_from(positions, faces)
     whole = empty_deviation(sample_capacity(2000, len(faces)), len(faces))
@@ -87,7 +85,7 @@ def test_where_there_is_no_room_for_all_half_as_many_stand_for_equal_shares(
     assert np.abs(weights - six_volumes(positions, faces)).max() <= share * (1 + 1e-9)
 
 
-def test_samples_go_along_to_a_surface_of_fewer_faces(bumpy_mesh, surface_from, samples_in):
+def test_samples_are_transferred_to_fewer_faces(bumpy_mesh, surface_from, samples_in):
     positions, faces = bumpy_mesh(8)
     deviation = empty_deviation(sample_capacity(500, len(faces)), len(faces))
     take_samples(deviation, surface_from(positions, faces), 500, True)
@@ -105,7 +103,7 @@ def test_samples_go_along_to_a_surface_of_fewer_faces(bumpy_mesh, surface_from, 
         np.testing.assert_array_equal(other.x[samples_in(other, face)], values)
 
 
-def test_samples_in_no_faces_go_along_as_they_are(bumpy_mesh, surface_from):
+def test_unassigned_samples_are_transferred_unchanged(bumpy_mesh, surface_from):
     positions, faces = bumpy_mesh(8)
     deviation = empty_deviation(sample_capacity(500, len(faces)), len(faces))
     assert deviation_on_faces(deviation, np.arange(7)).x.size == deviation.x.size

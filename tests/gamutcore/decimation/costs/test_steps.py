@@ -1,4 +1,4 @@
-"""Steps of vertices towards a reference, on surfaces where it is known where they should go."""
+"""Steps of vertices towards a reference, on surfaces with known solutions."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def change_by_move(deviation, surface, vertex, place):
 
 
 def test_steps_lower_the_deviation_of_a_noisy_sphere(icosphere, surface_from):
-    """Vertices of a sphere off by 2 % of the radius; three of four steps at least must help."""
+    """The vertices of a sphere have 2 % of noise. At least three of four steps must help."""
     mesh = icosphere(3)
     positions = mesh.vertices.astype(np.float64)
     surface = surface_from(positions, mesh.faces)
@@ -68,7 +68,7 @@ def patch():
 
 @pytest.mark.parametrize("place", [(0.1, -0.05, 1.1), (0.0, 0.0, 0.9), (0.05, 0.1, 1.001)])
 def test_steps_end_exactly_on_a_flat_reference(surface_from, place):
-    """The residuals of all samples vanish at once, so least absolute values have them all zero."""
+    """All residuals vanish at the same position, so it is the least-absolute-values solution."""
     positions, faces = patch()
     surface = surface_from(positions, faces)
     deviation = empty_deviation(len(positions) + len(faces), len(faces))

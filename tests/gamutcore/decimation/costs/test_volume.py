@@ -1,4 +1,4 @@
-"""The default cost: the volume at every level, and errors that are changes of the mismatch."""
+"""The default cost: volume of every level, and errors by the change of the mismatch."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ def memoryless_quadrics(positions, faces):
 
 @pytest.fixture(scope="module")
 def large_boundary():
-    """Return a function from a seed to a boundary of more vertices than are tracked."""
+    """Return a function from a seed to a boundary with more vertices than compared levels."""
 
     def make(seed, count=3300):
         random = np.random.default_rng(seed)
@@ -47,6 +47,7 @@ def large_boundary():
 
 
 @pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.slow
 def test_every_level_has_the_volume_of_the_boundary(large_boundary, seed):
     boundary = large_boundary(seed)
     history = build_history(decimate(boundary.mesh, boundary.centre, "volume"))
@@ -66,10 +67,10 @@ def test_every_level_of_a_small_boundary_too(random_cloud, seed, count):
 
 @pytest.mark.parametrize("subdivisions", [2, 3, 4])
 def test_small_spheres_are_as_close_as_large_ones(icosphere, subdivisions):
-    """Samples are taken however few vertices there are from the start: 162, 642 and 2562.
+    """Samples are taken however small the boundary is: 162, 642 and 2562 vertices.
 
-    3.07 ÷ n is what the prototype of this cost reached on a sphere of 20,000 faces, 5.13 ÷ n what
-    accumulated quadrics do.
+    The prototype of this cost reached 3.07 ÷ n on a sphere of 20,000 faces. Accumulated quadrics
+    reach 5.13 ÷ n.
     """
     mesh = icosphere(subdivisions)
     history = build_history(decimate(mesh, (0, 0, 0)))
@@ -78,7 +79,7 @@ def test_small_spheres_are_as_close_as_large_ones(icosphere, subdivisions):
     assert 40 * mismatch(mesh, history.level(40)) <= 3.07
 
 
-def test_above_the_tracked_levels_the_errors_are_those_of_the_planes(
+def test_errors_of_fine_levels_are_those_of_the_planes(
     large_boundary, surface_from, random_collapses
 ):
     boundary = large_boundary(2)
@@ -109,7 +110,7 @@ def test_above_the_tracked_levels_the_errors_are_those_of_the_planes(
 
 @pytest.fixture
 def tracked(surface_from, bumpy_mesh, random_collapses):
-    """Return a function from a seed to a state in the tracked levels, and its surface."""
+    """Return a function from a seed to a state in the compared levels, and its surface."""
 
     def make(seed, count=60, collapses=15):
         positions, faces = bumpy_mesh(seed, count)
@@ -125,7 +126,7 @@ def tracked(surface_from, bumpy_mesh, random_collapses):
 
 
 def valid_edges(surface, positions_near=0.0):
-    """Corners that face edges whose midpoint is a valid place, and that place."""
+    """Corners that face edges with a valid midpoint, and the midpoint."""
     ring = np.empty((200, 2), np.int32)
     for query, corner in enumerate(surface.corner_facing.tolist()):
         if corner < 0:
@@ -141,6 +142,7 @@ def valid_edges(surface, positions_near=0.0):
 
 
 @pytest.mark.parametrize("seed", range(4))
+@pytest.mark.slow
 def test_the_error_is_the_change_of_the_samples_mismatch(
     tracked, faces_left, by_hand, all_samples, points_of, seed
 ):
@@ -165,9 +167,7 @@ def test_the_error_is_the_change_of_the_samples_mismatch(
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_the_optimum_says_its_own_error_and_preserves_the_volume(
-    tracked, faces_left, ends_of, seed
-):
+def test_the_optimum_returns_its_error_and_preserves_the_volume(tracked, faces_left, ends_of, seed):
     state, surface, left = tracked(seed)
     assert left <= VOLUME.refined_vertices
     _, faces = faces_left(surface)

@@ -1,11 +1,10 @@
-"""Device values at vertices: what they must be."""
+"""Device values at vertices: accepted arrays."""
 
 import numpy as np
 import pytest
 
-from gamutcore.device_values import DeviceValues
 from gamutcore.errors import MeshError
-from gamutcore.mesh import TriangleMesh
+from gamutcore.mesh import DeviceValues, TriangleMesh
 
 FACES = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32)
 CORNERS = np.array([(50, 0, 40), (50, 40, -20), (50, -40, -20), (90, 0, 0)], np.float32)

@@ -4,10 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from gamutcore.characterisation.pictures.values import (
-    TooManyValuesError,
-    distinct_values,
-)
+from gamutcore.characterisation.pictures.distinct_values import distinct_values
 
 
 @given(
@@ -62,27 +59,3 @@ def test_the_extremes_of_a_picture_represent_their_cells():
     kept = {tuple(row) for row in found.values.tolist()}
     corners = np.array(np.meshgrid([0, 65535], [0, 65535], [0, 65535])).reshape(3, -1).T
     assert kept >= {tuple(row) for row in corners.tolist()}
-
-
-@pytest.mark.parametrize(("channels", "bits"), [(3, 8), (4, 8), (3, 16)])
-@pytest.mark.parametrize("most", [100, 10_000])
-def test_values_that_are_joined_in_parts_are_those_that_are_sorted(
-    noise, monkeypatch, channels, bits, most
-):
-    monkeypatch.setattr("gamutcore.characterisation.pictures.values._JOINED", 700)
-    pixels = noise(5000, channels, bits=bits) >> (bits - 3) << (bits - 3)  # some of them often
-    bands = np.array_split(pixels, 13)
-    joined = distinct_values(bands, 5000, channels, bits, most=most, sorted_bytes=100, fewer=5000)
-    whole = distinct_values(bands, 5000, channels, bits, most=most)
-    np.testing.assert_array_equal(joined.values, whole.values)
-    np.testing.assert_array_equal(joined.counts, whole.counts)
-    assert (joined.distinct, joined.levels) == (whole.distinct, whole.levels)
-
-
-def test_more_values_than_may_be_joined_are_refused(noise):
-    pixels = noise(2000, 3)
-    count = len(np.unique(pixels, axis=0))
-    distinct_values([pixels], 2000, 3, 8, sorted_bytes=100, fewer=count)
-    with pytest.raises(TooManyValuesError):
-        distinct_values([pixels], 2000, 3, 8, sorted_bytes=100, fewer=count - 1)
-    distinct_values([pixels], 2000, 3, 8, sorted_bytes=8000, fewer=count - 1)
