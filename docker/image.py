@@ -40,9 +40,11 @@ import llvmlite.binding
 llvmlite.binding.get_host_cpu_name = lambda: 'nocona'
 llvmlite.binding.get_host_cpu_features = llvmlite.binding.FeatureMap
 from numba.core import event
-from gamutcore.warm import compile_kernels
+from gamutcore.kernels.installation import GROUPS
+from gamutcore.warm import use_kernels
 with event.install_recorder('numba:compile') as compilations:
-    compile_kernels()
+    for group in GROUPS:
+        use_kernels(group)
 print(len(compilations.buffer), 'kernels compiled')
 raise SystemExit(len(compilations.buffer) > 0)
 """
@@ -118,6 +120,7 @@ class Service:
     """The image's command in a new container, on a data directory and a free port of loopback."""
 
     def __init__(self, container: str, data: Path, command: list[str]) -> None:
+        self.log = data.with_name(f"{data.name}.log")
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             port = free.getsockname()[1]
@@ -125,7 +128,9 @@ class Service:
         settings = ["--env=GAMUT_HOST=127.0.0.1", f"--env=GAMUT_PORT={port}"]
         self.inside = ["buildah", "run", f"--volume={data}:/data", *settings, container, "--"]
         self.started = time.monotonic()
-        self.process = subprocess.Popen([*self.inside, *command])
+        with self.log.open("w") as log:
+            arguments = [*self.inside, *command]
+            self.process = subprocess.Popen(arguments, stdout=log, stderr=subprocess.STDOUT)
 
     def run(self, *command: str) -> None:
         """Run a command in the same container, as the image's user."""
@@ -137,8 +142,8 @@ class Service:
             with suppress(OSError), urlopen(f"{self.address}/readyz", timeout=5):
                 return time.monotonic() - self.started
             time.sleep(0.02)
-        message = f"The service is not ready (exit code: {self.process.poll()})."
-        raise SystemExit(message)
+        message = f"the service is not ready (exit code: {self.process.poll()})"
+        raise SystemExit(f"{self.log.read_text()}\ndocker/image.py: {message}")
 
     def post_example(self) -> tuple[int, str]:
         """Post the README's example; return the status and the gamut's id."""
@@ -175,6 +180,9 @@ class Service:
             process = int(children[0])
         os.kill(process, signal.SIGTERM)
         self.process.wait(timeout=30)
+        log = self.log.read_text()
+        expect("Application shutdown complete" in log, f"a graceful shutdown in the log:\n{log}")
+        expect("compiling" not in log, f"a service that compiles no kernel:\n{log}")
 
 
 @contextmanager

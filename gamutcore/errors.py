@@ -97,7 +97,7 @@ class OptionError(GamutError):
         >>> OptionError.refusal("gamma", 2, "a number above 0, at most 1").message
         'gamma is 2, which is not accepted.'
         """
-        message = f"{name} is {_shown(value)}, which is not accepted."
+        message = f"{name} is {_text_of(value)}, which is not accepted."
         return cls(message, where={"field": name}, remedy=f"Give {accepted}.")
 
     @classmethod
@@ -118,11 +118,11 @@ class OptionError(GamutError):
         -------
         OptionError
         """
-        message = f"{name} {_shown(value)} does not apply: {why}."
+        message = f"{name} {_text_of(value)} does not apply: {why}."
         return cls(message, where={"field": name}, remedy=remedy)
 
 
-def _shown(value: object) -> str:
+def _text_of(value: object) -> str:
     shown = "null" if value is None else repr(value)  # as in JSON
     return shown if len(shown) <= LONGEST_SHOWN else f"{shown[:LONGEST_SHOWN]}…"
 

@@ -363,10 +363,10 @@ class Option:
         Empty for an option that is unset by default, whose `unless_given` says what that means.
         """
         if not self.selector:
-            return "" if self.default is None else _shown(self.default)
+            return "" if self.default is None else _text_of(self.default)
         users: dict[str, list[str]] = {}
         for user, default in self.defaults.items():
-            users.setdefault(_shown(default), []).append(f"`{user}`")
+            users.setdefault(_text_of(default), []).append(f"`{user}`")
         if len(users) == 1 and self.is_universal:
             return next(iter(users))
         return "; ".join(f"{default} for {', '.join(names)}" for default, names in users.items())
@@ -384,7 +384,7 @@ class Option:
         return " ".join(parts)
 
 
-def _shown(value: object) -> str:
+def _text_of(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.3g}"
     if isinstance(value, tuple):

@@ -46,7 +46,15 @@ from gamutcore.option_types import (
     near_match,
 )
 
-__all__ = ["DATA_KINDS", "OPTIONS", "Centre", "Option", "Options"]
+__all__ = [
+    "DATA_KINDS",
+    "OPTIONS",
+    "Centre",
+    "Option",
+    "Options",
+    "option_name",
+    "option_value",
+]
 
 Centre: TypeAlias = "tuple[float, float, float] | str"
 
@@ -331,7 +339,7 @@ class Options:
         """
         values: dict[str, Any] = {}
         for given, value in mapping.items():
-            name = _known_name(given)
+            name = option_name(given)
             if name in values:
                 raise OptionError(
                     f"The option {name} is given twice.",
@@ -342,33 +350,6 @@ class Options:
                 raise OptionError.refusal(name, value, "a value, or leave it out for the default")
             values[name] = value
         return cls(**values)
-
-    @classmethod
-    def from_text(cls, mapping: Mapping[str, str]) -> Options:
-        """Return options from names and texts, such as form fields or command-line arguments.
-
-        Parameters
-        ----------
-        mapping : mapping of str to str
-            Numbers and lists are written as in JSON.
-
-        Returns
-        -------
-        Options
-
-        Raises
-        ------
-        OptionError
-            As `from_mapping`.
-
-        Examples
-        --------
-        >>> Options.from_text({"ink_limit": "300", "centre": "[50, 0, 0]"}).centre
-        (50.0, 0.0, 0.0)
-        """
-        return cls.from_mapping(
-            {name: option_value(_known_name(name), text) for name, text in mapping.items()}
-        )
 
     def to_mapping(self) -> dict[str, object]:
         """Return all options that apply, as JSON-able values; `from_mapping` reads them back."""
@@ -485,8 +466,24 @@ def option_value(name: str, text: str) -> object:
         return text
 
 
-def _known_name(given: object) -> str:
-    """Return the option that a name means."""
+def option_name(given: object) -> str:
+    """Return the name of the option that is meant.
+
+    Parameters
+    ----------
+    given : str
+        In any letter case, with ``-`` or ``_``.
+
+    Returns
+    -------
+    str
+        A key of `OPTIONS`.
+
+    Raises
+    ------
+    OptionError
+        There is no such option; the remedy names a near match.
+    """
     name = str(given).strip().lower().replace("-", "_")
     if name in OPTIONS:
         return name

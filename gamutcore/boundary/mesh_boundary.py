@@ -115,28 +115,28 @@ def _on_grid(
         one, two, three = surface.mesh.faces[flat[0]]
         raise MeshError(
             f"{flat.size} faces have no area on the grid of {step:.3g} that positions are rounded "
-            f"to; the first has the corners {_shown(surface.mesh, one)}, "
-            f"{_shown(surface.mesh, two)} and {_shown(surface.mesh, three)}.",
+            f"to; the first has the corners {_text_of(surface.mesh, one)}, "
+            f"{_text_of(surface.mesh, two)} and {_text_of(surface.mesh, three)}.",
             where={"field": "faces", "faces": int(flat.size)},
             remedy="Send a mesh without slivers: merge vertices that are close together.",
         )
     if not isinstance(centre, str):
         asked = nearest_grid_points(np.asarray(centre, np.float64), step)
-        _refuse_unseen(surface.mesh, asked)
+        _refuse_inverted_faces(surface.mesh, asked)
         return surface, asked, "the option centre", _margin(surface.mesh, asked)
     if mesh.centre is not None:
         own = nearest_grid_points(mesh.centre, step)
-        if not _unseen(surface.mesh, own).size:
+        if not _inverted_faces(surface.mesh, own).size:
             return surface, own, "the file", _margin(surface.mesh, own)
     found = kernel_point(surface.mesh)
     point = nearest_grid_points(found.point, step)
-    unseen = _unseen(surface.mesh, point)
+    unseen = _inverted_faces(surface.mesh, point)
     if unseen.size:
         raise _not_star_shaped(surface.mesh, found.margin, len(unseen), found.decisive[:4])
     return surface, point, "found: furthest inside of all faces", _margin(surface.mesh, point)
 
 
-def _unseen(mesh: TriangleMesh, centre: FloatArray) -> np.ndarray:
+def _inverted_faces(mesh: TriangleMesh, centre: FloatArray) -> np.ndarray:
     return faces_not_seeing_centre(
         np.ascontiguousarray(mesh.vertices - centre, np.float64),
         np.ascontiguousarray(mesh.faces, np.int32),
@@ -155,8 +155,8 @@ def _flat_faces(mesh: TriangleMesh) -> np.ndarray:
     return np.flatnonzero((np.cross(second - first, third - first) == 0).all(axis=1))
 
 
-def _refuse_unseen(mesh: TriangleMesh, centre: FloatArray) -> None:
-    unseen = _unseen(mesh, centre)
+def _refuse_inverted_faces(mesh: TriangleMesh, centre: FloatArray) -> None:
+    unseen = _inverted_faces(mesh, centre)
     if not unseen.size:
         return
     found = kernel_point(mesh)
@@ -165,7 +165,7 @@ def _refuse_unseen(mesh: TriangleMesh, centre: FloatArray) -> None:
     raise CentreError(
         f"The mesh is not star-shaped about the centre {tuple(centre.tolist())}: {unseen.size} of "
         f"{mesh.triangles} faces do not see it from inside, the first of them at "
-        f"{_shown(mesh, mesh.faces[unseen[0]][0])}.",
+        f"{_text_of(mesh, mesh.faces[unseen[0]][0])}.",
         where={"field": "centre"},
         remedy=f"Give 'auto', or a point near {[round(x, 3) for x in found.point.tolist()]}, which "
         "all faces see from inside.",
@@ -175,7 +175,7 @@ def _refuse_unseen(mesh: TriangleMesh, centre: FloatArray) -> None:
 def _not_star_shaped(
     mesh: TriangleMesh, margin: float, unseen: int, decisive: np.ndarray
 ) -> MeshError:
-    at = ", ".join(_shown(mesh, mesh.faces[face][0]) for face in decisive)
+    at = ", ".join(_text_of(mesh, mesh.faces[face][0]) for face in decisive)
     problem = (
         f"no point sees all faces from inside (the best point misses by {-margin:.4g})"
         if margin <= 0
@@ -190,7 +190,7 @@ def _not_star_shaped(
     )
 
 
-def _shown(mesh: TriangleMesh, vertex: int) -> str:
+def _text_of(mesh: TriangleMesh, vertex: int) -> str:
     return str(tuple(round(float(x), 3) for x in mesh.vertices[vertex]))
 
 

@@ -164,7 +164,7 @@ class _Medium:
         needed = self.intent == "relative" or (self.display and samples.lab is None)
         if needed and not (white > 0).all():
             raise InvalidPointsError(
-                f"The medium's white has the tristimulus values {_rounded(white)}.",
+                f"The medium's white has the tristimulus values {_list_of(white)}.",
                 where={"field": "white"},
                 remedy="Give a white with positive X, Y and Z.",
             )
@@ -173,7 +173,7 @@ class _Medium:
         else:
             lab, adaptation = self._print_lab(xyz, white)
         return MeasuredColours(
-            lab, self._provenance(_rounded(white), adaptation), tuple(self.warnings)
+            lab, self._provenance(_list_of(white), adaptation), tuple(self.warnings)
         )
 
     def _provenance(self, white: JSON, adaptation: str) -> dict[str, JSON]:
@@ -335,7 +335,7 @@ class _Medium:
             return mean
         self.warnings.append(
             "The white was not measured; the lightest sample is taken as the white: "
-            f"{_rounded(xyz[np.argmax(xyz[:, 1])])}."
+            f"{_list_of(xyz[np.argmax(xyz[:, 1])])}."
         )
         lightest: FloatArray = xyz[np.argmax(xyz[:, 1])]
         return lightest
@@ -448,5 +448,5 @@ def _is_display(samples: Samples) -> bool:
     return samples.additive and not samples.conditions.get("COLOR_REP", "").startswith("iRGB")
 
 
-def _rounded(values: FloatArray) -> list[JSON]:
+def _list_of(values: FloatArray) -> list[JSON]:
     return [round(float(value), 6) for value in values]

@@ -333,12 +333,12 @@ def _sample_surface(
     limited = limited_cube(samples.channels, lowest, highest, limits, inks=samples.inks)
     provenance["model"] = model.provenance
     if model.colours is None:
-        why = f"o device model can be fitted ({model.degenerate})"
+        why = f"no device model can be fitted ({model.degenerate})"
         if limits:
-            raise limits.refusal(f"n{why}.")
+            raise limits.refusal(f"{why}.")
         if kind is not None:
-            raise OptionError.not_applicable("device_model", kind, f"n{why}", _FIT_REMEDY)
-        warnings.append(f"N{why}; the samples' colours are used.")
+            raise OptionError.not_applicable("device_model", kind, why, _FIT_REMEDY)
+        warnings.append(f"{why[:1].upper()}{why[1:]}; the samples' colours are used.")
         provenance["warnings"] = list[JSON](warnings)
         return SurfaceColours(lab, device, provenance, channels=samples.channels)
 
@@ -362,9 +362,9 @@ def _sample_surface(
 def _patches(samples: Samples, used: int, *, averaged: int = 0, thinned: int = 0) -> JSON:
     """Numbers of patches that were read, dropped (in reading or here), averaged and used."""
     read, dropped = len(samples), 0
-    told = samples.provenance.get("patches")
-    if isinstance(told, dict):
-        kept, lost = told.get("read"), told.get("dropped")
+    counts = samples.provenance.get("patches")
+    if isinstance(counts, dict):
+        kept, lost = counts.get("read"), counts.get("dropped")
         read = kept if isinstance(kept, int) else read
         dropped = lost if isinstance(lost, int) else 0
     return {"read": read, "averaged": averaged, "dropped": dropped + thinned, "used": used}

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, create_model
 from pydantic.json_schema import SkipJsonSchema
 
+from gamutcore.characterisation.formats import format_summary
 from gamutcore.option_types import (
     Choice,
     Number,
@@ -121,13 +122,15 @@ class MultipartSubmission(BaseModel):
     file: Annotated[
         bytes,
         Field(
-            description="CGATS or IT8 text, CxF3, CSV, JSON, a NumPy array (.npy), an ICC "
-            "profile, a picture (PNG, TIFF, JPEG), or a gamut mesh (PLY, glTF, Argyll's .gam, STL, "
-            "OBJ); recognised by its content.",
+            description=f"A file, recognised by its content: {format_summary()}.",
             json_schema_extra={"format": "binary"},
         ),
     ]
     options: Annotated[
         GamutOptions,
-        Field(description="How the gamut is built.", json_schema_extra=_without_nulls),
+        Field(
+            description="How the gamut is built. Options can also be form fields of their own "
+            "names, such as `ink_limit=300`, with numbers and lists as in JSON.",
+            json_schema_extra=_without_nulls,
+        ),
     ] = GamutOptions()

@@ -20,7 +20,9 @@ from starlette.datastructures import UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
 
 from gamutcore.characterisation.json_samples import MAX_JSON_SAMPLES, json_samples
+from gamutcore.errors import OptionError
 from gamutcore.gamut import Options, gamut_id
+from gamutcore.options import option_name, option_value
 from service.problems.problem import Problem, ProblemError
 from service.telemetry.server_timing import timed
 
@@ -221,12 +223,10 @@ async def _multipart(
         ) from error
     try:
         parts = form.multi_items()
-        for name, _ in parts:
-            if name not in {"file", "options"}:
-                _refuse(f"There is a part named {name[:80]!r}.", name[:80])
         for name in ("file", "options"):
             if sum(part == name for part, _ in parts) > 1:
                 _refuse(f"There is more than one part named {name}.", name)
+        fields = [(name, part) for name, part in parts if name not in {"file", "options"}]
         file = form.get("file")
         if file is None:
             _refuse("There is no part named file.", "file")
@@ -234,9 +234,28 @@ async def _multipart(
         if isinstance(options, UploadFile) and (options.size or 0) > _OPTIONS_BYTES:
             _refuse(f"The options are larger than {_OPTIONS_BYTES} bytes.", "options")
         mapping = _options(_parse_json(await _read_part(options), "options"))
+        for given, part in fields:
+            name, value = _option_field(given, part)
+            if name in mapping:
+                _refuse(f"The option {name} is given twice.", name)
+            mapping[name] = value
         return await read(file), mapping
     finally:
         await form.close()
+
+
+def _option_field(given: str, part: UploadFile | str) -> tuple[str, object]:
+    """Return the name and the value of an option that is a form field of its own."""
+    try:
+        name = option_name(given)
+    except OptionError as error:
+        detail = f"There is a part named {given[:80]!r}."
+        remedy = f"Parts are file, options, and options by their names. {error.remedy}"
+        problem = Problem("invalid-body", detail, {"field": given[:80]}, remedy)
+        raise ProblemError(problem) from error
+    if isinstance(part, UploadFile):
+        _refuse(f"The part {name} is a file.", name)
+    return name, option_value(name, part)
 
 
 async def _read_part(part: UploadFile | str) -> bytes:

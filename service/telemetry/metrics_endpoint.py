@@ -105,10 +105,10 @@ def _registry(families: Callable[[], Iterable[Metric]], process: str = "self") -
             # Otherwise the library would collect all metrics to learn the names.
             return []
 
-    registry = CollectorRegistry()
-    registry.register(Figures())
-    ProcessCollector(pid=lambda: process, registry=registry)
-    return registry
+    collectors = CollectorRegistry()
+    collectors.register(Figures())
+    ProcessCollector(pid=lambda: process, registry=collectors)
+    return collectors
 
 
 def _common_families(process: str) -> Iterator[Metric]:

@@ -1,4 +1,4 @@
-"""Fixtures that the tests of several parts of the compute package use."""
+"""Fixtures of several test modules of the compute package."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def made_profile() -> Callable[..., bytes]:
 
 @pytest.fixture(scope="session")
 def assert_every_invariant() -> Callable[[TriangleMesh, ArrayLike, int], None]:
-    """Return a check of all that a level promises, after its rounding to float32."""
+    """Return a check of all invariants of a level after rounding to float32."""
 
     def check(mesh: TriangleMesh, centre: ArrayLike, triangles: int) -> None:
         assert mesh.vertices.dtype == np.float32
@@ -138,19 +138,19 @@ def small_gamut() -> Gamut:
 
 @pytest.fixture(scope="session")
 def fogra39_gamut(fogra39: bytes) -> Gamut:
-    """Return the gamut of FOGRA39L as the defaults build it."""
+    """Return the gamut of FOGRA39L with default options."""
     return build_gamut(fogra39, Options())
 
 
 @pytest.fixture(scope="session")
 def fogra39_points(fogra39: bytes) -> np.ndarray:
-    """Return the surface colours of FOGRA39L that the defaults ask for."""
+    """Return the surface colours of FOGRA39L with default options."""
     return surface_colours(characterisation(fogra39)).points
 
 
 @pytest.fixture(scope="session")
 def fogra39_boundary(fogra39_points: np.ndarray) -> Boundary:
-    """Return the full boundary of FOGRA39L by the defaults, about 92,000 triangles."""
+    """Return the full boundary of FOGRA39L with default options, about 92,000 triangles."""
     return modified_convex_hull(fogra39_points)
 
 

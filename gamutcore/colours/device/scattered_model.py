@@ -23,8 +23,8 @@ __all__ = [
     "SMOOTHING",
     "DegenerateSamplesError",
     "ScatteredModel",
-    "cubed_distances",
-    "cubic_sums",
+    "add_cubic_sums",
+    "fill_cubed_distances",
     "scattered_model",
 ]
 
@@ -46,7 +46,7 @@ class DegenerateSamplesError(ValueError):
 
 
 @kernel
-def cubed_distances(points: FloatArray, centres: FloatArray, out: FloatArray) -> None:
+def fill_cubed_distances(points: FloatArray, centres: FloatArray, out: FloatArray) -> None:
     """Compute the cubed distances of points from centres.
 
     Parameters
@@ -72,7 +72,7 @@ def cubed_distances(points: FloatArray, centres: FloatArray, out: FloatArray) ->
 
 
 @kernel
-def cubic_sums(
+def add_cubic_sums(
     points: FloatArray, centres: FloatArray, weights: FloatArray, out: FloatArray
 ) -> None:
     """Add the weighted sums of cubed distances to `out`.
@@ -151,7 +151,7 @@ class ScatteredModel:
             In the space of the samples.
         """
         sums = np.zeros((3, len(device)))
-        cubic_sums(np.ascontiguousarray(device.T), self.centres, self.weights, sums)
+        add_cubic_sums(np.ascontiguousarray(device.T), self.centres, self.weights, sums)
         colours: FloatArray = self.linear[0] + device @ self.linear[1:] + sums.T
         return colours
 
@@ -212,7 +212,7 @@ def _solution(device: FloatArray, colours: FloatArray) -> ScatteredModel:
     # All steps work in place, in one n by n matrix. Householder reflections from both sides take
     # two passes over it; an explicit Q would take two matrix products.
     matrix = np.empty((count, count))
-    cubed_distances(np.ascontiguousarray(device), np.ascontiguousarray(device.T), matrix)
+    fill_cubed_distances(np.ascontiguousarray(device), np.ascontiguousarray(device.T), matrix)
     matrix.flat[:: count + 1] += SMOOTHING
     matrix = _reflection(matrix.T, reflectors, scales, "L", transposed=True)
     matrix = _reflection(matrix, reflectors, scales, "R", transposed=False)

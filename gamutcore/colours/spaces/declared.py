@@ -141,27 +141,27 @@ def refuse_other_space(declared: ColourSpace, requested: ColourSpace) -> None:
     """
     if declared.is_icc_cielab and requested.is_icc_cielab:
         return  # no adaptation is involved
-    given, wanted = _settled(declared), _settled(requested)
+    given, wanted = _all_parameters(declared), _all_parameters(requested)
     names = [name for name in given if not _same(given[name], wanted.get(name))]
     if not names:
         return
     first = names[0]
-    defaults = _settled(ColourSpace(declared.name))
+    defaults = _all_parameters(ColourSpace(declared.name))
     needed = {
         name: value
         for name, value in given.items()
         if name == "space" or not _same(value, defaults[name])
     }
     raise OptionError(
-        f"{first} is {_shown(wanted.get(first))}, but the file declares {_shown(given[first])}.",
+        f"{first} is {_text_of(wanted.get(first))}, and {_text_of(given[first])} in the file.",
         where={"field": first},
         remedy="A mesh is a boundary in its own space only. Give "
-        + ", ".join(f"{name} {_shown(value)}" for name, value in needed.items())
+        + ", ".join(f"{name} {_text_of(value)}" for name, value in needed.items())
         + ".",
     )
 
 
-def _settled(space: ColourSpace) -> dict[str, object]:
+def _all_parameters(space: ColourSpace) -> dict[str, object]:
     """All that coordinates depend on, by the names of the options."""
     given = {name: getattr(space, name) for name in SPACE_PARAMETERS}
     settled = space_parameters(space.name, given)
@@ -183,7 +183,7 @@ def _same(one: object, other: object) -> bool:
     return bool(np.allclose(first, second, rtol=0, atol=1e-12))
 
 
-def _shown(value: object) -> str:
+def _text_of(value: object) -> str:
     return repr(list(value) if isinstance(value, tuple) else value)
 
 

@@ -1,4 +1,4 @@
-"""Point sets that are hard to wrap, and the checks that every boundary has to pass."""
+"""Difficult point sets, and the checks that every boundary must pass."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def hard_cloud() -> Callable[[str, int], np.ndarray]:
 
 @pytest.fixture(scope="session")
 def times_around() -> Callable[[TriangleMesh, np.ndarray], float]:
-    """Return how often a mesh goes round a point: its solid angle by 4π.
+    """Return the winding number of a mesh about a point: its solid angle ÷ 4π.
 
     Van Oosterom & Strackee, "The solid angle of a plane triangle" (1983).
     """

@@ -1,4 +1,4 @@
-"""A closed surface from loose triangles: what is put right, and what is refused with its reason."""
+"""A closed surface from loose triangles: repairs, and refusals with their reasons."""
 
 import numpy as np
 import pytest
@@ -97,7 +97,7 @@ def test_a_torus_has_a_handle():
 
 
 def test_a_klein_bottle_has_one_side():
-    """A grid on a square whose opposite sides are glued, one pair of them the other way round."""
+    """A grid on a square with opposite sides glued, one pair of them reversed (a Klein bottle)."""
     size = 6
 
     def at(row, column):

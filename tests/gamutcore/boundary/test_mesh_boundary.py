@@ -131,7 +131,7 @@ def test_slivers_on_the_grid_are_refused():
 
 
 def test_what_is_not_star_shaped_is_refused_with_the_places():
-    """A ball with a long spike that is bent sideways."""
+    """A ball with a long, bent spike."""
     body = trimesh.creation.icosphere(3, 40.0)
     top = int(np.argmax(body.vertices[:, 2]))
     ring = {int(v) for face in body.faces if top in face for v in face} - {top}

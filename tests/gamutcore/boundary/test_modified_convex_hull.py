@@ -1,4 +1,4 @@
-"""The modified convex hull: published volumes, its definition, and all that may be thrown at it."""
+"""The modified convex hull: published volumes, its definition, and arbitrary input."""
 
 import itertools
 import sys
@@ -83,6 +83,7 @@ def working_space():
 
 class TestPublishedVolumes:
     @pytest.mark.parametrize("name", WORKING_SPACES)
+    @pytest.mark.slow
     def test_of_rgb_working_spaces(self, working_space, name):
         boundary = modified_convex_hull(working_space(name)[0], gamma=0.05)
         assert boundary.mesh.volume == pytest.approx(WORKING_SPACES[name][-1], rel=0.0015)
@@ -293,7 +294,7 @@ def boundary_or_error(points, gamma, centre):
 
 
 def assert_valid_or_named(points, gamma, centre, assert_every_invariant):
-    """Check that there is a boundary with all invariants, or an error that says what to do."""
+    """Check for a boundary with all invariants, or an error with a remedy."""
     outcome = boundary_or_error(points, gamma, centre)
     if isinstance(outcome, GamutError):
         assert outcome.message

@@ -1,4 +1,4 @@
-"""The hull against Qhull, against its definition, and on what rounding makes difficult."""
+"""The hull against Qhull, against its definition, and for input that is difficult to round."""
 
 import numpy as np
 import pytest
@@ -51,7 +51,7 @@ def volume(points, faces):
 
 
 def greatest_height(points, faces):
-    """Return by how much a point is above the plane of a face, at most."""
+    """Return the largest height of a point above the plane of a face."""
     one, two, three = (points[faces[:, corner]] for corner in range(3))
     normals = np.cross(two - one, three - one)
     normals /= np.linalg.norm(normals, axis=1)[:, np.newaxis]
@@ -232,6 +232,7 @@ class TestTheWalk:
 
 
 @pytest.mark.parametrize("name", ["circle", "two circles", "moment curve"])
+@pytest.mark.slow
 def test_large_bodies_that_qhull_takes_minutes_for(name):
     # circles in planes that are none in floating point; the hull with the highest degrees
     along = np.linspace(-1, 1, 100_000)

@@ -1,4 +1,4 @@
-"""USV: its segments, its counts, published figures, and all that may be thrown at it."""
+"""USV: its segments, counts, published figures, and arbitrary input."""
 
 import itertools
 import math
@@ -55,7 +55,7 @@ class TestSegments:
     @pytest.mark.parametrize("subdivisions", [0, 1, 3, 6])
     @pytest.mark.parametrize("basis", FACES)
     def test_the_walk_ends_in_the_triangle_that_holds_the_direction(self, basis, subdivisions):
-        """With the axes, corners and halves of sides among them, which lie on several borders."""
+        """The directions include axes, corners and midpoints, which lie on several borders."""
         random = np.random.default_rng(0).normal(size=(2000, 3))
         corners, levels = sphere_triangles(basis, subdivisions)
         directions = np.vstack([random, np.eye(3), -np.eye(3), corners[:500]])
@@ -118,6 +118,7 @@ class TestDefinition:
         boundary = usv(points, "icosahedron", 7, 0.2)
         assert boundary.mesh == modified_convex_hull(points, 0.2).mesh
 
+    @pytest.mark.slow
     def test_more_subdivisions_come_nearer(self, fogra39_points, fogra39_boundary):
         found = [
             mismatch(fogra39_boundary.mesh, usv(fogra39_points, "icosahedron", n).mesh)
@@ -142,7 +143,7 @@ class TestAnything:
     def test_is_a_gamut_at_every_level(
         self, hard_cloud, assert_decimates, kind, seed, basis, level
     ):
-        """With 64 segments or more the farthest colours of these surround the centre."""
+        """With 64 segments or more, their farthest colours surround the centre."""
         assert_decimates(usv(hard_cloud(kind, seed), basis, level))
 
     @settings(max_examples=40)
@@ -248,6 +249,7 @@ class TestPublishedFigures:
         ("device", "level", "triangles", "published"),
         [("sRGB", 1, 156, 3.08), ("sRGB", 2, 636, 0.785), ("FOGRA39L", 2, 636, 0.758)],
     )
+    @pytest.mark.slow
     def test_is_one_of_the_figures_of_turned_segments(
         self, small_profile, fogra39_points, device, level, triangles, published
     ):

@@ -79,7 +79,7 @@ def test_white_is_white_and_absolute_is_the_medium(small_profile):
 @pytest.mark.parametrize("name", ["sRGB-v2-magic.icc", "sRGB-v4.icc"])
 @pytest.mark.parametrize("space", ["CIEXYZ", "Oklab"])
 def test_in_a_space_of_its_white_absolute_colours_of_srgb_are_srgb(small_profile, name, space):
-    """Version 2 says that they are not adapted, version 4 that they are: the same comes of it."""
+    """Version 2 declares unadapted colours, version 4 adapted ones; the result is the same."""
     found = surface_colours(
         characterisation(small_profile(name)), intent="absolute", surface_samples=8
     )
@@ -96,7 +96,7 @@ def test_absolute_colours_of_prints_stay_relative_to_d50(shared_data):
 
 
 def test_a_display_and_its_own_measurements_are_of_one_size_in_absolute_colours(shared_data):
-    """As they are in relative ones, where nothing depends on how white is dealt with."""
+    """Compared with relative colours, which do not depend on the treatment of the white."""
     profile = characterisation((shared_data / "display" / "Acer_XB271HU.icc").read_bytes())
 
     def ratio(intent):

@@ -222,7 +222,7 @@ def test_a_press_measured_under_three_conditions_is_described_with_the_one_used(
     [(struct.pack(">3i", 0, 250 << 16, 0), 250.0), (b"", None), (bytes(12), None)],
 )
 def test_the_luminance_that_a_profile_states(small_profile, stated, expected):
-    """The tag `lumi`, ICC.1:2022, 9.2.33: Y in cd/m²; a broken one is as good as none."""
+    """The tag `lumi`, ICC.1:2022, 9.2.33: Y in cd/m²; a broken tag is ignored."""
     data = bytearray(small_profile("sRGB-v4.icc"))
     entry = data.index(b"cprt", 128)
     data[entry : entry + 12] = struct.pack(">4sII", b"lumi", len(data), 8 + len(stated))

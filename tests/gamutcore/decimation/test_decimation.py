@@ -100,6 +100,7 @@ class TestEveryLevel:
         scale=st.sampled_from([1e-20, 1e-10, 1e-3, 1.0, 50.0, 1e5, 1e9]),
         gamma=st.sampled_from([0.05, 0.2, 1.0]),
     )
+    @pytest.mark.slow
     def test_is_a_gamut_down_to_four_triangles_without_a_gap(
         self, assert_every_invariant, cost, kind, seed, count, scale, gamma
     ):
@@ -124,6 +125,7 @@ class TestEveryLevel:
         count=st.integers(30, 300),
         part=st.sampled_from([0.5, 0.9, 0.97]),
     )
+    @pytest.mark.slow
     def test_of_bodies_whose_centre_is_near_their_surface(
         self, assert_every_invariant, cost, kind, seed, count, part
     ):
@@ -150,6 +152,7 @@ class TestEveryLevel:
     @example(seed=46, count=150)
     @example(seed=66, count=150)
     @example(seed=110, count=150)
+    @pytest.mark.slow
     def test_of_rugged_bodies_as_well(self, assert_every_invariant, cost, radii, seed, count):
         """Boundaries posted as meshes, which no hull has smoothed."""
         mesh = rugged(np.random.default_rng(seed), count, radii)
@@ -173,6 +176,7 @@ class TestEveryLevel:
         scale=st.sampled_from([1e-10, 1.0, 50.0]),
         shift=st.sampled_from([1.0, 10.0, 30.0, 1000.0]),
     )
+    @pytest.mark.slow
     def test_is_a_gamut_far_from_the_origin(
         self, assert_every_invariant, cost, kind, seed, count, scale, shift
     ):
@@ -224,6 +228,7 @@ class TestEveryLevel:
         assert decimate(boundary.mesh, boundary.centre, cost).volume_error is None
 
     @pytest.mark.parametrize("cost", COSTS)
+    @pytest.mark.slow
     def test_of_a_sphere_of_20480_triangles(self, assert_every_invariant, icosphere, cost):
         mesh = icosphere(5, 40.0, (50.0, 0.0, 0.0))
         history = build_history(decimate(mesh, (50, 0, 0), cost))
@@ -234,6 +239,7 @@ class TestEveryLevel:
                 assert level.volume == pytest.approx(mesh.volume, rel=1e-5)
 
     @pytest.mark.parametrize("cost", COSTS)
+    @pytest.mark.slow
     def test_of_a_random_sphere(self, assert_every_invariant, cost):
         boundary = modified_convex_hull(directions(np.random.default_rng(0), 1000), 1.0, (0, 0, 0))
         history = build_history(decimate(boundary.mesh, boundary.centre, cost))

@@ -63,6 +63,7 @@ def after_collapses(bumpy_mesh, surface_from, random_collapses, workspace_for, f
 
 
 @pytest.mark.parametrize("seed", range(3))
+@pytest.mark.slow
 def test_the_new_vertex_and_its_neighbours_move_to_less_deviation(after_collapses, seed):
     gained = []
 

@@ -1,4 +1,4 @@
-"""Device values at vertices: what they must be."""
+"""Device values at vertices: accepted arrays."""
 
 import numpy as np
 import pytest

@@ -75,7 +75,7 @@ def test_one_device_value_is_neither_a_grid_nor_fitted():
 
 
 def test_a_fit_of_a_grid_can_be_asked_for():
-    """It is scipy's, and on a coarse grid of a device that bends smoothly the better one."""
+    """The fit equals SciPy's, and is more accurate on a coarse grid of a smooth device."""
     device = grid(5, 3)
     model = device_model(device, bent(device), "fit")
     assert model.provenance["name"] == FITTED
@@ -93,6 +93,7 @@ def test_a_fit_of_a_grid_can_be_asked_for():
     assert "device_model 'fit'" in said
 
 
+@pytest.mark.slow
 def test_a_fit_of_a_large_grid_is_of_some_of_its_patches():
     device = grid(9, 4)
     model = device_model(device, bent(device), "fit")
@@ -127,7 +128,7 @@ def test_the_error_of_two_levels_is_not_known():
 
 
 def test_kinks_at_levels_are_followed():
-    """Lights that clip at three quarters: between the levels of the clipped device nothing bends.
+    """Lights that clip at three quarters: colours are linear between the levels.
 
     Smooth functions swing around the kink.
     """
@@ -148,7 +149,7 @@ def test_kinks_at_levels_are_followed():
     [("display/Acer_XB271HU.icc", 17, 0.25), ("press/ISOcoated_v2_300_bas.icc", 9, 0.25)],
 )
 def test_grids_of_real_devices_at_their_surface(shared_data, name, levels, bound):
-    """Hardly visible, and less than the estimate, which is on the safe side."""
+    """The error is hardly visible, and smaller than the estimate."""
     profile = characterisation((shared_data / name).read_bytes())
     channels = len(profile.channels)
 

@@ -47,6 +47,7 @@ def large_boundary():
 
 
 @pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.slow
 def test_every_level_has_the_volume_of_the_boundary(large_boundary, seed):
     boundary = large_boundary(seed)
     history = build_history(decimate(boundary.mesh, boundary.centre, "volume"))
@@ -141,6 +142,7 @@ def valid_edges(surface, positions_near=0.0):
 
 
 @pytest.mark.parametrize("seed", range(4))
+@pytest.mark.slow
 def test_the_error_is_the_change_of_the_samples_mismatch(
     tracked, faces_left, by_hand, all_samples, points_of, seed
 ):
