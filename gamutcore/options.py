@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, TypeAlias
@@ -46,7 +46,16 @@ from gamutcore.option_types import (
     near_match,
 )
 
-__all__ = ["DATA_KINDS", "OPTIONS", "Centre", "Option", "Options", "option_table"]
+__all__ = [
+    "DATA_KINDS",
+    "OPTIONS",
+    "Centre",
+    "Option",
+    "Options",
+    "find_option",
+    "option_table",
+    "option_value",
+]
 
 Centre: TypeAlias = "tuple[float, float, float] | str"
 
@@ -307,40 +316,48 @@ class Options:
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, object]) -> Options:
-        """Return options from names and values, such as parsed JSON.
+        """Return options from names and values, such as parsed JSON; see `from_pairs`."""
+        return cls.from_pairs(mapping.items())
+
+    @classmethod
+    def from_pairs(cls, pairs: Iterable[tuple[str, object]]) -> Options:
+        """Return options from pairs of name and value. A name may come twice with the same value.
 
         Parameters
         ----------
-        mapping : mapping of str to object
+        pairs : iterable of (str, object)
             Names in any letter case, with ``-`` or ``_``.
 
         Returns
         -------
         Options
-            Options that are not in the mapping have their defaults.
+            Options without a pair have their defaults.
 
         Raises
         ------
         OptionError
-            A name is unknown or occurs twice, or a value is not accepted.
+            A name is unknown or occurs with different values, or a value is not accepted.
 
         Examples
         --------
-        >>> Options.from_mapping({"Ink-Limit": 300}).ink_limit
+        >>> Options.from_pairs([("Ink-Limit", 300), ("ink_limit", 300.0)]).ink_limit
         300.0
         """
         values: dict[str, Any] = {}
-        for given, value in mapping.items():
+        for given, value in pairs:
             name = _known_name(given)
-            if name in values:
+            if value is None:  # to the constructor, None means that there is no value
+                raise OptionError.refusal(name, value, "a value, or leave it out for the default")
+            types = OPTIONS[name].types
+            other = values.setdefault(name, value)
+            if other is not value and check_option(name, other, *types) != check_option(
+                name, value, *types
+            ):
                 raise OptionError(
-                    f"The option {name} is given twice.",
+                    f"The option {name} is given twice: as {_shown(other)} and as {_shown(value)}.",
                     where={"field": name},
                     remedy="Give each option once.",
                 )
-            if value is None:  # to the constructor, None means that there is no value
-                raise OptionError.refusal(name, value, "a value, or leave it out for the default")
-            values[name] = value
         return cls(**values)
 
     @classmethod
@@ -366,9 +383,7 @@ class Options:
         >>> Options.from_text({"ink_limit": "300", "centre": "[50, 0, 0]"}).centre
         (50.0, 0.0, 0.0)
         """
-        return cls.from_mapping(
-            {name: option_value(_known_name(name), text) for name, text in mapping.items()}
-        )
+        return cls.from_pairs((name, option_value(name, text)) for name, text in mapping.items())
 
     def to_mapping(self) -> dict[str, object]:
         """Return all options that apply, as JSON-able values; `from_mapping` reads them back."""
@@ -464,7 +479,7 @@ def option_value(name: str, text: str) -> object:
     Parameters
     ----------
     name : str
-        A key of `OPTIONS`.
+        Name of the option, in any letter case, with ``-`` or ``_``.
     text : str
 
     Returns
@@ -476,8 +491,13 @@ def option_value(name: str, text: str) -> object:
     --------
     >>> option_value("gamma", "0.2"), option_value("cost", "finest")
     (0.2, 'finest')
+
+    Raises
+    ------
+    OptionError
+        There is no such option.
     """
-    if any(each.canonical(text) is not None for each in OPTIONS[name].types):
+    if any(each.canonical(text) is not None for each in OPTIONS[_known_name(name)].types):
         return text
     try:
         return json.loads(text)
@@ -485,12 +505,21 @@ def option_value(name: str, text: str) -> object:
         return text
 
 
+def find_option(given: str) -> Option | None:
+    """Return the option that a name means, in any letter case, with ``-`` or ``_``; else None."""
+    return OPTIONS.get(given.strip().lower().replace("-", "_"))
+
+
+def _shown(value: object) -> str:
+    return repr(value)[:40]
+
+
 def _known_name(given: object) -> str:
     """Return the option that a name means."""
-    name = str(given).strip().lower().replace("-", "_")
-    if name in OPTIONS:
-        return name
-    meant = near_match(name, OPTIONS)
+    option = find_option(str(given))
+    if option is not None:
+        return option.name
+    meant = near_match(str(given), OPTIONS)
     raise OptionError(
         f"There is no option {str(given)[:40]!r}.",
         where={"field": str(given)[:40]},

@@ -1,6 +1,7 @@
 """Reads the body of ``POST /v1/gamuts``: characterisation data and options, in one of two forms.
 
-``multipart/form-data`` has the part ``file`` and, if wanted, ``options`` (JSON).
+``multipart/form-data`` has the part ``file``. Options are members of the part ``options`` (JSON),
+form fields of their own, or both.
 ``application/json`` is an object whose member ``options`` is taken out; the rest is the
 characterisation itself, written down canonically (sorted members, no white space), so that the same
 samples give the same gamut id.
@@ -12,15 +13,17 @@ import asyncio
 import contextlib
 import hashlib
 import json
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from tempfile import SpooledTemporaryFile
 from typing import TYPE_CHECKING, Any, BinaryIO, NoReturn, TypeAlias, cast
 
-from starlette.datastructures import UploadFile
+from starlette.datastructures import FormData, UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
 
 from gamutcore.characterisation.json_samples import MAX_JSON_SAMPLES, json_samples
 from gamutcore.gamut import Options, gamut_id
+from gamutcore.option_types import near_match
+from gamutcore.options import OPTIONS, find_option, option_value
 from service.problems.problem import Problem, ProblemError
 from service.telemetry.server_timing import timed
 
@@ -39,6 +42,9 @@ _MOST_VALUES = 8_000_000
 
 _OPTIONS_BYTES = 64 * 1024
 """Size of the part ``options``: a hundred times what all options take."""
+
+_PARTS = ("file", "options")
+"""Parts of a form besides the fields of single options."""
 
 _CHECKED_BYTES = 16 * 1024
 """Inline samples up to this size are read at once, which takes a millisecond, and not by the build
@@ -69,7 +75,8 @@ class Submission:
         return gamut_id(self.options, self.sha256)
 
 
-_OPTION_NAMES = frozenset(field.name for field in fields(Options))
+_Pairs: TypeAlias = "list[tuple[str, Any]]"
+"""Names and values of options."""
 
 _Read: TypeAlias = "Callable[[UploadFile | str], Awaitable[bytes]]"
 """Reads the part with the data into memory."""
@@ -152,14 +159,14 @@ async def _submission(
         )
     media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     if media_type == "multipart/form-data":
-        data, mapping = await _multipart(request, settings.max_form_parts, scratch, read)
+        data, pairs = await _multipart(request, settings.max_form_parts, scratch, read)
     elif media_type == "application/json":
         body = await _inline_body(request, settings.max_inline_bytes)
-        data, mapping = await asyncio.to_thread(_inline, body)
+        data, pairs = await asyncio.to_thread(_inline, body)
     else:
         detail = f"The body is {media_type[:100] or 'of no stated media type'}."
         raise ProblemError(Problem("unsupported-media-type", detail, {"header": "Content-Type"}))
-    options = Options.from_mapping(mapping)
+    options = Options.from_pairs(pairs)
     if options.surface_samples > settings.max_surface_samples:
         raise ProblemError(
             Problem(
@@ -196,7 +203,7 @@ async def _inline_body(request: Request, limit: int) -> bytes:
 
 async def _multipart(
     request: Request, most_parts: int, scratch: Path, read: _Read
-) -> tuple[bytes, dict[str, Any]]:
+) -> tuple[bytes, _Pairs]:
     parser = _Parser(
         request.headers,
         request.stream(),
@@ -214,45 +221,68 @@ async def _multipart(
                     "body-too-large",
                     f"The form is too large: {error.message}",
                     {"limit": most_parts if error.message[0] == "T" else _OPTIONS_BYTES},
-                    "Send the parts `file` and, if you like, `options`.",
+                    "Send the data as a part `file` with a file name, and options as fields.",
                 )
             ) from error
         raise ProblemError(
             Problem("malformed-body", f"The multipart body cannot be parsed: {error.message}")
         ) from error
     try:
-        parts = form.multi_items()
-        for name, _ in parts:
-            if name not in {"file", "options"}:
-                _refuse(f"There is a part named {name[:80]!r}.", name[:80])
-        for name in ("file", "options"):
-            if sum(part == name for part, _ in parts) > 1:
-                _refuse(f"There is more than one part named {name}.", name)
-        file = form.get("file")
-        if file is None:
-            _refuse("There is no part named file.", "file")
-        options = form.get("options", "{}")
-        if isinstance(options, UploadFile) and (options.size or 0) > _OPTIONS_BYTES:
-            _refuse(f"The options are larger than {_OPTIONS_BYTES} bytes.", "options")
-        mapping = _options(_decoded(await _content(options), "options"))
-        return await read(file), mapping
+        return await _parts(form, read)
     finally:
         await form.close()
+
+
+async def _parts(form: FormData, read: _Read) -> tuple[bytes, _Pairs]:
+    """Return the file and the options of a form."""
+    parts = form.multi_items()
+    for name, part in parts:
+        if name not in _PARTS and find_option(name) is None:
+            _refuse_part(name)
+        large = isinstance(part, UploadFile) and (part.size or 0) > _OPTIONS_BYTES
+        if large and name != "file":
+            _refuse(f"The part {name} is larger than {_OPTIONS_BYTES} bytes.", name)
+    for name in _PARTS:
+        if sum(part == name for part, _ in parts) > 1:
+            _refuse(f"There is more than one part named {name}.", name)
+    if "file" not in form:
+        _refuse("There is no part named file.", "file")
+    pairs = _options(_decoded(await _content(form.get("options", "{}")), "options"))
+    for name, part in parts:
+        if name not in _PARTS:
+            text = (await _content(part)).decode(errors="replace")
+            pairs.append((name, option_value(name, text)))
+    return await read(form["file"]), pairs
+
+
+def _refuse_part(name: str) -> NoReturn:
+    known = (*_PARTS, *OPTIONS)
+    meant = near_match(name, known)
+    remedy = f"Did you mean {meant}? " if meant else ""
+    raise ProblemError(
+        Problem(
+            "invalid-body",
+            f"There is neither a part nor an option named {name[:80]!r}.",
+            {"field": name[:80]},
+            f"{remedy}A form has the part file and options: as fields of their own or, as JSON, in "
+            f"the part options. Options are {', '.join(OPTIONS)}.",
+        )
+    )
 
 
 async def _content(part: UploadFile | str) -> bytes:
     return await part.read() if isinstance(part, UploadFile) else part.encode()
 
 
-def _inline(body: bytes) -> tuple[bytes, dict[str, Any]]:
+def _inline(body: bytes) -> tuple[bytes, _Pairs]:
     document = _decoded(body)
     if not isinstance(document, dict):
         _refuse("The JSON is not an object.", "samples")
     if "samples" not in document:
         _refuse("The JSON object has no member samples.", "samples")
-    mapping = _options(document.pop("options", {}))
+    pairs = _options(document.pop("options", {}))
     for name in document:
-        if name in _OPTION_NAMES:
+        if name in OPTIONS:
             # It would be taken for a condition of the measurement, and the option for its default.
             detail = f"The option {name} stands beside `options` and not in it."
             remedy = (
@@ -268,12 +298,12 @@ def _inline(body: bytes) -> tuple[bytes, dict[str, Any]]:
         # 1e999 is a number in JSON, and infinite once it is read.
         problem = Problem("malformed-body", "The JSON holds a number that is out of range.")
         raise ProblemError(problem) from error
-    return canonical.encode(), mapping
+    return canonical.encode(), pairs
 
 
-def _options(mapping: object) -> dict[str, Any]:
+def _options(mapping: object) -> _Pairs:
     if isinstance(mapping, dict):
-        return mapping
+        return list(mapping.items())
     raise ProblemError(
         Problem(
             "invalid-option",
