@@ -1,33 +1,42 @@
-# The service in a container: docs/operations.md says how to run it, docs/decisions/container-image.md
-# why it is built like this. The RUN lines call docker/image, whose steps CI runs as they stand here.
+# The service in a container. docs/operations.md explains how to run it, and
+# docs/decisions/container-image.md why it is built this way.
 
-FROM python:3.11.15-slim-bookworm AS build
+# Both stages use one base. It must have python3 with its venv module. CI passes another name here,
+# because its machine has no registry to take this image from.
+ARG BASE=python:3.11.15-slim-bookworm
 
-# The CPU's name and features are part of the key that compiled kernels are kept under. Fixed ones
-# make kernels of the build machine serve on every CPU of the architecture.
-ENV INSTALL_ROOT=/opt/gamut \
-    NUMBA_CPU_NAME=generic \
+
+FROM ${BASE} AS build
+
+# Numba keeps compiled kernels under a key that includes the name and the features of the CPU. Fixed
+# values make kernels of the build machine load on every CPU of the architecture.
+ENV NUMBA_CPU_NAME=generic \
     NUMBA_CPU_FEATURES="" \
     PIP_DISABLE_PIP_VERSION_CHECK=1 \
     PIP_NO_CACHE_DIR=1 \
     PIP_ROOT_USER_ACTION=ignore
 
 WORKDIR /build
-COPY docker/image docker/image
-COPY constraints.txt pyproject.toml ./
-RUN docker/image dependencies
-COPY LICENSE README.md ./
-COPY gamutcore gamutcore
-COPY service service
-RUN docker/image package
+COPY . .
+
+# The two variables pin the build backend (see the Makefile). One image serves every role, therefore
+# it has the packages of a cluster as well.
+RUN python3 -m venv /opt/gamut && \
+    PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt \
+    /opt/gamut/bin/python -m pip install -q -c constraints.txt '.[service,celery,cloud,otel]' && \
+    /opt/gamut/bin/python -m pip uninstall -q --yes pip
+
+# From another directory, so that the installed package is compiled and not its source.
+WORKDIR /
+RUN /opt/gamut/bin/python -m gamutcore.warm && \
+    install -d -o 10001 -g 10001 -m 0750 /data
 
 
-FROM python:3.11.15-slim-bookworm
+FROM ${BASE}
 
 LABEL org.opencontainers.image.title="gamut-boundary-service" \
       org.opencontainers.image.description="Gamut boundaries at any triangle count, over HTTP" \
-      org.opencontainers.image.licenses="Apache-2.0" \
-      org.opencontainers.image.base.name="python:3.11.15-slim-bookworm"
+      org.opencontainers.image.licenses="Apache-2.0"
 
 ENV PATH=/opt/gamut/bin:/usr/local/bin:/usr/local/sbin:/usr/sbin:/usr/bin:/sbin:/bin \
     NUMBA_CPU_NAME=generic \

@@ -35,7 +35,8 @@ help: ## list the targets
 	exit 1
 
 .venv/.installed: .venv/bin/pip $(pins)
-	$(python) -m pip install -q -c constraints.txt -e '.[service]'
+	# Python compiles a module on its first import: 8 s less for what is never imported
+	$(python) -m pip install -q --no-compile -c constraints.txt -e '.[service]'
 	@touch $@
 
 .venv/.installed-test: .venv/.installed
@@ -69,33 +70,54 @@ install: .venv/.installed ## install into .venv and compile the kernels that hav
 serve: .venv/.installed ## serve on http://127.0.0.1:8000, data under var/ (docs/operations.md)
 	exec .venv/bin/gamut serve
 
-.PHONY: test
-test: install .venv/.installed-test $(node_packages) ## run all tests
+# T names files, folders or tests, and K is an expression of pytest. Only these tests run, in one
+# process, and each compiles the kernels that it needs.
+ifneq ($(T)$(K),)
+test: .venv/.installed-test
+	$(python) -m pytest $(T) $(if $(K),-k '$(K)')
+else
+test: install .venv/.installed-test $(node_packages)
 	$(python) -m pytest -n auto --dist loadfile
+endif
+
+.PHONY: test
+test: ## run all tests, or some: make test T=tests/gamutcore/test_mesh.py, make test K=volume
+
+.PHONY: test-fast
+test-fast: install .venv/.installed-test ## run the tests that need no server, broker, browser or long computation
+	$(python) -m pytest -n auto --dist loadfile -m 'not slow'
 
 .PHONY: fuzz
 fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)
 	$(python) tests/fuzz/fuzz.py --seconds $(or $(FUZZ_SECONDS),600)
 
 .PHONY: bench
-bench: install ## measure what is claimed about speed and accuracy
+bench: install ## measure speed and memory; updates docs/benchmarks.md
 	$(python) -m benchmarks.bench
 
+.PHONY: bench-startup
+bench-startup: .venv/.installed ## measure a fresh clone up to its first gamut; writes docs/benchmarks.md
+	$(python) -m benchmarks.startup
+
 .PHONY: soak
-soak: install .venv/.installed-test ## load the service for minutes: rates, /livez, memory; writes docs/reliability.md
+soak: install .venv/.installed-test ## load the service for minutes; updates docs/reliability.md
 	$(python) -m benchmarks.soak
 
 .PHONY: faults
-faults: install .venv/.installed-test $(node_packages) ## kill, fill, damage and attack the service for an hour; writes docs/reliability.md
+faults: install .venv/.installed-test $(node_packages) ## inject faults for an hour; updates docs/reliability.md
 	$(python) -m benchmarks.faults
 
 .PHONY: scaling
-scaling: install ## work out docs/scaling.md anew from the figures that were measured
+scaling: install ## estimate machines for a load; updates docs/scaling.md
 	$(python) -m benchmarks.scaling
 
 .PHONY: figures
-figures: install .venv/.installed-figures ## repeat the published experiment and write docs/decimation.md
+figures: install .venv/.installed-figures ## measure accuracy beside other libraries; updates docs/decimation.md
 	$(python) -m benchmarks.figures
+
+.PHONY: documents
+documents: install ## update the generated tables of all documents
+	$(python) -m benchmarks.documents
 
 # --- checks ---------------------------------------------------------------------------------------
 
@@ -103,7 +125,7 @@ figures: install .venv/.installed-figures ## repeat the published experiment and
 lint: .venv/.installed-lint ## ruff (rules and formatting) and shellcheck
 	$(python) -m ruff check .
 	$(python) -m ruff format --check .
-	.venv/bin/shellcheck docker/image .ci/run .ci/wheel-check
+	.venv/bin/shellcheck .ci/run .ci/wheel-check
 
 .PHONY: format
 format: .venv/.installed-lint ## let ruff format and mend what it can
@@ -127,12 +149,23 @@ openapi: .venv/.installed ## write openapi/openapi.json anew
 openapi-check: .venv/.installed ## compare openapi/openapi.json with what the app generates
 	.venv/bin/gamut openapi | diff -u openapi/openapi.json -
 
+.PHONY: architecture
+architecture: .venv/.installed ## draw docs/pictures/architecture.svg anew from the imports
+	$(python) docs/pictures/architecture.py
+
 .PHONY: image-lint
 image-lint: .venv/.installed-lint ## hadolint on the Dockerfile
 	.venv/bin/hadolint --failure-threshold style Dockerfile
 
+.PHONY: hooks
+hooks: .venv/.installed-lint ## have git run the checks of .pre-commit-config.yaml
+	.venv/bin/pre-commit install
+
+.PHONY: static-checks
+static-checks: lint types contracts openapi-check image-lint ## all checks that run no test
+
 .PHONY: check
-check: lint types contracts openapi-check image-lint test ## all of the above
+check: static-checks test ## all checks and all tests
 
 # --- distribution ---------------------------------------------------------------------------------
 
@@ -142,12 +175,12 @@ wheel: .venv/bin/pip ## build the wheel into dist/
 	$(python) -m pip wheel -q --no-deps --wheel-dir dist .
 
 .PHONY: wheel-check
-wheel-check: wheel ## install the built wheel into a clean venv and use it
+wheel-check: wheel ## install the wheel without extras into a clean venv and use gamutcore
 	.ci/wheel-check dist/*.whl
 
 .PHONY: image-check
-image-check: ## run the Dockerfile's own steps without a container engine (Linux, as root)
-	/usr/bin/python3 docker/rehearse.py
+image-check: .venv/.installed ## build the container image and use it (Debian, as root; .ci/run installs the tools)
+	$(python) docker/image.py
 
 .PHONY: constraints
 constraints: ## pin the newest versions that pyproject.toml admits, from a clean venv, with Python 3.11

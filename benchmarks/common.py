@@ -14,7 +14,7 @@ import numpy as np
 
 from gamutcore.characterisation import GamutMesh, IccProfile, Picture, Samples, characterisation
 from gamutcore.colours import surface_colours
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.history import History, build_history
 from gamutcore.mesh import TriangleMesh
 
@@ -63,7 +63,7 @@ def surface_points(path: Path, samples: int = 100_000) -> FloatArray:
 
 def build_mesh_history(mesh: TriangleMesh, centre: FloatArray, cost: str = "volume") -> History:
     """Decimate a full boundary, which is star-shaped about the centre, and return the history."""
-    return build_history(decimated(mesh, centre, cost))
+    return build_history(decimate(mesh, centre, cost))
 
 
 def times_of(

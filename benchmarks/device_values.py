@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from gamutcore.arrays import FloatArray
-    from gamutcore.device_values import DeviceValues
+    from gamutcore.mesh import DeviceValues
 
 __all__ = ["device_value_figures"]
 

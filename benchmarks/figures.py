@@ -47,13 +47,18 @@ def main() -> int:
     """Measure, draw and update the document."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--document", action="store_true", help="only make tables and plots")
-    if not parser.parse_args().document:
+    parser.add_argument(
+        "--keep-peers", action="store_true", help="keep the stored figures of other libraries"
+    )
+    arguments = parser.parse_args()
+    if not arguments.document:
         if sys.platform == "linux":
             os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})  # the figures are for one core
         if absent := peers.missing():
             print(f"Not installed, so not measured: {', '.join(absent)}")
         compile_kernels()
-        results = measure()
+        stored = json.loads(RESULTS.read_text()) if arguments.keep_peers else {}
+        results = measure(stored)
         RESULTS.write_text(json_text(results))
         draw_pictures(costs_by_accuracy(results))
     results = json.loads(RESULTS.read_text())
@@ -62,12 +67,17 @@ def main() -> int:
     return 0
 
 
-def measure() -> dict[str, Any]:
-    """Return all figures."""
+def measure(stored: dict[str, Any]) -> dict[str, Any]:
+    """Return all figures, with those of other libraries from stored results if there are any."""
     measured = []
     for device in devices():
         print(f"{time.strftime('%H:%M:%S')} {device.name}", flush=True)
         measured.append(device_figures(device))
+    if stored:
+        peer_rows, peer_times = stored["peers"], [r for r in stored["history"] if "peer" in r]
+    else:
+        peer_rows = [row for device in devices() for row in peers.peer_rows(device)]
+        peer_times = speed.peer_times()
     first, *_, last = devices()
     return {
         "machine": {**machine(), **library_versions(), "algorithm": ALGORITHM_VERSION},
@@ -76,11 +86,12 @@ def measure() -> dict[str, Any]:
         "floors": [figures["floor"] for figures in measured],
         **{
             name: [row for figures in measured for row in figures[name]]
-            for name in ("levels", "peers", "others", "voxels")
+            for name in ("levels", "others", "voxels")
         },
+        "peers": peer_rows,
         "disagreement": max(figures["disagreement"] for figures in measured),
         "sphere": paper.sphere_rows(),
-        "history": speed.history_times(15),
+        "history": [*speed.history_times(15), *peer_times],
         "storage": speed.storage(25),
         "few": speed.few_triangles(7),
         "scaling": speed.scaling(3),
@@ -103,7 +114,6 @@ def device_figures(device: Device) -> dict[str, Any]:
             "histories": speed.with_memory(device.boundary, times),
         },
         "levels": levels,
-        "peers": peers.peer_rows(device),
         "others": paper.other_rows(device, histories),
         "floor": paper.floor_row(device),
         "voxels": paper.voxel_rows(device, histories["quadric"]),

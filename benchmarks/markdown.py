@@ -71,7 +71,8 @@ def replace_blocks(text: str, contents: Mapping[str, str]) -> str:
 
     def replacement(match: re.Match[str]) -> str:
         content = contents.get(match[1], match[2]).strip("\n")
-        return f"<!-- begin {match[1]} -->\n{content}\n<!-- end {match[1]} -->"
+        lines = f"{content}\n" if content else ""
+        return f"<!-- begin {match[1]} -->\n{lines}<!-- end {match[1]} -->"
 
     return _BLOCK.sub(replacement, text)
 

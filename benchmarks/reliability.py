@@ -21,7 +21,7 @@ __all__ = ["DOCUMENT", "PROMISES", "RESULTS", "Promise", "Result", "document_blo
 RESULTS = Path(__file__).with_name("reliability.json")
 DOCUMENT = Path(__file__).parent.parent / "docs" / "reliability.md"
 
-GROUPS = ("speed", "soak", "faults", "hostile")
+GROUPS = ("soak", "faults", "hostile")
 
 
 class Promise(NamedTuple):
@@ -33,15 +33,6 @@ class Promise(NamedTuple):
 
 
 PROMISES = {
-    "speed-repeated": Promise(
-        "speed", "the same GLB again and again", "≥ 5,000 requests/s, p99 ≤ 15 ms"
-    ),
-    "speed-repeated-not-modified": Promise(
-        "speed", "the same GLB, answered with 304", "≥ 6,000 requests/s"
-    ),
-    "speed-uncached-500-counts-in-turn": Promise(
-        "speed", "GLB of 500 triangle counts in turn, without the mesh cache", "≥ 1,800 requests/s"
-    ),
     "soak-answers": Promise("soak", "answers to a long mixture of requests", "all as expected"),
     "soak-livez": Promise(
         "soak", "`/livez` while builds wait and two workers build", "p99 ≤ 50 ms"

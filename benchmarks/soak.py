@@ -1,9 +1,8 @@
 """Load the service for minutes: ``make soak``.
 
-Starts one API process on the loopback interface, as ``gamut serve`` does. Measures mesh rates
-(repeated, encoded anew, not modified), the latency of ``/livez`` while builds saturate the machine,
-and the memory of the process over 100,000 mixed requests. The results go to
-``docs/reliability.md``.
+Starts one API process on the loopback interface, as ``gamut serve`` does. Measures the latency of
+``/livez`` while builds saturate the machine, and the memory of the process over 100,000 mixed
+requests. The results go to ``docs/reliability.md``.
 """
 
 from __future__ import annotations
@@ -23,20 +22,13 @@ import numpy as np
 import uvloop
 
 from benchmarks.common import resident_bytes
-from benchmarks.http import Server, mesh_rates, posted, server
+from benchmarks.http import Server, posted, server
 from benchmarks.reliability import Result, record
 
 __all__ = ["main"]
 
 MEBIBYTE = 2**20
 CONNECTIONS = 16
-
-RATE_TARGETS = {
-    "repeated, 1000 triangles": ("speed-repeated", 5000.0, 15.0),
-    "uncached, 500 counts in turn": ("speed-uncached-500-counts-in-turn", 1800.0, None),
-    "repeated, 1000 triangles, not modified": ("speed-repeated-not-modified", 6000.0, None),
-}
-"""Key of the promise, minimum requests per second, and maximum 99th percentile in milliseconds."""
 
 
 @dataclass(frozen=True)
@@ -237,34 +229,14 @@ def livez_results(builds: int, seconds: float) -> list[Result]:
     ]
 
 
-def rate_results(requests: int, runs: int) -> list[Result]:
-    """Measure meshes per second."""
-    results = []
-    for row in mesh_rates(requests, runs):
-        if row["request"] not in RATE_TARGETS:
-            continue
-        key, least, longest = RATE_TARGETS[row["request"]]
-        results.append(
-            Result(
-                key,
-                f"{row['requests_per_s']:,.0f} requests/s, p99 {row['p99_ms']:.1f} ms",
-                bool(row["requests_per_s"] >= least)
-                and (longest is None or row["p99_ms"] <= longest),
-            )
-        )
-    return results
-
-
 def main() -> int:
     """Run the measurements, record the results, and return 1 if a promise was broken."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--requests", type=int, default=100_000, help="mixed, after as many")
     parser.add_argument("--builds", type=int, default=100)
     parser.add_argument("--seconds", type=float, default=30)
-    parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--dry-run", action="store_true", help="print the results only")
     steps: dict[str, Callable[[], list[Result]]] = {
-        "rates": lambda: rate_results(20_000, arguments.runs),
         "livez": lambda: livez_results(arguments.builds, arguments.seconds),
         "mixed": lambda: mixture_results(arguments.requests),
     }

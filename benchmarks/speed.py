@@ -37,6 +37,7 @@ __all__ = [
     "LEVEL",
     "few_triangles",
     "history_times",
+    "peer_times",
     "scaling",
     "storage",
     "timed_histories",
@@ -101,18 +102,22 @@ def with_memory(boundary: Boundary, rows: Rows) -> Rows:
 
 
 def history_times(runs: int) -> Rows:
-    """Time complete histories of the sRGB boundary, and one level from each other library."""
-    boundary = srgb_boundary(100_000)
-    _, rows = timed_histories(boundary, runs)
-    vertices = boundary.mesh.vertices.astype(np.float64)
-    faces = boundary.mesh.faces.astype(np.int64)
+    """Time complete histories of the sRGB boundary."""
+    return timed_histories(srgb_boundary(100_000), runs)[1]
+
+
+def peer_times() -> Rows:
+    """Time one level of the sRGB boundary from each installed library."""
+    mesh = srgb_boundary(100_000).mesh
+    vertices, faces = mesh.vertices.astype(np.float64), mesh.faces.astype(np.int64)
+    rows = []
     for name, (_, peer) in PEERS.items():
         try:
-            peer_runs = [peer(vertices, faces, LEVEL) for _ in range(3)]
+            runs = [peer(vertices, faces, LEVEL) for _ in range(3)]
         except ImportError:
             continue
-        times = sorted(run[2] for run in peer_runs)
-        level = len(peer_runs[0][1])
+        times = sorted(run[2] for run in runs)
+        level = len(runs[0][1])
         rows.append({"peer": name, "level": level, "seconds": times[0], "median_s": times[1]})
     return rows
 

@@ -1,7 +1,8 @@
-"""Gamut boundaries at any triangle count: colour and geometry, no web, no storage.
+"""Gamut boundaries at any triangle count: colour and geometry, without web or storage.
 
-Data flows one way, and the folders are named after its stations: `characterisation` → `colours` →
-`boundary` → `decimation` → `history` → level (`mesh`) → `export`, `metric`. `gamut` walks the path.
+Data flows one way, and the folders are named after the stages: `characterisation` → `colours` →
+`boundary` → `decimation` → `history` → level (`mesh`) → `export` and `metric`. `gamut.build_gamut`
+runs all of them. The package needs none of the web packages of the extra ``service``.
 """
 
 from gamutcore.version import __version__

@@ -1,4 +1,4 @@
-"""The array types that the package's signatures are written in."""
+"""Array types of the signatures of this package."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ FloatArray: TypeAlias = NDArray[np.float64]
 """Colours and geometry in double precision."""
 
 Float32Array: TypeAlias = NDArray[np.float32]
-"""Positions at delivered precision."""
+"""Positions in delivered precision."""
 
 PositionArray: TypeAlias = NDArray[np.floating[Any]]
-"""Positions at working (float64) or delivered (float32) precision."""
+"""Positions in working (float64) or delivered (float32) precision."""
 
 IndexArray: TypeAlias = NDArray[np.int32]
 """Indices of vertices, faces and corners."""
 
 LongArray: TypeAlias = NDArray[np.int64]
-"""Numbers that may outgrow int32."""
+"""Numbers that may exceed int32."""
 
 ByteArray: TypeAlias = NDArray[np.uint8]
 """Flags and small numbers."""
 
 ShortArray: TypeAlias = NDArray[np.int16]
-"""Device values in steps."""
+"""Device values as whole numbers of steps."""

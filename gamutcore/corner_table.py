@@ -1,10 +1,10 @@
-"""The corner table: a triangle mesh's connectivity as two flat integer arrays.
+"""The corner table: the connectivity of a triangle mesh as two flat integer arrays.
 
-Corner ``c = 3 f + i`` is the i-th corner of face f. ``vertex[c]`` is the vertex at it;
-``opposite[c]`` is the corner facing it across the edge that joins the face's other two corners
+Corner ``c = 3 f + i`` is the i-th corner of face f, and ``vertex[c]`` is its vertex.
+``opposite[c]`` is the corner of the neighbouring face across the edge between the other two corners
 (Rossignac, Safonova & Szymczak, "3D Compression Made Simple: Edgebreaker on a Corner-Table",
-2001). All traversal is index arithmetic: ``following`` and ``preceding`` within a face, ``swing``
-around a vertex.
+2001). Traversal is index arithmetic: `following` and `preceding` within a face, `swing` around a
+vertex.
 """
 
 from __future__ import annotations
@@ -18,86 +18,104 @@ __all__ = ["following", "opposite_corners", "preceding", "swing"]
 
 
 UNKNOWN, TWICE = -1, -2
-"""Of an edge whose counterpart has not been found, and of one that is that of several."""
+"""Marks of an edge without a known counterpart, and of an edge with several."""
 
 ZERO, TWO, THREE = np.uint64(0), np.uint64(2), np.uint64(3)
-"""Unsigned: the remainder of a number that may be negative takes three times the instructions."""
+"""Unsigned, because the remainder of a signed number takes three times the instructions."""
 
 
 @leaf_kernel
 def following(corner: int) -> int:
-    """Next corner of the same face, counter-clockwise."""
+    """Return the next corner of the same face, counter-clockwise.
+
+    Examples
+    --------
+    >>> following(4), following(5)
+    (5, 3)
+    """
     return corner - 2 if np.uint64(corner) % THREE == TWO else corner + 1
 
 
 @leaf_kernel
 def preceding(corner: int) -> int:
-    """Previous corner of the same face."""
+    """Return the previous corner of the same face.
+
+    Examples
+    --------
+    >>> preceding(4), preceding(3)
+    (3, 5)
+    """
     return corner + 2 if np.uint64(corner) % THREE == ZERO else corner - 1
 
 
 @leaf_kernel
 def swing(opposite: IndexArray, corner: int) -> int:
-    """Corner at the same vertex in the face across the edge to the preceding corner."""
+    """Return the corner at the same vertex in the next face around it."""
     return following(opposite[following(corner)])
 
 
 @leaf_kernel
 def _counterpart(end_of: IndexArray, facing: IndexArray, begin: int, end: int, start: int) -> int:
-    """Corner facing the one edge, of those from a vertex, that ends where another starts; or −1."""
+    """Corner facing the only edge, among those from a vertex, that ends at `start`; or −1."""
     found, matches = -1, 0
-    for place in range(begin, end):
-        if end_of[place] == start:
-            found = facing[place]
+    for edge in range(begin, end):
+        if end_of[edge] == start:
+            found = facing[edge]
             matches += 1
     return found if matches == 1 else -1
 
 
 @kernel
 def opposite_corners(faces: IndexArray, vertex_count: int) -> IndexArray:
-    """Opposite corner of every corner of a closed, oriented mesh.
+    """Return the opposite corner of every corner of a closed, oriented mesh.
 
     Parameters
     ----------
     faces : (n, 3) int32
-        Vertex indices within 0 to `vertex_count` − 1.
+        Vertex indices from 0 to `vertex_count` − 1.
     vertex_count : int
 
     Returns
     -------
     (3 n,) int32
-        −1 where the edge has no counterpart running the other way, or more than one: not a closed
-        oriented manifold.
+        −1 where an edge has no counterpart in the opposite direction, or several. The mesh is then
+        not a closed, oriented manifold.
+
+    Examples
+    --------
+    >>> tetrahedron = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32)
+    >>> opposite_corners(tetrahedron, 4)[:3].tolist()
+    [10, 5, 7]
     """
     count = 3 * len(faces)
-    # for the edges from each vertex, vertex by vertex: where they end, and the corner facing them
+    # edges grouped by their start vertex: the end vertex and the corner facing the edge
     offset = np.zeros(vertex_count + 1, np.int32)
     for face in range(len(faces)):
-        for place in range(3):
-            offset[faces[face, place] + 1] += 1
+        for corner in range(3):
+            offset[faces[face, corner] + 1] += 1
     for index in range(vertex_count):
         offset[index + 1] += offset[index]
     end_of, facing = np.empty(count, np.int32), np.empty(count, np.int32)
     filled = offset[:-1].copy()
     for face in range(len(faces)):
-        for place in range(3):
-            start = faces[face, place]
-            end_of[filled[start]] = faces[face, (place + 1) % 3]
-            facing[filled[start]] = 3 * face + (place + 2) % 3
+        for corner in range(3):
+            start = faces[face, corner]
+            end_of[filled[start]] = faces[face, (corner + 1) % 3]
+            facing[filled[start]] = 3 * face + (corner + 2) % 3
             filled[start] += 1
     opposite = np.full(count, UNKNOWN, np.int32)
     for start in range(vertex_count):
         here = offset[start + 1] - offset[start]
         for edge in range(offset[start], offset[start + 1]):
             end = end_of[edge]
-            # among the edges of the end that has fewer: a hub's would be gone through for each
+            # search at the end with fewer edges: a vertex with many would be searched many times
             there = offset[end + 1] - offset[end]
-            if there > here or (there == here and end < start):  # found from its other end
+            if there > here or (there == here and end < start):  # found from the other end
                 continue
             found = _counterpart(end_of, facing, offset[end], offset[end + 1], start)
             if found >= 0:
                 opposite[facing[edge]] = found
-                # an edge used twice in one direction would be found twice from the other one
+                # an edge used twice in one direction is found twice from its counterpart
                 known = opposite[found] != UNKNOWN and found != facing[edge]
                 opposite[found] = TWICE if known else facing[edge]
     for corner in range(count):

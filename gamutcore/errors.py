@@ -1,8 +1,8 @@
 """The errors of the compute package: a small hierarchy with stable codes.
 
-Every error says what was wrong (the message), where (`where`: a field, line, column, tag, row, ...)
-and what would be right (`remedy`). The codes are part of the public interface: clients and the
-service's table of HTTP problems refer to them, so a code, once released, never changes its meaning.
+Every error has a message (what is wrong), `where` (field, line, column, tag, row, ...) and a remedy
+(what is accepted). The codes are part of the public interface: clients and the service's problem
+types refer to them, so a released code never changes its meaning.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ __all__ = [
 ]
 
 LONGEST_SHOWN = 60
-"""Characters of a wrong value that a message repeats."""
+"""Longest part of a rejected value that a message repeats, in characters."""
 
 Where = dict[str, str | int | float | list[str]]
 
@@ -46,12 +46,12 @@ class GamutError(Exception):
     Parameters
     ----------
     message : str
-        What was wrong, in one sentence, with the values at fault.
+        What is wrong, in one sentence, with the rejected values.
     where : dict, optional
-        Where it was wrong: JSON-able values under keys such as ``field``, ``line``, ``column``,
+        Location of the fault: JSON-able values under keys such as ``field``, ``line``, ``column``,
         ``tag``, ``row``.
     remedy : str, optional
-        What would be right.
+        What is accepted instead.
     """
 
     code: ClassVar[str] = "gamut-error"
@@ -63,11 +63,11 @@ class GamutError(Exception):
         self.remedy = remedy
 
     def __reduce__(self) -> tuple[object, ...]:
-        # errors cross process borders: a build runs in a worker, its parent reports the error
-        return (_rebuilt, (type(self), self.message, self.where, self.remedy))
+        # a build runs in a worker process, and its parent reports the error: errors are pickled
+        return (_error_of, (type(self), self.message, self.where, self.remedy))
 
 
-def _rebuilt(kind: type[GamutError], message: str, where: Where, remedy: str) -> GamutError:
+def _error_of(kind: type[GamutError], message: str, where: Where, remedy: str) -> GamutError:
     return kind(message, where=where, remedy=remedy)
 
 
@@ -78,85 +78,90 @@ class OptionError(GamutError):
 
     @classmethod
     def refusal(cls, name: str, value: object, accepted: str) -> OptionError:
-        """Return the error for an option's value, which is shown if it is short.
+        """Return the error for a value that an option does not accept.
 
         Parameters
         ----------
         name : str
         value : object
+            Shown in the message up to `LONGEST_SHOWN` characters.
         accepted : str
-            What would be right, as what "Give" is followed by.
+            The accepted values, as an object of "Give".
 
         Returns
         -------
         OptionError
+
+        Examples
+        --------
+        >>> OptionError.refusal("gamma", 2, "a number above 0, at most 1").message
+        'gamma is 2, which is not accepted.'
         """
-        message = f"{name} is {_shown(value)}, which is not accepted."
+        message = f"{name} is {_text_of(value)}, which is not accepted."
         return cls(message, where={"field": name}, remedy=f"Give {accepted}.")
 
     @classmethod
     def not_applicable(
         cls, name: str, value: object, why: str, remedy: str = "Leave it out."
     ) -> OptionError:
-        """Return the error for an option that the data, or another option, leaves no place for.
+        """Return the error for an option that does not apply to the data or to another option.
 
         Parameters
         ----------
         name : str
         value : object
         why : str
-            What keeps it from applying, without a full stop.
+            The reason, without a full stop.
         remedy : str, optional
-            What would be right.
 
         Returns
         -------
         OptionError
         """
-        message = f"{name} {_shown(value)} does not apply: {why}."
+        message = f"{name} {_text_of(value)} does not apply: {why}."
         return cls(message, where={"field": name}, remedy=remedy)
 
 
-def _shown(value: object) -> str:
-    shown = "null" if value is None else repr(value)  # as it was written in JSON
+def _text_of(value: object) -> str:
+    shown = "null" if value is None else repr(value)  # as in JSON
     return shown if len(shown) <= LONGEST_SHOWN else f"{shown[:LONGEST_SHOWN]}…"
 
 
 class CharacterisationError(GamutError):
-    """Base of what can be wrong with characterisation data."""
+    """Base of the errors in characterisation data."""
 
     code = "invalid-characterisation"
 
 
 class UnrecognisedFormatError(CharacterisationError):
-    """The content is of none of the formats that are read."""
+    """The content is in none of the supported formats."""
 
     code = "unrecognised-format"
 
 
 class MalformedFileError(CharacterisationError):
-    """A text, JSON or NumPy file breaks its format; ``where`` has line and column where known."""
+    """A text, JSON or NumPy file breaks its format; ``where`` has line and column if known."""
 
     code = "malformed-file"
 
 
 class MissingColumnError(CharacterisationError):
-    """The columns do not hold a colour, or name something unknown."""
+    """The columns have no complete colour, or an unknown name."""
 
     code = "missing-column"
 
 
 class ConditionError(CharacterisationError):
-    """The data was measured under several conditions, or not under the one that is asked for.
+    """The data has several measurement conditions, or not the requested one.
 
-    ``where["field"]`` is the option ``condition``, ``where["conditions"]`` what the data has.
+    ``where["field"]`` is the option ``condition``; ``where["conditions"]`` lists the conditions.
     """
 
     code = "measurement-condition"
 
 
 class SampleLimitError(CharacterisationError):
-    """More samples, columns or channels than are accepted."""
+    """The data has more samples, columns or channels than are accepted."""
 
     code = "too-many-samples"
 
@@ -168,37 +173,37 @@ class MalformedProfileError(CharacterisationError):
 
 
 class UnsupportedProfileError(CharacterisationError):
-    """An ICC profile is well formed but of a kind that is not evaluated."""
+    """An ICC profile is well formed but of an unsupported kind."""
 
     code = "unsupported-profile"
 
 
 class PictureSizeError(CharacterisationError):
-    """A picture has more pixels than are decoded."""
+    """A picture has more pixels than are accepted."""
 
     code = "picture-too-large"
 
 
 class UnsupportedPictureError(CharacterisationError):
-    """A picture is well formed but of a kind that is not read, or its colours are not known."""
+    """A picture is well formed but of an unsupported kind, or its colours are unknown."""
 
     code = "unsupported-picture"
 
 
 class InvalidPointsError(GamutError):
-    """Points of the wrong shape, or with values that are not finite numbers."""
+    """Points have the wrong shape, or coordinates that are not finite."""
 
     code = "invalid-points"
 
 
 class TooFewPointsError(InvalidPointsError):
-    """Fewer than four distinct points: no volume can be wrapped around them."""
+    """Fewer than four distinct points enclose no volume."""
 
     code = "too-few-points"
 
 
 class FlatPointsError(InvalidPointsError):
-    """All points lie (nearly) in one plane or on one line."""
+    """All points lie nearly in one plane or on one line."""
 
     code = "flat-points"
 
@@ -210,36 +215,36 @@ class CentreError(InvalidPointsError):
 
 
 class BoundaryError(GamutError):
-    """No closed surface that is star-shaped about the centre could be wrapped around the points."""
+    """No closed surface that is star-shaped about the centre exists for the points."""
 
     code = "boundary-failed"
 
 
 class MeshError(GamutError):
-    """A triangle mesh is not what the operation needs (closed, oriented, genus 0, star-shaped)."""
+    """A triangle mesh lacks a required property (closed, oriented, genus 0, star-shaped)."""
 
     code = "invalid-mesh"
 
 
 class DecimationError(GamutError):
-    """No edge of the mesh can be collapsed validly although more than four triangles are left."""
+    """No edge can be collapsed validly although more than four triangles are left."""
 
     code = "decimation-stalled"
 
 
 class NeighbourLimitError(GamutError):
-    """Vertices of a mesh have so many neighbours that its history would take too long to read."""
+    """Vertices have so many neighbours that the history would be slow to read."""
 
     code = "too-many-neighbours"
 
 
 class TriangleCountError(GamutError):
-    """A level was asked for that the history does not have."""
+    """The history has no level with the requested number of triangles."""
 
     code = "triangle-count"
 
 
 class HistoryFileError(GamutError):
-    """A history file is damaged, of another version, or not a history at all."""
+    """A history file is damaged, has another version, or is not a history."""
 
     code = "malformed-history"

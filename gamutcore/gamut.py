@@ -28,15 +28,15 @@ from gamutcore.characterisation import (
     described_boundary,
     measurements_of,
 )
-from gamutcore.colours import InkLimits, surface_colours
-from gamutcore.colours.spaces import ColourSpace, colours_in_space
+from gamutcore.colours import InkLimits, colours_in_space, surface_colours
+from gamutcore.colours.spaces import ColourSpace
 from gamutcore.colours.spaces.declared import (
     assumption_warnings,
     declared_space,
     refuse_far_vertices,
     refuse_other_space,
 )
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.errors import FlatPointsError, HistoryFileError, OptionError
 from gamutcore.history import (
     MINIMUM_TRIANGLES,
@@ -56,8 +56,7 @@ if TYPE_CHECKING:
 
     from gamutcore.boundary import Boundary
     from gamutcore.decimation import Decimation
-    from gamutcore.device_values import DeviceValues
-    from gamutcore.mesh import TriangleMesh
+    from gamutcore.mesh import DeviceValues, TriangleMesh
 
 __all__ = ["STAGES", "Gamut", "Options", "build_gamut", "gamut_id", "read_description"]
 
@@ -260,7 +259,7 @@ def build_gamut(
     )
     boundary = source.boundary
     report("decimation", 0.0)
-    decimation = decimated(
+    decimation = decimate(
         boundary.mesh, boundary.centre, settings.cost, progress=partial(report, "decimation")
     )
     history = build_history(decimation, source.values)

@@ -1,8 +1,8 @@
-"""The grid that positions lie on: what a mesh delivers, a history stores and validity is tested on.
+"""The grid of coordinates: positions are whole multiples of a power of two.
 
-A gamut's coordinates are whole multiples of a power of two, below 10⁻³ ΔE in CIELAB. Such
-numbers are exact in float32, so rounding to the grid happens once, before any test, and what is
-stored in a few bits, delivered as glTF and tested for validity are the same numbers.
+The step is below 10⁻³ ΔE in CIELAB, and such numbers are exact in float32. Coordinates are rounded
+once, before any test. A history stores, a level delivers and the validity test checks the same
+numbers.
 """
 
 from __future__ import annotations
@@ -17,38 +17,43 @@ from gamutcore.arrays import FloatArray
 __all__ = ["grid_step", "mesh_grid_step", "nearest_grid_points"]
 
 STEPS_PER_EXTENT = 18
-"""Binary logarithm of the steps in the power of two that is not below the extent. Lightness extends
-over 64 to 128 units in gamuts of devices, which gives a step of 2⁻¹² to 2⁻¹¹ < 10⁻³ ΔE; thinner
-sets of points, whose volume a shift of their surface changes more, have finer steps."""
+"""Binary logarithm of the number of steps in the power of two that is not below the extent.
+Lightness extends over 64 to 128 units in gamuts of devices, which gives a step of 2⁻¹² to 2⁻¹¹ <
+10⁻³ ΔE. Thinner sets of points have finer steps, because a shift changes their volume more."""
 
 MIDDLE = 0.9
-"""Part of the points that counts for the extent along an axis: a few spikes must not coarsen the
-grid of the rest."""
+"""Share of the points that determines the extent along an axis. A few outliers must not coarsen the
+grid of the other points."""
 
 MANTISSA = 24
-"""Bits of a float32's mantissa: whole numbers up to 2²⁴ are exact."""
+"""Bits of the mantissa of a float32: whole numbers up to 2²⁴ are exact."""
 
 ROOM = 2
-"""Bits that are left for vertices that decimation places outside of what it is given: the last four
+"""Spare bits for vertices that decimation moves outside of the original surface. The last four
 triangles of a sphere reach to three times its radius."""
 
 FINEST = 2.0**-149
-"""The smallest float32 above zero."""
+"""The smallest positive float32."""
 
 
 def grid_step(points: ArrayLike) -> float:
-    """Step of the grid for points: a power of two.
+    """Return the step of the grid for points.
 
     Parameters
     ----------
     points : (n, 3) array_like
-        Finite numbers, at least one point.
+        Finite coordinates of at least one point.
 
     Returns
     -------
     float
-        2⁻¹⁸ of the power of two that is not below the smallest of the points' extents along the
-        axes; more where float32 does not resolve the largest coordinate as finely.
+        A power of two: 2⁻¹⁸ of the power of two that is not below the smallest extent along an
+        axis, or the finest step that float32 resolves at the largest coordinate if that is larger.
+
+    Examples
+    --------
+    >>> grid_step([(0, -80, -80), (100, 80, 80)]) == 2.0**-11
+    True
     """
     given = np.asarray(points, np.float64)
     lowest, highest = np.quantile(given, ((1 - MIDDLE) / 2, (1 + MIDDLE) / 2), axis=0)
@@ -57,19 +62,18 @@ def grid_step(points: ArrayLike) -> float:
 
 
 def mesh_grid_step(vertices: ArrayLike) -> float:
-    """Step of the grid for a mesh: fine enough for its size and for the grid that it is on already.
+    """Return the step of the grid for a mesh that may be on a grid already.
 
     Parameters
     ----------
     vertices : (m, 3) array_like
-        Finite numbers, at least one vertex.
+        Finite coordinates of at least one vertex.
 
     Returns
     -------
     float
-        `grid_step` of the vertices, or the largest power of two that divides all of their
-        coordinates if that is less; never finer than float32 resolves four times the largest of
-        them.
+        `grid_step` of the vertices, or the largest power of two that divides all coordinates if
+        that is smaller. Never finer than float32 resolves at four times the largest coordinate.
     """
     given = np.asarray(vertices, np.float64)
     finest = _float32_step(given)
@@ -79,7 +83,7 @@ def mesh_grid_step(vertices: ArrayLike) -> float:
 
 
 def nearest_grid_points(points: ArrayLike, step: float) -> FloatArray:
-    """Points rounded to the nearest multiples of a step, halves to even, without negative zeros.
+    """Return the nearest points on a grid. Halves round to even, and there are no negative zeros.
 
     Parameters
     ----------
@@ -91,12 +95,17 @@ def nearest_grid_points(points: ArrayLike, step: float) -> FloatArray:
     -------
     float64 array of the same shape
         Exact in float32 if the step is that of `grid_step` for these points.
+
+    Examples
+    --------
+    >>> nearest_grid_points([0.3, -0.1], 0.25).tolist()
+    [0.25, 0.0]
     """
     return np.asarray(np.rint(np.asarray(points, np.float64) / step) * step + 0.0)
 
 
 def _float32_step(points: FloatArray) -> float:
-    """Finest grid on which float32 holds all numbers up to four times the largest coordinate."""
+    """Finest step at which float32 is exact up to four times the largest coordinate."""
     return max(_power_of_two_above(float(np.abs(points).max())) * 2.0 ** (ROOM - MANTISSA), FINEST)
 
 

@@ -1,8 +1,8 @@
-"""How much characterisation data is accepted, where the caller wants less than the readers could.
+"""Limits on the amount of characterisation data.
 
-Every reader has bounds of its own, beyond which no real data goes. Whoever reads the data of
-strangers may lower the two that decide about time and memory, for the length of a call:
-`apply_limits` holds for whatever reads inside it, in the same thread or task.
+Every reader has its own bounds, beyond the size of any real data. A service that reads data of
+strangers may lower the two bounds that determine time and memory. `apply_limits` holds for all
+readers that are called inside it, in the same thread or task.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ if TYPE_CHECKING:
 __all__ = ["MAX_PIXELS", "MAX_SAMPLES", "Limits", "apply_limits", "current_limits"]
 
 MAX_SAMPLES = 5_000_000
-"""Samples that are accepted at most: a 24-bit picture's worth of distinct colours takes 120 MB."""
+"""Largest number of samples. The distinct colours of a 24-bit picture take 120 MB."""
 
 MAX_PIXELS = 120_000_000
-"""Pixels of a picture at most: the largest cameras in use have 102 to 151 million, phones up to 50
-(200 by interpolation)."""
+"""Largest number of pixels of a picture. Large cameras have 102 to 151 million, phones up to 50
+million (200 by interpolation)."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """How much is accepted at most.
+    """Largest accepted amounts of data.
 
     Attributes
     ----------
@@ -45,13 +45,20 @@ _current: ContextVar[Limits] = ContextVar("limits", default=Limits())  # noqa: B
 
 
 def current_limits() -> Limits:
-    """Return the limits that hold here."""
+    """Return the limits of the current thread or task."""
     return _current.get()
 
 
 @contextlib.contextmanager
 def apply_limits(limits: Limits) -> Iterator[None]:
-    """Let limits hold inside."""
+    """Set the limits for the body of a ``with`` statement.
+
+    Examples
+    --------
+    >>> with apply_limits(Limits(samples=10)):
+    ...     current_limits().samples
+    10
+    """
     token = _current.set(limits)
     try:
         yield

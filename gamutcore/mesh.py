@@ -1,8 +1,8 @@
-"""The triangle mesh that every station from the boundary on passes to the next, and its validity.
+"""Triangle meshes, the device values of their vertices, and the check of a mesh's validity.
 
-A gamut's surface is a closed, oriented mesh of genus 0 whose faces all see the centre from inside.
-`TriangleMesh.validity` checks each of these properties by itself and from the arrays alone, so that
-it can serve as the judge of what the other modules construct.
+The surface of a gamut is a closed, oriented mesh of genus 0 whose faces all see the centre from
+inside. `TriangleMesh.validity` checks each of these properties from the arrays alone, so it can
+judge the results of all other modules.
 """
 
 from __future__ import annotations
@@ -18,19 +18,67 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from gamutcore.arrays import FloatArray, IndexArray, PositionArray
-    from gamutcore.device_values import DeviceValues
 
-__all__ = ["TriangleMesh", "Validity", "connected_components"]
+__all__ = ["DeviceValues", "TriangleMesh", "Validity", "connected_components"]
+
+
+@dataclass(frozen=True, eq=False)
+class DeviceValues:
+    """The values of the channels of a device, vertex by vertex.
+
+    Parameters
+    ----------
+    channels : tuple of str
+        Names of the k channels (inks or lights), as in the characterisation data.
+    values : (m, k) float
+        From 0 to 1.
+
+    Raises
+    ------
+    MeshError
+        The array has another shape, or values outside 0 to 1.
+    """
+
+    channels: tuple[str, ...]
+    values: PositionArray
+
+    def __post_init__(self) -> None:
+        values = np.asarray(self.values)
+        if values.ndim != 2 or not 0 < values.shape[1] == len(self.channels):
+            raise MeshError(
+                f"Device values of {len(self.channels)} channels have the shape {values.shape}.",
+                where={"field": "values"},
+                remedy="Give an (m, k) array and the names of its k ≥ 1 channels.",
+            )
+        if values.dtype.kind != "f" or not ((values >= 0) & (values <= 1)).all():
+            raise MeshError(
+                "The device values are not all numbers from 0 to 1.",
+                where={"field": "values"},
+                remedy="Give fractions of full scale, as floats.",
+            )
+
+    def __eq__(self, other: object) -> bool:
+        return (
+            isinstance(other, DeviceValues)
+            and self.channels == other.channels
+            and np.array_equal(self.values, other.values)
+        )
+
+    __hash__ = None  # type: ignore[assignment]  # arrays are mutable
+
+    def __len__(self) -> int:
+        """Return the number of vertices."""
+        return len(self.values)
 
 
 @dataclass(frozen=True)
 class Validity:
-    """What holds of a mesh, property by property.
+    """The properties of a mesh, one by one.
 
     Attributes
     ----------
     finite : bool
-        All coordinates are finite numbers.
+        All coordinates are finite.
     closed : bool
         Every directed edge has its opposite exactly once: closed and consistently oriented.
     manifold : bool
@@ -42,9 +90,9 @@ class Validity:
     degenerate_faces : int
         Faces that name a vertex twice or have no area.
     duplicate_faces : int
-        Faces whose three vertices another face has too.
+        Faces with the same three vertices as another face.
     minimum_determinant : float or None
-        Smallest det(p0 − c, p1 − c, p2 − c) over all faces; None if no centre was given.
+        Smallest det(p0 − c, p1 − c, p2 − c) of all faces; None without a centre.
     """
 
     finite: bool
@@ -58,7 +106,7 @@ class Validity:
 
     @property
     def star_shaped(self) -> bool:
-        """Whether every face sees the centre from inside (False if no centre was given)."""
+        """Whether every face sees the centre from inside; False without a centre."""
         return self.minimum_determinant is not None and self.minimum_determinant > 0
 
     @property
@@ -82,7 +130,7 @@ class Validity:
 
 @dataclass(frozen=True, eq=False)
 class TriangleMesh:
-    """Vertices and the triangles between them, counter-clockwise seen from outside.
+    """Vertices, and triangles that are counter-clockwise seen from outside.
 
     Parameters
     ----------
@@ -91,12 +139,20 @@ class TriangleMesh:
     faces : (n, 3) int
         Indices of vertices.
     device : DeviceValues, optional
-        What makes the colours at the m vertices.
+        Device values of the colours at the m vertices.
 
     Raises
     ------
     MeshError
-        If the arrays are not of these shapes or an index is out of range.
+        The arrays have other shapes, or an index is out of range.
+
+    Examples
+    --------
+    >>> corners = np.vstack([np.zeros(3), np.eye(3)])
+    >>> faces = np.array([(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
+    >>> mesh = TriangleMesh(corners, faces)
+    >>> round(6 * mesh.volume, 9), mesh.validity((0.1, 0.1, 0.1)).is_gamut
+    (1.0, True)
     """
 
     vertices: PositionArray
@@ -107,27 +163,27 @@ class TriangleMesh:
         vertices, faces = np.asarray(self.vertices), np.asarray(self.faces)
         if vertices.ndim != 2 or vertices.shape[1] != 3 or vertices.dtype.kind not in "fiu":
             raise MeshError(
-                f"vertices have the shape {vertices.shape} and type {vertices.dtype}",
+                f"The vertices have the shape {vertices.shape} and the type {vertices.dtype}.",
                 where={"field": "vertices"},
-                remedy="an (m, 3) array of numbers",
+                remedy="Give an (m, 3) array of numbers.",
             )
         if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu":
             raise MeshError(
-                f"faces have the shape {faces.shape} and type {faces.dtype}",
+                f"The faces have the shape {faces.shape} and the type {faces.dtype}.",
                 where={"field": "faces"},
-                remedy="an (n, 3) array of vertex indices",
+                remedy="Give an (n, 3) array of vertex indices.",
             )
         if faces.size and (faces.min() < 0 or faces.max() >= len(vertices)):
             raise MeshError(
-                f"a face names a vertex outside 0 to {len(vertices) - 1}",
+                f"A face names a vertex outside 0 to {len(vertices) - 1}.",
                 where={"field": "faces"},
-                remedy="indices of the given vertices",
+                remedy="Give indices of the vertices.",
             )
         if self.device is not None and len(self.device) != len(vertices):
             raise MeshError(
-                f"there are device values of {len(self.device)} vertices, not of {len(vertices)}",
+                f"The device values have {len(self.device)} rows for {len(vertices)} vertices.",
                 where={"field": "device"},
-                remedy="one row for each vertex",
+                remedy="Give one row for each vertex.",
             )
         if vertices.dtype.kind != "f":
             object.__setattr__(self, "vertices", vertices.astype(np.float64))
@@ -140,7 +196,7 @@ class TriangleMesh:
             and self.device == other.device
         )
 
-    __hash__ = None  # type: ignore[assignment]  # arrays can be written to
+    __hash__ = None  # type: ignore[assignment]  # arrays are mutable
 
     @property
     def triangles(self) -> int:
@@ -148,12 +204,12 @@ class TriangleMesh:
         return len(self.faces)
 
     def corners(self, origin: ArrayLike = (0.0, 0.0, 0.0)) -> tuple[FloatArray, ...]:
-        """Positions of the three corners of every face relative to an origin.
+        """Return the positions of the three corners of every face relative to an origin.
 
         Parameters
         ----------
         origin : (3,) array_like
-            What is subtracted, in double precision.
+            Subtracted in double precision.
 
         Returns
         -------
@@ -163,7 +219,9 @@ class TriangleMesh:
         return relative[self.faces[:, 0]], relative[self.faces[:, 1]], relative[self.faces[:, 2]]
 
     def determinants(self, centre: ArrayLike) -> FloatArray:
-        """det(p0 − c, p1 − c, p2 − c) of every face: six times its signed volume with the centre.
+        """Return det(p0 − c, p1 − c, p2 − c) of every face about a centre c.
+
+        A determinant is six times the signed volume of the tetrahedron of the face and the centre.
 
         Parameters
         ----------
@@ -178,7 +236,7 @@ class TriangleMesh:
 
     @property
     def volume(self) -> float:
-        """Enclosed volume, positive if the faces are oriented outwards (cubic units)."""
+        """Enclosed volume in cubic units; positive if the faces are oriented outwards."""
         origin = (
             self.vertices.astype(np.float64).mean(axis=0) if len(self.vertices) else np.zeros(3)
         )
@@ -186,7 +244,7 @@ class TriangleMesh:
 
     @property
     def area(self) -> float:
-        """Surface area (square units)."""
+        """Surface area in square units."""
         first, second, third = self.corners()
         normals = np.cross(second - first, third - first)
         return float(np.linalg.norm(normals, axis=1).sum() / 2.0)
@@ -198,12 +256,12 @@ class TriangleMesh:
         return np.stack([vertices.min(axis=0), vertices.max(axis=0)])
 
     def validity(self, centre: ArrayLike | None = None) -> Validity:
-        """Check every invariant of a level from the arrays alone.
+        """Return which invariants of a level hold, judged from the arrays alone.
 
         Parameters
         ----------
         centre : (3,) array_like, optional
-            What the mesh should be star-shaped about.
+            Point about which the mesh should be star-shaped.
 
         Returns
         -------
@@ -277,15 +335,15 @@ def connected_components(
 def _vertex_cycles(faces: NDArray[np.int64], count: int) -> tuple[bool, bool]:
     """Whether the corners at each vertex form one cycle, and whether the faces form one piece.
 
-    Corner i is followed, going round its vertex, by the corner at the same vertex in the face
-    across the edge to the corner before it; a closed mesh has such a face for every corner.
+    The next corner around a vertex is the corner at the same vertex in the face across the edge to
+    the preceding corner. A closed mesh has such a face for every corner.
     """
     corners = np.arange(faces.size).reshape(faces.shape)
     starts, ends = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     order = np.argsort(starts * count + ends)
     keys = (starts * count + ends)[order]
     before = np.roll(faces, 1, axis=1).ravel()
-    # the edge from the corner's vertex to the one before it starts a face at the wanted corner
+    # the corner where the edge from this vertex to the preceding one starts a face
     following = order[np.searchsorted(keys, faces.ravel() * count + before)]
     cycles, _ = connected_components(corners.ravel(), following, faces.size)
     pieces, _ = connected_components(corners.ravel() // 3, following // 3, len(faces))

@@ -35,6 +35,7 @@ __all__ = [
     "check_option",
     "finite_number",
     "near_match",
+    "option_table",
 ]
 
 LIKENESS = 0.6
@@ -362,10 +363,10 @@ class Option:
         Empty for an option that is unset by default, whose `unless_given` says what that means.
         """
         if not self.selector:
-            return "" if self.default is None else _shown(self.default)
+            return "" if self.default is None else _text_of(self.default)
         users: dict[str, list[str]] = {}
         for user, default in self.defaults.items():
-            users.setdefault(_shown(default), []).append(f"`{user}`")
+            users.setdefault(_text_of(default), []).append(f"`{user}`")
         if len(users) == 1 and self.is_universal:
             return next(iter(users))
         return "; ".join(f"{default} for {', '.join(names)}" for default, names in users.items())
@@ -383,7 +384,7 @@ class Option:
         return " ".join(parts)
 
 
-def _shown(value: object) -> str:
+def _text_of(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.3g}"
     if isinstance(value, tuple):
@@ -427,3 +428,23 @@ def check_option(name: str, value: object, *types: OptionType) -> object:
     if meant is not None:
         error.remedy += f" Did you mean {meant!r}?"
     raise error
+
+
+def option_table(options: Iterable[Option]) -> str:
+    """Return a Markdown table of options for the documents.
+
+    Parameters
+    ----------
+    options : iterable of Option
+
+    Returns
+    -------
+    str
+        One row for each option: name, accepted values, default, description.
+    """
+    lines = ["| option | values | default | meaning |", "|---|---|---|---|"]
+    for option in options:
+        default = option.default_text or option.unless_given.removeprefix("Unless given: ")
+        cells = (f"`{option.name}`", option.accepted, default.rstrip("."), option.description)
+        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+    return "\n".join(lines) + "\n"

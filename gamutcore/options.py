@@ -52,8 +52,7 @@ __all__ = [
     "Centre",
     "Option",
     "Options",
-    "find_option",
-    "option_table",
+    "option_name",
     "option_value",
 ]
 
@@ -344,46 +343,15 @@ class Options:
         300.0
         """
         values: dict[str, Any] = {}
-        for given, value in pairs:
-            name = _known_name(given)
-            if value is None:  # to the constructor, None means that there is no value
-                raise OptionError.refusal(name, value, "a value, or leave it out for the default")
-            types = OPTIONS[name].types
-            other = values.setdefault(name, value)
-            if other is not value and check_option(name, other, *types) != check_option(
-                name, value, *types
-            ):
+        for given, value in mapping.items():
+            name = option_name(given)
+            if name in values:
                 raise OptionError(
                     f"The option {name} is given twice: as {_shown(other)} and as {_shown(value)}.",
                     where={"field": name},
                     remedy="Give each option once.",
                 )
         return cls(**values)
-
-    @classmethod
-    def from_text(cls, mapping: Mapping[str, str]) -> Options:
-        """Return options from names and texts, such as form fields or command-line arguments.
-
-        Parameters
-        ----------
-        mapping : mapping of str to str
-            Numbers and lists are written as in JSON.
-
-        Returns
-        -------
-        Options
-
-        Raises
-        ------
-        OptionError
-            As `from_mapping`.
-
-        Examples
-        --------
-        >>> Options.from_text({"ink_limit": "300", "centre": "[50, 0, 0]"}).centre
-        (50.0, 0.0, 0.0)
-        """
-        return cls.from_pairs((name, option_value(name, text)) for name, text in mapping.items())
 
     def to_mapping(self) -> dict[str, object]:
         """Return all options that apply, as JSON-able values; `from_mapping` reads them back."""
@@ -505,44 +473,30 @@ def option_value(name: str, text: str) -> object:
         return text
 
 
-def find_option(given: str) -> Option | None:
-    """Return the option that a name means, in any letter case, with ``-`` or ``_``; else None."""
-    return OPTIONS.get(given.strip().lower().replace("-", "_"))
+def option_name(given: object) -> str:
+    """Return the name of the option that is meant.
 
+    Parameters
+    ----------
+    given : str
+        In any letter case, with ``-`` or ``_``.
 
-def _shown(value: object) -> str:
-    return repr(value)[:40]
+    Returns
+    -------
+    str
+        A key of `OPTIONS`.
 
-
-def _known_name(given: object) -> str:
-    """Return the option that a name means."""
-    option = find_option(str(given))
-    if option is not None:
-        return option.name
-    meant = near_match(str(given), OPTIONS)
+    Raises
+    ------
+    OptionError
+        There is no such option; the remedy names a near match.
+    """
+    name = str(given).strip().lower().replace("-", "_")
+    if name in OPTIONS:
+        return name
+    meant = near_match(name, OPTIONS)
     raise OptionError(
         f"There is no option {str(given)[:40]!r}.",
         where={"field": str(given)[:40]},
         remedy=(f"Did you mean {meant}? " if meant else "") + f"Options are {', '.join(OPTIONS)}.",
     )
-
-
-def option_table(*names: str) -> str:
-    """Return a Markdown table of options for the documents.
-
-    Parameters
-    ----------
-    *names : str
-        Keys of `OPTIONS`; all of them by default.
-
-    Returns
-    -------
-    str
-        One row for each option: name, accepted values, default, description.
-    """
-    lines = ["| option | values | default | meaning |", "|---|---|---|---|"]
-    for declared in (OPTIONS[name] for name in names or OPTIONS):
-        default = declared.default_text or declared.unless_given.removeprefix("Unless given: ")
-        cells = (f"`{declared.name}`", declared.accepted, default, declared.description)
-        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
-    return "\n".join(lines) + "\n"

@@ -1,8 +1,8 @@
 """Whether faces see a centre from inside: the property that all levels of a gamut share.
 
 A face (p0, p1, p2), relative to the centre, sees it from inside when det(p0, p1, p2) > 0. If all
-faces of a closed mesh of genus 0 do, their radial projection is a triangulation of the sphere:
-the mesh cannot intersect itself, and every ray from the centre meets it exactly once.
+faces of a closed mesh of genus 0 do, their radial projection is a triangulation of the sphere. The
+mesh then cannot intersect itself, and every ray from the centre meets it exactly once.
 """
 
 from __future__ import annotations
@@ -17,10 +17,8 @@ __all__ = ["MINIMUM_DETERMINANT", "faces_not_seeing_centre", "sees_centre"]
 MINIMUM_DETERMINANT = 2.0**-44
 """Smallest det(p0, p1, p2) ÷ (|p0| |p1| |p2|) that counts as positive.
 
-A determinant of float64 numbers is computed with a relative error of a few times 2⁻⁵³ of the
-product of the lengths; with this margin its sign is the same in whatever order a reader evaluates
-it.
-"""
+The relative error of a determinant in float64 is a few times 2⁻⁵³ of the product of the lengths.
+With this margin, the sign is the same in any order of evaluation."""
 
 
 @leaf_kernel
@@ -32,11 +30,16 @@ def sees_centre(
     Parameters
     ----------
     ax, ay, az, bx, by, bz, x, y, z : float
-        The corners in counter-clockwise order. NaN fails.
+        The corners in counter-clockwise order. The answer for NaN is False.
 
     Returns
     -------
     bool
+
+    Examples
+    --------
+    >>> bool(sees_centre(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0))
+    True
     """
     determinant = x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
     lengths = (
@@ -50,7 +53,7 @@ def sees_centre(
 
 @kernel
 def faces_not_seeing_centre(position: FloatArray, faces: IndexArray) -> IndexArray:
-    """Faces whose determinant about the centre is not positive beyond rounding.
+    """Return the faces whose determinant about the centre is not positive beyond rounding.
 
     Parameters
     ----------
@@ -61,6 +64,7 @@ def faces_not_seeing_centre(position: FloatArray, faces: IndexArray) -> IndexArr
     Returns
     -------
     (m,) int32
+        Indices of faces.
     """
     found = np.empty(len(faces), np.int32)
     count = 0

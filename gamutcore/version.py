@@ -1,8 +1,8 @@
-"""The versions of the distribution and of the algorithm; a gamut's identity rests on the latter."""
+"""Versions of the distribution and of the algorithm. The latter is part of every gamut id."""
 
 __all__ = ["ALGORITHM_VERSION", "__version__"]
 
 __version__ = "0.1.0"
 
-ALGORITHM_VERSION = 10
+ALGORITHM_VERSION = 11
 """Raised whenever the same input and options would give another history; part of every gamut id."""

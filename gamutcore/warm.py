@@ -19,8 +19,7 @@ import numpy as np
 from gamutcore.boundary import BOUNDARIES, compute_boundary
 from gamutcore.characterisation.icc.grid import Grid
 from gamutcore.characterisation.icc.process_elements import FloatGrid
-from gamutcore.decimation import COSTS, decimated
-from gamutcore.device_values import DeviceValues
+from gamutcore.decimation import COSTS, decimate
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore.gamut import Gamut, Options, build_gamut
 from gamutcore.history import History, Splits, build_history, history_bytes, history_from_bytes
@@ -31,7 +30,7 @@ from gamutcore.kernels.installation import (
     is_compiled,
     mark_compiled,
 )
-from gamutcore.mesh import TriangleMesh
+from gamutcore.mesh import DeviceValues, TriangleMesh
 from gamutcore.metric import mismatch, radial_difference, voxel_mismatch
 from gamutcore.metric.level_search import Bounds, LevelSearch
 
@@ -95,7 +94,7 @@ def _decimate_cube(cost: str) -> None:
     vertices = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     faces = [corners for a, b, c, d in quads for corners in ((a, b, c), (a, c, d))]
-    decimated(TriangleMesh(vertices, np.array(faces, np.int32)), np.zeros(3), cost)
+    decimate(TriangleMesh(vertices, np.array(faces, np.int32)), np.zeros(3), cost)
 
 
 def _use_readers() -> None:
@@ -161,7 +160,7 @@ def _use_options() -> None:
         _decimate_cube(cost)
     for method in BOUNDARIES:
         boundary = compute_boundary(_device(), method)
-    history = build_history(decimated(boundary.mesh, boundary.centre, "quadric"))
+    history = build_history(decimate(boundary.mesh, boundary.centre, "quadric"))
     cursor = history.cursor(100)
     cursor.finer()
     cursor.coarser()
@@ -171,7 +170,9 @@ def _use_options() -> None:
 
 
 def _exit_with_stdin() -> None:
-    sys.stdin.buffer.read()
+    # not sys.stdin: at exit the interpreter wants its lock, which this thread would hold
+    while os.read(0, 4096):
+        pass
     os._exit(1)
 
 

@@ -1,4 +1,4 @@
-"""The console script ``gamut``: serve, check a store, print the OpenAPI document, compile."""
+"""The console script ``gamut``: serve, worker, store, key, openapi and warm."""
 
 import argparse
 import json
@@ -38,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     arguments : sequence of str, optional
-        The command line without the program's name; that of the process by default.
+        Command line without the program's name; by default that of the process.
     """
     parser = argparse.ArgumentParser(prog="gamut", description="Gamut boundary service.")
     parser.add_argument("--version", action="version", version=__version__)
@@ -48,26 +48,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     serve.add_argument("--host", help="address to listen on")
     serve.add_argument("--port", type=int, help="port to listen on; 0 takes a free one")
-    serve.add_argument("--store", help="where gamuts are kept: a directory, or s3://, gs://, az://")
-    serve.add_argument(
-        "--print-settings",
-        action="store_true",
-        help="print the settings in force as GAMUT_NAME=value lines, and exit",
-    )
+    serve.add_argument("--store", help="location of the store: a directory, or s3://, gs://, az://")
     worker = commands.add_parser(
-        "worker", help="build what API replicas send to the broker (GAMUT_BROKER, GAMUT_STORE)"
+        "worker", help="build the jobs of a broker (GAMUT_BROKER, GAMUT_STORE)"
     )
-    worker.add_argument(
-        "--check", action="store_true", help="only say whether the workers on this host are well"
-    )
-    key = commands.add_parser("key", help="make an API key, and its entry for GAMUT_API_KEYS")
-    key.add_argument("name", help="lower-case letters, digits and hyphens; no secret")
+    worker.add_argument("--check", action="store_true", help="only check the workers on this host")
+    key = commands.add_parser("key", help="make an API key and its entry for GAMUT_API_KEYS")
+    key.add_argument("name", help="lower-case letters, digits and hyphens; public")
     key.add_argument("--scopes", default="read+write", help="read, write or read+write (default)")
     commands.add_parser("openapi", help="print the OpenAPI document")
-    commands.add_parser("warm", help="compile the kernels, so that nobody has to wait for them")
-    store = commands.add_parser("store", help="look after a store")
+    commands.add_parser("warm", help="compile the kernels in advance")
+    store = commands.add_parser("store", help="maintain a store")
     check = store.add_subparsers(dest="store_command", required=True).add_parser(
-        "check", help="prove that a store keeps the promises that the service relies on"
+        "check", help="check that a store keeps the guarantees of the service"
     )
     check.add_argument("location", nargs="?", help="GAMUT_STORE by default")
     parsed = parser.parse_args(arguments)
@@ -90,22 +83,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def openapi_document() -> str:
-    """Return the text of ``openapi/openapi.json``, the same whatever the environment says."""
+    """Return the text of ``openapi/openapi.json``, independent of the environment."""
     document = create_app(Settings.model_construct()).openapi()
     return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
 
 
 def raise_file_limit() -> None:
-    """Let the process open as many files and connections as the system permits at all.
+    """Raise the limit of open files to the hard limit.
 
-    The usual soft limit of 1024 is there for programs that use ``select``, which this one does not.
+    The usual soft limit of 1024 exists for programs that use ``select``. This program does not.
     """
     _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     try:
         resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
     except (OSError, ValueError) as error:
-        # Some systems state a hard limit that they do not grant.
-        logger.warning("the limit of open files stays as it is: %s", error)
+        # Some systems do not grant their own hard limit.
+        logger.warning("limit of open files was not raised: %s", error)
 
 
 def _key(name: str, scopes: frozenset[str]) -> int:
@@ -114,7 +107,7 @@ def _key(name: str, scopes: frozenset[str]) -> int:
     except ValueError as error:
         sys.stderr.write(f"gamut: {error}\n")
         return 2
-    # The entry can be read off the screen or out of a log without harm; the key is shown once.
+    # The entry is not secret. The key is shown only once.
     sys.stdout.write(
         f"key, for the client:       {key}\nentry for GAMUT_API_KEYS:  {known.entry}\n"
     )
@@ -123,7 +116,7 @@ def _key(name: str, scopes: frozenset[str]) -> int:
 
 def _check_store(location: str | None) -> int:
     try:
-        # Two clients of a bucket are as far apart as two machines; a directory has one owner.
+        # Two clients of a bucket behave like two machines. A directory has one owner.
         location = location or Settings().store
         blobs = blobs_at(location)
         another = blobs_at(location) if is_address(location) else blobs
@@ -134,7 +127,7 @@ def _check_store(location: str | None) -> int:
 
 
 def _settings(overrides: dict[str, Any]) -> Settings | None:
-    """Return the settings, with the log set up as they say; None after telling what is wrong."""
+    """Return the settings and configure the log; return None after printing faults."""
     given = {name: value for name, value in overrides.items() if value is not None}
     try:
         settings = Settings(**given)
@@ -147,8 +140,8 @@ def _settings(overrides: dict[str, Any]) -> Settings | None:
     known = {f"{ENVIRONMENT_PREFIX}{name}".upper() for name in Settings.model_fields}
     given_names = sorted(name for name in os.environ if name.startswith(ENVIRONMENT_PREFIX))
     if unknown := [name for name in given_names if name.upper() not in known]:
-        # Of a misspelt limit or key nobody would hear until it is missed.
-        logger.warning("no settings of the service, and without effect: %s", ", ".join(unknown))
+        # A misspelt limit or key would otherwise stay unnoticed.
+        logger.warning("unknown settings are ignored: %s", ", ".join(unknown))
     return settings
 
 
@@ -157,7 +150,7 @@ def _worker() -> int:
     if settings is None:
         return 2
     if not settings.broker:
-        sys.stderr.write("gamut: GAMUT_BROKER: is needed, to know where builds come from\n")
+        sys.stderr.write("gamut: GAMUT_BROKER: must be set for a worker\n")
         return 2
     try:
         # Slow to import, and not installed by default.
@@ -189,7 +182,7 @@ def _serve(overrides: dict[str, Any]) -> int:
     try:
         app = create_app(settings)
         store: GamutStore = app.state.service.store
-        # uvicorn reports what fails in the lifespan with a traceback; people get a sentence.
+        # Errors in the lifespan would give a traceback; here they give a sentence.
         store.open()
         store.close()
         sockets = bind_sockets(settings.host, settings.port)

@@ -1,4 +1,4 @@
-"""Fixtures that several folders of tests use."""
+"""Fixtures that several folders of tests share, and the mark of slow tests."""
 
 from __future__ import annotations
 
@@ -19,13 +19,28 @@ if TYPE_CHECKING:
 VALIDATOR = Path(__file__).parent / "gltf"
 JAVASCRIPT = Path(__file__).parent / "javascript"
 
-# the same examples in every run: a failure in CI is the failure at one's desk; and no timed tests
+# The same examples in every run, so that a failure in CI repeats at a desk. Tests are not timed.
 settings.register_profile("repository", derandomize=True, deadline=None)
 settings.load_profile("repository")
 
 
+SLOW_FIXTURES = {"azure", "browser", "cluster", "gcs", "s3", "served", "start_server"}
+"""Fixtures that start a server, a broker or a browser."""
+
+SLOW_FOLDERS = {"faults", "fuzz"}
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark tests that start processes, break things or fuzz as slow (``make test-fast``)."""
+    for item in items:
+        parameters = getattr(getattr(item, "callspec", None), "params", {}).values()
+        fixtures = {*getattr(item, "fixturenames", ()), *map(str, parameters)}
+        if fixtures & SLOW_FIXTURES or item.path.parent.name in SLOW_FOLDERS:
+            item.add_marker(pytest.mark.slow)
+
+
 def missing(what: str) -> None:
-    """Skip for want of something, or fail in CI, where everything has to be there."""
+    """Skip a test that lacks something; fail in CI, where everything must be installed."""
     if os.environ.get("CI") == "true":
         pytest.fail(what)
     pytest.skip(what)

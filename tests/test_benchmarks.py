@@ -9,10 +9,10 @@ from statistics import mean
 import numpy as np
 import pytest
 
-from benchmarks import bench, figures, markdown, reliability, scaling
+from benchmarks import bench, figures, markdown, scaling
 from benchmarks.common import FOGRA39L
-from benchmarks.decimation_tables import document_blocks
 from benchmarks.devices import Device, devices, exact_mismatch, faults, sphere
+from benchmarks.documents import DOCUMENTS
 from benchmarks.figures import json_text
 from benchmarks.markdown import count_text, percent, table
 from benchmarks.paper import SPHERE_LIMIT
@@ -101,30 +101,11 @@ def test_every_picture_is_shown_and_light():
     assert max(file.stat().st_size for file in PICTURES.iterdir()) < 300_000
 
 
-@pytest.mark.parametrize(
-    ("document", "contents"),
-    [
-        (bench.DOCUMENT, lambda: bench.document_blocks(json.loads(bench.RESULTS.read_text()))),
-        (
-            figures.DOCUMENT,
-            lambda: document_blocks(json.loads(figures.RESULTS.read_text())),
-        ),
-        (
-            scaling.DOCUMENT,
-            lambda: scaling.document_blocks(*scaling.read_results(), scaling.Load()),
-        ),
-        (
-            reliability.DOCUMENT,
-            lambda: reliability.document_blocks(json.loads(reliability.RESULTS.read_text())),
-        ),
-    ],
-    ids=lambda value: getattr(value, "stem", ""),
-)
-def test_generated_blocks_are_those_of_the_results(document, contents):
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.stem)
+def test_generated_blocks_are_those_of_the_results(document):
     written = markdown.blocks(document.read_text())
-    computed = contents()
+    computed = DOCUMENTS[document]()
     assert {name: written[name] for name in computed} == computed
-    assert all(written.values())
 
 
 class TestMarkdown:
@@ -236,10 +217,10 @@ class TestMeasures:
         for random in (False, True):
             mesh = sphere(3000, random=random)
             assert mesh.validity(CENTRE).is_gamut
-            # inscribed: the relative defect of n triangles is at least 5.13 ÷ n and small
+            # The mesh is inscribed, so its volume is slightly too small.
             assert 1e-4 < 1 - mesh.volume / (4 / 3 * math.pi * 50**3) < 1e-2
 
-    def test_says_what_is_wrong_with_a_mesh(self):
+    def test_faults_of_a_mesh_are_named(self):
         mesh = sphere(100)
         assert faults(mesh, CENTRE) == []
         opened = TriangleMesh(mesh.vertices, mesh.faces[1:])
@@ -249,7 +230,7 @@ class TestMeasures:
         assert f"{mesh.triangles} faces turned away" in faults(inside_out, CENTRE)
         assert faults(mesh, CENTRE + 60.0) != []
 
-    def test_the_devices_are_there(self):
+    def test_the_devices_have_distinct_names_and_files(self):
         found = devices()
         assert len({device.name for device in found}) == len(found) >= 3
         assert all(isinstance(device, Device) and device.path.is_file() for device in found)
@@ -260,7 +241,7 @@ class TestPictures:
         mesh = sphere(2000)
         image = picture(mesh, View(mesh, width=120))
         covered = image[..., 3]
-        # the picture is 1 ÷ 0.9 as wide as the mesh
+        # The mesh covers 0.9 of the width.
         assert math.isclose(covered.sum(), math.pi / 4 * (0.9 * 120) ** 2, rel_tol=0.01)
         rows = np.flatnonzero(covered.sum(axis=1) > 0)
         top, bottom = image[rows[3]], image[rows[-3]]
@@ -271,7 +252,7 @@ class TestPictures:
         mesh = sphere(500)
         view = View(mesh, azimuth=0.0, elevation=0.0, width=60)
         middle = picture(mesh, view)[view.height // 2, view.width // 2]
-        # towards the eye is a*: the colour in the middle is reddish, the far side's is green
+        # The eye looks along a*: the near side is reddish, the far side greenish.
         assert middle[0] > middle[1] + 0.2
 
 

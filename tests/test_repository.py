@@ -1,4 +1,4 @@
-"""What the repository's own files promise: pins, layout, the image, no package host."""
+"""What the repository's own files promise: pins, layout, no package host."""
 
 import hashlib
 import importlib.metadata
@@ -16,7 +16,6 @@ from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
-DOCKERFILE = (ROOT / "Dockerfile").read_text()
 
 PACKAGE_HOSTS = {
     "08d54e49cb09e297",
@@ -192,47 +191,39 @@ class TestLayout:
         assert stray == []
 
 
+HEADING = re.compile(r"^#+ +(.*?) *$", re.MULTILINE)
+LINK = re.compile(r"\]\(([^()\s]*(?:\([^()]*\))?[^()\s]*)\)")
+
+
+def anchors(document):
+    """Return the anchors that GitHub makes of the headings of a document."""
+    titles = (re.sub(r"[`*]|\[|\]\([^)]*\)", "", title) for title in HEADING.findall(document))
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def test_links_in_documents_lead_to_files_and_headings():
+    broken = []
+    for path in tracked():
+        if path.suffix != ".md":
+            continue
+        for link in LINK.findall(re.sub(r"```.*?```", "", path.read_text(), flags=re.DOTALL)):
+            target, _, anchor = link.partition("#")
+            if re.match(r"[a-z]+:", target):
+                continue
+            file = path.parent / target if target else path
+            if not file.exists() or (anchor and anchor not in anchors(file.read_text())):
+                broken.append(f"{path.relative_to(ROOT)}: {link}")
+    assert broken == []
+
+
+def test_the_index_lists_every_decision_record():
+    folder = ROOT / "docs" / "decisions"
+    records = sorted(path.name for path in folder.glob("*.md") if path.name != "README.md")
+    index = (folder / "README.md").read_text()
+    assert sorted(re.findall(r"^\| \[.*?\]\(([\w-]+\.md)\) \|", index, re.MULTILINE)) == records
+
+
 def test_the_example_is_the_file_that_its_notice_speaks_of():
     notice = (ROOT / "examples/README.md").read_text()
     (stated,) = re.findall(r"`([0-9a-f]{64})`", notice)
     assert hashlib.sha256((ROOT / "examples/FOGRA39L.ti3").read_bytes()).hexdigest() == stated
-
-
-class TestImage:
-    def test_the_stages_have_one_base_pinned_to_a_patch_version(self):
-        bases = re.findall(r"^FROM (\S+)", DOCKERFILE, re.MULTILINE)
-        assert len(bases) > 1
-        assert len(set(bases)) == 1
-        assert re.fullmatch(r"python:3\.11\.\d+-slim-bookworm", bases[0])
-
-    def test_its_run_lines_are_the_steps_that_ci_rehearses(self):
-        ran = re.findall(r"^RUN (.*)", DOCKERFILE, re.MULTILINE)
-        steps = re.findall(r"^([a-z]+)\)", (ROOT / "docker/image").read_text(), re.MULTILINE)
-        assert ran == [f"docker/image {step}" for step in steps]
-        ci = (ROOT / ".ci/run").read_text()
-        assert re.search(r"^step make .*\bimage-check\b", ci, re.MULTILINE)
-
-    def test_both_stages_compile_and_load_for_the_same_cpu(self):
-        stages = DOCKERFILE.split("\nFROM ")[1:]
-        for stage in stages:
-            assert "NUMBA_CPU_NAME=generic" in stage
-            assert 'NUMBA_CPU_FEATURES=""' in stage
-
-    def test_it_runs_as_a_fixed_user_without_a_shell(self):
-        user = re.findall(r"^USER (.*)", DOCKERFILE, re.MULTILINE)[-1]
-        assert re.fullmatch(r"[1-9]\d*:[1-9]\d*", user)
-        assert json.loads(re.findall(r"^CMD (.*)", DOCKERFILE, re.MULTILINE)[-1])
-        assert json.loads(
-            re.findall(
-                r"^HEALTHCHECK .*?CMD (\[.*\])", DOCKERFILE.replace("\\\n", ""), re.MULTILINE
-            )[0]
-        )
-
-    def test_what_it_copies_is_not_ignored(self):
-        ignored = (ROOT / ".dockerignore").read_text().splitlines()
-        assert ignored[ignored.index("*") :][0] == "*"
-        for line in re.findall(r"^COPY (?!--from)(.*)", DOCKERFILE, re.MULTILINE):
-            *sources, _ = line.split()
-            for source in sources:
-                assert (ROOT / source).exists()
-                assert f"!{Path(source).parts[0]}" in ignored

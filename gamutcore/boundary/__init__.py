@@ -1,4 +1,4 @@
-"""Boundaries: closed surfaces around a device's colours, valid and star-shaped from the start."""
+"""Boundaries: closed, valid surfaces around the colours of a device, star-shaped about a centre."""
 
 from gamutcore.boundary.mesh_boundary import mesh_boundary
 from gamutcore.boundary.methods import BOUNDARIES, compute_boundary

@@ -1,6 +1,6 @@
-"""The points and the centre that a gamut's radii are taken from: checked, rounded, or chosen.
+"""Points and centre of a boundary: validation, rounding to the grid, and the automatic centre.
 
-All boundaries take them from here, so that they refuse the same things in the same words.
+All boundary methods use these functions, so they refuse the same input with the same messages.
 """
 
 from __future__ import annotations
@@ -27,21 +27,22 @@ if TYPE_CHECKING:
 __all__ = ["automatic_centre", "bounds", "centre_on_grid", "points_on_grid"]
 
 LARGEST_COORDINATE = 1e12
-"""Coordinates beyond this are refused: products of three and more must stay far from overflow."""
+"""Larger coordinates are refused: products of several coordinates must stay far from overflow."""
 
 FLATNESS = 1e-6
-"""Points are flat if their hull fills less than this part of the cube of their largest extent."""
+"""Points are flat if their hull fills less than this share of the cube of their largest extent."""
 
 SIMPLEX_PART = 1 / 48
-"""A hull is at most 48 times as large as the simplex of `_point_inside`: it lies within a box
-twice as long, wide and high as the simplex, of which a tetrahedron is a sixth."""
+"""Lower bound of the volume of the simplex of `_point_inside` ÷ volume of the hull. The hull
+lies in a box twice as long, wide and high as the simplex, and a tetrahedron is a sixth of its
+box."""
 
 SAMPLE = 1000
-"""Points among which a simplex is nearly always found, in an order that is drawn by chance."""
+"""Number of points in which a simplex is searched first. The points are in random order."""
 
 
 def points_on_grid(points: ArrayLike) -> tuple[FloatArray, float]:
-    """Points on their grid.
+    """Return points rounded to their grid.
 
     Parameters
     ----------
@@ -51,54 +52,54 @@ def points_on_grid(points: ArrayLike) -> tuple[FloatArray, float]:
     -------
     rounded : (n, 3) float64
     step : float
-        Of the grid.
+        Step of the grid.
 
     Raises
     ------
     InvalidPointsError
-        If the points are not an (n, 3) array of finite numbers below 10¹².
+        The points are not an (n, 3) array of finite numbers below 10¹².
     TooFewPointsError
-        If there are not four different ones.
+        There are fewer than four distinct points.
     """
     try:
         # without this, NumPy drops imaginary parts and only warns
         given = np.asarray(points, None if np.iscomplexobj(points) else np.float64)
     except (TypeError, ValueError) as cause:
         raise InvalidPointsError(
-            f"the points are not numbers: {cause}", remedy="an (n, 3) array of numbers"
+            f"The points are not numbers: {cause}.", remedy="Give an (n, 3) array of numbers."
         ) from cause
     if given.ndim != 2 or given.shape[1] != 3 or given.dtype != np.float64:
         raise InvalidPointsError(
-            f"the points have the shape {given.shape} and the type {given.dtype}",
-            remedy="an (n, 3) array of real numbers",
+            f"The points have the shape {given.shape} and the type {given.dtype}.",
+            remedy="Give an (n, 3) array of real numbers.",
         )
     faulty = np.flatnonzero(~(np.abs(given) < LARGEST_COORDINATE).all(axis=1))
     if faulty.size:
         raise InvalidPointsError(
-            f"{faulty.size} of {len(given)} points are not finite or too large, the first of them"
-            f" number {faulty[0]}: {given[faulty[0]].tolist()}",
+            f"{faulty.size} of {len(given)} points are not finite or too large. The first is point "
+            f"{faulty[0]}: {given[faulty[0]].tolist()}.",
             where={"row": int(faulty[0])},
-            remedy=f"finite numbers below {LARGEST_COORDINATE:g}",
+            remedy=f"Give finite numbers below {LARGEST_COORDINATE:g}.",
         )
     step = grid_step(given) if len(given) else 1.0
-    rounded = np.ascontiguousarray(nearest_grid_points(given, step))  # kernels know one layout only
+    rounded = np.ascontiguousarray(nearest_grid_points(given, step))  # for kernels
     distinct = len(np.unique(rounded, axis=0)) if len(rounded) < 1000 else 4
     if distinct < 4:
         raise TooFewPointsError(
-            f"{distinct} distinct points enclose no volume",
-            remedy="at least four points that are not in one plane",
+            f"The number of distinct points is {distinct}, which enclose no volume.",
+            remedy="Give at least four points that are not in one plane.",
         )
     return rounded, step
 
 
 @kernel
 def bounds(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Lowest and highest coordinates, each (3,); many times faster than NumPy's reductions.
+    """Return the smallest and largest coordinates; many times faster than NumPy's reductions.
 
     Parameters
     ----------
     points : (n, 3) float64
-        At least one.
+        At least one point.
 
     Returns
     -------
@@ -113,7 +114,7 @@ def bounds(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def centre_on_grid(centre: object, points: FloatArray, step: float) -> FloatArray | None:
-    """Return a given centre on the points' grid.
+    """Return a given centre rounded to the grid of the points.
 
     Parameters
     ----------
@@ -121,7 +122,7 @@ def centre_on_grid(centre: object, points: FloatArray, step: float) -> FloatArra
     points : (n, 3) float64
         On their grid.
     step : float
-        Of the grid.
+        Step of the grid.
 
     Returns
     -------
@@ -131,11 +132,11 @@ def centre_on_grid(centre: object, points: FloatArray, step: float) -> FloatArra
     Raises
     ------
     OptionError
-        If it is neither "auto" nor three finite numbers.
+        The centre is neither "auto" nor three finite numbers.
     CentreError
-        If it is not inside the bounding box.
+        The centre is outside the bounding box.
     FlatPointsError
-        If it is not, and the points are flat.
+        The centre is outside the bounding box, and the points are flat.
     """
     if isinstance(centre, str) and centre == "auto":
         return None
@@ -145,59 +146,60 @@ def centre_on_grid(centre: object, points: FloatArray, step: float) -> FloatArra
         given = np.empty(0)
     if given.shape != (3,) or not (np.abs(given) < LARGEST_COORDINATE).all():
         raise OptionError(
-            f"the centre is {centre!r}",
+            f"The centre is {centre!r}.",
             where={"field": "centre"},
-            remedy="'auto' or three finite numbers",
+            remedy="Give 'auto' or three finite numbers.",
         )
     rounded = nearest_grid_points(given, step)
     lowest, highest = bounds(points)
     if not ((lowest < rounded) & (rounded < highest)).all():
-        automatic_centre(points, step)  # flat points are the better explanation where they are flat
+        automatic_centre(points, step)  # raises the better error if the points are flat
         raise CentreError(
-            f"the centre {tuple(rounded.tolist())} is not inside the points, which reach from"
-            f" {lowest.tolist()} to {highest.tolist()}",
+            f"The centre {tuple(rounded.tolist())} is not inside the points, which extend from"
+            f" {lowest.tolist()} to {highest.tolist()}.",
             where={"field": "centre"},
-            remedy="a point inside the gamut, or 'auto'",
+            remedy="Give a point inside the gamut, or 'auto'.",
         )
     return rounded
 
 
 def automatic_centre(points: FloatArray, step: float) -> FloatArray:
-    """Middle of the points' bounding box if it is well inside their convex hull, else its centroid.
+    """Return the middle of the points' bounding box, or the centroid of their hull.
 
-    The middle of the box is halfway between black and white, and between the opponent hues: from
-    there radii meet the surface of a display or a press most squarely, and the modified hull
-    overshoots least (``docs/decisions/centre.md`` has the figures).
+    The middle of the box is halfway between black and white and between the opponent hues. From
+    there, radii meet the surface of a display or a press nearly at right angles, and the modified
+    hull overshoots least (``docs/decisions/centre.md`` has the figures). The centroid is used where
+    the middle is outside of the hull or close to its surface.
 
     Parameters
     ----------
     points : (n, 3) float64
-        On their grid; best in the order of `gamutcore.boundary.insertion_order`.
+        On their grid; fastest in the order of `gamutcore.boundary.insertion_order`.
     step : float
-        Of the grid.
+        Step of the grid.
 
     Returns
     -------
     (3,) float64
-        On the points' grid, strictly inside the hull unless that is only a few steps thick.
+        On the grid, strictly inside the hull unless the hull is only a few steps thick.
 
     Raises
     ------
     FlatPointsError
-        If the hull has no volume to speak of.
+        The volume of the hull is almost zero.
     """
     lowest, highest = bounds(points)
     extent, middle = float((highest - lowest).max()), (lowest + highest) / 2
-    # a grid fine enough to stay inside, on which differences from points are exact: only then are
-    # faces in one plane seen to be
+    # the grid is fine enough to stay inside, and differences from points are exact on it: coplanar
+    # faces are recognised only with exact differences
     inside = _point_inside(points[:SAMPLE], extent)
     if inside is None:
         inside = _point_inside(points, extent)
     if inside is None:
         raise FlatPointsError(
-            "the points are in one place, on one line or in one plane, but for less than"
-            f" {FLATNESS:g} of the cube of their extent",
-            remedy="points that enclose a volume",
+            "The points are nearly in one place, on one line or in one plane: the volume of their"
+            f" hull is less than {FLATNESS:g} of the cube of their extent.",
+            remedy="Give points that enclose a volume.",
         )
     inside = nearest_grid_points(inside, step * 2.0**-20)
     relative = points - inside
@@ -205,9 +207,9 @@ def automatic_centre(points: FloatArray, step: float) -> FloatArray:
     volume, *moment = _moments(relative, faces)
     if volume < FLATNESS * extent**3:
         raise FlatPointsError(
-            f"the points are flat: their hull fills {volume / extent**3:.1e} of the cube of their"
-            " extent",
-            remedy="points that enclose a volume",
+            f"The points are flat: their hull fills {volume / extent**3:.1e} of the cube of their"
+            " extent.",
+            remedy="Give points that enclose a volume.",
         )
     centroid = np.array(moment) / volume
     depth_of_middle = _depth(relative, faces, middle - inside)
@@ -217,10 +219,10 @@ def automatic_centre(points: FloatArray, step: float) -> FloatArray:
 
 
 def _point_inside(points: FloatArray, extent: float) -> FloatArray | None:
-    """Centroid of a large simplex among the points; None if it is flat.
+    """Centroid of a large simplex of points; None if all such simplices are flat.
 
-    From an extreme point to the one furthest from it, to that furthest from their line, to that
-    furthest from the plane of these three.
+    The vertices are an extreme point, the point farthest from it, the point farthest from their
+    line, and the point farthest from the plane of these three.
     """
     if not extent > 0:
         return None
@@ -258,8 +260,8 @@ def _moments(points: FloatArray, faces: IndexArray) -> tuple[float, float, float
 
 
 @kernel
-def _depth(points: FloatArray, faces: IndexArray, place: FloatArray) -> float:
-    """Smallest distance of a place from the planes of a convex surface; negative outside."""
+def _depth(points: FloatArray, faces: IndexArray, point: FloatArray) -> float:
+    """Smallest distance of a point from the planes of a convex surface; negative outside."""
     depth = np.inf
     for face in range(len(faces)):
         one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
@@ -267,6 +269,6 @@ def _depth(points: FloatArray, faces: IndexArray, place: FloatArray) -> float:
         ux, uy, uz = points[two, 0] - x, points[two, 1] - y, points[two, 2] - z
         vx, vy, vz = points[three, 0] - x, points[three, 1] - y, points[three, 2] - z
         nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        below = nx * (x - place[0]) + ny * (y - place[1]) + nz * (z - place[2])
+        below = nx * (x - point[0]) + ny * (y - point[1]) + nz * (z - point[2])
         depth = min(depth, below / np.sqrt(nx * nx + ny * ny + nz * nz))
     return depth

@@ -1,8 +1,8 @@
-"""A closed, oriented surface of genus 0 from loose triangles, or the reason why they are none.
+"""A closed, oriented surface of genus 0 from loose triangles, or the reason why there is none.
 
-Files have vertices several times, faces without area, and faces turned the wrong way round; all of
-that is put right without moving a vertex. Holes, handles, several pieces and edges with more than
-two faces are refused, with what and where.
+Files repeat vertices, and contain faces without area and faces of the wrong orientation. These
+defects are repaired without moving a vertex. Holes, handles, several pieces and edges with more
+than two faces are refused, with their number and the first location.
 """
 
 from __future__ import annotations
@@ -20,26 +20,26 @@ if TYPE_CHECKING:
 __all__ = ["ClosedSurface", "closed_surface"]
 
 EXPLAINED = 200_000
-"""Faces of a mesh at most for which handles are told from places where it touches itself: 1 s."""
+"""Largest number of faces for which handles are told from self-contacts; the check takes 1 s."""
 
 
 class ClosedSurface(NamedTuple):
-    """A closed surface, oriented outwards, and what became of the triangles that made it.
+    """A closed surface, oriented outwards, and the repairs that were made.
 
     Attributes
     ----------
     mesh : TriangleMesh
-        Double precision; vertices and faces in the order in which they were given.
+        Double precision; vertices and faces in their given order.
     sources : (m,) int64
-        For each vertex, the first of the given ones at its place.
+        For each vertex, the first given vertex at its position.
     welded : int
-        Vertices that were at the place of another.
+        Vertices at the position of another vertex.
     unused : int
-        Places that no face has, or only faces without area.
+        Positions without a face, or only with faces without area.
     dropped : int
-        Faces that were dropped, as two of their corners are one place or they cover each other.
+        Faces that were dropped: two corners at one position, or faces that cover each other.
     turned : int
-        Faces whose corners were put in the opposite order.
+        Faces whose orientation was reversed.
     """
 
     mesh: TriangleMesh
@@ -51,7 +51,7 @@ class ClosedSurface(NamedTuple):
 
 
 def closed_surface(vertices: FloatArray, faces: LongArray) -> ClosedSurface:
-    """Return the closed surface that triangles make.
+    """Return the closed surface of loose triangles.
 
     Parameters
     ----------
@@ -67,10 +67,16 @@ def closed_surface(vertices: FloatArray, faces: LongArray) -> ClosedSurface:
     Raises
     ------
     MeshError
-        The triangles are no closed surface of genus 0 in one piece; the reason, with the number of
-        edges or pieces, and ``where`` names a vertex, edge or face of the given ones.
+        The triangles are not one closed surface of genus 0. The message has the number of faulty
+        edges or pieces, and ``where`` names a given vertex, edge or face.
+
+    Examples
+    --------
+    >>> faces = np.array([(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
+    >>> closed_surface(np.vstack([np.zeros(3), np.eye(3)]), faces).turned
+    0
     """
-    places, sources, of = _distinct(vertices)
+    positions, sources, of = _distinct_positions(vertices)
     corners = of[faces]
     numbers = np.flatnonzero(
         (corners[:, 0] != corners[:, 1])
@@ -79,37 +85,37 @@ def closed_surface(vertices: FloatArray, faces: LongArray) -> ClosedSurface:
     )
     corners = corners[numbers]
     try:
-        return _oriented(places, sources, corners, numbers, vertices, faces)
+        return _surface_of(positions, sources, corners, numbers, vertices, faces)
     except MeshError:
-        single = _uncovered(corners)
+        single = _single_faces(corners)
         if len(single) == len(corners):
             raise
-        return _oriented(places, sources, corners[single], numbers[single], vertices, faces)
+        return _surface_of(positions, sources, corners[single], numbers[single], vertices, faces)
 
 
-def _oriented(
-    places: FloatArray,
+def _surface_of(
+    positions: FloatArray,
     sources: LongArray,
     corners: LongArray,
     numbers: LongArray,
     vertices: FloatArray,
     faces: LongArray,
 ) -> ClosedSurface:
-    """Return the surface of faces between distinct places, which are numbers of the given ones."""
+    """Closed surface of faces between distinct positions; `numbers` are their given numbers."""
     if not len(corners):
         raise MeshError(
-            "All faces of the mesh are without area.",
+            "No face of the mesh has an area.",
             where={"field": "faces"},
-            remedy="Triangles that enclose a volume.",
+            remedy="Send triangles that enclose a volume.",
         )
     edge, order = _edges(corners)
-    _refuse_open(edge, corners, numbers, sources, places)
-    turned = _turned(corners, order)
+    _refuse_open(edge, corners, numbers, sources, positions)
+    turned = _reversal(corners, order)
     corners = np.where(turned[:, np.newaxis], corners[:, ::-1], corners)
-    is_used = np.zeros(len(places), bool)
+    is_used = np.zeros(len(positions), bool)
     is_used[corners.ravel()] = True
     used = np.flatnonzero(is_used)
-    mesh = TriangleMesh(places[used], (np.cumsum(is_used) - 1)[corners].astype(np.int32))
+    mesh = TriangleMesh(positions[used], (np.cumsum(is_used) - 1)[corners].astype(np.int32))
     # A closed, oriented surface in one piece that touches itself at no or some vertices has
     # 2 V' - 4 + 4 g faces, for V' >= V fans and g handles: 2 V - 4 of them only for V' = V, g = 0.
     if mesh.triangles != 2 * len(used) - 4:
@@ -120,20 +126,20 @@ def _oriented(
     return ClosedSurface(
         mesh,
         sources[used],
-        len(vertices) - len(places),
-        len(places) - len(used),
+        len(vertices) - len(positions),
+        len(positions) - len(used),
         len(faces) - len(corners),
         int(turned.sum()),
     )
 
 
-def _distinct(vertices: FloatArray) -> tuple[FloatArray, LongArray, LongArray]:
-    """Return the distinct positions, the first vertex at each, and the position of each vertex."""
+def _distinct_positions(vertices: FloatArray) -> tuple[FloatArray, LongArray, LongArray]:
+    """Distinct positions, the first vertex at each, and the position of each vertex."""
     order = np.lexsort(vertices.T[::-1])
     ranked = vertices[order]
     new = np.ones(len(ranked), bool)
     new[1:] = (ranked[1:] != ranked[:-1]).any(axis=1)
-    # in the order in which they are met in the file: stable sorting has the first of each first
+    # keep the order of the file: stable sorting puts the first vertex of each position first
     firsts = order[new]
     rank = np.empty(len(firsts), np.int64)
     rank[np.argsort(firsts)] = np.arange(len(firsts))
@@ -143,10 +149,10 @@ def _distinct(vertices: FloatArray) -> tuple[FloatArray, LongArray, LongArray]:
     return vertices[sources], sources, of
 
 
-def _uncovered(faces: LongArray) -> LongArray:
-    """Return the faces that do not cover another in a pair.
+def _single_faces(faces: LongArray) -> LongArray:
+    """Faces that do not form a pair with the same three corners.
 
-    Two faces with the same corners are what is left of a thin place whose sides were welded.
+    Such pairs remain of thin walls whose sides were welded.
     """
     if not len(faces):
         return np.empty(0, np.int64)
@@ -160,7 +166,7 @@ def _uncovered(faces: LongArray) -> LongArray:
 
 
 def _edges(faces: LongArray) -> tuple[LongArray, LongArray]:
-    """Return the number of the edge after each corner, (f, 3), and the corners in its order."""
+    """Number of the edge after each corner, (f, 3), and the corners sorted by edge."""
     starts, stops = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     keys = np.minimum(starts, stops) * (int(faces.max()) + 1) + np.maximum(starts, stops)
     order = np.argsort(keys, kind="stable")
@@ -171,9 +177,9 @@ def _edges(faces: LongArray) -> tuple[LongArray, LongArray]:
 
 
 def _refuse_open(
-    edge: LongArray, faces: LongArray, numbers: LongArray, sources: LongArray, places: FloatArray
+    edge: LongArray, faces: LongArray, numbers: LongArray, sources: LongArray, positions: FloatArray
 ) -> None:
-    """Refuse triangles with an edge that has not exactly two of them."""
+    """Refuse triangles with an edge that does not have exactly two faces."""
     counts = np.bincount(edge.ravel())
     wrong = np.flatnonzero(counts != 2)
     if not wrong.size:
@@ -184,33 +190,33 @@ def _refuse_open(
     ends = (faces[corner // 3, corner % 3], faces[corner // 3, (corner + 1) % 3])
     face = int(numbers[corner // 3])
     one, two = (int(sources[end]) for end in ends)
-    at = [tuple(round(float(x), 4) for x in places[end]) for end in ends]
+    at = [tuple(round(float(x), 4) for x in positions[end]) for end in ends]
     parts = []
     if alone:
-        parts.append(f"{alone} edges have one face only")
+        parts.append(f"{alone} edges have only one face")
     if many:
-        parts.append(f"{many} edges have more than two")
+        parts.append(f"{many} edges have more than two faces")
     raise MeshError(
-        f"The mesh is not closed: {' and '.join(parts)}. The first is that of vertices {one} and "
-        f"{two}, from {at[0]} to {at[1]}, in face {face}.",
+        f"The mesh is not closed: {' and '.join(parts)}. The first is the edge of vertices {one} "
+        f"and {two}, from {at[0]} to {at[1]}, in face {face}.",
         where={"face": face, "vertex": one, "field": "faces"},
-        remedy="A closed mesh: every edge has two faces. Fill holes, leave out inner walls.",
+        remedy="Send a mesh whose edges all have two faces: fill holes, leave out inner walls.",
     )
 
 
-def _turned(faces: LongArray, order: LongArray) -> np.ndarray:
-    """Return which faces are to be turned so that all have one orientation."""
+def _reversal(faces: LongArray, order: LongArray) -> np.ndarray:
+    """Whether each face must be reversed to give all faces one orientation."""
     count = len(faces)
     starts = faces.ravel()
-    one, two = order[::2], order[1::2]  # the two faces' sides of every edge
+    one, two = order[::2], order[1::2]  # the two corners of every edge, one in each face
     same = starts[one] == starts[two]
     left, right = one // 3, two // 3
     if not same.any():
         pieces, label = connected_components(left, right, count)
         if pieces > 1:
-            raise _several(pieces, label, count)
+            raise _several_pieces(pieces, label, count)
         return np.zeros(count, bool)
-    # every face twice, as it is and turned; neighbours are joined where they fit together
+    # a graph of all faces in both orientations, with edges between consistent neighbours
     pieces, label = connected_components(
         np.concatenate([left, left + count]),
         np.concatenate(
@@ -220,46 +226,46 @@ def _turned(faces: LongArray, order: LongArray) -> np.ndarray:
     )
     if (label[:count] == label[count:]).any():
         raise MeshError(
-            "The mesh has one side only, like a Klein bottle: its faces cannot be oriented.",
+            "The mesh cannot be oriented: it has only one side, like a Klein bottle.",
             where={"field": "faces"},
-            remedy="A closed surface with an inside and an outside.",
+            remedy="Send a closed surface with an inside and an outside.",
         )
     if pieces > 2:
-        raise _several(pieces // 2, label, count)
-    # the orientation that most faces have already
+        raise _several_pieces(pieces // 2, label, count)
+    # keep the orientation of the majority
     chosen = label[:count] == label[0]
     return ~chosen if 2 * int(chosen.sum()) >= count else chosen
 
 
-def _several(pieces: int, label: np.ndarray, count: int) -> MeshError:
+def _several_pieces(pieces: int, label: np.ndarray, count: int) -> MeshError:
     largest = int(np.bincount(label).max())
     return MeshError(
         f"The mesh has {pieces} pieces; the largest has {largest} of {count} faces.",
         where={"field": "faces", "pieces": pieces},
-        remedy="One closed surface. Leave out markers, axes and inner shells.",
+        remedy="Send one closed surface, without markers, axes and inner shells.",
     )
 
 
 def _other_topology(mesh: TriangleMesh) -> MeshError:
-    """Return why a closed surface in one piece has not as many faces as a ball."""
+    """Return the error for a closed surface in one piece that is not a topological sphere."""
     if mesh.triangles > EXPLAINED:
         return MeshError(
-            f"The mesh has handles, or touches itself: {len(mesh.vertices)} vertices and "
-            f"{mesh.triangles} faces are no surface of genus 0.",
+            f"The mesh has handles or touches itself: {len(mesh.vertices)} vertices and "
+            f"{mesh.triangles} faces are not a surface of genus 0.",
             where={"field": "faces"},
-            remedy=f"{2 * len(mesh.vertices) - 4} faces over these vertices, as of a ball.",
+            remedy="Send a surface without handles, which is a ball in shape.",
         )
     validity = mesh.validity()
     if not validity.manifold:
         return MeshError(
-            "The mesh touches itself: at a vertex, its faces are more than one fan.",
+            "The mesh touches itself: at a vertex, its faces form more than one fan.",
             where={"field": "vertices"},
-            remedy="A surface that is a disc around every vertex.",
+            remedy="Send a surface that is a disc around every vertex.",
         )
     handles = (2 - validity.euler_characteristic) // 2
     return MeshError(
         f"The mesh has {handles} handles: {len(mesh.vertices)} vertices and {mesh.triangles} "
-        "faces are no surface of genus 0.",
+        "faces are not a surface of genus 0.",
         where={"field": "faces", "handles": handles},
-        remedy=f"{2 * len(mesh.vertices) - 4} faces over these vertices, as of a ball.",
+        remedy="Send a surface without handles, which is a ball in shape.",
     )

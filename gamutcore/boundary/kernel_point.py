@@ -1,8 +1,8 @@
-"""The point that all faces of a surface see from inside: where the surface is star-shaped about.
+"""The point of a surface's kernel that is farthest inside of all faces.
 
-The points that a face sees from inside are a half-space; those that all do are a convex body, the
-kernel of the surface. Its point furthest from all of the faces' planes is a linear programme in
-four unknowns (the centre of the largest ball in it, Chebyshev's centre).
+A face sees the points of a half-space from inside. The points that all faces see form a convex
+body, the kernel of the surface. Its point farthest from the planes of all faces is the centre of
+the largest ball in the body (Chebyshev centre), a linear programme in four unknowns.
 """
 
 from __future__ import annotations
@@ -17,35 +17,35 @@ if TYPE_CHECKING:
 
 __all__ = ["KernelPoint", "kernel_point"]
 
-STARTED_WITH = 500
-"""Faces that the first programme has; which of them decide is found out step by step."""
+FIRST_FACES = 500
+"""Number of faces in the first programme; the decisive ones are added step by step."""
 
-TAKEN_IN = 200
-"""Most violated faces that each further programme has in addition."""
+ADDED_FACES = 200
+"""Number of most violated faces that each further programme adds."""
 
-MOST_PROGRAMMES = 60
-"""Each takes in the most violated faces, so a few are enough: 3 to 8 for real gamuts."""
+MAX_PROGRAMMES = 60
+"""Largest number of programmes. Real gamuts need 3 to 8."""
 
 GAP = 1e-3
-"""Part of the best margin by which the one that is found may be less. Thousands of faces are nearly
-as far from the middle of a ball, and the last digits would take as many programmes."""
+"""Relative difference to the largest margin at which the search ends. Thousands of faces are almost
+equally far from the middle of a ball, and the last digits would take as many programmes."""
 
 TOLERANCE = 1e-9
-"""The same where the margin is near nothing, as a part of the surface's extent."""
+"""The same for margins near zero, relative to the extent of the surface."""
 
 
 class KernelPoint(NamedTuple):
-    """A point well inside the kernel, or proof that there is none.
+    """A point well inside the kernel, or the proof that the kernel is empty.
 
     Attributes
     ----------
     point : (3,) float
     margin : float
-        Its distance from the nearest plane of a face, as good as the largest that there is. If no
-        point is seen by all faces from inside, it is negative or 0: the planes would have to be
-        moved outwards by this at least.
+        Distance of the point from the nearest plane of a face, within `GAP` of the largest possible
+        distance. It is negative or 0 if no point sees all faces from inside: the planes would have
+        to move outwards by at least this distance.
     decisive : (k,) int64
-        Faces that decide: those that the point is nearest to.
+        The faces nearest to the point, which determine it.
     """
 
     point: FloatArray
@@ -54,12 +54,12 @@ class KernelPoint(NamedTuple):
 
 
 def kernel_point(mesh: TriangleMesh) -> KernelPoint:
-    """Return the point that is furthest inside of all planes of a surface's faces, to `GAP`.
+    """Return the point that is farthest inside of the planes of all faces.
 
     Parameters
     ----------
     mesh : TriangleMesh
-        Closed and oriented outwards. Faces without area have no say.
+        Closed and oriented outwards. Faces without area are ignored.
 
     Returns
     -------
@@ -73,11 +73,11 @@ def kernel_point(mesh: TriangleMesh) -> KernelPoint:
     given = np.flatnonzero(lengths > 0)
     normals = normals[given] / lengths[given, np.newaxis]
     offsets = np.einsum("ij,ij->i", normals, first[given])
-    # a fixed choice: the same file must give the same centre
-    active = np.random.default_rng(0).permutation(len(given))[:STARTED_WITH]
+    # a fixed seed: the same file must give the same centre
+    active = np.random.default_rng(0).permutation(len(given))[:FIRST_FACES]
     found, most = np.zeros(3), -np.inf
-    for _ in range(MOST_PROGRAMMES):
-        # a programme with fewer faces has a larger margin: it bounds what all of them allow
+    for _ in range(MAX_PROGRAMMES):
+        # a programme with fewer faces gives an upper bound of the margin
         point, bound = _deepest(normals[active], offsets[active])
         room = offsets - normals @ point
         if bound <= 0.0:
@@ -87,7 +87,7 @@ def kernel_point(mesh: TriangleMesh) -> KernelPoint:
             found, most = point, float(room.min())
         if most >= bound - max(TOLERANCE, GAP * bound):
             break
-        worst = np.argpartition(room, min(TAKEN_IN, len(room) - 1))[:TAKEN_IN]
+        worst = np.argpartition(room, min(ADDED_FACES, len(room) - 1))[:ADDED_FACES]
         active = np.union1d(active, worst)
     room = offsets - normals @ found
     decisive = np.flatnonzero(room <= most + 1e-6)
@@ -95,13 +95,13 @@ def kernel_point(mesh: TriangleMesh) -> KernelPoint:
 
 
 def _deepest(normals: FloatArray, offsets: FloatArray) -> tuple[FloatArray, float]:
-    """Return the point and the margin m that is largest with normals · point + m ≤ offsets."""
+    """Return the point and the largest margin m with normals · point + m ≤ offsets."""
     rows = np.column_stack([normals, np.ones(len(normals))])
-    from scipy.optimize import linprog  # noqa: PLC0415  # a fifth of a second
+    from scipy.optimize import linprog  # noqa: PLC0415  # 0.2 s, for meshes only
 
     solved = linprog(
         [0, 0, 0, -1], A_ub=rows, b_ub=offsets, bounds=[(-1, 1)] * 3 + [(-4, 4)], method="highs"
     )
-    if solved.x is None:  # numerically hopeless; the middle is then as good as any
+    if solved.x is None:  # no numerical solution: take the middle
         return np.zeros(3), float((offsets).min())
     return np.asarray(solved.x[:3]), float(solved.x[3])

@@ -1,8 +1,8 @@
-"""A mesh as the boundary itself: put right where that is safe, refused with the reason elsewhere.
+"""A mesh file as the boundary itself: repaired where that is safe, else refused with the reason.
 
-Positions are rounded to a grid first, as those of every boundary are, and only what is closed, of
-genus 0 and star-shaped about the centre after that rounding is accepted. The centre is the one that
-was asked for, else the file's own, else the point that all faces see from furthest inside.
+Positions are first rounded to a grid, as for every boundary. The mesh is accepted if it is closed,
+of genus 0 and star-shaped about the centre after rounding. The centre is the requested one, else
+the file's own, else the point that is farthest inside of all faces.
 """
 
 from __future__ import annotations
@@ -33,29 +33,29 @@ __all__ = ["mesh_boundary"]
 def mesh_boundary(
     mesh: GamutMesh, centre: ArrayLike | Literal["auto"] = "auto"
 ) -> tuple[Boundary, dict[str, JSON]]:
-    """Return a gamut mesh as a boundary, with the provenance of it.
+    """Return the boundary that a gamut mesh describes, with its provenance.
 
     Parameters
     ----------
     mesh : GamutMesh
     centre : (3,) array_like or "auto", optional
-        What it must be star-shaped about; "auto" takes the file's own centre if all faces see it
-        from inside, else looks for the point that they see from furthest inside.
+        Point about which the mesh must be star-shaped. "auto" takes the file's own centre if all
+        faces see it from inside, else the point that is farthest inside of all faces.
 
     Returns
     -------
     boundary : Boundary
-        Its sources are the mesh's vertices, its γ is 0: none was used.
+        Its sources are the mesh's vertices. γ is 0, because no power was used.
     provenance : dict
-        The mesh's own and ``mesh``: what was read, welded, dropped and turned, the step of the
-        grid, and where the centre is from; ``warnings``.
+        The mesh's own, with ``mesh`` (numbers of read, welded, dropped and turned elements, step of
+        the grid, origin of the centre) and ``warnings``.
 
     Raises
     ------
     MeshError
-        The mesh is not closed, in several pieces, not of genus 0, or not star-shaped.
+        The mesh is not closed, not in one piece, not of genus 0, or not star-shaped.
     CentreError
-        It is star-shaped about other points than the centre that was asked for.
+        The mesh is star-shaped, but not about the requested centre.
     """
     vertices = mesh.vertices if mesh.space == "CIELAB" else xyz_to_lab(mesh.vertices)
     exact = closed_surface(vertices, mesh.faces)
@@ -97,7 +97,7 @@ def mesh_boundary(
 
 
 def _steps(vertices: FloatArray) -> list[float]:
-    """Return the steps of the grids to try: the mesh's own if it has one, else coarse and fine."""
+    """Steps of the grids to try: the mesh's own grid, else a coarse and a fine one."""
     fine = mesh_grid_step(vertices)
     if np.array_equal(nearest_grid_points(vertices, fine), vertices):
         return [fine]
@@ -107,7 +107,7 @@ def _steps(vertices: FloatArray) -> list[float]:
 def _on_grid(
     exact: ClosedSurface, step: float, mesh: GamutMesh, centre: ArrayLike | Literal["auto"]
 ) -> tuple[ClosedSurface, FloatArray, str, float]:
-    """Return the surface on a grid, its centre, where that is from, and the centre's margin."""
+    """Surface on a grid, its centre, the origin of the centre, and its margin."""
     rounded = nearest_grid_points(exact.mesh.vertices, step)
     surface = closed_surface(rounded, np.asarray(exact.mesh.faces, np.int64))
     flat = _flat_faces(surface.mesh)
@@ -115,28 +115,28 @@ def _on_grid(
         one, two, three = surface.mesh.faces[flat[0]]
         raise MeshError(
             f"{flat.size} faces have no area on the grid of {step:.3g} that positions are rounded "
-            f"to; the first has the corners {_shown(surface.mesh, one)}, "
-            f"{_shown(surface.mesh, two)} and {_shown(surface.mesh, three)}.",
+            f"to; the first has the corners {_text_of(surface.mesh, one)}, "
+            f"{_text_of(surface.mesh, two)} and {_text_of(surface.mesh, three)}.",
             where={"field": "faces", "faces": int(flat.size)},
-            remedy="A mesh without slivers: merge vertices that are close together.",
+            remedy="Send a mesh without slivers: merge vertices that are close together.",
         )
     if not isinstance(centre, str):
         asked = nearest_grid_points(np.asarray(centre, np.float64), step)
-        _refuse_unseen(surface.mesh, asked)
+        _refuse_inverted_faces(surface.mesh, asked)
         return surface, asked, "the option centre", _margin(surface.mesh, asked)
     if mesh.centre is not None:
         own = nearest_grid_points(mesh.centre, step)
-        if not _unseen(surface.mesh, own).size:
+        if not _inverted_faces(surface.mesh, own).size:
             return surface, own, "the file", _margin(surface.mesh, own)
     found = kernel_point(surface.mesh)
     point = nearest_grid_points(found.point, step)
-    unseen = _unseen(surface.mesh, point)
+    unseen = _inverted_faces(surface.mesh, point)
     if unseen.size:
         raise _not_star_shaped(surface.mesh, found.margin, len(unseen), found.decisive[:4])
     return surface, point, "found: furthest inside of all faces", _margin(surface.mesh, point)
 
 
-def _unseen(mesh: TriangleMesh, centre: FloatArray) -> np.ndarray:
+def _inverted_faces(mesh: TriangleMesh, centre: FloatArray) -> np.ndarray:
     return faces_not_seeing_centre(
         np.ascontiguousarray(mesh.vertices - centre, np.float64),
         np.ascontiguousarray(mesh.faces, np.int32),
@@ -144,7 +144,7 @@ def _unseen(mesh: TriangleMesh, centre: FloatArray) -> np.ndarray:
 
 
 def _margin(mesh: TriangleMesh, centre: FloatArray) -> float:
-    """Return the smallest distance of the centre from the plane of a face."""
+    """Smallest distance of the centre from the plane of a face."""
     first, second, third = mesh.corners(centre)
     normals = np.cross(second - first, third - first)
     return float((np.einsum("ij,ij->i", normals, first) / np.linalg.norm(normals, axis=1)).min())
@@ -155,8 +155,8 @@ def _flat_faces(mesh: TriangleMesh) -> np.ndarray:
     return np.flatnonzero((np.cross(second - first, third - first) == 0).all(axis=1))
 
 
-def _refuse_unseen(mesh: TriangleMesh, centre: FloatArray) -> None:
-    unseen = _unseen(mesh, centre)
+def _refuse_inverted_faces(mesh: TriangleMesh, centre: FloatArray) -> None:
+    unseen = _inverted_faces(mesh, centre)
     if not unseen.size:
         return
     found = kernel_point(mesh)
@@ -165,9 +165,9 @@ def _refuse_unseen(mesh: TriangleMesh, centre: FloatArray) -> None:
     raise CentreError(
         f"The mesh is not star-shaped about the centre {tuple(centre.tolist())}: {unseen.size} of "
         f"{mesh.triangles} faces do not see it from inside, the first of them at "
-        f"{_shown(mesh, mesh.faces[unseen[0]][0])}.",
+        f"{_text_of(mesh, mesh.faces[unseen[0]][0])}.",
         where={"field": "centre"},
-        remedy=f"'auto', or a point near {[round(x, 3) for x in found.point.tolist()]}, which "
+        remedy=f"Give 'auto', or a point near {[round(x, 3) for x in found.point.tolist()]}, which "
         "all faces see from inside.",
     )
 
@@ -175,22 +175,22 @@ def _refuse_unseen(mesh: TriangleMesh, centre: FloatArray) -> None:
 def _not_star_shaped(
     mesh: TriangleMesh, margin: float, unseen: int, decisive: np.ndarray
 ) -> MeshError:
-    at = ", ".join(_shown(mesh, mesh.faces[face][0]) for face in decisive)
+    at = ", ".join(_text_of(mesh, mesh.faces[face][0]) for face in decisive)
     problem = (
-        f"no point sees all faces from inside (the best misses by {-margin:.4g})"
+        f"no point sees all faces from inside (the best point misses by {-margin:.4g})"
         if margin <= 0
         else f"the points that see all faces from inside are within {margin:.4g} of each other, "
-        f"too few for the grid ({unseen} faces are missed)"
+        f"too close for the grid ({unseen} faces are missed)"
     )
     return MeshError(
-        f"The mesh is not star-shaped: {problem}. Faces that are in each other's way are at {at}.",
+        f"The mesh is not star-shaped: {problem}. Conflicting faces are at {at}.",
         where={"field": "faces", "face": int(decisive[0])},
-        remedy="A surface that every ray from some point inside meets once. Its vertices alone, "
+        remedy="Send a surface that every ray from some inner point meets once. Vertices alone, "
         "sent as CSV or JSON, are wrapped in such a surface.",
     )
 
 
-def _shown(mesh: TriangleMesh, vertex: int) -> str:
+def _text_of(mesh: TriangleMesh, vertex: int) -> str:
     return str(tuple(round(float(x), 3) for x in mesh.vertices[vertex]))
 
 
@@ -199,20 +199,20 @@ def _warnings(
 ) -> list[str]:
     said = []
     if mesh.space != "CIELAB":
-        said.append(f"The vertices are {mesh.space[3:]}; faces are plane in CIELAB, not there.")
+        said.append(f"The vertices are {mesh.space[3:]}. Faces are plane in CIELAB, not there.")
     if exact.turned == exact.mesh.triangles:
-        said.append("The mesh was inside out; all faces were turned.")
+        said.append("The mesh was inside out: all faces were reversed.")
     elif exact.turned:
-        said.append(f"{exact.turned} faces were turned to the orientation of the others.")
+        said.append(f"{exact.turned} faces were reversed to the orientation of the others.")
     dropped = exact.dropped + surface.dropped
     if dropped:
         said.append(f"{dropped} faces without area, or covering each other, were dropped.")
     unused = exact.unused + surface.unused
     if unused:
-        said.append(f"{unused} vertices belong to no face and are not used.")
+        said.append(f"{unused} vertices belong to no face and were dropped.")
     if mesh.centre is not None and origin.startswith("found"):
         said.append(
-            f"Not all faces see the file's own centre {mesh.centre.tolist()} from inside; another "
-            "was found."
+            f"Not all faces see the file's own centre {mesh.centre.tolist()} from inside. Another "
+            "centre was found."
         )
     return said

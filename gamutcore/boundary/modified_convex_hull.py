@@ -1,13 +1,13 @@
 """The modified convex hull: an accurate, star-shaped surface around the colours of a device.
 
-Balasubramanian & Dalal, "A method for quantifying the color gamut of an output device" (1997), as
-Bakke & Farup use it: the radii of all colours about a centre are raised to the power γ, a convex
-hull is taken of the result, and its triangles are kept on the original colours. γ = 1 gives the
-convex hull, γ → 0 would put every colour on the surface; in between the surface follows
-concavities.
+The radii of all colours about a centre are raised to the power γ, a convex hull is taken of the
+result, and its triangles are kept on the original colours (Balasubramanian & Dalal, "A method for
+quantifying the color gamut of an output device", 1997; used in this form by Bakke & Farup). γ = 1
+gives the convex hull. With γ → 0, every colour would be on the surface. In between, the surface
+follows concavities.
 
-Radial scaling keeps the direction of every point and with it the sign of every face's determinant
-about the centre, so the surface is star-shaped because the hull is.
+Scaling a radius keeps the direction of a point, and with it the sign of each face's determinant
+about the centre. The surface is therefore star-shaped, because the hull is.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.boundary.centre import automatic_centre, bounds, centre_on_grid, points_on_grid
-from gamutcore.boundary.insertion_order import insertion_order, places_on_curve
+from gamutcore.boundary.insertion_order import curve_positions, insertion_order
 from gamutcore.boundary.radial_hull import radial_hull
 from gamutcore.errors import BoundaryError, CentreError, FlatPointsError
 from gamutcore.kernels import kernel
@@ -38,17 +38,17 @@ GAMMA = Number(0, 1, above_least=True)
 
 @dataclass(frozen=True, eq=False)
 class Boundary:
-    """A full boundary: the surface that decimation starts from.
+    """A full boundary: the surface at which decimation starts.
 
     Attributes
     ----------
     mesh : TriangleMesh
-        Closed, oriented outwards, star-shaped about `centre`; vertices are float32, on the grid of
+        Closed, oriented outwards, star-shaped about `centre`. Vertices are float32, on the grid of
         the points (`gamutcore.grid`).
     centre : (3,) float64
         On the same grid.
     sources : (m,) int64
-        For each vertex of the mesh, which of the given points it is.
+        Index of the point at each vertex.
     gamma : float
     """
 
@@ -63,19 +63,18 @@ def modified_convex_hull(
     gamma: float = 0.2,
     centre: ArrayLike | Literal["auto"] = "auto",
 ) -> Boundary:
-    """Wrap points in a closed surface that is star-shaped about a centre.
+    """Return a closed surface around points that is star-shaped about a centre.
 
     Parameters
     ----------
     points : (n, 3) array_like
-        Colours, in the order of the colour space. They are rounded to a grid first, the precision
-        in which a gamut is delivered; duplicates and points at the centre do no harm.
+        Colours, in coordinates of the colour space. They are first rounded to a grid, the precision
+        of delivered levels. Duplicates and points at the centre are allowed.
     gamma : float, optional
-        Power that radii are raised to, in (0, 1]; 0.2 unless told, 1 for the convex hull.
+        Power that radii are raised to, in (0, 1]; 1 for the convex hull.
     centre : (3,) array_like or "auto", optional
-        The point radii are taken from; it must lie strictly inside the convex hull of the points.
-        "auto" takes the middle of the points' bounding box, or the centroid of their convex hull
-        where the middle is outside it or close to it. It is rounded to the same grid.
+        Point that radii are taken from, rounded to the same grid. It must lie strictly inside the
+        convex hull of the points. "auto" is explained at `automatic_centre`.
 
     Returns
     -------
@@ -84,54 +83,59 @@ def modified_convex_hull(
     Raises
     ------
     OptionError
-        If γ is not in (0, 1] or the centre is not three numbers.
+        γ is not in (0, 1], or the centre is not three numbers.
     InvalidPointsError
-        If the points are not an (n, 3) array of finite numbers below 10¹².
+        The points are not an (n, 3) array of finite numbers below 10¹².
     TooFewPointsError, FlatPointsError, CentreError
-        If the points enclose no volume, or the centre is not inside it.
+        The points enclose no volume, or the centre is not inside it.
     BoundaryError
-        If the surface is not valid, which is a fault of the program.
+        The surface is not valid, which is a fault of the program.
+
+    Examples
+    --------
+    >>> octahedron = np.vstack([np.eye(3), -np.eye(3)])
+    >>> modified_convex_hull(octahedron, gamma=0.2).mesh.triangles
+    8
     """
     power = cast("float", check_option("gamma", gamma, GAMMA))
     rounded, step = points_on_grid(points)
     given = centre_on_grid(centre, rounded, step)
     about = sum(bounds(rounded)) / 2 if given is None else given
-    places = places_on_curve(rounded - about)
-    order = insertion_order(places)
+    positions = curve_positions(rounded - about)
+    order = insertion_order(positions)
     ordered = rounded[order]
     middle = automatic_centre(ordered, step) if given is None else given
 
     relative = ordered - middle
-    faces = radial_hull(_with_raised_radii(relative, power))
+    faces = radial_hull(_radii_to_power(relative, power))
     if len(faces) == 0:
         if given is None:
             raise FlatPointsError(
-                f"the points are so flat that no centre on their grid, of {step:g}, is inside",
-                remedy="points that enclose a volume",
+                f"The points are flat: no centre on their grid of {step:g} is inside of them.",
+                remedy="Give points that enclose a volume.",
             )
-        automatic_centre(ordered, step)  # flat points are the better explanation if they are flat
+        automatic_centre(ordered, step)  # raises the better error if the points are flat
         raise CentreError(
-            f"the centre {tuple(middle.tolist())} is not strictly inside the convex hull of"
-            " the points",
+            f"The centre {tuple(middle.tolist())} is not strictly inside the convex hull of"
+            " the points.",
             where={"field": "centre"},
-            remedy="a point inside the gamut, or 'auto'",
+            remedy="Give a point inside the gamut, or 'auto'.",
         )
     if faces_not_seeing_centre(relative, faces).size:
         raise BoundaryError(
-            "no closed surface that is star-shaped about the centre could be wrapped around the"
-            " points",
-            remedy="points that are not nearly in one plane, seen from a centre well inside them",
+            "The surface around the points is not star-shaped about the centre.",
+            remedy="Give points that are not nearly in one plane, and a centre well inside them.",
         )
-    corners, packed = _coherent_order(faces, places[order])
+    corners, packed = _coherent_order(faces, positions[order])
     mesh = TriangleMesh(ordered[corners].astype(np.float32), packed)
     return Boundary(mesh, middle, order[corners], power)
 
 
-def _with_raised_radii(relative: FloatArray, gamma: float) -> FloatArray:
-    """Points around the origin with radii to a power, relative to the largest radius' magnitude.
+def _radii_to_power(relative: FloatArray, gamma: float) -> FloatArray:
+    """Points around the origin with their radii raised to a power.
 
-    They are divided by a power of two first: the result neither leaves the range of floats nor
-    depends on the units of points that differ by such a factor.
+    Points are first divided by a power of two near the largest radius. The result stays in the
+    range of floats and does not depend on a power of two in the unit of the points.
     """
     squares = np.einsum("ij,ij->i", relative, relative)
     scale = 2.0 ** -np.frexp(np.sqrt(squares.max()))[1]
@@ -141,14 +145,14 @@ def _with_raised_radii(relative: FloatArray, gamma: float) -> FloatArray:
     return np.asarray(relative * factor[:, np.newaxis])
 
 
-def _coherent_order(faces: IndexArray, places: LongArray) -> tuple[LongArray, IndexArray]:
-    """Order vertices along a curve, faces by first vertex: near in space, near in memory.
+def _coherent_order(faces: IndexArray, positions: LongArray) -> tuple[LongArray, IndexArray]:
+    """Order vertices along a curve and faces by first vertex: neighbours are near in memory.
 
     Parameters
     ----------
     faces : (n, 3) int32
-    places : (m,) int64
-        Where the points are along the curve.
+    positions : (m,) int64
+        Positions of the points along the curve.
 
     Returns
     -------
@@ -157,34 +161,34 @@ def _coherent_order(faces: IndexArray, places: LongArray) -> tuple[LongArray, In
     packed : (n, 3) int32
         The faces over them, each starting with its smallest vertex.
     """
-    corners = np.flatnonzero(np.bincount(faces.ravel(), minlength=len(places))).astype(np.int64)
-    corners = corners[np.argsort(places[corners], kind="stable")]
-    number = np.empty(len(places), np.int32)
+    corners = np.flatnonzero(np.bincount(faces.ravel(), minlength=len(positions))).astype(np.int64)
+    corners = corners[np.argsort(positions[corners], kind="stable")]
+    number = np.empty(len(positions), np.int32)
     number[corners] = np.arange(len(corners), dtype=np.int32)
     return corners, _faces_in_order(faces, number, len(corners))
 
 
 @kernel
 def _faces_in_order(faces: IndexArray, number: IndexArray, vertices: int) -> IndexArray:
-    """Renumber the vertices of faces and order these by first and second vertex."""
+    """Renumber the vertices of faces, and order the faces by first and second vertex."""
     count = len(faces)
-    turned = np.empty((count, 3), np.int32)
+    renumbered = np.empty((count, 3), np.int32)
     for face in range(count):
         one, two, three = number[faces[face, 0]], number[faces[face, 1]], number[faces[face, 2]]
         while one > two or one > three:
             one, two, three = two, three, one
-        turned[face, 0], turned[face, 1], turned[face, 2] = one, two, three
-    source, target = turned, np.empty((count, 3), np.int32)
-    for column in (1, 0):  # a stable counting sort by the second vertex, then one by the first
-        next_place = np.zeros(vertices + 1, np.int64)
+        renumbered[face, 0], renumbered[face, 1], renumbered[face, 2] = one, two, three
+    source, target = renumbered, np.empty((count, 3), np.int32)
+    for column in (1, 0):  # stable counting sorts: by the second vertex, then by the first
+        next_row = np.zeros(vertices + 1, np.int64)
         for face in range(count):
-            next_place[source[face, column] + 1] += 1
+            next_row[source[face, column] + 1] += 1
         for vertex in range(vertices):
-            next_place[vertex + 1] += next_place[vertex]
+            next_row[vertex + 1] += next_row[vertex]
         for face in range(count):
-            place = next_place[source[face, column]]
-            next_place[source[face, column]] += 1
+            row = next_row[source[face, column]]
+            next_row[source[face, column]] += 1
             for corner in range(3):
-                target[place, corner] = source[face, corner]
+                target[row, corner] = source[face, corner]
         source, target = target, source
     return source

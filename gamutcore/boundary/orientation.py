@@ -1,10 +1,10 @@
-"""On which side of a triangle's plane a point lies: the one question that a convex hull asks.
+"""The side of a triangle's plane on which a point lies: the predicate of the convex hull.
 
-Double precision answers it nearly always, and knows when it does not, by the error bound of
-Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates"
-(1997). What it leaves open is computed again with sums of two doubles (Dekker, "A floating-point
-technique for extending the available precision", 1971), in about 100 bits. What those leave open as
-well, a volume of some 10⁻³⁰ of the product of the sides, counts as on the plane.
+Double precision nearly always suffices, and the error bound of Shewchuk, "Adaptive Precision
+Floating-Point Arithmetic and Fast Robust Geometric Predicates" (1997), tells when it does not. The
+predicate is then computed with pairs of doubles (Dekker, "A floating-point technique for extending
+the available precision", 1971), in about 100 bits. A volume below some 10⁻³⁰ of the product of the
+sides counts as zero: the point is then on the plane.
 """
 
 from __future__ import annotations
@@ -21,24 +21,24 @@ DOUBLE_ERROR = 8.0 * ROUNDING
 """Error of the determinant ÷ its permanent: (7 + 56 u) u (Shewchuk, 1997, bound A of ORIENT3D)."""
 
 PAIR_ERROR = 2.0**-98
-"""The same with pairs: 31 u² < 2⁻¹⁰¹ for two products (7 u² each) and three sums (3 u² each, one of
-them of products) by the bounds of Joldes, Muller & Popescu, "Tight and rigorous error bounds for
-basic building blocks of double-word arithmetic" (2017), and a margin."""
+"""The same bound with pairs: 31 u² < 2⁻¹⁰¹ for two products (7 u² each) and three sums (3 u²
+each) by the bounds of Joldes, Muller & Popescu, "Tight and rigorous error bounds for basic
+building blocks of double-word arithmetic" (2017), with a margin."""
 
 SPLITTER = 2.0**27 + 1.0
-"""Splits a float64 into halves whose products are exact (Dekker, 1971)."""
+"""Splits a float64 into halves with exact products (Dekker, 1971)."""
 
 
 @leaf_kernel
 def is_above(position: FloatArray, one: int, two: int, three: int, point: int) -> bool:
-    """Whether a point lies above the plane of a triangle: on the side it is counter-clockwise from.
+    """Whether a point lies above the plane of a triangle, on its counter-clockwise side.
 
     Parameters
     ----------
     position : (n, 3 or more) float64
         Far from the limits of float64: products of three neither overflow nor underflow.
     one, two, three, point : int
-        Rows of `position`. The answer does not depend on which corner of the triangle comes first.
+        Rows of `position`. The answer is the same for any cyclic order of the corners.
 
     Returns
     -------
@@ -65,8 +65,8 @@ def is_above(position: FloatArray, one: int, two: int, three: int, point: int) -
 
 @leaf_kernel
 def _is_above_in_pairs(position: FloatArray, one: int, two: int, three: int, point: int) -> bool:
-    """As `is_above`, with every number the exact or nearly exact sum of two float64 numbers."""
-    if two < one and two < three:  # rounding, too, is to be the same whichever corner comes first
+    """As `is_above`, with every number the sum of two float64 numbers."""
+    if two < one and two < three:  # the same rounding in any cyclic order
         one, two, three = two, three, one
     elif three < one:
         one, two, three = three, one, two
@@ -90,7 +90,7 @@ def _is_above_in_pairs(position: FloatArray, one: int, two: int, three: int, poi
 
 @leaf_kernel
 def _sum(a: float, b: float) -> tuple[float, float]:
-    """Sum of two numbers and what rounding took from it (Knuth's two-sum)."""
+    """Sum of two numbers and its rounding error (two-sum of Knuth)."""
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)
@@ -98,6 +98,7 @@ def _sum(a: float, b: float) -> tuple[float, float]:
 
 @leaf_kernel
 def _pair_sum(a: tuple[float, float], b: tuple[float, float]) -> tuple[float, float]:
+    """Sum of two pairs."""
     high, error = _sum(a[0], b[0])
     low, rest = _sum(a[1], b[1])
     error += low
@@ -109,6 +110,7 @@ def _pair_sum(a: tuple[float, float], b: tuple[float, float]) -> tuple[float, fl
 
 @leaf_kernel
 def _product(a: tuple[float, float], b: tuple[float, float]) -> tuple[float, float]:
+    """Product of two pairs."""
     product = a[0] * b[0]
     scaled = SPLITTER * a[0]
     a_high = scaled - (scaled - a[0])

@@ -1,7 +1,7 @@
-"""What methods that divide directions into segments share: points, centre, farthest points.
+"""Helpers of the methods that divide directions into segments: points, centre, outermost points.
 
-Points and centres are checked and rounded by the convex hull, so that all methods can be compared
-about one centre and refuse the same things in the same words.
+The convex hull checks and rounds points and centres, so all methods use the same centre and refuse
+the same input with the same messages.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ __all__ = ["centred_points", "farthest_points"]
 def centred_points(
     points: ArrayLike, centre: ArrayLike | Literal["auto"]
 ) -> tuple[FloatArray, FloatArray]:
-    """Points on the grid, and the centre: given and checked, or chosen.
+    """Return the points on their grid, and the given or automatic centre.
 
     Parameters
     ----------
@@ -40,21 +40,21 @@ def centred_points(
     Raises
     ------
     InvalidPointsError, TooFewPointsError, FlatPointsError, CentreError, OptionError, BoundaryError
-        As `modified_convex_hull` does.
+        As `modified_convex_hull`.
     """
-    # the convex hull is needed in any case, to know whether the centre is inside
+    # only the convex hull tells whether the centre is inside
     middle = modified_convex_hull(points, 1.0, centre).centre
     given = np.asarray(points, np.float64)
     return nearest_grid_points(given, grid_step(given)), middle
 
 
 def farthest_points(segment: LongArray, radii: FloatArray, count: int) -> LongArray:
-    """The farthest point of every segment.
+    """Return the farthest point of every segment.
 
     Parameters
     ----------
     segment : (n,) int64
-        The segment that each point is in, 0 to `count` − 1.
+        Segment of each point, 0 to `count` − 1.
     radii : (n,) float64
         Distances from the centre.
     count : int
@@ -64,8 +64,13 @@ def farthest_points(segment: LongArray, radii: FloatArray, count: int) -> LongAr
     -------
     (count,) int64
         Index of a point, the first of equally far ones; −1 for a segment without points.
+
+    Examples
+    --------
+    >>> farthest_points(np.array([0, 0, 2]), np.array([1.0, 2.0, 3.0]), 3).tolist()
+    [1, -1, 2]
     """
     outwards = np.lexsort((-np.arange(len(radii)), radii))
     farthest = np.full(count, -1, np.int64)
-    farthest[segment[outwards]] = outwards  # of several assignments the last one stays
+    farthest[segment[outwards]] = outwards  # the last of several assignments remains
     return farthest

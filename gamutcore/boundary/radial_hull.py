@@ -1,21 +1,20 @@
-"""The convex hull of points around a centre, one point after the other, in compiled code.
+"""The convex hull of points around a centre: incremental, in compiled code.
 
-The hull is star-shaped about the centre, and that makes an incremental hull simple. A point can
-only be above the hull if it is above the face that its ray from the centre passes, and a walk over
-the corner table from the face before finds that one: crossing an edge that the ray lies behind
-raises the ray's product with the pole of the face's plane, so that the walk never goes in circles.
-A point above its face sees a connected part of the hull, the cavity, which is taken out and
-replaced by a fan of triangles from the cavity's rim to the point.
+The hull is star-shaped about the centre, which makes an incremental hull simple. A point can only
+be above the hull if it is above the face that its ray from the centre meets. A walk over the corner
+table from the face of the last point finds that face. A step across an edge that the ray lies
+behind raises the product of the ray with the pole of the face's plane, so the walk never cycles. A
+point above its face sees a connected part of the hull, the cavity. The cavity is replaced by a fan
+of triangles from its rim to the point.
 
-It starts from four seeds, the corners of a tiny tetrahedron around the centre. Where the centre is
-inside the hull of the points, by more than the seeds' distance, the hull swallows them; where they
-are not swallowed, it is not.
+The hull starts with four seeds, the corners of a tiny tetrahedron around the centre. If the centre
+is inside the hull of the points by more than the distance of the seeds, the hull absorbs all seeds.
+Seeds that remain prove that the centre is not inside.
 
-What makes the result valid: a fan is put in only if the rim is one closed cycle and each of its
-triangles sees the centre from inside, by twice the margin that all levels are held to. The
-triangles then turn around the point in one direction, and as the rim goes around the point once,
-they turn around it once: the fan covers the cavity's directions once, and the new surface projects
-onto the sphere one to one if the old one did.
+A fan is added only if the rim is one closed cycle and each triangle sees the centre from inside, by
+twice the margin of all levels. The triangles then wind around the point in one direction, and once
+only, as the rim does. The fan covers the directions of the cavity once, so the new surface projects
+one to one onto the sphere if the old surface did.
 """
 
 from __future__ import annotations
@@ -34,36 +33,42 @@ from gamutcore.star_shape import MINIMUM_DETERMINANT
 __all__ = ["CLEARANCE", "radial_hull"]
 
 CLEARANCE = 2.0**-30
-"""Distance of the seeds from the centre ÷ largest radius: how far inside a centre has to be."""
+"""Distance of the seeds from the centre ÷ largest radius: how far inside a centre must be."""
 
 SEEDS = np.array([(1, 1, 1), (-1, -1, 1), (-1, 1, -1), (1, -1, -1)]) / math.sqrt(3.0)
 SEED_FACES = np.array([0, 2, 1, 0, 3, 2, 0, 1, 3, 1, 2, 3])
 
 ENOUGH = 2.0 * MINIMUM_DETERMINANT
-"""Smallest determinant of a face ÷ the product of its corners' radii. Points whose radii have been
-changed keep their directions within a few times 2⁻⁵³, so half of this holds before as after."""
+"""Smallest determinant of a face ÷ product of the radii of its corners. Points with changed
+radii keep their directions within a few times 2⁻⁵³, so half of this margin holds before and
+after."""
 
 BEHIND = 2.0**-50
-"""A determinant of three directions that counts as negative: beyond what rounding makes of 0."""
+"""Smallest determinant of three directions that counts as negative beyond rounding."""
 
 WIDENINGS = 32
-"""How often a cavity is widened before its point is given up."""
+"""Number of attempts to widen a cavity before its point is given up."""
 
 FORCED = 256
-"""How many faces may be added to a cavity by widening."""
+"""Largest number of faces that widening adds to a cavity."""
+
+
+USED, FREE, CAVITIES = 0, 1, 2
+"""Indices of `Slots.counts`: faces ever used, faces on the stack, number of the last cavity."""
 
 
 class Hull(NamedTuple):
-    """A hull while it grows.
+    """A growing hull.
 
     Attributes
     ----------
     position : (n, 4) float64
-        Coordinates relative to the centre, and their distance from it; the seeds come first.
+        Coordinates relative to the centre, and the distance from it; the seeds come first.
     vertex, opposite : (3 F,) int32
-        The corner table; faces that are free have −1 as vertices.
+        The corner table; free faces have −1 as vertices.
     mark : (F,) int32
-        The number of the last cavity that a face was in; negative: it is to be in that one.
+        Number of the last cavity that had the face; negative for a face that must be in that
+        cavity.
     """
 
     position: FloatArray
@@ -73,20 +78,20 @@ class Hull(NamedTuple):
 
 
 class Cavity(NamedTuple):
-    """The faces that a point replaces, and working storage to find them.
+    """The faces that a point replaces, and working storage for their search.
 
     Attributes
     ----------
     face : (F,) int32
-        The faces taken out, then those of the fan.
+        The removed faces, then those of the fan.
     start, end : (F,) int32
-        Vertices of the rim's edges, counter-clockwise around the cavity.
+        Vertices of the edges of the rim, counter-clockwise around the cavity.
     outer : (F,) int32
-        The corner that faces each of the rim's edges from without.
+        The corner outside of the cavity that faces each edge of the rim.
     ahead : (3 F,) int32
-        Corners of the cavity whose edges are still to be looked at.
+        Corners of the cavity whose edges are still to be examined.
     forced : (FORCED,) int32
-        Faces that are in the cavity though the point is not above them.
+        Faces that are in the cavity although the point is not above them.
     """
 
     face: IndexArray
@@ -98,14 +103,14 @@ class Cavity(NamedTuple):
 
 
 class Slots(NamedTuple):
-    """The faces' places in the corner table.
+    """Allocation of faces in the corner table.
 
     Attributes
     ----------
     free : (F,) int32
-        A stack of faces that are free again.
+        A stack of free faces.
     counts : (3,) int64
-        Faces ever used, length of the stack, number of the last cavity.
+        See `USED`, `FREE` and `CAVITIES`.
     """
 
     free: IndexArray
@@ -114,20 +119,20 @@ class Slots(NamedTuple):
 
 @kernel
 def radial_hull(points: FloatArray) -> IndexArray:
-    """Triangulated convex hull of points around the origin.
+    """Return the triangulated convex hull of points around the origin.
 
     Parameters
     ----------
     points : (n, 3) float64
-        Best in the order of `gamutcore.boundary.insertion_order`. Points at the origin and
-        duplicates do no harm.
+        Fastest in the order of `gamutcore.boundary.insertion_order`. Points at the origin and
+        duplicates are allowed.
 
     Returns
     -------
     (F, 3) int32
-        Counter-clockwise from outside; closed, of genus 0, and every face sees the origin. Empty
-        if the origin is not inside the hull by more than `CLEARANCE`. Points on the hull within
-        rounding may be vertices or not.
+        Counter-clockwise from outside; closed, of genus 0, and every face sees the origin. Empty if
+        the origin is not inside the hull by more than `CLEARANCE`. Points on the hull within
+        rounding may or may not be vertices.
     """
     count = len(points) + 4
     hull = _seeds(points)
@@ -143,8 +148,7 @@ def radial_hull(points: FloatArray) -> IndexArray:
     slots = Slots(np.empty(room, np.int32), np.array([4, 0, 0], np.int64))
     queue = np.arange(4, count)
     waiting, face = len(queue), 0
-    # points that could not be put in are tried again when the hull is the final one but for them,
-    # so that what they would displace is known
+    # try rejected points again at the end, when the rest of the hull is final
     for may_widen in (False, True):
         left = 0
         for index in range(waiting):
@@ -155,12 +159,12 @@ def radial_hull(points: FloatArray) -> IndexArray:
                     queue[left] = point
                     left += 1
         waiting = left
-    return _faces(hull.vertex, slots.counts[0])
+    return _faces(hull.vertex, slots.counts[USED])
 
 
 @kernel
 def _seeds(points: FloatArray) -> Hull:
-    """Start with a small regular tetrahedron around the centre."""
+    """Hull of the seeds: a small regular tetrahedron around the centre."""
     count = len(points) + 4
     position = np.empty((count, 4), np.float64)
     largest = 0.0
@@ -199,8 +203,8 @@ def _faces(vertex: IndexArray, used: int) -> IndexArray:
     for face in range(used):
         if vertex[3 * face] < 0:
             continue
-        for place in range(3):
-            faces[count, place] = vertex[3 * face + place] - 4
+        for corner in range(3):
+            faces[count, corner] = vertex[3 * face + corner] - 4
         if min(faces[count, 0], faces[count, 1], faces[count, 2]) < 0:
             return faces[:0].copy()
         count += 1
@@ -211,27 +215,27 @@ def _faces(vertex: IndexArray, used: int) -> IndexArray:
 def _insert(
     hull: Hull, cavity: Cavity, slots: Slots, point: int, face: int, may_widen: bool
 ) -> tuple[int, bool]:
-    """Put a point into the hull if it is above it.
+    """Insert a point into the hull if it is above it.
 
     Returns
     -------
     face : int
-        One near the point, to start from for the next.
+        A face near the point, where the search for the next point starts.
     settled : bool
-        False if the point is above the hull and yet has not been put in, because the fan would not
-        see the centre.
+        False if the point is above the hull but was not inserted, because the fan would not see the
+        centre.
     """
-    face = _face_in_direction(hull, point, face, slots.counts[0])
+    face = _face_in_direction(hull, point, face, slots.counts[USED])
     first = 3 * face
     one, two, three = hull.vertex[first], hull.vertex[first + 1], hull.vertex[first + 2]
     if not is_above(hull.position, one, two, three, point):
         return face, True
-    slots.counts[2] += 1
-    removed, edges = _open_cavity(hull, cavity, face, point, slots.counts[2])
+    slots.counts[CAVITIES] += 1
+    removed, edges = _open_cavity(hull, cavity, face, point, slots.counts[CAVITIES])
     if not _sees_centre(hull.position, cavity, edges, point):
         if not may_widen:
             return face, False
-        removed, edges = _widened_cavity(hull, cavity, slots, face, point, edges)
+        removed, edges = _widen_cavity(hull, cavity, slots, face, point, edges)
         if edges == 0:
             return face, False
     _close_cavity(hull, cavity, slots, point, removed, edges)
@@ -240,7 +244,7 @@ def _insert(
 
 @leaf_kernel
 def _side(position: FloatArray, one: int, two: int, three: int) -> float:
-    """det(p1, p2, p3): positive if they are counter-clockwise seen from outside."""
+    """det(p1, p2, p3): positive for three directions that are counter-clockwise from outside."""
     ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
     bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
     x, y, z = position[three, 0], position[three, 1], position[three, 2]
@@ -249,10 +253,10 @@ def _side(position: FloatArray, one: int, two: int, three: int) -> float:
 
 @leaf_kernel
 def _face_in_direction(hull: Hull, point: int, face: int, used: int) -> int:
-    """Face that a point's ray from the centre passes, walking from another.
+    """Face that a point's ray from the centre meets, by a walk from another face.
 
-    The walk ends on every convex surface. Should rounding have left one that is not quite convex,
-    it is given up after as many steps as there are faces, and all of them are looked at.
+    The walk ends on every convex surface. If rounding has left a surface that is not quite convex,
+    the walk is given up after as many steps as there are faces, and all faces are examined.
     """
     position, vertex, opposite = hull.position, hull.vertex, hull.opposite
     radius = position[point, 3]
@@ -285,10 +289,10 @@ def _face_in_direction(hull: Hull, point: int, face: int, used: int) -> int:
 
 @leaf_kernel
 def _open_cavity(hull: Hull, cavity: Cavity, face: int, point: int, number: int) -> tuple[int, int]:
-    """Gather the faces that a point is above, from one of them outwards, and their rim.
+    """Collect the faces that a point is above, from one of them outwards, and their rim.
 
-    Going around each face counter-clockwise from where it was entered gives the rim's edges in
-    their order.
+    Going counter-clockwise around each face from the edge of entry gives the edges of the rim in
+    order.
 
     Returns
     -------
@@ -327,6 +331,7 @@ def _open_cavity(hull: Hull, cavity: Cavity, face: int, point: int, number: int)
 
 @leaf_kernel
 def _edge_sees_centre(position: FloatArray, cavity: Cavity, edge: int, point: int) -> bool:
+    """Whether the triangle of an edge of the rim and the point sees the centre."""
     start, end = cavity.start[edge], cavity.end[edge]
     return (
         _side(position, start, end, point)
@@ -348,22 +353,21 @@ def _sees_centre(position: FloatArray, cavity: Cavity, edges: int, point: int) -
 
 
 @leaf_kernel
-def _widened_cavity(
+def _widen_cavity(
     hull: Hull, cavity: Cavity, slots: Slots, face: int, point: int, edges: int
 ) -> tuple[int, int]:
     """Add faces to a cavity until the fan sees the centre.
 
-    Where an edge of the rim and the point lie on one great circle within rounding, the middle one
-    of the three is on the line between the others. If that is the point, it splits the edge, and
-    the face beyond belongs to the cavity; if it is a vertex, all its faces do.
-
-    A face that the point is further below than it is above the hull is not added: leaving the
-    point out is the lesser evil then.
+    An edge of the rim and the point may lie on one great circle within rounding. The middle of the
+    three points is then on the line between the others. If it is the point, it splits the edge, and
+    the face beyond belongs to the cavity. If it is a vertex, all faces of the vertex do. A face is
+    not added if the point is further below it than above the hull: omitting the point is the
+    smaller error then.
 
     Returns
     -------
     removed, edges : int
-        As from `_open_cavity`; 0 edges if it cannot be done.
+        As from `_open_cavity`; 0 edges if no cavity works.
     """
     position, vertex = hull.position, hull.vertex
     allowance = max(_height(position, vertex, face, point), 0.0) + BEHIND * position[point, 3]
@@ -373,19 +377,19 @@ def _widened_cavity(
         for edge in range(edges):
             beyond = cavity.outer[edge] // 3
             if not _edge_sees_centre(position, cavity, edge, point) and (
-                hull.mark[beyond] != -slots.counts[2]
+                hull.mark[beyond] != -slots.counts[CAVITIES]
             ):
                 if forced == FORCED or _height(position, vertex, beyond, point) < -allowance:
                     return 0, 0
-                hull.mark[beyond] = -slots.counts[2]
+                hull.mark[beyond] = -slots.counts[CAVITIES]
                 cavity.forced[forced] = beyond
                 forced += 1
         if forced == before:
             break
-        slots.counts[2] += 1
+        slots.counts[CAVITIES] += 1
         for index in range(forced):
-            hull.mark[cavity.forced[index]] = -slots.counts[2]
-        removed, edges = _open_cavity(hull, cavity, face, point, slots.counts[2])
+            hull.mark[cavity.forced[index]] = -slots.counts[CAVITIES]
+        removed, edges = _open_cavity(hull, cavity, face, point, slots.counts[CAVITIES])
         if _sees_centre(position, cavity, edges, point):
             return removed, edges
     return 0, 0
@@ -410,16 +414,16 @@ def _close_cavity(
     """Replace the cavity's faces by triangles from its rim to the point."""
     vertex, opposite, face, counts = hull.vertex, hull.opposite, cavity.face, slots.counts
     while removed < edges:
-        if counts[1] > 0:
-            counts[1] -= 1
-            face[removed] = slots.free[counts[1]]
+        if counts[FREE] > 0:
+            counts[FREE] -= 1
+            face[removed] = slots.free[counts[FREE]]
         else:
-            face[removed] = counts[0]
-            counts[0] += 1
+            face[removed] = counts[USED]
+            counts[USED] += 1
         removed += 1
-    for index in range(edges, removed):  # vertices inside the cavity took more faces than the fan
-        slots.free[counts[1]] = face[index]
-        counts[1] += 1
+    for index in range(edges, removed):  # more faces in the cavity than in the fan
+        slots.free[counts[FREE]] = face[index]
+        counts[FREE] += 1
         vertex[3 * face[index]] = -1
     before = face[edges - 1]
     for edge in range(edges):
@@ -431,7 +435,7 @@ def _close_cavity(
         )
         opposite[3 * new] = outer
         opposite[outer] = 3 * new
-        # triangles that follow each other share the edge from the point to the vertex between them
+        # consecutive triangles share the edge from the point to the vertex between them
         opposite[3 * before + 1] = 3 * new + 2
         opposite[3 * new + 2] = 3 * before + 1
         before = new

@@ -1,15 +1,15 @@
 """Segment maxima: the farthest colour of every segment of a uniform polar and azimuth grid.
 
-Morovic & Luo, "Calculating medium and image gamut boundaries for gamut mapping" (2000): directions
-from the centre are divided uniformly by their polar angle from the first axis (L* in CIELAB) and by
-their azimuth about it (the hue angle); the farthest colour of each segment is a vertex, and the
-grid of segments says which vertices are joined.
+Morovic & Luo, "Calculating medium and image gamut boundaries for gamut mapping" (2000). Directions
+from the centre are divided uniformly by the polar angle from the first axis (L* in CIELAB) and by
+the azimuth about it (the hue angle). The farthest colour of each segment is a vertex, and the grid
+determines the faces.
 
-What the description of the method leaves open is decided here (``docs/decisions/other-boundaries``
-has the reasons): empty segments and the two poles, which are vertices of their own, get a radius
-from a membrane stretched over the grid; of a quadrilateral's two diagonals the one with the larger
-volume is taken; and where maxima in neighbouring segments stand so badly that a face would not see
-the centre, they are turned towards the middles of their segments just as far as is needed.
+The published method leaves three points open (``docs/decisions/other-boundaries.md`` has the
+reasons). Empty segments and the two poles, which are vertices of their own, get a radius by
+interpolation over the grid. Quadrilaterals are divided by the diagonal that gives the larger
+volume. Vertices of a face that would not see the centre are turned towards the middles of their
+segments as far as needed.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 __all__ = ["SEGMENTS", "SEGMENT_COUNTS", "segment_maxima"]
 
 SEGMENTS = (16, 16)
-"""Polar and azimuth segments unless told: those of Morovic & Luo, and of Little CMS."""
+"""Default numbers of polar and azimuth segments, as in Morovic & Luo and in Little CMS."""
 
 SEGMENT_COUNTS = WholeNumbers(
     (WholeNumber(2, 180), WholeNumber(3, 360)), "polar and azimuth segments"
@@ -45,11 +45,11 @@ TURNS = 8
 """Steps in which a vertex is turned from its own direction to the middle of its segment."""
 
 ATTEMPTS = 100
-"""How often faces that do not see the centre are looked for; on real devices hardly ever twice."""
+"""Largest number of searches for faces that do not see the centre. Real devices need one or two."""
 
 RESOLVED = 8.0
-"""A vertex is told apart from its neighbours if it is this many grid steps away from them: rounding
-moves either by 0.87 steps at most."""
+"""Distance of neighbouring vertices, in grid steps, at which rounding keeps them apart. Rounding
+moves each by at most 0.87 steps."""
 
 
 def segment_maxima(
@@ -57,35 +57,34 @@ def segment_maxima(
     segments: tuple[int, int] = SEGMENTS,
     centre: ArrayLike | Literal["auto"] = "auto",
 ) -> Boundary:
-    """Join the farthest points of uniform polar and azimuth segments about a centre.
+    """Return the surface through the farthest points of uniform segments about a centre.
 
     Parameters
     ----------
     points : (n, 3) array_like
-        Colours, in the order of the colour space. They are rounded to their grid first.
+        Colours, in coordinates of the colour space. They are first rounded to their grid.
     segments : (polar, azimuth) int, optional
-        Numbers of segments; see `SEGMENT_COUNTS`.
+        Numbers of segments, within `SEGMENT_COUNTS`.
     centre : (3,) array_like or "auto", optional
         As for `modified_convex_hull`.
 
     Returns
     -------
     Boundary
-        Of polar × azimuth + 2 vertices: the segments row by row from the positive end of the first
-        axis, then the two poles. A vertex that is not one of the points, because its segment is
-        empty, because it is a pole or because it had to be moved, has the source −1. γ is 0: radii
-        do not decide which maxima are on the surface.
+        polar × azimuth + 2 vertices: the segments row by row from the positive end of the first
+        axis, then the two poles. A vertex has the source −1 if its segment is empty, if it is a
+        pole, or if it was moved. γ is 0, because no power is used.
 
     Raises
     ------
     OptionError
-        If the numbers of segments are not accepted or the centre is not three numbers.
+        The numbers of segments are not accepted, or the centre is not three numbers.
     InvalidPointsError
-        If the points are not an (n, 3) array of finite numbers below 10¹².
+        The points are not an (n, 3) array of finite numbers below 10¹².
     TooFewPointsError, FlatPointsError, CentreError
-        If the points enclose no volume, or the centre is not inside it.
+        The points enclose no volume, or the centre is not inside it.
     BoundaryError
-        If the grid of positions does not resolve the segments about this centre.
+        The grid of positions does not resolve the segments about this centre.
     """
     polar, azimuth = cast("tuple[int, int]", check_option("segments", segments, SEGMENT_COUNTS))
     rounded, middle = centred_points(points, centre)
@@ -102,7 +101,7 @@ def segment_maxima(
     own, reach = directions.copy(), np.zeros(len(sources))
     own[filled] = relative[sources[filled]] / radii[sources[filled], np.newaxis]
     reach[filled] = radii[sources[filled]]
-    reach = _stretched(reach, filled, polar, azimuth)
+    reach = _harmonic_radii(reach, filled, polar, azimuth)
 
     step = grid_step(rounded)
     resolved = RESOLVED * step / sizes
@@ -129,16 +128,16 @@ def segment_maxima(
     if corners.size or not np.array_equal(vertices, positions + middle):
         raise BoundaryError(
             f"{polar} × {azimuth} segments about the centre {tuple(middle.tolist())} are finer than"
-            " positions are resolved",
+            " the grid of positions.",
             where={"field": "segments"},
-            remedy="fewer segments, or a centre farther inside the gamut",
+            remedy="Give fewer segments, or a centre farther inside the gamut.",
         )
     mesh = TriangleMesh(vertices, faces)
     return Boundary(mesh, middle, np.where(at_colour, sources, -1), 0.0)
 
 
 def _segments_of(relative: FloatArray, polar: int, azimuth: int) -> LongArray:
-    """Number of the segment that each point is in, row by row from the positive first axis."""
+    """Segment of each point, row by row from the positive first axis."""
     slope = np.arctan2(np.hypot(relative[:, 1], relative[:, 2]), relative[:, 0])
     turn = np.arctan2(relative[:, 2], relative[:, 1]) / (2 * np.pi) % 1.0
     row = np.minimum((slope / np.pi * polar).astype(np.int64), polar - 1)
@@ -146,7 +145,7 @@ def _segments_of(relative: FloatArray, polar: int, azimuth: int) -> LongArray:
 
 
 def _middles(polar: int, azimuth: int) -> tuple[FloatArray, FloatArray]:
-    """Directions of the middles of all segments and of the poles, and how far apart they are.
+    """Directions of the middles of all segments and of the poles, and their angular sizes.
 
     Returns
     -------
@@ -165,18 +164,19 @@ def _middles(polar: int, azimuth: int) -> tuple[FloatArray, FloatArray]:
     return np.vstack([middles, poles]), np.append(sizes, [np.pi / (2 * polar)] * 2)
 
 
-def _stretched(
+def _harmonic_radii(
     reach: FloatArray, filled: NDArray[np.bool_], polar: int, azimuth: int
 ) -> FloatArray:
-    """Radii with those of empty segments and poles from a membrane fixed at the filled ones.
+    """Radii of all segments and poles, with empty ones filled by harmonic interpolation.
 
-    The membrane's discrete Laplacian (finite volumes over the segments, so that it is the sphere's)
-    is zero where it is free: no radius is outside the range of the filled ones around it.
+    The radii satisfy a discrete Laplace equation (finite volumes on the sphere) in the empty
+    segments, with fixed values in the filled ones. No interpolated radius is outside the range of
+    the others.
 
     Parameters
     ----------
     reach : (polar · azimuth + 2,) float64
-        Radii where filled.
+        Radii of filled segments.
     filled : (polar · azimuth + 2,) bool
     polar, azimuth : int
 
@@ -184,7 +184,7 @@ def _stretched(
     -------
     (polar · azimuth + 2,) float64
     """
-    from scipy.sparse import coo_array, diags_array  # noqa: PLC0415  # slow, for this method alone
+    from scipy.sparse import coo_array, diags_array  # noqa: PLC0415  # slow; only this method needs it
     from scipy.sparse.linalg import spsolve  # noqa: PLC0415
 
     number = np.arange(polar * azimuth).reshape(polar, azimuth)
@@ -192,7 +192,7 @@ def _stretched(
     middle, border = (np.arange(polar) + 0.5) * high, np.arange(1, polar) * high
     along = np.repeat(high / (np.sin(middle) * wide), azimuth)
     across = np.repeat(np.sin(border) * wide / high, azimuth)
-    # a pole is half a segment from the middles around it: the border is at a quarter
+    # a pole is half a segment from the middles around it: their border is at a quarter
     polewards = np.full(2 * azimuth, np.sin(high / 4) * wide / (high / 2))
     poles = polar * azimuth + np.repeat([0, 1], azimuth)
     one = np.concatenate([number.ravel(), number[:-1].ravel(), poles])
@@ -207,18 +207,18 @@ def _stretched(
     free = ~filled
     pull = joined[free][:, filled] @ reach[filled]
     stiffness = diags_array(joined.sum(axis=1)[free]) - joined[free][:, free]
-    stretched = reach.copy()
-    stretched[free] = np.clip(
+    radii = reach.copy()
+    radii[free] = np.clip(
         spsolve(stiffness.tocsc(), pull), reach[filled].min(), reach[filled].max()
     )
-    return stretched
+    return radii
 
 
 def _faces(positions: FloatArray, polar: int, azimuth: int) -> IndexArray:
-    """Triangles of the grid of segments: fans at the poles, two for every four segments between.
+    """Triangles of the grid of segments: fans at the poles, two for each quadrilateral between.
 
-    Of the diagonals of a quadrilateral along which both of its triangles see the centre, the one
-    with the larger volume is taken: gamuts are more convex than not.
+    A diagonal is valid if both of its triangles see the centre. Of two valid diagonals, the one
+    with the larger volume is taken, because gamuts are mostly convex.
 
     Parameters
     ----------

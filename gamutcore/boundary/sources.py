@@ -1,4 +1,4 @@
-"""Device values of a boundary's vertices, from those of the colours that it was wrapped around."""
+"""Device values of the vertices of a boundary, from the device values of the wrapped colours."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.device_values import DeviceValues
+from gamutcore.mesh import DeviceValues
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -19,24 +19,24 @@ __all__ = ["vertex_device_values"]
 def vertex_device_values(
     boundary: Boundary, points: ArrayLike, device: ArrayLike, channels: tuple[str, ...]
 ) -> DeviceValues:
-    """Return what makes each vertex of a boundary.
+    """Return the device values of the vertices of a boundary.
 
     Parameters
     ----------
     boundary : Boundary
     points : (n, 3) array_like
-        The colours that it was wrapped around.
+        The colours that the boundary was wrapped around.
     device : (n, k) array_like
-        The device values that make them, 0 to 1.
+        Their device values, 0 to 1.
     channels : tuple of str
         Names of the k channels.
 
     Returns
     -------
     DeviceValues
-        float64. A vertex that is one of the points has the point's values. One that the method has
-        constructed (source −1) has those of the point nearest to it: a mixture of several would
-        mix recipes that may differ widely although their colours do not.
+        float64. A vertex that is one of the points has the point's values. A constructed vertex
+        (source −1) has the values of the nearest point. Values are not interpolated: very different
+        mixtures of inks can have nearly the same colour.
     """
     sources = boundary.sources.copy()
     constructed = sources < 0
@@ -46,6 +46,6 @@ def vertex_device_values(
         tree = cKDTree(np.asarray(points, np.float64))
         vertices = boundary.mesh.vertices[constructed].astype(np.float64)
         sources[constructed] = tree.query(vertices)[1]
-    # what lies on a face of the cube may be off it by a rounding
+    # values on a face of the device cube may be off it by rounding
     values = np.clip(np.asarray(device, np.float64)[sources], 0.0, 1.0)
     return DeviceValues(tuple(channels), values)

@@ -1,10 +1,10 @@
-"""Uniform segment visualization (USV): a modified hull over the farthest colours of even segments.
+"""Uniform segment visualization (USV): a modified hull of the farthest colours of even segments.
 
-Bakke, Farup & Hardeberg, "Multispectral gamut mapping and visualization" (2005): a tetrahedron, an
-octahedron or an icosahedron is split, each triangle into four, as often as wanted, and projected
-onto the sphere. Every triangle makes a segment with the centre; the segment of a colour is found by
-walking over the triangles. Around the farthest colour of each segment the modified convex hull is
-taken, with a γ of 0.05, so that nearly all of them are on the surface. Empty segments add nothing.
+Bakke, Farup & Hardeberg, "Multispectral gamut mapping and visualization" (2005). The faces of a
+tetrahedron, an octahedron or an icosahedron are repeatedly split into four and projected onto the
+sphere. Every triangle and the centre form a segment. The modified convex hull is taken of the
+farthest colour of each segment, with a γ of 0.05, so nearly all of them are on the surface. Empty
+segments add nothing.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ BASES: dict[str, FloatArray] = {
         ]
     ),
 }
-"""Corners of the regular bodies that directions can be divided by, in the usual coordinates."""
+"""Corners of the regular polyhedra that directions are divided by, in the usual coordinates."""
 
 BASIS = Choice(tuple(BASES))
 """Accepted values of `basis`."""
@@ -64,20 +64,20 @@ def usv(
     gamma: float = 0.05,
     centre: ArrayLike | Literal["auto"] = "auto",
 ) -> Boundary:
-    """Wrap the farthest points of even segments about a centre in a modified convex hull.
+    """Return the modified convex hull of the farthest points of even segments about a centre.
 
     Parameters
     ----------
     points : (n, 3) array_like
-        Colours, in the order of the colour space. They are rounded to their grid first.
+        Colours, in coordinates of the colour space. They are first rounded to their grid.
     basis : str, optional
-        The body that is split; one of `BASES`.
+        Polyhedron that is split; one of `BASES`.
     subdivisions : int, optional
-        How often it is split, 0 to 7: an icosahedron's 20 faces become
-        20 · 4ⁿ segments, and the boundary has 2 · 20 · 4ⁿ − 4 triangles if none is empty and all
-        farthest points are on the hull.
+        Number of splits, 0 to 7. The 20 faces of an icosahedron become 20 · 4ⁿ segments. The
+        boundary has 2 · 20 · 4ⁿ − 4 triangles if no segment is empty and all farthest points are on
+        the hull.
     gamma : float, optional
-        Power that radii are raised to for the hull, in (0, 1]; 0.05 as published unless told.
+        Power that radii are raised to for the hull, in (0, 1]; 0.05 as published.
     centre : (3,) array_like or "auto", optional
         As for `modified_convex_hull`.
 
@@ -88,13 +88,13 @@ def usv(
     Raises
     ------
     OptionError
-        If the basis, the subdivisions or γ are not accepted or the centre is not three numbers.
+        The basis, the subdivisions or γ are not accepted, or the centre is not three numbers.
     InvalidPointsError
-        If the points are not an (n, 3) array of finite numbers below 10¹².
+        The points are not an (n, 3) array of finite numbers below 10¹².
     TooFewPointsError, FlatPointsError, CentreError
-        If the points enclose no volume, or the centre is not inside it.
+        The points enclose no volume, or the centre is not inside it.
     BoundaryError
-        If the farthest points of the segments do not surround the centre.
+        The farthest points of the segments do not surround the centre.
     """
     body = str(check_option("basis", basis, BASIS))
     splits = cast("int", check_option("subdivisions", subdivisions, SUBDIVISIONS))
@@ -102,7 +102,7 @@ def usv(
     relative = rounded - middle
     radii = np.linalg.norm(relative, axis=1)
     usable = np.flatnonzero(radii > radii.max() * 1e-12)
-    # at one length, products with the triangles' sides neither vanish nor overflow
+    # unit length: products with the sides of triangles neither vanish nor overflow
     directions = relative[usable] / radii[usable, np.newaxis]
     segment = triangles_towards(directions, body, splits)
     count = (2 * len(BASES[body]) - 4) * 4**splits
@@ -112,16 +112,16 @@ def usv(
         hull = modified_convex_hull(rounded[chosen], gamma, middle)
     except InvalidPointsError as cause:
         raise BoundaryError(
-            f"the farthest colours of the {count} segments, {len(chosen)} in all, do not"
-            f" surround the centre {tuple(middle.tolist())}",
+            f"The farthest colours of the {count} segments ({len(chosen)} colours) do not surround"
+            f" the centre {tuple(middle.tolist())}.",
             where={"field": "subdivisions"},
-            remedy="more subdivisions, another basis, or a centre farther inside the gamut",
+            remedy="Give more subdivisions, another basis, or a centre farther inside the gamut.",
         ) from cause
     return Boundary(hull.mesh, hull.centre, chosen[hull.sources], hull.gamma)
 
 
 def sphere_triangles(basis: str, subdivisions: int) -> tuple[FloatArray, list[IndexArray]]:
-    """Triangles on the unit sphere from a regular body, each split into four and projected.
+    """Return the triangles on the unit sphere from a regular polyhedron that is split repeatedly.
 
     Parameters
     ----------
@@ -137,6 +137,11 @@ def sphere_triangles(basis: str, subdivisions: int) -> tuple[FloatArray, list[In
         The triangles of each level i from 0 to `subdivisions`, counter-clockwise from outside. Face
         f of a level is split into the faces 4 f, 4 f + 1 and 4 f + 2 at its corners, in their
         order, and 4 f + 3 in its middle.
+
+    Examples
+    --------
+    >>> [len(faces) for faces in sphere_triangles("octahedron", 2)[1]]
+    [8, 32, 128]
     """
     corners = BASES[basis] / np.linalg.norm(BASES[basis], axis=1)[:, np.newaxis]
     hull = modified_convex_hull(corners, 1.0, (0.0, 0.0, 0.0))
@@ -153,7 +158,7 @@ def sphere_triangles(basis: str, subdivisions: int) -> tuple[FloatArray, list[In
 
 
 def triangles_towards(directions: FloatArray, basis: str, subdivisions: int) -> LongArray:
-    """The triangle of `sphere_triangles` that each direction goes through.
+    """Return the triangle of `sphere_triangles` in each direction.
 
     Parameters
     ----------
@@ -165,45 +170,45 @@ def triangles_towards(directions: FloatArray, basis: str, subdivisions: int) -> 
     Returns
     -------
     (n,) int64
-        A triangle on no side of which the direction is outside; one of several on a border.
+        A triangle that contains the direction; one of several on a border.
     """
     corners, levels = sphere_triangles(basis, subdivisions)
     neighbours = opposite_corners(levels[0], len(corners)).reshape(-1, 3) // 3
     sides = [_sides(corners, np.roll(levels[0], -1, axis=1))]
-    # beyond the three sides of a middle triangle are the parts at the corners a, b and c
+    # beyond the sides of a middle triangle are the parts at the corners a, b and c
     sides += [_sides(corners, np.roll(faces[3::4], 1, axis=1)) for faces in levels[1:]]
-    return _walked(directions, neighbours, np.concatenate(sides), subdivisions)
+    return _triangles_by_walk(directions, neighbours, np.concatenate(sides), subdivisions)
 
 
 def _sides(corners: FloatArray, faces: IndexArray) -> FloatArray:
-    """Normals, pointing inwards, of the planes through the centre and a triangle's sides.
+    """Inward normals of the planes through the centre and the sides of each triangle.
 
-    Side i goes from corner i to the next one. Two triangles have exactly opposite normals for the
-    side that they have in common.
+    Side i goes from corner i to the next one. Two triangles have exactly opposite normals for their
+    common side.
     """
     return np.cross(corners[faces], corners[np.roll(faces, -1, axis=1)])
 
 
 @kernel
-def _walked(
+def _triangles_by_walk(
     directions: FloatArray, neighbours: IndexArray, sides: FloatArray, subdivisions: int
 ) -> LongArray:
-    """Walk to each direction's triangle of the regular body, and down its subdivisions.
+    """Triangle of each direction, by a walk over the polyhedron and down its subdivisions.
 
-    Over the body each step crosses the side that the direction is farthest outside of, beginning
-    where the direction before ended. In a subdivision the walk begins in the middle one of four
-    parts and crosses at most one side, because the other three have no side in common. So it ends
-    after a step per subdivision, also on a tetrahedron, whose subdivisions are not Delaunay and
-    could let a walk over the finest triangles alone go round for ever.
+    On the polyhedron, each step crosses the side that the direction is farthest outside of. It
+    starts at the triangle of the direction before. In a subdivision, the walk starts in the middle
+    part and crosses at most one side, because the other three parts have no common side. The walk
+    thus ends after one step per subdivision. A walk over the finest triangles alone might not end:
+    the subdivisions of a tetrahedron are not Delaunay.
 
     Parameters
     ----------
     directions : (n, 3) float64
     neighbours : (k, 3) int32
-        The body's faces across the side facing each corner.
+        Neighbouring faces of the polyhedron, opposite to each corner.
     sides : (k + k + 4 k + 16 k + ..., 3, 3) float64
-        Inward normals of the sides: of the body's faces, then of the middle parts of all faces of
-        each level that is split.
+        Inward normals of the sides: of the polyhedron's faces, then of the middle parts of all
+        faces of each level that is split.
     subdivisions : int
 
     Returns
@@ -229,7 +234,7 @@ def _walked(
 
 @leaf_kernel
 def _farthest_outside(sides: FloatArray, face: int, x: float, y: float, z: float) -> int:
-    """The side of a triangle that a direction is farthest outside of; 3 if it is inside."""
+    """Side of a triangle that a direction is farthest outside of; 3 if it is inside."""
     farthest, lowest = 3, 0.0
     for side in range(3):
         height = sides[face, side, 0] * x + sides[face, side, 1] * y + sides[face, side, 2] * z

@@ -1,12 +1,13 @@
-"""Characterisation data: what is known of a device, read from the files people hold.
+"""Characterisation data: what is known of a device, read from files.
 
-`characterisation` tells the format by content and returns `Samples` (measured colours, with or
-without device values), an `IccProfile`, a `Picture` or a `GamutMesh`; `measurements_of` and
-`described_boundary` return what else a profile carries. Reading checks everything that a file
-claims; colour is computed in `gamutcore.colours`.
+`characterisation` recognises a format by content. It returns `Samples` (measured colours, with or
+without device values), an `IccProfile`, a `Picture` or a `GamutMesh`. `measurements_of` and
+`described_boundary` return further content of a profile. `FORMATS` lists all formats. Readers check
+every size and value in a file; `gamutcore.colours` computes colours.
 """
 
 from gamutcore.characterisation.embedded import measurements_of
+from gamutcore.characterisation.formats import FORMATS, Format
 from gamutcore.characterisation.gamut_mesh import GamutMesh
 from gamutcore.characterisation.icc import IccProfile
 from gamutcore.characterisation.meshes import described_boundary
@@ -15,7 +16,9 @@ from gamutcore.characterisation.recognition import Characterisation, characteris
 from gamutcore.characterisation.samples import Samples
 
 __all__ = [
+    "FORMATS",
     "Characterisation",
+    "Format",
     "GamutMesh",
     "IccProfile",
     "Picture",

@@ -15,8 +15,8 @@ import numpy as np
 
 from gamutcore.characterisation.columns import MAX_CHANNELS
 from gamutcore.characterisation.samples import JSON
-from gamutcore.device_values import DeviceValues
 from gamutcore.errors import InvalidPointsError, MalformedFileError, SampleLimitError
+from gamutcore.mesh import DeviceValues
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

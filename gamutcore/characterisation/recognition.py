@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, TypeAlias
 from gamutcore.characterisation.cgats import cgats_samples, looks_like_cgats
 from gamutcore.characterisation.cxf import cxf_samples, looks_like_cxf, looks_like_xml
 from gamutcore.characterisation.delimited import delimited_samples
+from gamutcore.characterisation.formats import format_summary
 from gamutcore.characterisation.gamut_mesh import GamutMesh
 from gamutcore.characterisation.icc import IccProfile, icc_profile, looks_like_icc
 from gamutcore.characterisation.json_samples import json_samples
 from gamutcore.characterisation.meshes import binary_mesh, text_mesh
 from gamutcore.characterisation.npy_samples import NPY_MAGIC, npy_samples
-from gamutcore.characterisation.pictures import Picture, looks_like_picture, picture
+from gamutcore.characterisation.pictures import Picture, picture_format, read_picture
 from gamutcore.characterisation.samples import Samples
 from gamutcore.errors import OptionError, UnrecognisedFormatError
 
@@ -56,14 +57,15 @@ def characterisation(  # noqa: PLR0911  # one way out for each kind
     CharacterisationError, InvalidPointsError, MeshError
         It is one of these and broken; the error says where.
     """
-    if looks_like_icc(data) or looks_like_picture(data):
+    picture = picture_format(data)
+    if looks_like_icc(data) or picture is not None:
         if condition is not None:
             raise OptionError.not_applicable(
                 "condition",
                 condition,
                 "profiles and pictures have no measurement condition",
             )
-        return icc_profile(data) if looks_like_icc(data) else picture(data)
+        return icc_profile(data) if picture is None else read_picture(data, picture)
     if data.startswith(NPY_MAGIC):
         return npy_samples(data, condition=condition)
     mesh = binary_mesh(data)
@@ -96,9 +98,7 @@ def _without_condition(mesh: GamutMesh, condition: str | None) -> GamutMesh:
 def _unrecognised(message: str) -> UnrecognisedFormatError:
     return UnrecognisedFormatError(
         message,
-        remedy="Send an ICC profile (version 2 or 4), measurements as CGATS text, CxF3, CSV or "
-        "JSON, a NumPy .npy file, a picture (PNG, TIFF, JPEG), or a gamut mesh as PLY, glTF or "
-        "Argyll's .gam.",
+        remedy=f"Send {format_summary()}.",
     )
 
 

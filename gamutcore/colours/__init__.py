@@ -1,18 +1,24 @@
-"""Characterisation data turned into points of the colour space, at the surface of the gamut.
+"""Colours at the surface of a device's gamut, from characterisation data.
 
-`surface_colours` is the way in; `xyz_to_lab` and `lab_to_xyz` are CIELAB with the D50 of ICC
-profiles.
+`surface_colours` is the entry point. `spaces` has the colour spaces, and `device` the device
+models.
 """
 
 from gamutcore.colours.device.ink_limits import InkLimits
 from gamutcore.colours.spaces.cielab import ICC_D50, lab_to_xyz, xyz_to_lab
-from gamutcore.colours.surface import INTENTS, SurfaceColours, surface_colours
+from gamutcore.colours.surface import (
+    INTENTS,
+    SurfaceColours,
+    colours_in_space,
+    surface_colours,
+)
 
 __all__ = [
     "ICC_D50",
     "INTENTS",
     "InkLimits",
     "SurfaceColours",
+    "colours_in_space",
     "lab_to_xyz",
     "surface_colours",
     "xyz_to_lab",

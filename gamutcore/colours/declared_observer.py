@@ -1,8 +1,8 @@
-"""The standard observer that a file states, in the spellings of those who write such files.
+"""The standard observer that a file declares, in the usual spellings.
 
-Argyll and DisplayCAL write ``1931_2``, others ``2 degree``, ``CIE 1964``, ``TEN`` or ``D50/2``. The
-observers beside the two of CIE 15 (Judd-Vos, Stiles and Burch, Shaw and Fairchild, CIE 170-2) must
-not be taken for them because of the angle that they share.
+Argyll and DisplayCAL write ``1931_2``, others ``2 degree``, ``CIE 1964``, ``TEN`` or ``D50/2``.
+Other observers (Judd-Vos, Stiles and Burch, Shaw and Fairchild, CIE 170-2) share an angle with
+those of CIE 15 and must not be mistaken for them.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ _FOREIGN = frozenset(
         *("SHAW", "FAIRCHILD"),
     }
 )
-"""Years and names of others; Argyll's are 1955_2, 1955_10, 1978_2, 2012_2, 2012_10 and shaw."""
+"""Years and names of other observers; Argyll has 1955_2, 1955_10, 1978_2, 2012_2, 2012_10 and
+shaw."""
 
 
 def declared_observer(text: str) -> str | None:
@@ -31,13 +32,18 @@ def declared_observer(text: str) -> str | None:
     Parameters
     ----------
     text : str
-        What a file states of its observer, such as ``"1931_2"`` or ``"10 degree"``.
+        The observer in a file, such as ``"1931_2"`` or ``"10 degree"``.
 
     Returns
     -------
     str or None
         ``"2"`` for the CIE 1931, ``"10"`` for the CIE 1964 standard observer (CIE 15:2018, 6.1 and
-        6.2); None if the text names another one, both, or none.
+        6.2). None if the text names another observer, both, or none.
+
+    Examples
+    --------
+    >>> declared_observer("1931_2"), declared_observer("10 degree"), declared_observer("2012_2")
+    ('2', '10', None)
     """
     parts = _PART.findall(text.upper())
     if not _FOREIGN.isdisjoint(parts):

@@ -1,9 +1,8 @@
-"""Measured samples as CIELAB colours, relative to their medium's white or as measured.
+"""Measured samples as CIELAB colours, relative to the white of their medium or as measured.
 
-Whether two gamuts can be compared hangs on this step, so it decides little by itself and says all
-of it: the white, the adaptation, the illuminant and the observer go into the provenance, and what a
-file does not state is named as an assumption. The rules, with their sources, are in
-docs/decisions/media-relative.md.
+This step decides whether two gamuts are comparable. The white, the adaptation, the illuminant and
+the observer are therefore recorded in the provenance, and every assumption is a warning. The rules
+and their sources are in ``docs/decisions/media-relative.md``.
 """
 
 from __future__ import annotations
@@ -18,12 +17,11 @@ from gamutcore.characterisation.conditions import is_reflective_condition
 from gamutcore.colours.declared_observer import declared_observer
 from gamutcore.colours.spaces.cielab import (
     ICC_D50,
-    colour_science,
+    adaptation_to_d50,
     lab_to_xyz,
     white_of,
     xyz_to_lab,
 )
-from gamutcore.colours.spaces.white_points import adaptation_matrix
 from gamutcore.colours.spectral import ILLUMINANTS, emission_xyz, reflectance_xyz
 from gamutcore.errors import InvalidPointsError, OptionError
 
@@ -31,7 +29,7 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.samples import JSON, Samples
 
-__all__ = ["MeasuredColours", "adaptation_to_d50", "bradford_to_d50", "measured_colours"]
+__all__ = ["MeasuredColours", "measured_colours"]
 
 _NAMED_ILLUMINANT = re.compile(r"\b(?:ILLUMINANT[,:=\s]+)?(D50|D55|D65|D75|FL?\d{1,2}|[ACE])\b")
 _DAYLIGHT = re.compile(r"\b(D50|D55|D65|D75)\b")
@@ -41,12 +39,12 @@ _OBSERVER_KEYWORDS = ("OBSERVER", "OBSERVER_ANGLE", "CIE_OBSERVER_ANGLE", "CIE_O
 _TELLING_KEYWORDS = ("WEIGHTING_FUNCTION", "MEASUREMENT_SOURCE", "INSTRUMENTATION")
 _PLAIN_NUMBER = re.compile(r"\d{1,6}(\.\d{1,12})?")
 _CONSISTENT = 2.0
-"""Mean ΔE*ab up to which Lab and XYZ columns say the same; two rounded decimals of XYZ make 0.1."""
+"""Mean ΔE*ab up to which Lab and XYZ columns agree; XYZ with two decimals differs by 0.1."""
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredColours:
-    """CIELAB colours of samples and what they are relative to.
+    """CIELAB colours of samples, and their reference.
 
     Parameters
     ----------
@@ -55,9 +53,9 @@ class MeasuredColours:
     provenance : dict
         ``white``, ``illuminant``, ``observer``, ``adaptation``, ``intent``, ``colours_from``.
     warnings : tuple of str
-        What had to be assumed.
+        The assumptions.
     as_measured : bool
-        Whether the tristimulus values are a display's own, adapted to no white.
+        Whether the tristimulus values are a display's own, without adaptation.
     """
 
     lab: FloatArray
@@ -76,10 +74,10 @@ def measured_colours(
 ) -> MeasuredColours:
     """Return CIELAB colours of measured samples.
 
-    With spectra beside colours, the colours are taken if they are for D50 and 2° and nothing else
-    is asked for; the spectra are else. The illuminant and the observer that the data states are
-    then those of its colours, and spectra that are there for a better D50 and 2° are not bound to
-    them; those of spectra alone can only be for the spectra.
+    Data with both colours and spectra is used by its colours if they are for D50 and 2° and the
+    caller requests nothing else; otherwise by its spectra. The declared illuminant and observer
+    then belong to the colours, and do not restrict the spectra. In data of spectra alone, they
+    belong to the spectra.
 
     Parameters
     ----------
@@ -87,15 +85,15 @@ def measured_colours(
         As read from a file.
     intent : str
         ``"relative"``: the medium's white becomes D50 white (L* 100). ``"absolute"``: as measured;
-        a display's luminance is still relative to that of its own white.
+        the luminance of a display is still relative to that of its white.
     observer : int, optional
-        2 or 10 degrees: what spectra are integrated with. If it is not given, what data without
-        colours states, or else 2.
+        Observer that spectra are integrated with, 2 or 10 degrees. Unless given: the observer that
+        data without colours declares, else 2.
     illuminant : str, optional
-        One of `gamutcore.colours.spectral.ILLUMINANTS`: what reflectances are seen under. If it is
-        not given, what data without colours states, or else D50.
+        Illuminant of reflectances, one of `gamutcore.colours.spectral.ILLUMINANTS`. Unless given:
+        the illuminant that data without colours declares, else D50.
     adaptation : str
-        How colours of another white are adapted to D50, a key of
+        Adaptation of colours of another white to D50, a key of
         `gamutcore.colours.spaces.white_points.ADAPTATIONS`.
 
     Returns
@@ -105,76 +103,25 @@ def measured_colours(
     Raises
     ------
     OptionError
-        `intent` is ``"perceptual"`` or ``"saturation"``, which only profiles have, or
-        ``"absolute"`` for colours that have no white; or there are no spectra for the observer or
-        the illuminant that are asked for.
+        The intent is ``"perceptual"`` or ``"saturation"``, which exist in profiles only, or
+        ``"absolute"`` for colours without a white; or there are no spectra for the requested
+        observer or illuminant.
     InvalidPointsError
         The medium's white has no luminance.
     """
     if intent not in {"relative", "absolute"}:
         raise OptionError(
-            f"The intent {intent} is one of ICC profiles; these are measured samples.",
+            f"The intent {intent} exists in ICC profiles only; the data is measured samples.",
             where={"field": "intent"},
-            remedy="Ask for relative or absolute.",
+            remedy="Give relative or absolute.",
         )
     medium = _Medium(samples, intent, observer, illuminant, adaptation)
     colours = medium.colours()
     return replace(colours, as_measured=medium.as_measured)
 
 
-def bradford_to_d50(xyz: FloatArray, white: FloatArray) -> FloatArray:
-    """Return colours adapted from a white to ICC's D50 by the linear Bradford transform.
-
-    Parameters
-    ----------
-    xyz : (n, 3) float
-        Tristimulus values.
-    white : (3,) float
-        The white they were seen under, in the same scale.
-
-    Returns
-    -------
-    (n, 3) float
-        With Y = 1 for that white.
-
-    Notes
-    -----
-    ICC.1:2022, annex E.
-    """
-    matrix = colour_science().adaptation.matrix_chromatic_adaptation_VonKries(
-        white / white[1], ICC_D50, transform="Bradford"
-    )
-    adapted: FloatArray = xyz / white[1] @ np.asarray(matrix).T
-    return adapted
-
-
-def adaptation_to_d50(xyz: FloatArray, white: FloatArray, adaptation: str) -> FloatArray:
-    """Return colours adapted from a white to ICC's D50.
-
-    Parameters
-    ----------
-    xyz : (n, 3) float
-        Tristimulus values.
-    white : (3,) float
-        The white they were seen under, in the same scale.
-    adaptation : str
-        A key of `gamutcore.colours.spaces.white_points.ADAPTATIONS`.
-
-    Returns
-    -------
-    (n, 3) float
-        With Y = 1 for that white.
-    """
-    if adaptation == "Bradford":
-        return bradford_to_d50(xyz, white)
-    adapted: FloatArray = (
-        xyz / white[1] @ adaptation_matrix(white / white[1], ICC_D50, adaptation).T
-    )
-    return adapted
-
-
 class _Medium:
-    """The samples' medium: its kind, its white and what was assumed of it."""
+    """The samples' medium: its kind, its white, and the assumptions about it."""
 
     def __init__(
         self,
@@ -190,22 +137,22 @@ class _Medium:
         self.intent = intent
         self.warnings: list[str] = []
         self.display = _is_display(samples)
-        self.illuminant, self.illuminant_said = self._illuminant()
+        self.illuminant, self.illuminant_text = self._illuminant()
         self.foreign_observer = ""
-        self.observer, self.observer_said = self._observer()
-        stated = self.illuminant if self.illuminant_said == self.illuminant else ""
-        self.stated_illuminant = re.sub("^F(?=[0-9])", "FL", stated)
-        self.declared_observer = self.observer if self.observer_said == f"{self.observer}°" else ""
+        self.observer, self.observer_text = self._observer()
+        stated = self.illuminant if self.illuminant_text == self.illuminant else ""
+        self.declared_illuminant = re.sub("^F(?=[0-9])", "FL", stated)
+        self.declared_observer = self.observer if self.observer_text == f"{self.observer}°" else ""
         self.reference = self._reference_white()
         self.colours_from = "LAB" if samples.lab is not None else "XYZ"
         if self._needs_spectra(observer, illuminant):
             self._integrate(observer, illuminant)
         else:
-            self._check_asked(observer, illuminant)
+            self._check_requested(observer, illuminant)
         if self.foreign_observer and observer is None:
             self.warnings.append(
-                f"The observer that is stated, {self.foreign_observer[:40]}, is not the one of CIE "
-                "1931 (2°) or CIE 1964 (10°); 2° is taken in its place."
+                f"The declared observer {self.foreign_observer[:40]} is neither CIE 1931 (2°) nor "
+                "CIE 1964 (10°); 2° is used."
             )
 
     def colours(self) -> MeasuredColours:
@@ -217,16 +164,16 @@ class _Medium:
         needed = self.intent == "relative" or (self.display and samples.lab is None)
         if needed and not (white > 0).all():
             raise InvalidPointsError(
-                f"The medium's white has the tristimulus values {_rounded(white)}.",
+                f"The medium's white has the tristimulus values {_list_of(white)}.",
                 where={"field": "white"},
-                remedy="The white must be brighter than nothing in X, Y and Z.",
+                remedy="Give a white with positive X, Y and Z.",
             )
         if self.display:
             lab, adaptation = self._display_lab(xyz, white)
         else:
             lab, adaptation = self._print_lab(xyz, white)
         return MeasuredColours(
-            lab, self._provenance(_rounded(white), adaptation), tuple(self.warnings)
+            lab, self._provenance(_list_of(white), adaptation), tuple(self.warnings)
         )
 
     def _provenance(self, white: JSON, adaptation: str) -> dict[str, JSON]:
@@ -234,15 +181,15 @@ class _Medium:
             "intent": self.intent,
             "medium": self._kind(),
             "white": white,
-            "illuminant": self.illuminant_said,
-            "observer": self.observer_said,
+            "illuminant": self.illuminant_text,
+            "observer": self.observer_text,
             "adaptation": adaptation,
             "colours_from": self.colours_from,
             **self._declared_luminance(),
         }
 
     def _declared_luminance(self) -> dict[str, JSON]:
-        """Return the luminance of a display's white in cd/m², as Argyll's files state it."""
+        """Luminance of a display's white in cd/m², as Argyll's files declare it."""
         stated = self.samples.conditions.get("LUMINANCE_XYZ_CDM2", "").split()
         if self.display and len(stated) == 3 and _PLAIN_NUMBER.fullmatch(stated[1]):
             return {"white_luminance": round(float(stated[1]), 4)}
@@ -259,46 +206,46 @@ class _Medium:
         usual = usual and not self.foreign_observer
         return asked or not colours or not usual
 
-    def _check_asked(self, observer: int | None, illuminant: str | None) -> None:
-        """Refuse an observer or illuminant that the colours are not for: they cannot be changed."""
+    def _check_requested(self, observer: int | None, illuminant: str | None) -> None:
+        """Refuse an observer or illuminant other than that of the colours."""
         if observer is not None and str(observer) != self.observer:
-            raise _not_theirs("observer", observer, f"{self.observer}°")
+            raise _other_condition("observer", observer, f"{self.observer}°")
         if illuminant is not None:
-            if self.illuminant_said.startswith("none"):
+            if self.illuminant_text.startswith("none"):
                 raise _no_illuminant(illuminant)
             if illuminant != self.illuminant:
-                raise _not_theirs("illuminant", illuminant, self.illuminant)
+                raise _other_condition("illuminant", illuminant, self.illuminant)
 
     def _integrate(self, observer: int | None, illuminant: str | None) -> None:
-        """Put the tristimulus values of the spectra in the place of colours."""
+        """Replace the colours by the tristimulus values of the spectra."""
         spectra = self.samples.spectra
-        assert spectra is not None  # noqa: S101 (this is called where there are spectra)
+        assert spectra is not None  # noqa: S101 (only called for data with spectra)
         alone = self.samples.lab is None and self.samples.xyz is None
         degrees, why = 2, "usual"
         if observer is not None:
             degrees, why = observer, "asked for"
         elif alone and self.declared_observer:
             degrees, why = int(self.declared_observer), "stated"
-        self.observer, self.observer_said = str(degrees), f"{degrees}°"
+        self.observer, self.observer_text = str(degrees), f"{degrees}°"
         self.colours_from = f"SPECTRUM, ASTM E308, observer {degrees}° ({why})"
         if self.display and spectra.kind != "reflectance":
             if illuminant is not None:
                 raise _no_illuminant(illuminant)
-            if spectra.kind == "unknown" and not self._says_display():
+            if spectra.kind == "unknown" and not self._declares_display():
                 self.warnings.append(
-                    "The spectra are taken for those of a display's light; state DEVICE_CLASS "
-                    "OUTPUT if they are reflectances."
+                    "The spectra are taken as the light of a display; declare DEVICE_CLASS OUTPUT "
+                    "if they are reflectances."
                 )
             xyz = emission_xyz(spectra.wavelengths, spectra.values, degrees)
-            self.illuminant, self.illuminant_said = "D50", "none: self-luminous"
+            self.illuminant, self.illuminant_text = "D50", "none: self-luminous"
             self.reference = ICC_D50
         else:
             light, why = "D50", "usual"
             if illuminant is not None:
                 light, why = illuminant, "asked for"
-            elif alone and self.stated_illuminant in ILLUMINANTS:
-                light, why = self.stated_illuminant, "stated"
-            self.illuminant = self.illuminant_said = light
+            elif alone and self.declared_illuminant in ILLUMINANTS:
+                light, why = self.declared_illuminant, "stated"
+            self.illuminant = self.illuminant_text = light
             xyz, scale = reflectance_xyz(spectra.wavelengths, spectra.values, light, degrees)
             self.colours_from += (
                 f", illuminant {light} ({why}), reflectances on the scale 0-{scale:g}"
@@ -306,7 +253,7 @@ class _Medium:
             self.reference = self._reference_white()
         self.samples = replace(self.samples, lab=None, xyz=xyz, illumination=None)
 
-    def _says_display(self) -> bool:
+    def _declares_display(self) -> bool:
         conditions = self.samples.conditions
         return bool(conditions.get("DEVICE_CLASS") or conditions.get("CGV_DISPLAY_TYPE"))
 
@@ -316,14 +263,14 @@ class _Medium:
         return "display" if self.display else "reflective"
 
     def _bare_colours(self) -> MeasuredColours:
-        """Return bare colours as they are: without device values their medium is not known."""
+        """Bare colours unchanged: without device values their medium is unknown."""
         samples = self.samples
         if self.intent != "relative":
             raise OptionError.not_applicable(
                 "intent",
                 self.intent,
-                "colours without device values or a stated white are taken as they are",
-                "Ask for relative, or leave it out.",
+                "colours without device values or a declared white are used unchanged",
+                "Give relative, or leave it out.",
             )
         adaptation = "none: colours without device values are taken as they are"
         if samples.lab is not None:
@@ -332,7 +279,10 @@ class _Medium:
             )
         xyz = self._tristimulus_values()
         if not np.array_equal(self.reference, ICC_D50):
-            xyz, adaptation = self._to_d50(xyz, self.reference), self._said(self.illuminant)
+            xyz, adaptation = (
+                self._to_d50(xyz, self.reference),
+                self._adaptation(self.illuminant),
+            )
         return MeasuredColours(
             xyz_to_lab(xyz), self._provenance(None, adaptation), tuple(self.warnings)
         )
@@ -348,7 +298,7 @@ class _Medium:
         return samples.xyz if self.display else samples.xyz / self._scale(samples.xyz)
 
     def _scale(self, xyz: FloatArray) -> float:
-        # Reflecting samples: a paper has Y near 0.8 or 80. Up to 2, or 200, fluorescence may go.
+        # paper has Y near 0.8 or 80, and fluorescence may reach twice the full scale
         white = self.samples.white
         if self.samples.illumination is not None:
             return float(self.samples.illumination[1])
@@ -358,7 +308,7 @@ class _Medium:
         if highest <= 200.0:
             return 100.0
         self.warnings.append(
-            f"The largest Y is {highest:.6g}, on no reflecting scale; it is taken for the white's."
+            f"The largest Y is {highest:.6g}, which is no reflectance; it is taken as the white's."
         )
         return highest
 
@@ -371,21 +321,21 @@ class _Medium:
             )
 
     def _white(self, xyz: FloatArray) -> FloatArray:
-        """Return the white in the scale of `xyz`: stated, or measured, or the lightest sample."""
+        """The white in the scale of `xyz`: declared, measured, or the lightest sample."""
         samples = self.samples
         if samples.white is not None:
             if samples.lab is not None or not self.display:
                 return samples.white / self._scale(samples.white[np.newaxis])
             return samples.white
-        assert samples.device is not None  # noqa: S101 (bare colours need a stated white to be here)
+        assert samples.device is not None  # noqa: S101 (bare colours without a white are handled before)
         target = 1.0 if samples.additive else 0.0
         patches = np.all(np.abs(samples.device - target) < 1e-6, axis=1)
         if patches.any():
             mean: FloatArray = xyz[patches].mean(axis=0)
             return mean
         self.warnings.append(
-            "The white was not measured; the lightest sample is taken for it: "
-            f"{_rounded(xyz[np.argmax(xyz[:, 1])])}."
+            "The white was not measured; the lightest sample is taken as the white: "
+            f"{_list_of(xyz[np.argmax(xyz[:, 1])])}."
         )
         lightest: FloatArray = xyz[np.argmax(xyz[:, 1])]
         return lightest
@@ -394,7 +344,7 @@ class _Medium:
         if self.intent == "relative":
             return (
                 xyz_to_lab(self._to_d50(xyz, white)),
-                f"{self._said('the white')}, luminance relative to the white",
+                f"{self._adaptation('the white')}, luminance relative to the white",
             )
         if self.samples.lab is not None and np.array_equal(self.reference, ICC_D50):
             return self.samples.lab, "none"
@@ -404,7 +354,7 @@ class _Medium:
     def _print_lab(self, xyz: FloatArray, white: FloatArray) -> tuple[FloatArray, str]:
         adaptation = "none"
         if not np.array_equal(self.reference, ICC_D50):
-            adaptation = self._said(self.illuminant)
+            adaptation = self._adaptation(self.illuminant)
             xyz = self._to_d50(xyz, self.reference)
             white = self._to_d50(white[np.newaxis], self.reference)[0]
         if self.intent == "relative":
@@ -417,10 +367,10 @@ class _Medium:
         return xyz_to_lab(xyz), adaptation
 
     def _to_d50(self, xyz: FloatArray, white: FloatArray) -> FloatArray:
-        """Return colours adapted to ICC's D50 in the way that is asked for, with Y = 1."""
+        """Colours adapted to ICC's D50 by the requested adaptation, with Y = 1."""
         return adaptation_to_d50(xyz, white, self.adaptation)
 
-    def _said(self, white: str) -> str:
+    def _adaptation(self, white: str) -> str:
         none = self.adaptation == "none"
         return "none, as asked" if none else f"{self.adaptation} from {white} to D50"
 
@@ -435,14 +385,14 @@ class _Medium:
                 if match:
                     return match[1], match[1]
         if any(keyword in conditions for keyword in _ILLUMINANT_KEYWORDS):
-            self.warnings.append("The illuminant that is stated is not known; D50 is assumed.")
+            self.warnings.append("The declared illuminant is unknown; D50 is assumed.")
         elif self.display and self.samples.lab is None:
             return "D50", "none: self-luminous"
         return "D50", "D50 (assumed, not stated)"
 
     def _observer(self) -> tuple[str, str]:
         conditions = self.samples.conditions
-        # IDMS files state the year and the angle apart, so all that is said is read as one.
+        # IDMS files declare the year and the angle separately: join all keywords
         said = " ".join(conditions.get(keyword, "").strip() for keyword in _OBSERVER_KEYWORDS)
         if said := said.strip():
             degrees = declared_observer(said)
@@ -460,26 +410,26 @@ class _Medium:
         illumination = self.samples.illumination
         if illumination is not None and self.samples.lab is None and not self.display:
             self.illuminant = "the stated illumination"
-            self.illuminant_said = (
+            self.illuminant_text = (
                 f"as stated: perfect diffuser {', '.join(f'{v:g}' for v in illumination)}"
             )
             relative: FloatArray = illumination / illumination[1]
             return relative
         white = white_of(self.illuminant, self.observer)
         if white is None:
-            self.warnings.append(f"The illuminant {self.illuminant} is not known; D50 is assumed.")
-            self.illuminant, self.illuminant_said = "D50", "D50 (assumed)"
+            self.warnings.append(f"The illuminant {self.illuminant} is unknown; D50 is assumed.")
+            self.illuminant, self.illuminant_text = "D50", "D50 (assumed)"
             return ICC_D50
         return white
 
 
-def _not_theirs(name: str, value: object, theirs: str) -> OptionError:
-    why = f"the data has no spectra, only colours, and these are for {theirs}"
+def _other_condition(name: str, value: object, theirs: str) -> OptionError:
+    why = f"the data has no spectra, and its colours are for {theirs}"
     return OptionError.not_applicable(name, value, why)
 
 
 def _no_illuminant(value: str) -> OptionError:
-    return OptionError.not_applicable("illuminant", value, "lights are seen under no illuminant")
+    return OptionError.not_applicable("illuminant", value, "the samples are lights")
 
 
 def _is_display(samples: Samples) -> bool:
@@ -488,15 +438,15 @@ def _is_display(samples: Samples) -> bool:
         return stated in {"DISPLAY", "EMISSION", "MNTR", "MONITOR", "PROJECTOR"}
     kind = samples.conditions.get("CGV_DISPLAY_TYPE", "").strip().upper()  # IDMS 1.3
     if kind in {"EMISSIVE", "REFLECTIVE"}:
-        # The Lab of an envelope is relative to D50 either way, and is not measured again.
+        # the Lab of an envelope is relative to D50 in either case
         return kind == "EMISSIVE"
     if samples.spectra is not None and samples.spectra.kind != "unknown":
         return samples.spectra.kind == "emission"
     if is_reflective_condition(samples.condition):
         return False
-    # Argyll names the device values of RGB printers iRGB.
+    # in Argyll's files, iRGB are the device values of RGB printers
     return samples.additive and not samples.conditions.get("COLOR_REP", "").startswith("iRGB")
 
 
-def _rounded(values: FloatArray) -> list[JSON]:
+def _list_of(values: FloatArray) -> list[JSON]:
     return [round(float(value), 6) for value in values]

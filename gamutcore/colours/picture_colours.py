@@ -1,7 +1,7 @@
-"""The colours of a picture, in CIELAB, without the least used ones if they are not wanted.
+"""The colours of a picture in CIELAB, optionally without its least frequent colours.
 
-Through the embedded profile where there is one, else by the primaries and the transfer function
-that the file states or that are assumed; pictures in CIELAB have their colours themselves.
+The colours come from the embedded profile if there is one, else from the primaries and the transfer
+function that the file declares or that are assumed. Pictures in CIELAB have their colours already.
 """
 
 from __future__ import annotations
@@ -14,9 +14,8 @@ import numpy as np
 from gamutcore.characterisation import IccProfile
 from gamutcore.characterisation.pictures import Encoding, Picture
 from gamutcore.characterisation.samples import JSON, IntArray
-from gamutcore.colours.measured_colours import adaptation_to_d50
-from gamutcore.colours.profile_colours import profile_colours, stated_white
-from gamutcore.colours.spaces.cielab import xyz_to_lab
+from gamutcore.colours.profile_colours import declared_white, profile_colours
+from gamutcore.colours.spaces.cielab import adaptation_to_d50, xyz_to_lab
 from gamutcore.errors import OptionError
 
 if TYPE_CHECKING:
@@ -25,8 +24,9 @@ if TYPE_CHECKING:
 __all__ = ["POPULARITY_CELL", "PictureColours", "picture_colours", "popular"]
 
 POPULARITY_CELL = 2.0
-"""Edge in CIELAB of the cells whose pixels are counted for the popularity cut. Colours within one
-are hardly told apart (a just noticeable difference is 2.3 ΔE*ab; Mahy et al. 1994)."""
+"""Edge length in CIELAB of the cells in which pixels are counted for the popularity cut. Colours
+within a cell are hardly distinguishable (a just noticeable difference is 2.3 ΔE*ab; Mahy et al.
+1994)."""
 
 _AT_A_TIME = 2**18
 
@@ -36,7 +36,7 @@ REFERENCE_WHITE = 203.0
 
 @dataclass(frozen=True, eq=False)
 class PictureColours:
-    """Colours of a picture, and how they came to be.
+    """Colours of a picture, and their provenance.
 
     Parameters
     ----------
@@ -46,11 +46,11 @@ class PictureColours:
         JSON-able.
     warnings : tuple of str
     as_measured : bool
-        Whether the tristimulus values are the encoding's own, adapted to no white.
+        Whether the tristimulus values are the encoding's own, without adaptation.
     own_values : (3, 3) float, optional
         As of `ProfileColours`.
     device : (m, k) float, optional
-        The values of the pixels, 0 to 1; None for CIELAB, and where there are others than that.
+        The values of the pixels, 0 to 1; None for CIELAB and for values outside of that range.
     """
 
     lab: FloatArray
@@ -74,14 +74,13 @@ def picture_colours(
     ----------
     picture : Picture
     intent : str
-        With an embedded profile any rendering intent of it; else ``"relative"``, where the
-        encoding's white becomes D50's, or ``"absolute"``, where it keeps its chromaticity.
+        Any rendering intent of an embedded profile. Without a profile: ``"relative"`` maps the
+        white of the encoding to D50, ``"absolute"`` keeps its chromaticity.
     popularity : float, optional
-        Which part of the pixels, the ones with the least used colours, is left out; 0 to 1.
+        Share of the pixels that is left out, those of the least frequent colours; 0 to 1.
     adaptation : str
-        How colours get from the encoding's white to D50, a key of
-        `gamutcore.colours.spaces.white_points.ADAPTATIONS`;
-        those of profiles and of CIELAB are there.
+        Adaptation from the white of the encoding to D50, a key of
+        `gamutcore.colours.spaces.white_points.ADAPTATIONS`. Not used for profiles and CIELAB.
 
     Returns
     -------
@@ -90,9 +89,10 @@ def picture_colours(
     Raises
     ------
     OptionError
-        The intent is one of profiles, and there is none; or it is not relative, for CIELAB.
+        The intent exists in profiles only, and there is none; or the picture is in CIELAB, and the
+        intent is not relative.
     MalformedProfileError, UnsupportedProfileError
-        The profile turns out to be broken when it is evaluated.
+        The profile is broken.
     """
     provenance: dict[str, JSON] = {**picture.provenance, "intent": intent}
     warnings = list(picture.warnings)
@@ -104,9 +104,9 @@ def picture_colours(
     else:
         if intent not in {"relative", "absolute"}:
             raise OptionError(
-                f"The intent {intent} is one of ICC profiles; the picture has none.",
+                f"The intent {intent} exists in ICC profiles only, and the picture has no profile.",
                 where={"field": "intent"},
-                remedy="Ask for relative or absolute.",
+                remedy="Give relative or absolute.",
             )
         if isinstance(picture.meaning, Encoding):
             lab, how = _by_encoding(picture, picture.meaning, intent, adaptation)
@@ -116,8 +116,8 @@ def picture_colours(
                 raise OptionError.not_applicable(
                     "intent",
                     intent,
-                    "the picture's CIELAB is taken as it is",
-                    "Ask for relative, or leave it out.",
+                    "the colours of a picture in CIELAB are used unchanged",
+                    "Give relative, or leave it out.",
                 )
             lab = picture.values
             how = {"white": None, "adaptation": "none: CIELAB as in the file"}
@@ -145,33 +145,38 @@ def picture_colours(
 
 
 def popular(lab: FloatArray, counts: IntArray, share: float) -> tuple[IntArray, dict[str, JSON]]:
-    """Return which colours are left when the least used ones are taken away.
+    """Return the colours that remain without the least frequent ones.
 
     Parameters
     ----------
     lab : (m, 3) float
     counts : (m,) int64
-        Pixels of each.
+        Number of pixels of each colour.
     share : float
-        The part of the pixels that may be left out, 0 to 1.
+        Share of the pixels that may be left out, 0 to 1.
 
     Returns
     -------
     kept : (n,) int64
         Indices of colours, in order.
     cells : dict
-        How many cells of `POPULARITY_CELL` hold pixels, and how many were left out.
+        Numbers of cells of `POPULARITY_CELL` with pixels, and of cells left out.
 
     Notes
     -----
-    Cells are left out in the order of their pixels, from the fewest on; cells with equally many are
-    left out together or not at all, so that the result does not hang on an order among them.
+    Cells are left out in the order of their numbers of pixels. Cells with equal numbers are left
+    out together or not at all, so the result does not depend on their order.
+
+    Examples
+    --------
+    >>> popular(np.array([[50.0, 0, 0], [90.0, 0, 0]]), np.array([99, 1]), 0.05)[0].tolist()
+    [0]
     """
-    # Broken profiles make colours beyond any; their cells need not be told apart.
-    places = np.floor(np.clip(lab / POPULARITY_CELL, -1e4, 1e4)).astype(np.int64)
-    places -= places.min(axis=0)
-    extent = places.max(axis=0) + 1
-    _, cell = np.unique(np.ravel_multi_index(tuple(places.T), tuple(extent)), return_inverse=True)
+    # clip the extreme colours of broken profiles, whose cells need not be distinguished
+    indices = np.floor(np.clip(lab / POPULARITY_CELL, -1e4, 1e4)).astype(np.int64)
+    indices -= indices.min(axis=0)
+    extent = indices.max(axis=0) + 1
+    _, cell = np.unique(np.ravel_multi_index(tuple(indices.T), tuple(extent)), return_inverse=True)
     pixels = np.bincount(cell, counts).astype(np.int64)
     _, group = np.unique(pixels, return_inverse=True)
     taken = np.cumsum(np.bincount(group, pixels))
@@ -200,7 +205,7 @@ def _by_profile(
         )
     elif intent == "perceptual":
         adaptation = "as in the profile, with the perceptual reference medium's black point"
-    white, white_warnings = stated_white(profile)
+    white, white_warnings = declared_white(profile)
     how: dict[str, JSON] = {"white": white, "adaptation": adaptation, "transform": found.tag}
     return lab, how, (*found.warnings, *white_warnings), found.own_values
 
@@ -226,7 +231,7 @@ def _by_encoding(
 
 
 def _to_xyz(encoding: Encoding) -> tuple[FloatArray, FloatArray]:
-    """Return the matrix from linear RGB to XYZ, and the white (SMPTE RP 177)."""
+    """Matrix from linear RGB to XYZ, and the white (SMPTE RP 177)."""
 
     def xyz(chromaticity: tuple[float, float]) -> FloatArray:
         x, y = chromaticity
@@ -238,7 +243,7 @@ def _to_xyz(encoding: Encoding) -> tuple[FloatArray, FloatArray]:
 
 
 def _light(values: FloatArray, encoding: Encoding, luminance: FloatArray) -> FloatArray:
-    """Return linear RGB, 1 for white."""
+    """Linear RGB, 1 for white."""
     if encoding.transfer == "linear":
         return values
     if encoding.transfer == "power":
@@ -253,7 +258,7 @@ def _light(values: FloatArray, encoding: Encoding, luminance: FloatArray) -> Flo
 
 
 def _pq_luminance(values: FloatArray) -> FloatArray:
-    """Return cd/m² (SMPTE ST 2084; ITU-R BT.2100, table 4)."""
+    """Luminance in cd/m² (SMPTE ST 2084; ITU-R BT.2100, table 4)."""
     m1, m2 = 2610 / 16384, 2523 / 4096 * 128
     c1, c2, c3 = 3424 / 4096, 2413 / 4096 * 32, 2392 / 4096 * 32
     root = values ** (1 / m2)
@@ -262,7 +267,7 @@ def _pq_luminance(values: FloatArray) -> FloatArray:
 
 
 def _hlg_luminance(values: FloatArray, luminance: FloatArray) -> FloatArray:
-    """Return cd/m² on a display of 1000 cd/m² (ITU-R BT.2100, table 5)."""
+    """Luminance in cd/m² on a display of 1000 cd/m² (ITU-R BT.2100, table 5)."""
     a, b, c = 0.17883277, 0.28466892, 0.55991073
     scene = np.where(values <= 0.5, values**2 / 3, (np.exp((values - c) / a) + b) / 12)
     bright = np.maximum(scene @ luminance, 1e-12)

@@ -1,9 +1,9 @@
 """Colours of device values by an ICC profile, for each rendering intent.
 
-What is done after the profile's own transform follows the ICC's reference implementation: absolute
-colorimetry scales XYZ by the media white, in all versions and classes; the perceptual intent of
-profiles that do not have the version 4 reference medium's black point gets it by scaling.
-Black-point compensation is never applied. See docs/decisions/icc-evaluator.md.
+The steps after the profile's own transform follow the ICC's reference implementation. Absolute
+colorimetry scales XYZ by the media white, in all versions and classes. The perceptual intent of
+profiles without the reference medium's black point of version 4 gets it by scaling. Black-point
+compensation is never applied. See ``docs/decisions/icc-evaluator.md``.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.icc import IccProfile
 
-__all__ = ["ProfileColours", "profile_colours", "stated_white"]
+__all__ = ["ProfileColours", "declared_white", "profile_colours"]
 
 PERCEPTUAL_BLACK = np.array([0.00336, 0.0034731, 0.00287])
 """XYZ of the perceptual reference medium's black point (ICC.1:2022, 6.3.3, table 3)."""
 
 _SAME_WHITE = 0.001
-"""Largest difference of X, Y and Z to a white that is D50; profilers round it in several ways."""
+"""Largest difference in X, Y and Z of a white that counts as D50; profilers round differently."""
 
 
 @dataclass(frozen=True, eq=False)
 class ProfileColours:
-    """Colours by a profile, and what in it made them.
+    """Colours by a profile, and the elements of the profile that produced them.
 
     Parameters
     ----------
@@ -44,12 +44,12 @@ class ProfileColours:
     kind : str
         The type of the tag (``"mft1"``, ``"mft2"``, ``"mAB "``, ``"mpet"``); empty for curves.
     absolute : bool
-        Whether the profile itself has colours as measured, so that nothing was scaled.
+        Whether the profile itself has colours as measured, so nothing was scaled.
     warnings : tuple of str
-        What stood in for something that is missing.
+        Substitutes for missing elements.
     own_values : (3, 3) float, optional
-        What takes the tristimulus values of absolute colours, which ICC defines as scaled by the
-        white, to those that a display has itself. None if they are to be taken as adapted to D50.
+        Matrix from the tristimulus values of absolute colours, which ICC defines as scaled by the
+        white, to the display's own tristimulus values. None for colours adapted to D50.
     """
 
     lab: FloatArray
@@ -66,7 +66,6 @@ def profile_colours(profile: IccProfile, device: FloatArray, intent: str) -> Pro
     Parameters
     ----------
     profile : IccProfile
-        The profile.
     device : (m, n) float
         Device values, 0 to 1, of the profile's n channels.
     intent : str
@@ -79,9 +78,9 @@ def profile_colours(profile: IccProfile, device: FloatArray, intent: str) -> Pro
     Raises
     ------
     MalformedProfileError
-        A tag that is needed is missing or broken, or makes no finite colours.
+        A required tag is missing or broken, or gives colours that are not finite.
     UnsupportedProfileError
-        The profile has only transforms of another kind, or such that would take too long.
+        The profile has only transforms of another kind, or transforms that would take too long.
 
     Notes
     -----
@@ -103,8 +102,8 @@ def profile_colours(profile: IccProfile, device: FloatArray, intent: str) -> Pro
         return ProfileColours(
             lab, transform.tag, transform.kind, transform.absolute, tuple(warnings)
         )
-    # Negative tristimulus values are cut off around these adjustments, and only there, as the
-    # reference implementation does; CIELAB colours near black can have them.
+    # As in the reference implementation, negative tristimulus values are clipped before and after
+    # this adjustment only. CIELAB colours near black can have them.
     if transform.pcs == "Lab":
         colours = np.maximum(lab_to_xyz(colours), 0.0)
     lab = xyz_to_lab(np.maximum(colours * scale + offset, 0.0))
@@ -113,8 +112,8 @@ def profile_colours(profile: IccProfile, device: FloatArray, intent: str) -> Pro
     )
 
 
-def stated_white(profile: IccProfile) -> tuple[JSON, list[str]]:
-    """Return a profile's media white for the provenance.
+def declared_white(profile: IccProfile) -> tuple[JSON, list[str]]:
+    """Return the media white of a profile for the provenance.
 
     Parameters
     ----------
@@ -123,7 +122,7 @@ def stated_white(profile: IccProfile) -> tuple[JSON, list[str]]:
     Returns
     -------
     white : list of float, or None
-        X, Y, Z; None if it is broken. Only absolute colorimetry needs it, and refuses that.
+        X, Y, Z; None if it is broken. Only absolute colorimetry needs it, and refuses a broken one.
     warnings : list of str
     """
     try:
@@ -134,12 +133,12 @@ def stated_white(profile: IccProfile) -> tuple[JSON, list[str]]:
 
 
 def _own_values(profile: IccProfile, white: FloatArray) -> FloatArray | None:
-    """Return the matrix from absolute colours to a display's own tristimulus values.
+    """Matrix from absolute colours to the display's own tristimulus values.
 
-    The media white of displays is their own in profiles of version 2, and D50 in later ones, whose
-    absolute colours stay adapted (ICC.1:2022, 9.2.36). The colours themselves are adapted either
-    way, by the tag chad or, as is usual without it, by the linear Bradford transform. Scaling XYZ
-    by the white, as absolute colorimetry is defined, does not undo that.
+    The media white of a display profile is the display's own in version 2, and D50 in later
+    versions, whose absolute colours stay adapted (ICC.1:2022, 9.2.36). In either version, the
+    colours are adapted by the tag chad or, without it, by the linear Bradford transform. Absolute
+    colorimetry scales XYZ by the white, which does not undo the adaptation.
     """
     if profile.device_class != "display" or np.abs(white - ICC_D50).max() <= _SAME_WHITE:
         return None

@@ -1,10 +1,10 @@
 """Tristimulus values of spectra, by ASTM E308.
 
-A spectrum's colour is one product with a matrix of weights, which holds the colour-matching
-functions, the illuminant and the interpolation between bands; it is made once for each set of
-wavelengths. Bands of 5, 10 and 20 nm get the weights that ASTM E308 and E2022 define, any others
-are interpolated to 1 nm. The perfect diffuser gets the very white that CIELAB is computed with, so
-that its L* is 100 and its a* and b* are 0, as in ISO 13655.
+The colour of a spectrum is its product with a matrix of weights. The matrix combines the
+colour-matching functions, the illuminant and the interpolation between bands, and is computed once
+for each set of wavelengths. Bands of 5, 10 and 20 nm get the weights of ASTM E308 and E2022; other
+bands are interpolated to 1 nm. The perfect diffuser gets exactly the white of CIELAB, so its L* is
+100 and its a* and b* are 0, as in ISO 13655.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ __all__ = [
 ]
 
 ILLUMINANTS = ("A", "C", "D50", "D55", "D65", "D75", "E", *(f"FL{n}" for n in range(1, 13)))
-"""CIE illuminants (CIE 15:2018) that colours can be computed for."""
+"""CIE illuminants of reflectance spectra (CIE 15:2018)."""
 
 OBSERVERS = (2, 10)
 """Fields of view of the CIE 1931 and CIE 1964 standard observers, in degrees."""
 
 _SHORTEST, _LONGEST = 360.0, 780.0
-"""Range of the tables of ASTM E308, in nm; what was measured beyond it has no weight."""
+"""Range of the tables of ASTM E308 in nm; wavelengths beyond it have no weight."""
 
 _TABLE_STEPS = (5.0, 10.0, 20.0)
 
@@ -54,7 +54,8 @@ def reflectance_xyz(
     wavelengths : (b,) float
         Centres of the bands in nm, ascending.
     reflectances : (n, b) float
-        On the scale 0-1 or 0-100, told apart by the highest; above full scale for fluorescence.
+        On the scale 0-1 or 0-100, detected by the largest value; fluorescence may exceed full
+        scale.
     illuminant : str
         One of `ILLUMINANTS`.
     observer : int
@@ -63,9 +64,9 @@ def reflectance_xyz(
     Returns
     -------
     xyz : (n, 3) float
-        With Y = 1 for the perfect diffuser, whose values are `white_of` the illuminant.
+        Y = 1 for the perfect diffuser, whose values are `white_of` the illuminant.
     scale : float
-        What the reflectances were divided by, 1 or 100.
+        The scale of the reflectances, 1 or 100.
 
     Notes
     -----
@@ -87,7 +88,7 @@ def emission_xyz(wavelengths: FloatArray, radiances: FloatArray, observer: int) 
     wavelengths : (b,) float
         Centres of the bands in nm, ascending.
     radiances : (n, b) float
-        Spectral radiances; in W/(m² sr nm), Y is a luminance in cd/m².
+        Spectral radiances; Y is a luminance in cd/m² for radiances in W/(m² sr nm).
     observer : int
         One of `OBSERVERS`.
 
@@ -97,8 +98,7 @@ def emission_xyz(wavelengths: FloatArray, radiances: FloatArray, observer: int) 
 
     Notes
     -----
-    CIE 15:2018, 7.1. The weights of illuminant E are those of no illuminant; its normalisation is
-    taken out again.
+    CIE 15:2018, 7.1. The weights are those of illuminant E without its normalisation.
     """
     matching = _matching_functions(observer)[1]
     weights = tristimulus_weights(tuple(map(float, wavelengths)), "E", observer)
@@ -110,7 +110,7 @@ def emission_xyz(wavelengths: FloatArray, radiances: FloatArray, observer: int) 
 def tristimulus_weights(
     wavelengths: tuple[float, ...], illuminant: str, observer: int
 ) -> FloatArray:
-    """Return what the bands of a spectrum contribute to X, Y and Z.
+    """Return the contributions of the bands of a spectrum to X, Y and Z.
 
     Parameters
     ----------
@@ -124,30 +124,30 @@ def tristimulus_weights(
     Returns
     -------
     (b, 3) float
-        With a sum of 1 for Y. Not to be changed: it is kept for the next spectrum.
+        The sum for Y is 1. Read-only, because the array is cached.
 
     Notes
     -----
-    ASTM E308-18, 7.2 and 7.3: the weights of wavelengths that were not measured are added to those
-    of the first and the last band that was.
+    ASTM E308-18, 7.2 and 7.3: the weights of unmeasured wavelengths are added to those of the first
+    and the last band.
     """
-    places = np.array(wavelengths)
-    used = (places >= _SHORTEST) & (places <= _LONGEST)
-    weights = np.zeros((len(places), 3))
-    steps = np.unique(np.diff(places[used]))
-    in_tables = len(steps) == 1 and steps[0] in _TABLE_STEPS and not (places[used] % steps[0]).any()
+    bands = np.array(wavelengths)
+    used = (bands >= _SHORTEST) & (bands <= _LONGEST)
+    weights = np.zeros((len(bands), 3))
+    steps = np.unique(np.diff(bands[used]))
+    in_tables = len(steps) == 1 and steps[0] in _TABLE_STEPS and not (bands[used] % steps[0]).any()
     make = _table_weights if in_tables else _interpolated_weights
-    weights[used] = make(places[used], illuminant, observer)
+    weights[used] = make(bands[used], illuminant, observer)
     weights.setflags(write=False)
     return weights
 
 
-def _table_weights(places: FloatArray, illuminant: str, observer: int) -> FloatArray:
-    """Return the weights of the standard's own steps, by colour-science: once on an identity."""
+def _table_weights(bands: FloatArray, illuminant: str, observer: int) -> FloatArray:
+    """Weights of the standard's own steps, by colour-science from an identity matrix."""
     colour = colour_science()
-    identity = colour.MultiSpectralDistributions(np.eye(len(places)), places)
+    identity = colour.MultiSpectralDistributions(np.eye(len(bands)), bands)
     with warnings.catch_warnings():
-        # It warns of each step that the standard prescribes.
+        # colour-science warns of each step of the standard
         warnings.simplefilter("ignore")
         xyz = colour.msds_to_XYZ(
             identity,
@@ -159,22 +159,22 @@ def _table_weights(places: FloatArray, illuminant: str, observer: int) -> FloatA
     return weights
 
 
-def _interpolated_weights(places: FloatArray, illuminant: str, observer: int) -> FloatArray:
-    """Return weights by way of 1 nm: a cubic spline between the bands, the ends held beyond."""
+def _interpolated_weights(bands: FloatArray, illuminant: str, observer: int) -> FloatArray:
+    """Weights by way of 1 nm: a cubic spline between the bands, constant beyond the ends."""
     fine, matching = _matching_functions(observer)
     power = colour_science().SDS_ILLUMINANTS[illuminant]
     weighted = matching * np.interp(fine, power.wavelengths, power.values)[:, np.newaxis]
-    inside = np.clip(fine, places[0], places[-1])
-    from scipy.interpolate import CubicSpline  # noqa: PLC0415  # a third of a second
+    inside = np.clip(fine, bands[0], bands[-1])
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415  # 0.3 s, for uneven bands only
 
-    bands: FloatArray = CubicSpline(places, np.eye(len(places)), axis=0)(inside)
-    weights: FloatArray = bands.T @ weighted / weighted[:, 1].sum()
+    splines: FloatArray = CubicSpline(bands, np.eye(len(bands)), axis=0)(inside)
+    weights: FloatArray = splines.T @ weighted / weighted[:, 1].sum()
     return weights
 
 
 @lru_cache(maxsize=4)
 def _matching_functions(observer: int) -> tuple[FloatArray, FloatArray]:
-    """Return wavelengths from 360 to 780 nm and the colour-matching functions at them."""
+    """Wavelengths from 360 to 780 nm and the colour-matching functions there."""
     functions = colour_science().MSDS_CMFS[_observer_name(observer)]
     wavelengths = np.asarray(functions.wavelengths, dtype=np.float64)
     used = (wavelengths >= _SHORTEST) & (wavelengths <= _LONGEST)

@@ -1,9 +1,8 @@
 """The colours at the surface of a device's gamut, from its characterisation.
 
-The one entrance from characterisation data to points in the colour space: measured samples get a
-device model, from which the surface of the cube of device values is sampled densely; profiles are
-such a model already; bare colours are passed on. Everything that was chosen or assumed on the way
-is in the provenance of the result.
+This is the only way from characterisation data to points in the colour space. Measured samples get
+a device model, and the surface of the cube of device values is sampled densely. A profile is such a
+model already. Bare colours are passed on. Every choice and assumption is in the provenance.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.characterisation import IccProfile, Picture
-from gamutcore.characterisation.pictures.raster import CHANNELS
+from gamutcore.characterisation.pictures.raster import MODELS
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.device.cube_surface import SURFACE_SAMPLES
 from gamutcore.colours.device.ink_limits import InkLimits, LimitedCube, limited_cube
@@ -23,7 +22,9 @@ from gamutcore.colours.device.model import device_model
 from gamutcore.colours.device.surface import MAX_PATCHES, device_surface
 from gamutcore.colours.measured_colours import MeasuredColours, measured_colours
 from gamutcore.colours.picture_colours import picture_colours
-from gamutcore.colours.profile_colours import ProfileColours, profile_colours, stated_white
+from gamutcore.colours.profile_colours import ProfileColours, declared_white, profile_colours
+from gamutcore.colours.spaces.formulas import Cielab
+from gamutcore.colours.spaces.white_points import white_point
 from gamutcore.errors import MalformedProfileError, OptionError
 from gamutcore.option_types import Choice, check_option
 
@@ -32,17 +33,19 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation import Samples
+    from gamutcore.colours.spaces import ColourSpace
 
-__all__ = ["INTENTS", "SurfaceColours", "surface_colours"]
+__all__ = ["INTENTS", "SurfaceColours", "colours_in_space", "surface_colours"]
 
 INTENTS = ("relative", "absolute", "perceptual", "saturation")
 
 _POOR_FIT = 5.0
-"""Mean leave-out ΔE*ab beyond which a model is called unreliable; real devices reach 0.1 to 1.5."""
+"""Mean leave-one-out ΔE*ab above which a model is called unreliable; real devices reach 0.1 to
+1.5."""
 
-_NEEDED_BY_FITS = (
-    "Leave it out, and the samples' own colours are used; or send at least two distinct device "
-    "values more than there are channels that vary, and not all of them in one plane."
+_FIT_REMEDY = (
+    "Leave it out to use the samples' own colours. Or send at least two distinct device values "
+    "more than there are varying channels, and not all of them in one plane."
 )
 
 _KINDS = {
@@ -51,29 +54,27 @@ _KINDS = {
     "mAB ": "lutAToB",
     "mpet": "multi-process elements",
 }
-"""Names of the types of profiles' transforms (ICC.1:2022, clause 10)."""
+"""Names of the types of a profile's transforms (ICC.1:2022, clause 10)."""
 
 
 @dataclass(frozen=True, eq=False)
 class SurfaceColours:
-    """Points that the gamut's boundary is to be wrapped around.
+    """Points that the boundary of the gamut is wrapped around.
 
     Parameters
     ----------
     points : (m, 3) float
         CIELAB L*, a*, b*, relative to ICC's D50.
     device : (m, k) float or None
-        The device values that make them, or pixels' values, 0 to 1; None for bare colours.
+        Their device values, or the values of pixels, 0 to 1; None for bare colours.
     provenance : dict
-        All that went in, JSON-able.
+        All inputs and choices, JSON-able.
     as_measured : bool
-        Whether the colours are a display's or an encoding's own tristimulus values, adapted to no
-        white.
+        Whether the tristimulus values are a display's or an encoding's own, without adaptation.
     channels : tuple of str
-        Names of the k device channels; none of bare colours.
+        Names of the k device channels; empty for bare colours.
     own_values : (3, 3) float, optional
-        What takes the tristimulus values of `points` to the display's own, if they are as measured
-        and ICC's absolute colours differ from that, see `ProfileColours`.
+        As of `ProfileColours`.
     """
 
     points: FloatArray
@@ -98,6 +99,8 @@ def surface_colours(
 ) -> SurfaceColours:
     """Return colours at the surface of a device's gamut.
 
+    Parameters that do not apply to the kind of data are ignored; `Options.check_data` refuses them.
+
     Parameters
     ----------
     characterisation : Samples, IccProfile or Picture
@@ -105,22 +108,20 @@ def surface_colours(
     intent : str
         ``"relative"`` or ``"absolute"``; for profiles also ``"perceptual"`` or ``"saturation"``.
     surface_samples : int
-        Points to sample a device model at, at most. Bare colours are all passed on.
+        Largest number of points at which a device model is evaluated. Bare colours are all used.
     limits : InkLimits, optional
-        How much ink is used at most, of a device that has inks.
+        Largest amounts of ink, for a device with inks.
     observer : int, optional
         2 or 10 degrees, for spectra.
     illuminant : str, optional
-        What reflectance spectra are seen under, one of `gamutcore.colours.spectral.ILLUMINANTS`.
+        Illuminant of reflectance spectra, one of `gamutcore.colours.spectral.ILLUMINANTS`.
     adaptation : str
-        How measured colours, and those of pictures without a profile, are adapted to D50, one of
-        `gamutcore.colours.spaces.white_points.ADAPTATIONS`;
-        the colours of profiles are by definition.
+        Adaptation of measured colours, and of pictures without a profile, to D50; one of
+        `gamutcore.colours.spaces.white_points.ADAPTATIONS`.
     popularity : float, optional
-        Which part of a picture's pixels, those of the least used colours, is left out.
+        Share of a picture's pixels that is left out, those of the least frequent colours.
     model : str, optional
-        Which device model measured samples get, one of
-        `gamutcore.colours.device.model.DEVICE_MODELS`.
+        Device model of measured samples, one of `gamutcore.colours.device.model.DEVICE_MODELS`.
 
     Returns
     -------
@@ -129,11 +130,11 @@ def surface_colours(
     Raises
     ------
     OptionError
-        An unknown intent, or one that the data does not have; a number of samples out of range;
-        limits of ink for a device without inks; an observer or illuminant for data without spectra;
-        a popularity cut of what is no picture; a device model that the data cannot have.
+        The intent or the number of samples is not accepted, or the data does not have the intent;
+        there are ink limits for a device without inks, an observer or illuminant for data without
+        spectra, or a device model that the samples cannot have.
     CharacterisationError, InvalidPointsError
-        The data turns out to be broken when it is evaluated.
+        The data is broken.
     """
     intent = str(check_option("intent", intent, Choice(INTENTS)))
     check_option("surface_samples", surface_samples, SURFACE_SAMPLES)
@@ -148,6 +149,53 @@ def surface_colours(
         characterisation, medium, surface_samples, limits or InkLimits(), model
     )
     return replace(surface, as_measured=medium.as_measured)
+
+
+def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColours:
+    """Return the colours of a device in a space, with the space in their provenance.
+
+    Parameters
+    ----------
+    colours : SurfaceColours
+        In ICC's CIELAB.
+    space : ColourSpace
+
+    Returns
+    -------
+    SurfaceColours
+        Its points are coordinates of the space.
+
+    Raises
+    ------
+    InvalidPointsError
+        As `ColourSpace.coordinates`.
+    """
+    lab = colours.points
+    if colours.own_values is not None and not space.is_icc_cielab:
+        icc = Cielab(white_point("D50"))
+        lab, _ = icc.coordinates(icc.xyz(lab) @ colours.own_values.T)
+    points, moved = space.coordinates(lab, as_measured=colours.as_measured)
+    described = space.description()
+    if space.is_icc_cielab:
+        described["adaptation"] = "none: the colours are relative to D50"
+    elif colours.own_values is not None:
+        described["adaptation"] = "none: the display's own colours, from before adaptation to D50"
+    elif colours.as_measured:
+        described["adaptation"] = "none: the colours are as measured"
+    given = colours.provenance.get("warnings")
+    warnings = list(given) if isinstance(given, list) else []
+    if moved:
+        warnings.append(
+            f"{moved} of {len(points)} colours are outside of the domain of {space.name} (negative "
+            "tristimulus values, for example) and were moved to the nearest colours in it."
+        )
+    provenance = {
+        **colours.provenance,
+        "colour_space": described,
+        "axes": " ".join(space.axes),
+        "warnings": warnings,
+    }
+    return replace(colours, points=points, provenance=provenance)
 
 
 def _picture_points(
@@ -168,7 +216,7 @@ def _picture_points(
         colours.device,
         provenance,
         colours.as_measured,
-        () if colours.device is None else CHANNELS[picture.model],
+        () if colours.device is None else MODELS[picture.model],
         colours.own_values,
     )
 
@@ -186,7 +234,7 @@ def _profile_surface(
     )
     colours = profile_colours(profile, device, intent)
     points = colours.lab
-    white, white_warnings = stated_white(profile)
+    white, white_warnings = declared_white(profile)
     adaptation = {
         "absolute": "none: as in the profile"
         if colours.absolute
@@ -204,7 +252,7 @@ def _profile_surface(
         **_limits_provenance(limited),
         "model": {"name": "ICC profile", "tag": colours.tag, "kind": _kind(colours)},
         "surface": {"points": len(points), "density": density},
-        # What is missed twice is warned of once.
+        # each warning once
         "warnings": list[JSON](
             dict.fromkeys(
                 [
@@ -230,7 +278,7 @@ def _surface_values(
     surface_samples: int,
     nodes: FloatArray | None = None,
 ) -> tuple[FloatArray, str]:
-    """Return device values at the surface of what is used of a device's cube, and their density."""
+    """Device values at the surface of the printable part of a device's cube, and their density."""
     cube = limited.cube
     if not len(cube.lowest):
         return limited.base[np.newaxis], "corners"
@@ -249,7 +297,7 @@ def _limits_provenance(limited: LimitedCube) -> dict[str, JSON]:
 
 
 def _declared_luminance(profile: IccProfile) -> dict[str, JSON]:
-    """Return the luminance of a display's white, which the tag `lumi` states; nothing if broken."""
+    """Luminance of a display's white in the tag `lumi`; empty if it is missing or broken."""
     with contextlib.suppress(MalformedProfileError):
         luminance = float(profile.xyz("lumi")[1]) if "lumi" in profile.tags else 0.0
         if luminance > 0:
@@ -272,14 +320,12 @@ def _sample_surface(
         provenance["warnings"] = list[JSON](warnings)
         return SurfaceColours(medium.lab, None, provenance)
 
-    device, lab = _distinct(samples.device, medium.lab)
+    device, lab = _mean_colours(samples.device, medium.lab)
     averaged, distinct = len(samples.device) - len(device), len(device)
     model = device_model(device, lab, kind)
     device, lab = model.device, model.lab
     if len(device) < distinct:
-        warnings.append(
-            f"Of {distinct} distinct samples, {len(device)} were used for the device model."
-        )
+        warnings.append(f"The device model uses {len(device)} of {distinct} distinct samples.")
     provenance["patches"] = _patches(
         samples, len(device), averaged=averaged, thinned=distinct - len(device)
     )
@@ -287,26 +333,24 @@ def _sample_surface(
     limited = limited_cube(samples.channels, lowest, highest, limits, inks=samples.inks)
     provenance["model"] = model.provenance
     if model.colours is None:
-        why = f"o device model can be fitted ({model.degenerate})"
+        why = f"no device model can be fitted ({model.degenerate})"
         if limits:
-            raise limits.refusal(f"n{why}.")
+            raise limits.refusal(f"{why}.")
         if kind is not None:
-            raise OptionError.not_applicable("device_model", kind, f"n{why}", _NEEDED_BY_FITS)
-        warnings.append(f"N{why}; the samples' colours are used.")
+            raise OptionError.not_applicable("device_model", kind, why, _FIT_REMEDY)
+        warnings.append(f"{why[:1].upper()}{why[1:]}; the samples' colours are used.")
         provenance["warnings"] = list[JSON](warnings)
         return SurfaceColours(lab, device, provenance, channels=samples.channels)
 
     warnings += model.warnings
     warnings += _range_warnings(samples, lowest, highest, device, limited)
     if model.mean_error is not None and model.mean_error > _POOR_FIT:
-        warnings.append(
-            f"The device model misses left-out samples by {model.mean_error:.1f} ΔE*ab on average."
-        )
+        warnings.append(f"Left-out samples have a mean error of {model.mean_error:.1f} ΔE*ab.")
     values, density = _surface_values(limited, model.colours, surface_samples, model.nodes)
     points = model.colours(values)
     dark = points[:, 0] < 0
     if dark.any():
-        warnings.append(f"{int(dark.sum())} colours below L* 0 were raised to it.")
+        warnings.append(f"{int(dark.sum())} colours below L* 0 were raised to 0.")
         points[dark, 0] = 0.0
     warnings += _count_warnings(len(points), surface_samples, density)
     provenance["surface"] = {"points": len(points), "density": density}
@@ -316,11 +360,11 @@ def _sample_surface(
 
 
 def _patches(samples: Samples, used: int, *, averaged: int = 0, thinned: int = 0) -> JSON:
-    """Return how many patches were read, dropped (in reading or here), averaged and used."""
+    """Numbers of patches that were read, dropped (in reading or here), averaged and used."""
     read, dropped = len(samples), 0
-    told = samples.provenance.get("patches")
-    if isinstance(told, dict):
-        kept, lost = told.get("read"), told.get("dropped")
+    counts = samples.provenance.get("patches")
+    if isinstance(counts, dict):
+        kept, lost = counts.get("read"), counts.get("dropped")
         read = kept if isinstance(kept, int) else read
         dropped = lost if isinstance(lost, int) else 0
     return {"read": read, "averaged": averaged, "dropped": dropped + thinned, "used": used}
@@ -334,7 +378,7 @@ def _count_warnings(points: int, surface_samples: int, density: str) -> list[str
             f"The corners of the device cube alone are {points} points, more than surface_samples."
         ]
     if points == 1:
-        return ["No channel varies within what is used of the device: its gamut is one colour."]
+        return ["No channel of the device varies: its gamut is one colour."]
     why = (
         f"points on its faces as well would be more than surface_samples, {surface_samples}"
         if surface_samples < MAX_PATCHES
@@ -343,8 +387,8 @@ def _count_warnings(points: int, surface_samples: int, density: str) -> list[str
     return [f"Only the {points} corners of the device cube were sampled; {why}."]
 
 
-def _distinct(device: FloatArray, lab: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return distinct device values with the mean of their colours."""
+def _mean_colours(device: FloatArray, lab: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Distinct device values with the mean of their colours."""
     order = np.lexsort(device.T[::-1])
     ranked = device[order]
     first = np.ones(len(ranked), dtype=bool)
@@ -363,7 +407,7 @@ def _range_warnings(
     limited: LimitedCube,
 ) -> list[str]:
     warnings = [
-        f"{channel} was measured from {100 * low:.3g} to {100 * high:.3g} % only; the gamut is of "
+        f"{channel} was measured only from {100 * low:.3g} to {100 * high:.3g} %; the gamut covers "
         "that range."
         for channel, low, high in zip(samples.channels, lowest, highest, strict=True)
         if low > 0.005 or high < 0.995
@@ -372,7 +416,7 @@ def _range_warnings(
     most = float(device.sum(axis=1).max())
     if not samples.additive and most < 0.99 * full:
         warnings.append(
-            f"The most ink that was measured is {100 * most:.0f} %; colours of up to "
+            f"The largest measured sum of inks is {100 * most:.0f} %; colours up to "
             f"{100 * full:.0f} % are extrapolated."
         )
     return warnings

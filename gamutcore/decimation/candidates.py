@@ -1,185 +1,135 @@
-"""Where the new vertex of a collapse may go: candidate positions, their reach and their rounding.
+"""Candidate positions for the new vertex of a collapse, their reach and their rounding.
 
-The first candidate is the cost's optimum. The others are there for edges where it is not valid: the
-midpoint, the two ends, and the deepest direction of the cone of valid ones, each moved along its
-radius to where the enclosed volume is kept.
+The first candidate is the optimum of the cost. The others serve edges whose optimum is not valid:
+the midpoint, the two ends, and the deepest direction of the cone of valid directions. Each of them
+is moved along its radius so that the collapse preserves the volume.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
 from gamutcore.arrays import Float32Array, FloatArray, IndexArray
 from gamutcore.corner_table import following, preceding
-from gamutcore.decimation.costs.interface import optimum
+from gamutcore.decimation.costs.dispatch import CostState, find_optimum
 from gamutcore.decimation.star import (
     Surface,
-    kernel_direction,
+    find_inner_direction,
     scale_to_preserve_volume,
-    volume_slope,
+    write_volume_gradient,
 )
 from gamutcore.kernels import leaf_kernel
 
 __all__ = [
     "CANDIDATES",
-    "candidate",
-    "rounded_as_delivered",
-    "rounded_to_volume",
-    "within_reach",
+    "Grid",
+    "round_to_grid",
+    "write_candidate",
 ]
 
 CANDIDATES = 5
-"""Positions tried for an edge: optimum, midpoint, its two ends, the middle of the valid cone."""
+"""Number of candidates of an edge: the optimum, the midpoint, its two ends, inside of the cone."""
+
+OPTIMUM, MIDPOINT, FIRST_END, SECOND_END, CONE = range(CANDIDATES)
 
 LARGEST_STEPS = 2.0**24
-"""Steps of the grid that float32 holds exactly, and that a history stores."""
+"""Largest number of grid steps that float32 holds exactly, and that a history stores."""
 
-REACH = 2.0
-"""How far from the edge's midpoint a vertex may be placed, in radii of its star: beyond lie spikes
-(CGAL issue 8213)."""
+
+class Grid(NamedTuple):
+    """The grid that all positions of all levels lie on.
+
+    Attributes
+    ----------
+    position : (V, 3) float32
+        Positions of the surface in coordinates of the colour space.
+    centre : (3,) float64
+        Origin of `Surface.position` in coordinates of the colour space.
+    step : float
+        Distance of neighbouring grid lines, a power of two.
+    """
+
+    position: Float32Array
+    centre: FloatArray
+    step: float
 
 
 @leaf_kernel
-def candidate(
-    cost: Any,  # noqa: ANN401
+def write_candidate(
+    state: CostState,
     surface: Surface,
     corner: int,
     choice: int,
-    ring: IndexArray,
+    link: IndexArray,
     count: int,
-    slope: FloatArray,
-    place: FloatArray,
+    gradient: FloatArray,
+    point: FloatArray,
 ) -> bool:
-    """Write candidate number `choice` for an edge; False if there is none of that number.
+    """Write a candidate position of an edge.
 
     Parameters
     ----------
-    cost : NamedTuple of arrays
+    state : CostState
     surface : Surface
     corner : int
         One of the two corners that face the edge.
     choice : int
-        0 to `CANDIDATES` − 1.
-    ring : (m, 2) int32
-        The edge's directed link, `count` pairs of it.
+        Number of the candidate: 0 to `CANDIDATES` − 1.
+    link : (m, 2) int32
+        The edge's directed link of `count` pairs.
     count : int
-    slope : (3,) float64
+    gradient : (3,) float64
         Scratch.
-    place : (3,) float64
+    point : (3,) float64
         Receives the position, relative to the centre.
 
     Returns
     -------
     bool
+        False if the edge has no such candidate.
     """
     position = surface.position
-    if choice == 0:
-        optimum(cost, surface, corner, place)
+    if choice == OPTIMUM:
+        find_optimum(state, surface, corner, point)
         return True
-    kept, dead = surface.vertex[following(corner)], surface.vertex[preceding(corner)]
-    if choice == 2 or choice == 3:
-        end = kept if choice == 2 else dead
-        place[0], place[1], place[2] = position[end, 0], position[end, 1], position[end, 2]
+    kept = int(surface.vertex[following(corner)])
+    dead = int(surface.vertex[preceding(corner)])
+    if choice in (FIRST_END, SECOND_END):
+        end = kept if choice == FIRST_END else dead
+        point[0], point[1], point[2] = position[end, 0], position[end, 1], position[end, 2]
     else:
         for axis in range(3):
-            place[axis] = 0.5 * (position[kept, axis] + position[dead, axis])
-        if choice == 4 and not kernel_direction(position, ring, count, place):
+            point[axis] = 0.5 * (position[kept, axis] + position[dead, axis])
+        if choice == CONE and not find_inner_direction(position, link, count, point):
             return False
-    volume_slope(position, ring, count, slope)
-    return scale_to_preserve_volume(surface, kept, dead, slope, place)
+    write_volume_gradient(position, link, count, gradient)
+    return scale_to_preserve_volume(surface, kept, dead, gradient, point)
 
 
 @leaf_kernel
-def within_reach(
-    position: FloatArray, ring: IndexArray, count: int, kept: int, dead: int, place: FloatArray
-) -> bool:
-    """Whether a position is at most `REACH` star radii from the edge's midpoint."""
-    mx = 0.5 * (position[kept, 0] + position[dead, 0])
-    my = 0.5 * (position[kept, 1] + position[dead, 1])
-    mz = 0.5 * (position[kept, 2] + position[dead, 2])
-    squared_radius = 0.0
-    for pair in range(count):
-        one = ring[pair, 0]
-        x, y, z = position[one, 0] - mx, position[one, 1] - my, position[one, 2] - mz
-        squared_radius = max(squared_radius, x * x + y * y + z * z)
-    x, y, z = place[0] - mx, place[1] - my, place[2] - mz
-    return x * x + y * y + z * z <= REACH * REACH * squared_radius
-
-
-@leaf_kernel
-def rounded_as_delivered(
-    place: FloatArray, centre: FloatArray, step: float, delivered: Float32Array
-) -> bool:
-    """Round a position to the grid that is delivered.
+def round_to_grid(grid: Grid, point: FloatArray, rounded: Float32Array) -> bool:
+    """Round a position to the nearest grid point.
 
     Parameters
     ----------
-    place : (3,) float64
+    grid : Grid
+    point : (3,) float64
         Relative to the centre; replaced by the rounded position.
-    centre : (3,) float64
-    step : float
-        The grid's, a power of two.
-    delivered : (3,) float32
-        Receives the rounded position in coordinates of the space.
+    rounded : (3,) float32
+        Receives the rounded position in coordinates of the colour space.
 
     Returns
     -------
     bool
-        Whether it is on the grid that is delivered: False far outside, beyond 2²⁴ steps.
+        False if the position lies beyond 2²⁴ steps, where float32 does not hold the grid.
     """
     exact = True
     for axis in range(3):
-        # + 0.0: no negative zeros
-        on_grid = np.rint((place[axis] + centre[axis]) / step) * step + 0.0
-        delivered[axis] = np.float32(on_grid)
-        exact = exact and abs(on_grid) <= LARGEST_STEPS * step
-        place[axis] = on_grid - centre[axis]
-    return exact
-
-
-@leaf_kernel
-def rounded_to_volume(
-    place: FloatArray,
-    centre: FloatArray,
-    step: float,
-    slope: FloatArray,
-    volume: float,
-    delivered: Float32Array,
-) -> bool:
-    """Round a position to that corner of its cell of the grid which comes closest to a volume.
-
-    Parameters
-    ----------
-    place, centre, step, delivered
-        As for `rounded_as_delivered`.
-    slope : (3,) float64
-        `volume_slope` of the ring around the position.
-    volume : float
-        Six times the volume that should be enclosed between the ring, the position and the centre.
-
-    Returns
-    -------
-    bool
-        As for `rounded_as_delivered`.
-    """
-    exact = True
-    x = np.floor((place[0] + centre[0]) / step)
-    y = np.floor((place[1] + centre[1]) / step)
-    z = np.floor((place[2] + centre[2]) / step)
-    best, chosen = np.inf, 0
-    for corner in range(8):
-        px = (x + (corner & 1)) * step - centre[0]
-        py = (y + (corner >> 1 & 1)) * step - centre[1]
-        pz = (z + (corner >> 2)) * step - centre[2]
-        miss = abs(px * slope[0] + py * slope[1] + pz * slope[2] - volume)
-        if miss < best:
-            best, chosen = miss, corner
-    for axis in range(3):
-        below = x if axis == 0 else (y if axis == 1 else z)
-        on_grid = (below + (chosen >> axis & 1)) * step + 0.0
-        delivered[axis] = np.float32(on_grid)
-        exact = exact and abs(on_grid) <= LARGEST_STEPS * step
-        place[axis] = on_grid - centre[axis]
+        # adding 0.0 turns negative zeros into zeros
+        on_grid = np.rint((point[axis] + grid.centre[axis]) / grid.step) * grid.step + 0.0
+        rounded[axis] = np.float32(on_grid)
+        exact = exact and abs(on_grid) <= LARGEST_STEPS * grid.step
+        point[axis] = on_grid - grid.centre[axis]
     return exact

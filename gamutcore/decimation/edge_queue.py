@@ -1,8 +1,8 @@
 """A priority queue of edges: an indexed 4-ary heap over plain arrays.
 
-Smaller priorities come first, equal ones by edge id, so the order in
-which edges leave does not depend on how they came in. Four children a node halve the depth of a
-binary heap and keep a node's children in one cache line.
+Smaller priorities leave first, and equal priorities leave in the order of edge ids. The order of
+departure therefore does not depend on the order of arrival. Four children per node halve the depth
+of a binary heap and keep the children of a node in one cache line.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.kernels import leaf_kernel
 
 __all__ = ["EdgeQueue", "dequeue", "empty_queue", "enqueue", "fill_queue"]
 
@@ -23,9 +23,9 @@ class EdgeQueue(NamedTuple):
     Attributes
     ----------
     heap : (E,) int32
-        The queued edges in heap order: the first is the next to leave.
-    place : (E,) int32
-        Where an edge stands in the heap; −1: not queued.
+        The queued edges in heap order. The first one leaves next.
+    heap_index : (E,) int32
+        Index of an edge in `heap`; −1 if it is not queued.
     size : (1,) int32
         Number of queued edges.
     priority : (E,) float64
@@ -33,14 +33,13 @@ class EdgeQueue(NamedTuple):
     """
 
     heap: IndexArray
-    place: IndexArray
+    heap_index: IndexArray
     size: IndexArray
     priority: FloatArray
 
 
-@kernel
 def empty_queue(edges: int) -> EdgeQueue:
-    """Return a queue for so many edges, none of them queued."""
+    """Return an empty queue with room for `edges` edges."""
     return EdgeQueue(
         np.empty(edges, np.int32),
         np.full(edges, -1, np.int32),
@@ -55,89 +54,87 @@ def _comes_first(priority: FloatArray, one: int, other: int) -> bool:
 
 
 @leaf_kernel
-def _sift_up(heap: IndexArray, place: IndexArray, priority: FloatArray, position: int) -> None:
-    edge = heap[position]
-    while position > 0:
-        above = (position - 1) >> 2
-        if not _comes_first(priority, edge, heap[above]):
+def _sift_up(queue: EdgeQueue, index: int) -> None:
+    """Move an edge towards the root until its parent comes before it."""
+    heap, heap_index, priority = queue.heap, queue.heap_index, queue.priority
+    edge = int(heap[index])
+    while index > 0:
+        parent = (index - 1) >> 2
+        if not _comes_first(priority, edge, int(heap[parent])):
             break
-        heap[position] = heap[above]
-        place[heap[position]] = position
-        position = above
-    heap[position] = edge
-    place[edge] = position
+        heap[index] = heap[parent]
+        heap_index[heap[index]] = index
+        index = parent
+    heap[index] = edge
+    heap_index[edge] = index
 
 
 @leaf_kernel
-def _sift_down(
-    heap: IndexArray, place: IndexArray, priority: FloatArray, position: int, size: int
-) -> None:
-    edge = heap[position]
+def _sift_down(queue: EdgeQueue, index: int, size: int) -> None:
+    """Move an edge away from the root until it comes before its children."""
+    heap, heap_index, priority = queue.heap, queue.heap_index, queue.priority
+    edge = int(heap[index])
     while True:
-        child = 4 * position + 1
+        child = 4 * index + 1
         if child >= size:
             break
         least = child
         for other in range(child + 1, min(child + 4, size)):
-            if _comes_first(priority, heap[other], heap[least]):
+            if _comes_first(priority, int(heap[other]), int(heap[least])):
                 least = other
-        if not _comes_first(priority, heap[least], edge):
+        if not _comes_first(priority, int(heap[least]), edge):
             break
-        heap[position] = heap[least]
-        place[heap[position]] = position
-        position = least
-    heap[position] = edge
-    place[edge] = position
+        heap[index] = heap[least]
+        heap_index[heap[index]] = index
+        index = least
+    heap[index] = edge
+    heap_index[edge] = index
 
 
 @leaf_kernel
 def fill_queue(queue: EdgeQueue, count: int) -> None:
-    """Queue edges by the priorities that stand there already, in time linear in their number.
+    """Queue edges whose priorities are set, in time linear in their number.
 
     Parameters
     ----------
     queue : EdgeQueue
-        Empty, but for the edges to queue at the beginning of `heap`.
+        Empty. The first `count` entries of `heap` name the edges to queue.
     count : int
-        How many they are.
     """
-    heap, place, priority = queue.heap, queue.place, queue.priority
-    for position in range(count):
-        place[heap[position]] = position
+    for index in range(count):
+        queue.heap_index[queue.heap[index]] = index
     queue.size[0] = count
-    for position in range((count - 2) >> 2, -1, -1):
-        _sift_down(heap, place, priority, position, count)
+    for index in range((count - 2) >> 2, -1, -1):
+        _sift_down(queue, index, count)
 
 
 @leaf_kernel
 def enqueue(queue: EdgeQueue, edge: int, value: float) -> None:
-    """Queue an edge with a priority, or move it there if it is queued already."""
-    heap, place, size, priority = queue.heap, queue.place, queue.size, queue.priority
-    known = place[edge] >= 0
-    rises = known and value < priority[edge]
-    priority[edge] = value
-    if not known:
-        heap[size[0]] = edge
-        place[edge] = size[0]
-        size[0] += 1
-    if rises or not known:
-        _sift_up(heap, place, priority, place[edge])
+    """Queue an edge with a priority, or change the priority of a queued edge."""
+    queued = queue.heap_index[edge] >= 0
+    rises = queued and value < queue.priority[edge]
+    queue.priority[edge] = value
+    if not queued:
+        queue.heap[queue.size[0]] = edge
+        queue.heap_index[edge] = queue.size[0]
+        queue.size[0] += 1
+    if rises or not queued:
+        _sift_up(queue, int(np.int64(queue.heap_index[edge])))
     else:
-        _sift_down(heap, place, priority, place[edge], size[0])
+        _sift_down(queue, int(np.int64(queue.heap_index[edge])), int(np.int64(queue.size[0])))
 
 
 @leaf_kernel
 def dequeue(queue: EdgeQueue, edge: int) -> None:
-    """Take an edge out of the queue, wherever it stands; one that is not queued is left alone."""
-    heap, place, size, priority = queue.heap, queue.place, queue.size, queue.priority
-    position = place[edge]
-    if position < 0:
+    """Remove an edge from the queue, wherever it stands. Does nothing if it is not queued."""
+    index = int(np.int64(queue.heap_index[edge]))
+    if index < 0:
         return
-    place[edge] = -1
-    size[0] -= 1
-    last = heap[size[0]]
+    queue.heap_index[edge] = -1
+    queue.size[0] -= 1
+    last = int(queue.heap[queue.size[0]])
     if last != edge:
-        heap[position] = last
-        place[last] = position
-        _sift_up(heap, place, priority, position)
-        _sift_down(heap, place, priority, place[last], size[0])
+        queue.heap[index] = last
+        queue.heap_index[last] = index
+        _sift_up(queue, index)
+        _sift_down(queue, int(np.int64(queue.heap_index[last])), int(np.int64(queue.size[0])))

@@ -1,9 +1,9 @@
-"""The record of a decimation: every collapse, in the order in which it happened.
+"""The record of a decimation: every collapse, in order.
 
 A collapse removes the `dead` vertex of an edge and the two faces at the edge, and moves the `kept`
-one. Seen from the finer level, the face on the left of the directed edge kept → dead is (kept,
-dead, left), the one on its right (dead, kept, right), both counter-clockwise from outside. The
-faces of the dead vertex between `right` and `left` pass to the kept one.
+vertex. In the finer level, the face left of the directed edge kept → dead is (kept, dead, left) and
+the face right of it is (dead, kept, right), both counter-clockwise from outside. The faces of the
+dead vertex between `right` and `left` pass to the kept vertex.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ import numpy as np
 from gamutcore.arrays import Float32Array, IndexArray, LongArray
 from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.star import Surface
-from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.kernels import leaf_kernel
 
 __all__ = [
     "Record",
     "empty_record",
+    "extend_record",
     "has_room",
-    "in_use",
+    "record_collapse",
     "record_moved_corners",
     "record_shift",
-    "with_room",
-    "write_collapse",
+    "trim_record",
 ]
 
 
@@ -35,24 +35,24 @@ class Record(NamedTuple):
     Attributes
     ----------
     kept, dead : (V − 4,) int32
-        The vertex that stays and the one that goes.
+        The vertex that stays and the vertex that is removed.
     position : (V − 4, 3, 3) float32
-        Where the kept vertex was, where the dead one was, where the kept one is after it.
+        The kept vertex before the collapse, the dead vertex, and the kept vertex after it.
     sides : (V − 4, 2) int32
         The vertices left and right of the edge kept → dead.
     corner : (V − 4, 2) int32
-        Corner of the kept vertex in the left face that goes, of the dead one in the right face.
+        Corner of the kept vertex in the left face, and of the dead vertex in the right face.
     moved_end : (V − 4,) int64
-        Where this collapse's part of `moved` ends.
+        End of the collapse's part of `moved`.
     moved : (≥ moved_end[-1],) int32
         Corners that pass from the dead vertex to the kept one, counter-clockwise around the dead
-        one from the right side to the left.
+        vertex from the right side to the left side.
     shifted_end : (V − 4,) int64
-        Where this collapse's part of the next two ends.
+        End of the collapse's part of `shifted` and `shift`.
     shifted : (≥ shifted_end[-1],) int32
-        Neighbours of the kept vertex that were moved after the collapse, each at most once.
+        Neighbours of the kept vertex that moved after the collapse, each at most once.
     shift : (≥ shifted_end[-1], 2, 3) float32
-        Where they were and where they are after it.
+        Their positions before and after the move.
     """
 
     kept: IndexArray
@@ -68,7 +68,7 @@ class Record(NamedTuple):
 
 
 def empty_record(vertices: int) -> Record:
-    """Return a record with room for all collapses of so many vertices."""
+    """Return a record with room for all collapses of a boundary with `vertices` vertices."""
     steps = vertices - 4
     return Record(
         kept=np.empty(steps, np.int32),
@@ -85,38 +85,38 @@ def empty_record(vertices: int) -> Record:
 
 
 @leaf_kernel
-def write_collapse(
+def record_collapse(
     record: Record,
     index: int,
     surface: Surface,
-    delivered: Float32Array,
+    grid_position: Float32Array,
     rounded: Float32Array,
     corner: int,
     kept: int,
     dead: int,
 ) -> None:
-    """Write down a collapse, all but its moved corners and shifts, before it happens.
+    """Record a collapse before it happens, without its moved corners and shifts.
 
     Parameters
     ----------
     record : Record
     index : int
-        How many collapses there were before.
+        Number of earlier collapses.
     surface : Surface
-    delivered : (V, 3) float32
+    grid_position : (V, 3) float32
         Positions before the collapse.
     rounded : (3,) float32
-        Position of the kept vertex after it.
+        Position of the kept vertex after the collapse.
     corner : int
         One of the two corners that face the edge.
     kept, dead : int
     """
     record.kept[index], record.dead[index] = kept, dead
     for axis in range(3):
-        record.position[index, 0, axis] = delivered[kept, axis]
-        record.position[index, 1, axis] = delivered[dead, axis]
+        record.position[index, 0, axis] = grid_position[kept, axis]
+        record.position[index, 1, axis] = grid_position[dead, axis]
         record.position[index, 2, axis] = rounded[axis]
-    left, right = corner, surface.opposite[corner]
+    left, right = corner, int(surface.opposite[corner])
     if surface.vertex[following(left)] != kept:
         left, right = right, left
     record.sides[index, 0], record.sides[index, 1] = surface.vertex[left], surface.vertex[right]
@@ -125,7 +125,7 @@ def write_collapse(
 
 @leaf_kernel
 def record_moved_corners(surface: Surface, right_corner: int, record: Record, filled: int) -> int:
-    """Append the corners that pass from the dead vertex to the kept one; there must be room.
+    """Append the corners that pass from the dead vertex to the kept one.
 
     Parameters
     ----------
@@ -134,20 +134,21 @@ def record_moved_corners(surface: Surface, right_corner: int, record: Record, fi
     right_corner : int
         Corner of the dead vertex in the face (dead, kept, right).
     record : Record
+        With room for the corners.
     filled : int
-        How much of `record.moved` is in use.
+        Number of entries of `record.moved` in use.
 
     Returns
     -------
     int
-        How much of it is then.
+        Number of entries in use afterwards.
     """
     kept = surface.vertex[following(right_corner)]
-    corner = surface.swung[right_corner]
+    corner = int(surface.swung[right_corner])
     while surface.vertex[preceding(corner)] != kept:
         record.moved[filled] = corner
         filled += 1
-        corner = surface.swung[corner]
+        corner = int(surface.swung[corner])
     return filled
 
 
@@ -158,31 +159,32 @@ def record_shift(
     vertex: int,
     before: Float32Array,
     row: int,
-    delivered: Float32Array,
+    grid_position: Float32Array,
 ) -> None:
-    """Write down the move of a vertex that took no part in the collapse; there must be room.
+    """Record the move of a vertex that is not an end of the collapsed edge.
 
     Parameters
     ----------
     record : Record
+        With room for the shift.
     filled : int
-        How much of `record.shifted` is in use.
+        Number of entries of `record.shifted` in use.
     vertex : int
     before : (n, 3) float32
-        Where it was, in one of the rows.
+        Row `row` is the position before the move.
     row : int
-    delivered : (V, 3) float32
-        Where it is.
+    grid_position : (V, 3) float32
+        Positions after the move.
     """
     record.shifted[filled] = vertex
     for axis in range(3):
         record.shift[filled, 0, axis] = before[row, axis]
-        record.shift[filled, 1, axis] = delivered[vertex, axis]
+        record.shift[filled, 1, axis] = grid_position[vertex, axis]
 
 
 @leaf_kernel
 def has_room(record: Record, collapses: int, changes: int) -> bool:
-    """Whether so many moved corners, and so many shifts, can be written after so many collapses."""
+    """Whether `changes` moved corners and as many shifts fit after `collapses` collapses."""
     if collapses == 0:
         return min(record.moved.size, record.shifted.size) >= changes
     return (
@@ -191,48 +193,28 @@ def has_room(record: Record, collapses: int, changes: int) -> bool:
     )
 
 
-@kernel
-def with_room(record: Record, collapses: int, changes: int) -> Record:
-    """Return a record for which `has_room` holds: with longer arrays where they are too short."""
+def extend_record(record: Record, collapses: int, changes: int) -> Record:
+    """Return a record for which `has_room` holds; too short arrays are replaced by longer ones."""
     moved, shifted, shift = record.moved, record.shifted, record.shift
-    in_use = record.moved_end[collapses - 1] if collapses > 0 else 0
-    if in_use + changes > moved.size:
+    used = record.moved_end[collapses - 1] if collapses > 0 else 0
+    if used + changes > moved.size:
         moved = np.empty(2 * moved.size + changes, np.int32)
-        moved[:in_use] = record.moved[:in_use]
-    in_use = record.shifted_end[collapses - 1] if collapses > 0 else 0
-    if in_use + changes > shifted.size:
+        moved[:used] = record.moved[:used]
+    used = record.shifted_end[collapses - 1] if collapses > 0 else 0
+    if used + changes > shifted.size:
         shifted = np.empty(2 * shifted.size + changes, np.int32)
         shift = np.empty((shifted.size, 2, 3), np.float32)
-        shifted[:in_use] = record.shifted[:in_use]
-        shift[:in_use] = record.shift[:in_use]
-    return Record(
-        record.kept,
-        record.dead,
-        record.position,
-        record.sides,
-        record.corner,
-        record.moved_end,
-        moved,
-        record.shifted_end,
-        shifted,
-        shift,
-    )
+        shifted[:used] = record.shifted[:used]
+        shift[:used] = record.shift[:used]
+    return record._replace(moved=moved, shifted=shifted, shift=shift)
 
 
-@kernel
-def in_use(record: Record, collapses: int) -> Record:
-    """Return a record of so many collapses without the room that is left."""
+def trim_record(record: Record, collapses: int) -> Record:
+    """Return the first `collapses` collapses of a record, without unused entries."""
     moved = record.moved_end[collapses - 1] if collapses > 0 else 0
     shifts = record.shifted_end[collapses - 1] if collapses > 0 else 0
-    return Record(
-        record.kept[:collapses],
-        record.dead[:collapses],
-        record.position[:collapses],
-        record.sides[:collapses],
-        record.corner[:collapses],
-        record.moved_end[:collapses],
-        record.moved[:moved],
-        record.shifted_end[:collapses],
-        record.shifted[:shifts],
-        record.shift[:shifts],
+    parts = {name: values[:collapses] for name, values in record._asdict().items()}
+    parts.update(
+        moved=record.moved[:moved], shifted=record.shifted[:shifts], shift=record.shift[:shifts]
     )
+    return Record(**parts)

@@ -1,38 +1,36 @@
-"""Moves after a collapse: the new vertex and its neighbours go to where the cost wants them."""
+"""Moves after a collapse: the new vertex and its neighbours move to lower the mismatch."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from gamutcore.arrays import Float32Array, FloatArray, IndexArray
-from gamutcore.decimation.candidates import rounded_as_delivered
-from gamutcore.decimation.costs.interface import improve, settle
+from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.decimation.candidates import Grid, round_to_grid
+from gamutcore.decimation.costs.dispatch import CostState, find_improvement, update_after_change
+from gamutcore.decimation.edge_collapse import Workspace, mark_changed
 from gamutcore.decimation.record import Record, record_shift
-from gamutcore.decimation.star import Surface, keeps_star_shape, vertex_ring
-from gamutcore.decimation.workspace import Workspace, mark_changed
+from gamutcore.decimation.star import LARGEST_LINK, Surface, keeps_star_shape, write_vertex_link
 from gamutcore.kernels import leaf_kernel
 
 __all__ = ["relax"]
 
 FATNESS = 0.05
-"""A move must leave no face whose solid angle is less than this part of the mean around the vertex,
-unless it was there before: the room that later collapses need goes with such slivers."""
+"""A move must not leave a face whose solid angle is below this fraction of the mean around the
+vertex, unless the face was there before. Slivers close the cones that later collapses need."""
 
-RELAXATIONS = 4
-"""How often the vertices around a collapse are gone through to move them, at most."""
+ROUNDS = 4
+"""Largest number of passes over the vertices around a collapse."""
 
 
 @leaf_kernel
 def _thinnest(
-    position: FloatArray, ring: IndexArray, count: int, x: float, y: float, z: float
+    position: FloatArray, link: IndexArray, count: int, x: float, y: float, z: float
 ) -> tuple[float, float]:
-    """Smallest and mean det(a, b, x) ÷ (|a| |b| |x|) over the faces around a place."""
+    """Smallest and mean det(a, b, x) ÷ (|a| |b| |x|) over the faces around a position."""
     least, total = np.inf, 0.0
     length = np.sqrt(x * x + y * y + z * z)
     for pair in range(count):
-        one, two = ring[pair, 0], ring[pair, 1]
+        one, two = link[pair, 0], link[pair, 1]
         ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
         bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
         determinant = x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
@@ -45,108 +43,103 @@ def _thinnest(
 
 @leaf_kernel
 def _stays_fat(
-    position: FloatArray, ring: IndexArray, count: int, vertex: int, place: FloatArray
+    position: FloatArray, link: IndexArray, count: int, vertex: int, point: FloatArray
 ) -> bool:
-    """Whether a move leaves no sliver that was not there before, and does not reach far."""
+    """Whether a move creates no sliver and stays within the radius of the star."""
     x, y, z = position[vertex, 0], position[vertex, 1], position[vertex, 2]
-    before, _ = _thinnest(position, ring, count, x, y, z)
-    after, mean = _thinnest(position, ring, count, place[0], place[1], place[2])
+    before, _ = _thinnest(position, link, count, x, y, z)
+    after, mean = _thinnest(position, link, count, point[0], point[1], point[2])
     if after < before and after < FATNESS * mean:
         return False
     squared_radius = 0.0
     for pair in range(count):
-        one = ring[pair, 0]
+        one = link[pair, 0]
         dx, dy, dz = position[one, 0] - x, position[one, 1] - y, position[one, 2] - z
         squared_radius = max(squared_radius, dx * dx + dy * dy + dz * dz)
-    dx, dy, dz = place[0] - x, place[1] - y, place[2] - z
+    dx, dy, dz = point[0] - x, point[1] - y, point[2] - z
     return dx * dx + dy * dy + dz * dz <= squared_radius
 
 
 @leaf_kernel
 def relax(
-    cost: Any,  # noqa: ANN401
+    state: CostState,
     surface: Surface,
-    delivered: Float32Array,
-    centre: FloatArray,
-    step: float,
+    grid: Grid,
     record: Record,
     work: Workspace,
     kept: int,
     collapses: int,
-    ring: IndexArray,
 ) -> None:
-    """Move a new vertex and its neighbours to better places, and write down where from and to.
+    """Move a new vertex and its neighbours to better positions, and record the moves.
 
     Parameters
     ----------
-    cost, surface, delivered, centre, step
-        As for `collapse_all`.
+    state, surface, grid
+        Updated.
     record : Record
-        With room for as many shifts as there are neighbours. Of the last collapse the position of
-        the new vertex is replaced if it moves, and the end of its shifts.
+        With room for one shift per neighbour. The position and the end of shifts of the last
+        collapse are replaced.
     work : Workspace
     kept : int
         The new vertex.
     collapses : int
-        The last one included.
-    ring : (m, 2) int32
-        Scratch.
+        Number of collapses, including the last one.
     """
-    place, around, before = work.place, work.around, work.before
-    neighbours = vertex_ring(surface, kept, ring)
-    if neighbours > len(ring) or neighbours >= len(around):
+    point, link, around = work.point, work.link, work.neighbourhood
+    neighbours = int(surface.degree[kept])
+    if neighbours > LARGEST_LINK:
         return
+    write_vertex_link(surface, kept, link)
     around[0] = kept
     for index in range(neighbours):
-        around[index + 1] = ring[index, 0]
+        around[index + 1] = link[index, 0]
     for index in range(neighbours + 1):
         for axis in range(3):
-            before[index, axis] = delivered[around[index], axis]
-    for _ in range(RELAXATIONS):
-        still = True
+            work.before[index, axis] = grid.position[around[index], axis]
+    for _ in range(ROUNDS):
+        moved = False
         for index in range(neighbours + 1):
-            vertex = around[index]
-            if not improve(cost, surface, vertex, place):
+            vertex = int(around[index])
+            if not find_improvement(state, surface, vertex, point):
                 continue
-            if not rounded_as_delivered(place, centre, step, work.rounded):
+            if not round_to_grid(grid, point, work.rounded):
                 continue
-            count = vertex_ring(surface, vertex, ring)
-            if (
-                count > len(ring)
-                or not keeps_star_shape(surface.position, ring, count, place[0], place[1], place[2])
-                or not _stays_fat(surface.position, ring, count, vertex, place)
+            count = write_vertex_link(surface, vertex, link)
+            if not (
+                keeps_star_shape(surface.position, link, count, point[0], point[1], point[2])
+                and _stays_fat(surface.position, link, count, vertex, point)
             ):
                 continue
             for axis in range(3):
-                surface.position[vertex, axis] = place[axis]
-                delivered[vertex, axis] = work.rounded[axis]
-            settle(cost, surface, vertex)
-            still = False
-        if still:
+                surface.position[vertex, axis] = point[axis]
+                grid.position[vertex, axis] = work.rounded[axis]
+            update_after_change(state, surface, vertex)
+            moved = True
+        if not moved:
             break
-    _record_moves(surface, delivered, record, work, neighbours, collapses)
+    _record_moves(surface, grid, record, work, neighbours, collapses)
 
 
 @leaf_kernel
 def _record_moves(
     surface: Surface,
-    delivered: Float32Array,
+    grid: Grid,
     record: Record,
     work: Workspace,
     neighbours: int,
     collapses: int,
 ) -> None:
-    """Write down where the new vertex and its neighbours are, as far as that is elsewhere."""
-    around, before = work.around, work.before
+    """Record the present positions of the new vertex and of the neighbours that moved."""
+    around, before = work.neighbourhood, work.before
     for axis in range(3):
-        record.position[collapses - 1, 2, axis] = delivered[around[0], axis]
-    shifts = record.shifted_end[collapses - 1]
+        record.position[collapses - 1, 2, axis] = grid.position[around[0], axis]
+    shifts = int(record.shifted_end[collapses - 1])
     for index in range(1, neighbours + 1):
-        vertex, moved = around[index], False
+        vertex, moved = int(around[index]), False
         for axis in range(3):
-            moved = moved or delivered[vertex, axis] != before[index, axis]
+            moved = moved or grid.position[vertex, axis] != before[index, axis]
         if moved:
             mark_changed(surface, work, vertex, collapses)
-            record_shift(record, shifts, vertex, before, index, delivered)
+            record_shift(record, shifts, vertex, before, index, grid.position)
             shifts += 1
     record.shifted_end[collapses - 1] = shifts

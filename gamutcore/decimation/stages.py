@@ -1,9 +1,9 @@
-"""Decimation in stages: what one leaves is compacted for the next.
+"""Decimation in stages: the remaining surface of one stage is compacted for the next.
 
-Of a surface with a hundred thousand vertices that has been decimated to a few thousand, every face
-lies in a cache line of its own. Compacted it fits the cache, and is small enough to be copied for
-several ways down. A stage numbers its vertices and faces by itself and writes a record of its own;
-`joined` puts these together in the numbers of the full boundary.
+When a surface of a hundred thousand vertices has been decimated to a few thousand, each face lies
+in a cache line of its own. Compacted, the surface fits the cache and is small enough to copy for
+several trials. A stage numbers its vertices and faces from 0 and writes a record of its own.
+`join_records` joins the records in the numbers of the full boundary.
 """
 
 from __future__ import annotations
@@ -12,58 +12,63 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gamutcore.decimation.collapse import collapse_all
-from gamutcore.decimation.record import Record
+from gamutcore.decimation.candidates import Grid
+from gamutcore.decimation.collapse import collapse_edges
+from gamutcore.decimation.costs.dispatch import CostState, cost_state_on
+from gamutcore.decimation.costs.parameters import MEMORYLESS, SWEPT_DOWN_TO
+from gamutcore.decimation.edge_collapse import COLLAPSES, ROOM, empty_workspace, new_loop
+from gamutcore.decimation.record import Record, empty_record, extend_record, trim_record
 from gamutcore.decimation.star import Surface, surface_of
 
 if TYPE_CHECKING:
     from gamutcore.arrays import Float32Array, FloatArray, IndexArray, LongArray
-    from gamutcore.decimation.plan import Plan
 
-__all__ = ["UNDISTURBED", "Passage", "Stage", "carried_out", "compacted", "copied", "joined"]
+__all__ = [
+    "EXACT_ERRORS",
+    "Stage",
+    "StageResult",
+    "compact_stage",
+    "copy_stage",
+    "join_records",
+    "run_stage",
+]
 
-UNDISTURBED = (0, 0.0)
-"""The way on which all edges have the errors that they have."""
-
-NOTHING_KNOWN = np.empty(0)
-"""No errors are known, nor to be kept."""
+EXACT_ERRORS = np.empty(0)
+"""Perturbation of a stage whose errors are not perturbed."""
 
 
 class Stage(NamedTuple):
-    """A surface to be decimated, and what its vertices and faces are in the full boundary.
+    """A surface to decimate, and the numbers of its vertices and faces in the full boundary.
 
     Attributes
     ----------
-    state : NamedTuple of arrays
-        Of the cost.
+    state : CostState
     surface : Surface
-    delivered : (v, 3) float32
-        Positions as delivered.
-    centre : (3,) float64
-    step : float
-        Of the grid that they lie on.
+    grid : Grid
     vertices : (v,) int32
         Their numbers in the full boundary.
     faces : (f,) int32
-        The same of the faces.
+        Their numbers in the full boundary.
     """
 
-    state: Any
+    state: CostState
     surface: Surface
-    delivered: Float32Array
-    centre: FloatArray
-    step: float
+    grid: Grid
     vertices: IndexArray
     faces: IndexArray
 
+    @property
+    def size(self) -> int:
+        """Number of vertices before the first collapse."""
+        return len(self.vertices)
 
-class Passage(NamedTuple):
-    """A stage that has been carried out.
+
+class StageResult(NamedTuple):
+    """A stage after its collapses.
 
     Attributes
     ----------
     stage : Stage
-        As it was left.
     record : Record
         Its collapses, in its own numbers.
     """
@@ -73,20 +78,18 @@ class Passage(NamedTuple):
 
     @property
     def left(self) -> int:
-        """Vertices that are left."""
-        return len(self.stage.delivered) - len(self.record.kept)
+        """Number of vertices left."""
+        return self.stage.size - len(self.record.kept)
 
 
-def carried_out(
+def run_stage(
     stage: Stage,
     until: int,
-    record: Record,
-    done: LongArray,
+    counter: LongArray,
     *,
-    way: tuple[int, float] = UNDISTURBED,
-    known: FloatArray = NOTHING_KNOWN,
-    sweeping: bool = False,
-) -> Passage:
+    perturbation: FloatArray = EXACT_ERRORS,
+    sweep: bool = False,
+) -> StageResult:
     """Decimate a surface to a number of vertices.
 
     Parameters
@@ -94,97 +97,99 @@ def carried_out(
     stage : Stage
         Changed.
     until : int
-        Vertices to leave.
-    record, done, way, known, sweeping
-        As for `collapse_all`.
+        Number of vertices to leave: 4 or more.
+    counter : (1,) int64
+        Counts up with each collapse.
+    perturbation : (E,) or (0,) float64, optional
+        Perturbation of each edge's error, from 0 to 1.
+    sweep : bool, optional
+        Whether to make the collapses down to `SWEPT_DOWN_TO` vertices in sweeps.
 
     Returns
     -------
-    Passage
-        With more vertices left only if there is no edge that could be collapsed validly.
+    StageResult
+        With more vertices left only if no edge can be collapsed validly.
     """
-    record = collapse_all(
-        stage.state,
-        stage.surface,
-        stage.delivered,
-        stage.centre,
-        stage.step,
-        record,
-        done,
-        np.array(way, np.float64),
-        known,
-        until,
-        sweeping,
-    )
-    return Passage(stage, record)
+    state, surface, grid = stage.state, stage.surface, stage.grid
+    work = empty_workspace(surface.corner_facing.size, stage.size, counter, perturbation)
+    record, loop = empty_record(stage.size), new_loop()
+    swept = 0
+    if sweep and state.parameters.kind == MEMORYLESS:
+        swept = max(stage.size - max(until, SWEPT_DOWN_TO), 0)
+    wanted = stage.size - until
+    # as plain Python, kernels divide by zero like compiled code does: to infinity, without a word
+    with np.errstate(all="ignore"):
+        while not collapse_edges(state, surface, grid, record, work, loop, swept, wanted):
+            record = extend_record(record, int(loop.counts[COLLAPSES]), int(loop.counts[ROOM]))
+    return StageResult(stage, trim_record(record, int(loop.counts[COLLAPSES])))
 
 
-def compacted(stage: Stage, plan: Plan) -> Stage:
-    """Return what is left of a surface as one of its own, in the same order.
+def compact_stage(stage: Stage) -> Stage:
+    """Return the remaining surface of a stage as a stage of its own, in the same order.
 
     Parameters
     ----------
     stage : Stage
         After some collapses.
-    plan : Plan
-        Of the cost.
 
     Returns
     -------
     Stage
     """
-    surface = stage.surface
+    surface, grid = stage.surface, stage.grid
     corners = surface.corner_facing[surface.corner_facing >= 0]
     alive = np.zeros(len(stage.faces), np.bool_)
     alive[corners // 3] = True
     alive[surface.opposite[corners] // 3] = True
-    faces = np.flatnonzero(alive).astype(np.int32)
-    number = np.empty(len(stage.faces), np.int32)
-    number[faces] = np.arange(len(faces), dtype=np.int32)
-    named = surface.vertex.reshape(-1, 3)[faces]
-    alive = np.zeros(len(stage.vertices), np.bool_)
-    alive[named] = True
-    vertices = np.flatnonzero(alive).astype(np.int32)
-    name = np.empty(len(stage.vertices), np.int32)
-    name[vertices] = np.arange(len(vertices), dtype=np.int32)
+    faces, face_number = _renumber(alive)
+    corner_vertex = surface.vertex.reshape(-1, 3)[faces]
+    alive = np.zeros(stage.size, np.bool_)
+    alive[corner_vertex] = True
+    vertices, vertex_number = _renumber(alive)
     opposite = surface.opposite.reshape(-1, 3)[faces].ravel()
     small = surface_of(
-        surface.position[vertices], name[named], 3 * number[opposite // 3] + opposite % 3
+        surface.position[vertices],
+        vertex_number[corner_vertex],
+        3 * face_number[opposite // 3] + opposite % 3,
     )
     small.deficit[:] = surface.deficit
     return Stage(
-        plan.state_on(stage.state, vertices, faces),
+        cost_state_on(stage.state, vertices, faces),
         small,
-        stage.delivered[vertices],
-        stage.centre,
-        stage.step,
+        grid._replace(position=grid.position[vertices]),
         stage.vertices[vertices],
         stage.faces[faces],
     )
 
 
-def copied(stage: Stage) -> Stage:
-    """Return a copy that can be decimated while the stage stays what it is."""
+def _renumber(alive: Any) -> tuple[IndexArray, IndexArray]:  # noqa: ANN401  # an array of bool
+    """Return the indices that are alive, and the new number of each of them."""
+    indices = np.flatnonzero(alive).astype(np.int32)
+    number = np.empty(len(alive), np.int32)
+    number[indices] = np.arange(len(indices), dtype=np.int32)
+    return indices, number
+
+
+def copy_stage(stage: Stage) -> Stage:
+    """Return a copy that can be decimated without changing the stage."""
     return stage._replace(
-        state=_copy(stage.state), surface=_copy(stage.surface), delivered=stage.delivered.copy()
+        state=_copy(stage.state), surface=_copy(stage.surface), grid=_copy(stage.grid)
     )
 
 
-def _copy(arrays: Any) -> Any:  # noqa: ANN401
-    """Copy a NamedTuple of arrays and such."""
-    if isinstance(arrays, tuple):
-        return type(arrays)(*map(_copy, arrays))
-    return arrays.copy()
+def _copy(values: Any) -> Any:  # noqa: ANN401
+    """Copy nested NamedTuples of arrays and numbers."""
+    if isinstance(values, tuple):
+        return type(values)(*map(_copy, values))
+    return values.copy() if isinstance(values, np.ndarray) else values
 
 
-def joined(record: Record, passages: list[Passage]) -> tuple[Record, IndexArray, Float32Array]:
-    """Put the records of stages together.
+def join_records(results: list[StageResult]) -> tuple[Record, IndexArray, Float32Array]:
+    """Join the records of consecutive stages.
 
     Parameters
     ----------
-    record : Record
-        With room for all collapses; the first stage's may be in it already.
-    passages : list of Passage
+    results : list of StageResult
         From the full boundary on, each beginning where the one before ended.
 
     Returns
@@ -193,33 +198,24 @@ def joined(record: Record, passages: list[Passage]) -> tuple[Record, IndexArray,
         All collapses, in the numbers of the full boundary.
     vertex : (3 F,) int32
         Vertices at the corners of its faces after the last collapse.
-    delivered : (V, 3) float32
-        Positions after it.
+    positions : (V, 3) float32
+        Positions on the grid after the last collapse.
     """
-    first = passages[0].stage
-    vertex, delivered = first.surface.vertex, first.delivered
-    growing: dict[str, list[Any]] = {"moved": [], "shifted": [], "shift": []}
-    collapses = moves = shifts = 0
-    for number, (stage, part) in enumerate(passages):
-        named = part
+    first = results[0].stage
+    vertex, positions = first.surface.vertex, first.grid.position
+    parts: list[Record] = []
+    moves = shifts = 0
+    for number, (stage, record) in enumerate(results):
+        part = record
         if number > 0:
-            named = _in_full_numbers(stage, part)
+            part = _in_full_numbers(stage, record)
             vertex.reshape(-1, 3)[stage.faces] = stage.vertices[stage.surface.vertex.reshape(-1, 3)]
-            delivered[stage.vertices] = stage.delivered
-        named = named._replace(
-            moved_end=named.moved_end + moves, shifted_end=named.shifted_end + shifts
+            positions[stage.vertices] = stage.grid.position
+        parts.append(
+            part._replace(moved_end=part.moved_end + moves, shifted_end=part.shifted_end + shifts)
         )
-        until = collapses + len(named.kept)
-        for name, values in named._asdict().items():
-            if name in growing:
-                growing[name].append(values)
-            else:
-                getattr(record, name)[collapses:until] = values
-        collapses = until
-        moves, shifts = moves + len(named.moved), shifts + len(named.shifted)
-    parts = {name: values[:collapses] for name, values in record._asdict().items()}
-    parts.update((name, np.concatenate(values)) for name, values in growing.items())
-    return Record(**parts), vertex, delivered
+        moves, shifts = moves + len(part.moved), shifts + len(part.shifted)
+    return Record(*map(np.concatenate, zip(*parts, strict=True))), vertex, positions
 
 
 def _in_full_numbers(stage: Stage, record: Record) -> Record:

@@ -1,242 +1,206 @@
-"""The fine end of a decimation in sweeps: edges in the order of memory, below a rising limit.
+"""The fine levels in sweeps: edges in the order of memory, below a rising limit of their error.
 
-In strict order the cheapest edge lies somewhere in memory, and each collapse waits for it. Among
+In strict order the cheapest edge lies anywhere in memory, and each collapse waits for it. Among
 hundreds of thousands of nearly equal edges the order hardly matters, and edges that are near in
-memory are near on the surface (`modified_convex_hull` orders them so). A sweep of all edges still
-fetches all of them from far away for the few collapses that it makes, so a block of them that the
-cache holds is swept several times, each time below a higher limit, before it is the next one's
-turn.
+memory are near on the surface (`modified_convex_hull` orders them so). One sweep makes few
+collapses, so a block of edges that fits the cache is swept several times with rising limits before
+the next block.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
-
 import numpy as np
 
-from gamutcore.arrays import Float32Array, FloatArray, IndexArray, LongArray
 from gamutcore.corner_table import following, preceding
-from gamutcore.decimation.costs.interface import optimum, reach
-from gamutcore.decimation.record import Record, has_room
-from gamutcore.decimation.star import Surface, link_condition_holds, ring_faces
-from gamutcore.decimation.workspace import (
+from gamutcore.decimation.candidates import Grid
+from gamutcore.decimation.costs.dispatch import CostState, enter_level, find_optimum
+from gamutcore.decimation.edge_collapse import (
+    BLOCK_BEGIN,
+    BLOCK_SWEEPS,
+    COLLAPSES,
+    ERRORS_CHANGED,
+    QUERIES,
+    ROUND,
+    Loop,
     Workspace,
     collapse_edge,
     is_stale,
     mark_changed,
-    rounded_place_is_valid,
+    rounded_point_is_valid,
 )
-from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.decimation.edge_queue import dequeue, fill_queue
+from gamutcore.decimation.record import Record, has_room
+from gamutcore.decimation.star import LARGEST_LINK, Surface, link_condition_holds, write_edge_link
+from gamutcore.kernels import leaf_kernel
 
-__all__ = ["SWEPT_DOWN_TO", "Sweeps", "begun_sweeps", "collapse_in_sweeps"]
+__all__ = ["begin_sweeps", "collapse_in_sweeps"]
 
-SWEPT_DOWN_TO = 6000
-"""Vertices with which strict order begins."""
+RATIO = 1.7
+"""Ratio of the limits of consecutive sweeps."""
 
-SWEEP_RATIO = 1.7
-"""How much the limit rises from sweep to sweep."""
-
-FIRST_SWEEP = 16
-"""The first limit leaves one in so many edges below it."""
+FIRST_PART = 16
+"""The first limit lies above the errors of one in so many edges."""
 
 SAMPLED = 16
-"""One in so many edges counts for that."""
+"""One in so many edges is evaluated to find that limit."""
 
 BLOCK = 4096
-"""Edges that are swept several times before the next ones are: the cache holds what they need."""
+"""Number of edges of a block in the first round: the cache holds their data."""
 
-SWEEPS_OF_BLOCK = 3
-"""How often, each time below a higher limit."""
+SWEEPS_PER_BLOCK = 3
+"""Number of sweeps of a block in each round."""
 
 WHOLE = 2.5
-"""Levels with fewer vertices than so many times those of the last one are swept as a whole: the
-last limit has to be reached everywhere."""
-
-
-class Sweeps(NamedTuple):
-    """How far the sweeps are.
-
-    Attributes
-    ----------
-    counts : (6,) int64
-        Collapses so far; queries; the round, and of it the first edge of the block at hand and how
-        often that was swept; 1 when all errors have changed.
-    limit : (1,) float64
-        Above which the limits of the round begin.
-    """
-
-    counts: LongArray
-    limit: FloatArray
-
-
-@kernel
-def begun_sweeps(cost: Any, surface: Surface, work: Workspace) -> Sweeps:  # noqa: ANN401
-    """Return where the sweeps begin."""
-    some = np.empty(surface.corner_facing.size // SAMPLED + 1)
-    _sample_errors(cost, surface, work, some)
-    counts = np.zeros(6, np.int64)
-    counts[1] = -1  # marks begin with −1, and the queries of the strict order count up from 1
-    return Sweeps(counts, np.full(1, np.sort(some)[some.size // FIRST_SWEEP] / SWEEP_RATIO))
+"""Levels of at most so many times the vertices of the last swept level form a single block, because
+the last limit has to be reached everywhere."""
 
 
 @leaf_kernel
-def _sample_errors(
-    cost: Any,  # noqa: ANN401
-    surface: Surface,
-    work: Workspace,
-    some: FloatArray,
-) -> None:
-    """Write the errors of edges from all over the surface."""
-    for index in range(some.size):
-        edge = min(SAMPLED * index, surface.corner_facing.size - 1)
-        some[index] = optimum(cost, surface, surface.corner_facing[edge], work.place)
+def begin_sweeps(state: CostState, surface: Surface, work: Workspace, loop: Loop) -> None:
+    """Set the first limit: a quantile of the errors of edges from all over the surface.
+
+    Parameters
+    ----------
+    state : CostState
+    surface : Surface
+    work : Workspace
+        Its queue is empty before and after.
+    loop : Loop
+        Its limit is written.
+    """
+    queue, edges = work.queue, surface.corner_facing.size
+    sampled = edges // SAMPLED + 1
+    for index in range(sampled):
+        edge = min(SAMPLED * index, edges - 1)
+        value = find_optimum(state, surface, int(surface.corner_facing[edge]), work.point)
+        queue.priority[edge] = value if value < np.inf else np.inf  # noqa: FURB136  # NaN too
+        queue.heap[index] = edge
+    fill_queue(queue, sampled)
+    for _ in range(sampled // FIRST_PART):
+        dequeue(queue, int(np.int64(queue.heap[0])))
+    loop.limit[0] = queue.priority[queue.heap[0]] / RATIO
+    for index in range(queue.size[0]):
+        queue.heap_index[queue.heap[index]] = -1
+    queue.size[0] = 0
 
 
 @leaf_kernel
 def _evaluate(
-    cost: Any,  # noqa: ANN401
-    surface: Surface,
-    work: Workspace,
-    begin: int,
-    end: int,
-    collapses: int,
+    state: CostState, surface: Surface, work: Workspace, begin: int, end: int, collapses: int
 ) -> None:
-    """Evaluate some of the edges."""
+    """Evaluate the edges of a block."""
     for edge in range(begin, end):
-        corner = surface.corner_facing[edge]
+        corner = int(surface.corner_facing[edge])
         if corner >= 0:
-            work.queue.priority[edge] = optimum(cost, surface, corner, work.place)
+            work.queue.priority[edge] = find_optimum(state, surface, corner, work.point)
             work.evaluated[edge] = collapses
 
 
 @leaf_kernel
 def collapse_in_sweeps(
-    cost: Any,  # noqa: ANN401
+    state: CostState,
     surface: Surface,
-    delivered: Float32Array,
-    centre: FloatArray,
-    step: float,
+    grid: Grid,
     record: Record,
     work: Workspace,
-    sweeps: Sweeps,
-    ring: IndexArray,
+    loop: Loop,
     wanted: int,
 ) -> bool:
-    """Collapse edges below a rising limit of the error, in their order in memory.
+    """Collapse edges below a rising limit of the error, in the order of memory.
 
     Parameters
     ----------
-    cost, surface, delivered, centre, step, record
-        As for `collapse_all`.
-    work : Workspace
-    sweeps : Sweeps
-        Brought up to date.
-    ring : (m, 2) int32
-        Scratch; edges with longer rings wait.
+    state, surface, grid, record, work
+        As in `collapse_edges`.
+    loop : Loop
+        Updated.
     wanted : int
-        Collapses to make.
+        Number of collapses to make.
 
     Returns
     -------
     bool
-        False if the record has no room for another collapse: to be called again with more. True if
-        there are as many collapses as are wanted, or all errors have changed, or no edge is left
-        that can be collapsed.
+        False if the record has no room for another collapse; call again with more room. True if the
+        wanted number is reached, the errors of all edges have changed, or no edge can be collapsed.
     """
-    counts, edges = sweeps.counts, work.queue.priority.size
-    whole = WHOLE * (len(delivered) - wanted)
-    while counts[0] < wanted:
-        before = counts[0]
-        several = len(delivered) - before > whole
-        times = SWEEPS_OF_BLOCK if several else 1
-        # in each round there are fewer edges in as much memory
-        block = BLOCK << min(counts[2], 16) if several else edges
-        while counts[3] < edges:
-            begin, end = counts[3], min(counts[3] + block, edges)
-            if counts[2] == 0 and counts[4] == 0:
-                _evaluate(cost, surface, work, begin, end, counts[0])
-            while counts[4] < times:
-                limit = sweeps.limit[0] * SWEEP_RATIO ** (counts[4] + 1)
-                if not _sweep(
-                    cost,
-                    surface,
-                    delivered,
-                    centre,
-                    step,
-                    record,
-                    work,
-                    counts,
-                    ring,
-                    wanted,
-                    begin,
-                    end,
-                    limit,
-                ):
+    counts, edges = loop.counts, work.queue.priority.size
+    whole = WHOLE * (len(grid.position) - wanted)
+    while counts[COLLAPSES] < wanted:
+        before = counts[COLLAPSES]
+        in_blocks = len(grid.position) - before > whole
+        times = SWEEPS_PER_BLOCK if in_blocks else 1
+        # in each round there are fewer edges in the same memory
+        block = BLOCK << min(counts[ROUND], 16) if in_blocks else edges
+        while counts[BLOCK_BEGIN] < edges:
+            begin, end = counts[BLOCK_BEGIN], min(counts[BLOCK_BEGIN] + block, edges)
+            if counts[ROUND] == 0 and counts[BLOCK_SWEEPS] == 0:
+                _evaluate(state, surface, work, begin, end, counts[COLLAPSES])
+            while counts[BLOCK_SWEEPS] < times:
+                limit = loop.limit[0] * RATIO ** (counts[BLOCK_SWEEPS] + 1)
+                if not _sweep(state, surface, grid, record, work, loop, wanted, begin, end, limit):
                     return False
-                if counts[0] == wanted or counts[5] == 1:
+                if counts[COLLAPSES] == wanted or counts[ERRORS_CHANGED] == 1:
                     return True
-                counts[4] += 1
-            counts[3], counts[4] = end, 0
-        counts[2], counts[3] = counts[2] + 1, 0
-        if counts[0] == before and not sweeps.limit[0] < np.inf:
+                counts[BLOCK_SWEEPS] += 1
+            counts[BLOCK_BEGIN], counts[BLOCK_SWEEPS] = end, 0
+        counts[ROUND], counts[BLOCK_BEGIN] = counts[ROUND] + 1, 0
+        if counts[COLLAPSES] == before and not loop.limit[0] < np.inf:
             break
-        sweeps.limit[0] *= SWEEP_RATIO**times
+        loop.limit[0] *= RATIO**times
     return True
 
 
 @leaf_kernel
 def _sweep(
-    cost: Any,  # noqa: ANN401
+    state: CostState,
     surface: Surface,
-    delivered: Float32Array,
-    centre: FloatArray,
-    step: float,
+    grid: Grid,
     record: Record,
     work: Workspace,
-    counts: LongArray,
-    ring: IndexArray,
+    loop: Loop,
     wanted: int,
     begin: int,
     end: int,
     limit: float,
 ) -> bool:
-    """Sweep some of the edges once; False if the record has no room for another collapse."""
-    priority = work.queue.priority
-    collapses, query = counts[0], counts[1]
+    """Sweep a block of edges once; False if the record has no room for another collapse."""
+    priority, counts = work.queue.priority, loop.counts
+    collapses, query = counts[COLLAPSES], counts[QUERIES]
     room = True
     for edge in range(begin, end):
-        corner = surface.corner_facing[edge]
+        corner = int(surface.corner_facing[edge])
         if corner < 0 or priority[edge] > limit:
             continue
         stale = is_stale(surface, work, edge)
         if stale:
             work.evaluated[edge] = collapses
-            priority[edge] = optimum(cost, surface, corner, work.place)
+            priority[edge] = find_optimum(state, surface, corner, work.point)
             if priority[edge] > limit:
                 continue
-        kept, dead = surface.vertex[following(corner)], surface.vertex[preceding(corner)]
-        query -= 1
+        kept = int(surface.vertex[following(corner)])
+        dead = int(surface.vertex[preceding(corner)])
+        query += 1
         if not link_condition_holds(surface, kept, dead, query):
             continue
-        count = ring_faces(surface, kept, dead, ring)
-        if count > len(ring):
+        # the two faces at the edge count once for each end
+        count = surface.degree[kept] + surface.degree[dead] - 4
+        if count > LARGEST_LINK:
             continue
+        count = write_edge_link(surface, kept, dead, work.link)
         if not stale:
-            optimum(cost, surface, corner, work.place)
-        if not rounded_place_is_valid(
-            cost, surface, work, corner, 0, ring, count, centre, step, False
-        ):
+            find_optimum(state, surface, corner, work.point)
+        if not rounded_point_is_valid(surface, grid, work, count):
             continue
         room = has_room(record, collapses, count)
         if not room:
             break
-        kept = collapse_edge(cost, surface, delivered, record, work, edge, collapses)
+        kept = collapse_edge(state, surface, grid, record, work, edge, collapses)
         collapses += 1
         mark_changed(surface, work, kept, collapses)
         if collapses == wanted:
             break
-        if reach(cost, surface, len(delivered) - collapses):
-            counts[5] = 1
+        if enter_level(state, surface, len(grid.position) - collapses):
+            counts[ERRORS_CHANGED] = 1
             break
-    counts[0], counts[1] = collapses, query
+    counts[COLLAPSES], counts[QUERIES] = collapses, query
     return room

@@ -1,8 +1,8 @@
 """Mesh files: any level as glTF, PLY, STL or OBJ.
 
-Positions are the raw coordinates of the colour space in the space's own order (L*, a*, b*), so
-that a client can compute with them. What a format can say beyond that (vertex colours,
-orientation for display, provenance) it says.
+Positions are the coordinates of the colour space in the space's own order (L*, a*, b*), so clients
+can compute with them. Vertex colours, orientation for display and provenance are added in the
+formats that have them.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class MeshFormat:
     Attributes
     ----------
     name : str
-        What it is asked for by.
+        Value of the parameter ``format``.
     media_type : str
     suffix : str
         With the dot.
@@ -69,9 +69,9 @@ def mesh_file(
     format_name : str
         A key of `FORMATS`.
     provenance : mapping of str to str, optional
-        Where the mesh comes from; kept in the formats that have a place for it (glTF, PLY, OBJ).
+        Origin of the mesh; kept in glTF, PLY and OBJ.
     space : ColourSpace, optional
-        What the vertices' appearance, and lightness upwards, are told from.
+        Determines the vertex colours and the upward direction.
 
     Returns
     -------
@@ -80,13 +80,13 @@ def mesh_file(
     Raises
     ------
     OptionError
-        If there is no such format.
+        There is no such format.
     """
     mesh_format = FORMATS.get(format_name)
     if mesh_format is None:
         raise OptionError(
-            f"there is no mesh format {format_name!r}",
+            f"There is no mesh format {format_name!r}.",
             where={"field": "format"},
-            remedy=f"one of {', '.join(FORMATS)}",
+            remedy=f"Give one of {', '.join(FORMATS)}.",
         )
     return mesh_format.encode(mesh, provenance or {}, space)

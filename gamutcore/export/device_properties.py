@@ -1,4 +1,4 @@
-"""What mesh files call the device values of their vertices."""
+"""Names of the device values of vertices in mesh files."""
 
 from __future__ import annotations
 
@@ -8,30 +8,34 @@ from functools import lru_cache
 __all__ = ["property_names"]
 
 LONGEST = 40
-"""Characters of a channel's name that go into that of a property."""
+"""Largest part of a channel's name in the name of a property, in characters."""
 
 
-@lru_cache(maxsize=64)  # asked for every mesh that is served, of few devices
+@lru_cache(maxsize=64)  # called for every served mesh, of few devices
 def property_names(channels: tuple[str, ...]) -> tuple[str, ...]:
     """Return a name of letters, digits and underscores for each channel.
 
     Parameters
     ----------
     channels : tuple of str
-        As the characterisation calls them: inks may have any name.
+        Names in the characterisation data; inks may have any name.
 
     Returns
     -------
     tuple of str
-        ``device_C`` for the channel C, ``device_Reflex_Blue`` for Reflex Blue; the channel's
-        number where nothing of its name is left, and behind a name that an earlier one has too.
-        Distinct without regard to case.
+        ``device_C`` for the channel C, ``device_Reflex_Blue`` for Reflex Blue. The channel's number
+        replaces an empty name and is appended to a repeated one. Distinct without regard to case.
+
+    Examples
+    --------
+    >>> property_names(("C", "Reflex Blue", "c"))
+    ('device_C', 'device_Reflex_Blue', 'device_c_3')
     """
     names: list[str] = []
     taken: set[str] = set()
     for number, channel in enumerate(channels, 1):
         plain = re.sub("[^A-Za-z0-9]+", "_", channel).strip("_")[:LONGEST]
-        # readers of PLY look for this word as the end of the header, wherever it stands
+        # PLY readers take this word as the end of the header, wherever it occurs
         plain = re.sub("end_header", "endheader", plain, flags=re.IGNORECASE) or str(number)
         name = f"device_{plain}"
         while name.lower() in taken:

@@ -1,11 +1,11 @@
 """glTF 2.0 (Khronos Group; ISO/IEC 12113), as one binary file or as JSON with embedded buffers.
 
-The structure is always the same, so it is written here, in a fifth of the time that a general
-exporter takes (``docs/decisions/gltf-writer.md``): one mesh of one primitive under a node whose
-rotation shows lightness upwards, with vertex colours that are linear and need no light (COLOR_0 as
-16-bit integers, KHR_materials_unlit), and the provenance in ``asset.extras``. Device values are
-application-specific attributes, a scalar for each channel, whose names the mesh's ``extras``
-translate. Clauses are those of the glTF 2.0 specification.
+The structure is always the same, so it is written here, in a fifth of the time of a general
+exporter (``docs/decisions/gltf-writer.md``). A node has one mesh of one primitive, and its rotation
+shows lightness upwards. Vertex colours are linear and unlit (COLOR_0 as 16-bit integers,
+KHR_materials_unlit). The provenance is in ``asset.extras``. Device values are application-specific
+attributes, one scalar for each channel; the mesh's ``extras`` have the names of the channels.
+Clauses are those of the glTF 2.0 specification.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def glb(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = 
     asset, content = _asset(mesh, provenance, space)
     asset["buffers"] = [{"byteLength": len(content)}]
     text = _json(asset)
-    text += b" " * (-len(text) % 4)  # chunks end at multiples of 4; that of JSON with spaces
+    text += b" " * (-len(text) % 4)  # chunks are padded to multiples of 4, JSON with spaces
     length = 12 + 8 + len(text) + 8 + len(content)
     return b"".join(
         (
@@ -79,7 +79,17 @@ def glb(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = 
 
 
 def gltf(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
-    """Return a mesh as JSON glTF with its buffer embedded as a data URI; parameters as `glb`."""
+    """Return a mesh as JSON glTF with its buffer embedded as a data URI.
+
+    Parameters
+    ----------
+    mesh, provenance, space
+        As for `glb`.
+
+    Returns
+    -------
+    bytes
+    """
     asset, content = _asset(mesh, provenance, space)
     address = "data:application/octet-stream;base64," + base64.b64encode(content).decode("ascii")
     asset["buffers"] = [{"uri": address, "byteLength": len(content)}]
@@ -91,9 +101,9 @@ def _json(asset: dict[str, Any]) -> bytes:
 
 
 class _Buffer:
-    """The binary content and the accessors of what is in it.
+    """The binary content, and the accessors of its parts.
 
-    All components have four bytes, or eight to a vertex, so everything is aligned (clause 3.6.2.4).
+    All components have four bytes, or eight per vertex, so all are aligned (clause 3.6.2.4).
     """
 
     def __init__(self) -> None:
@@ -103,7 +113,7 @@ class _Buffer:
         self.size = 0
 
     def add(self, values: NDArray[Any], component: int, *, normalized: bool = False) -> int:
-        """Append an array, one row or number an element; the index of its accessor."""
+        """Append an array of one row or number per element; return the index of its accessor."""
         part = values.tobytes()
         most, least = values.max(axis=0).tolist(), values.min(axis=0).tolist()
         accessor: dict[str, Any] = {
@@ -126,7 +136,7 @@ class _Buffer:
 def _asset(
     mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace
 ) -> tuple[dict[str, Any], bytes]:
-    """Return the JSON of an asset without its buffer, and the buffer's content."""
+    """JSON of an asset without its buffer, and the buffer's content."""
     buffer = _Buffer()
     indices = buffer.add(mesh.faces.astype("<u4", copy=False).reshape(-1), _UNSIGNED_INT)
     attributes = {"POSITION": buffer.add(mesh.vertices.astype("<f4", copy=False), _FLOAT)}
@@ -138,7 +148,7 @@ def _asset(
         names = [_attribute_name(name) for name in property_names(mesh.device.channels)]
         for name, values in zip(names, mesh.device.values.T.astype("<f4"), strict=True):
             attributes[name] = buffer.add(values, _FLOAT)
-        # JSON has no place for halves of surrogate pairs
+        # JSON cannot have lone surrogates
         channels = [name.encode("utf-8", "replace").decode() for name in mesh.device.channels]
         extras["device_channels"] = dict(zip(names, channels, strict=True))
     asset: dict[str, Any] = {
@@ -172,5 +182,5 @@ def _asset(
 
 
 def _attribute_name(name: str) -> str:
-    # The standard wants an underscore in front, and by its own example capitals.
+    # the standard requires an underscore in front; its examples are in capitals
     return f"_{name.upper()}"

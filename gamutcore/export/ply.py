@@ -1,7 +1,7 @@
 """PLY (Turk, Stanford 1994), binary little-endian: x y z, red green blue, vertex_indices.
 
-The colours are 8-bit sRGB as PLY readers expect them; the provenance is in comments. Device values
-are a float property for each channel, behind the colours, with the channel's name in a comment.
+The colours are 8-bit sRGB, as PLY readers expect. The provenance is in comments. Device values are
+one float property per channel after the colours, with the name of the channel in a comment.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def ply(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = 
     -------
     bytes
     """
-    from trimesh.exchange.ply import export_ply  # noqa: PLC0415  # heavy, for exchange alone
+    from trimesh.exchange.ply import export_ply  # noqa: PLC0415  # slow; only these formats need it
 
     colours = np.rint(srgb(space.appearance_lab(mesh.vertices)) * 255.0).astype(np.uint8)
     coloured = mesh.to_trimesh()
@@ -51,16 +51,16 @@ def ply(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = 
             facts[name] = mesh.device.channels[channel]
     exported: bytes = export_ply(coloured, encoding="binary", vertex_normal=False)
     head, comment, rest = exported.partition(b"comment https://github.com/mikedh/trimesh\n")
-    if not comment:  # the place to put ours: after the line that names the encoding
+    if not comment:  # insert after the line that names the encoding
         head, end, rest = exported.partition(b"1.0\n")
         head += end
     lines = "".join(f"comment {line}\n" for line in comment_lines(facts))
-    lines = lines.replace("end_header", "end-header")  # trimesh ends the header wherever it says so
+    lines = lines.replace("end_header", "end-header")  # trimesh ends the header at this word
     return head + lines.encode("ascii", "backslashreplace") + rest
 
 
 def comment_lines(provenance: Mapping[str, str]) -> list[str]:
-    """Provenance as lines of text, one per entry, without line breaks in them.
+    """Return provenance as lines of text, one per entry, without line breaks.
 
     Parameters
     ----------

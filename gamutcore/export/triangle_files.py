@@ -1,4 +1,4 @@
-"""STL and OBJ: formats that carry the triangles and little else, written by trimesh."""
+"""STL and OBJ, which have little beside the triangles; written by trimesh."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["obj", "stl"]
 
 
 def stl(mesh: TriangleMesh, _provenance: Mapping[str, str], _space: ColourSpace = CIELAB) -> bytes:
-    """Return a mesh as binary STL, which has no place for colours or provenance.
+    """Return a mesh as binary STL, which has neither colours nor provenance.
 
     Parameters
     ----------
@@ -29,14 +29,14 @@ def stl(mesh: TriangleMesh, _provenance: Mapping[str, str], _space: ColourSpace 
     -------
     bytes
     """
-    from trimesh.exchange.stl import export_stl  # noqa: PLC0415  # heavy, for exchange alone
+    from trimesh.exchange.stl import export_stl  # noqa: PLC0415  # slow; only these formats need it
 
     exported: bytes = export_stl(mesh.to_trimesh())
     return exported
 
 
 def obj(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
-    """Return a mesh as Wavefront OBJ, with sRGB behind each vertex and provenance in comments.
+    """Return a mesh as Wavefront OBJ, with sRGB after each vertex and provenance in comments.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def obj(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = 
     -------
     bytes
     """
-    from trimesh.exchange.obj import export_obj  # noqa: PLC0415  # heavy, for exchange alone
+    from trimesh.exchange.obj import export_obj  # noqa: PLC0415  # slow; only these formats need it
     from trimesh.visual import ColorVisuals  # noqa: PLC0415
 
     coloured = mesh.to_trimesh()

@@ -1,4 +1,4 @@
-"""Device values at places near a surface: those that it has nearest to them."""
+"""Values that a surface has nearest to given points."""
 
 from __future__ import annotations
 
@@ -15,63 +15,62 @@ if TYPE_CHECKING:
 
 __all__ = ["nearest_values"]
 
-NEAR = 8
-"""Vertices around whose faces the nearest point is looked for. With 4 the mean distance is a tenth
-larger in levels of 1000 triangles, with 12 it is the same."""
+CANDIDATES = 8
+"""The nearest point is searched in the faces around this many nearest vertices. With 4 the mean
+distance is a tenth larger in levels of 1000 triangles; with 12 it is the same."""
 
 
 def nearest_values(
-    places: Float32Array, vertices: Float32Array, faces: IndexArray, values: ShortArray
+    points: Float32Array, vertices: Float32Array, faces: IndexArray, values: ShortArray
 ) -> ShortArray:
-    """Return what a surface has at the points nearest to some places.
+    """Return the values of a surface at the points nearest to given points.
 
     Parameters
     ----------
-    places : (n, 3) float32
+    points : (n, 3) float32
     vertices : (m, 3) float32
     faces : (f, 3) int32
-        A closed surface over them.
+        A closed surface.
     values : (m, k) int16
-        At the vertices; interpolated within the faces.
+        Values at the vertices, interpolated within the faces.
 
     Returns
     -------
     (n, k) int16
-        Within the range of the three values that each is interpolated between.
+        Each value is between those at the corners of its face.
     """
-    if not len(places):
+    if not len(points):
         return np.empty((0, values.shape[1]), np.int16)
     from scipy.spatial import cKDTree  # noqa: PLC0415  # 0.15 s and 15 MB; only builds need it
 
     origin = vertices.astype(np.float64).mean(axis=0)
-    corners = vertices - origin
-    wanted = places - origin
-    count = min(NEAR, len(corners))
-    near = cKDTree(corners).query(wanted, count)[1].reshape(-1, count)
-    around = np.argsort(faces.ravel(), kind="stable") // 3
-    ends = np.cumsum(np.bincount(faces.ravel(), minlength=len(corners)))
-    return _at_nearest_points(wanted, near, corners, faces, around, ends, values)
+    corners, targets = vertices - origin, points - origin
+    count = min(CANDIDATES, len(corners))
+    near = cKDTree(corners).query(targets, count)[1].reshape(-1, count)
+    fan = np.argsort(faces.ravel(), kind="stable") // 3
+    fan_end = np.cumsum(np.bincount(faces.ravel(), minlength=len(corners)))
+    return _interpolate_nearest(targets, near, corners, faces, fan, fan_end, values)
 
 
 @kernel
-def _at_nearest_points(
-    places: FloatArray,
+def _interpolate_nearest(
+    points: FloatArray,
     near: LongArray,
     vertices: FloatArray,
     faces: IndexArray,
-    around: LongArray,
-    ends: LongArray,
+    fan: LongArray,
+    fan_end: LongArray,
     values: ShortArray,
 ) -> ShortArray:
     channels = values.shape[1]
-    found = np.empty((len(places), channels), np.int16)
-    for place in range(len(places)):
+    nearest = np.empty((len(points), channels), np.int16)
+    for point in range(len(points)):
         best, best_face, best_v, best_w = np.inf, 0, 0.0, 0.0
         for candidate in range(near.shape[1]):
-            vertex = near[place, candidate]
-            for index in range(ends[vertex - 1] if vertex > 0 else 0, ends[vertex]):
-                face = around[index]
-                square, v, w = _nearest_in_face(places, place, vertices, faces, face)
+            vertex = near[point, candidate]
+            for index in range(fan_end[vertex - 1] if vertex > 0 else 0, fan_end[vertex]):
+                face = fan[index]
+                square, v, w = _nearest_in_face(points, point, vertices, faces, face)
                 if square < best:
                     best, best_face, best_v, best_w = square, face, v, w
         one, two, three = faces[best_face, 0], faces[best_face, 1], faces[best_face, 2]
@@ -80,24 +79,24 @@ def _at_nearest_points(
             b = np.float64(values[two, channel])
             c = np.float64(values[three, channel])
             value = math.floor(a + best_v * (b - a) + best_w * (c - a) + 0.5)
-            found[place, channel] = min(max(value, min(a, b, c)), max(a, b, c))
-    return found
+            nearest[point, channel] = min(max(value, min(a, b, c)), max(a, b, c))
+    return nearest
 
 
 @leaf_kernel
 def _nearest_in_face(
-    places: FloatArray, place: int, vertices: FloatArray, faces: IndexArray, face: int
+    points: FloatArray, point: int, vertices: FloatArray, faces: IndexArray, face: int
 ) -> tuple[float, float, float]:
-    """Squared distance to a face, and how far its nearest point is to its second and third corner.
+    """Squared distance to a face, and the barycentric weights of its last two corners there.
 
-    Ericson, "Real-Time Collision Detection" (2005), section 5.1.5: by the region of the triangle
-    that the point is nearest to.
+    Ericson, "Real-Time Collision Detection" (2005), section 5.1.5, by the nearest region of the
+    triangle.
     """
     one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
     d1, d2, d3, d4, d5, d6 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for axis in range(3):
         a, b, c = vertices[one, axis], vertices[two, axis], vertices[three, axis]
-        p = places[place, axis]
+        p = points[point, axis]
         d1 += (b - a) * (p - a)
         d2 += (c - a) * (p - a)
         d3 += (b - a) * (p - b)
@@ -124,6 +123,6 @@ def _nearest_in_face(
     square = 0.0
     for axis in range(3):
         a, b, c = vertices[one, axis], vertices[two, axis], vertices[three, axis]
-        off = a + v * (b - a) + w * (c - a) - places[place, axis]
+        off = a + v * (b - a) + w * (c - a) - points[point, axis]
         square += off * off
     return square, v, w

@@ -1,7 +1,7 @@
-"""The splits of a history file, unpacked group by group when a level that needs them is asked for.
+"""The splits of a history file, unpacked group by group when a level needs them.
 
-Whatever was unpacked has been checked: each level that it leads to is closed and star-shaped about
-the centre. What is not asked for costs nothing but the bytes of its streams.
+Each group is checked while it is unpacked: every level that it leads to is closed and star-shaped
+about the centre. Groups that nobody asks for cost nothing but the bytes of their streams.
 """
 
 from __future__ import annotations
@@ -11,26 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.errors import HistoryFileError
-from gamutcore.history.bit_codes import reader_of
-from gamutcore.history.groups import (
-    DAMAGED,
-    Unbroken,
-    group_name,
-    groups_of,
-    lengthened,
-    refuse_bits_left,
-)
-from gamutcore.history.prefix_order import Splits, ascending_in_parts
-from gamutcore.history.rings import replay_for, replay_of
+from gamutcore.history.prefix_order import Splits, ascending_order
+from gamutcore.history.rings import first_replay, larger_replay
 from gamutcore.history.split_codes import first_contexts
-from gamutcore.history.split_reader import (
-    FAULTS,
-    MOVED,
-    SHIFTED,
-    FixedColumns,
-    empty_columns,
-    read_group,
-)
+from gamutcore.history.split_reader import FAULTS, MOVED, SHIFTED, read_group
+from gamutcore.history.streams import DAMAGE_REMEDY, SPLITS, Streams, extended_copy
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -39,6 +24,9 @@ if TYPE_CHECKING:
 
 __all__ = ["PackedSplits"]
 
+ROWS = ("parent", "coarse", "fine", "added", "faces", "moved_end", "shifted_end")
+"""Fields of `Splits` with one row per split."""
+
 
 class PackedSplits:
     """The splits of a history file.
@@ -46,22 +34,22 @@ class PackedSplits:
     Parameters
     ----------
     streams : sequence of (n,) uint8
-        One for each group; long enough for as many splits.
+        One per group; each is long enough for its splits.
     positions : (4, 3) int32
-        Of the coarsest level, in steps.
+        Coarsest level, in steps.
     faces : (4, 3) int32
-        Of the coarsest level: a tetrahedron around the centre.
+        Coarsest level: a tetrahedron around the centre.
     vertices : int
-        Of the full boundary.
+        Vertices of the full boundary.
     centre : (3,) float64
     step : float
 
     Attributes
     ----------
-    vertices : int
-        Of the full boundary.
-    unpacked : int
-        How many groups are.
+    streams : Streams
+    splits : Splits
+        The unpacked splits. `moved` and the `shifted` arrays have spare room until all groups are
+        unpacked. Unpacking never changes rows in use.
     """
 
     def __init__(
@@ -73,28 +61,32 @@ class PackedSplits:
         centre: FloatArray,
         step: float,
     ) -> None:
-        self.unpacked = 0
-        self.vertices = vertices
-        self._streams = streams
-        self._groups = groups_of(vertices)
-        self._base = (positions * step).astype(np.float32), faces
+        self.streams = Streams(SPLITS, streams, vertices)
+        self.splits = Splits(
+            base_positions=(positions * step).astype(np.float32),
+            base_faces=faces,
+            parent=np.empty(0, np.int32),
+            coarse=np.empty((0, 3), np.float32),
+            fine=np.empty((0, 3), np.float32),
+            added=np.empty((0, 3), np.float32),
+            faces=np.empty((0, 2, 3), np.int32),
+            moved_end=np.empty(0, np.int32),
+            moved=np.empty(0, np.int32),
+            shifted_end=np.empty(0, np.int32),
+            shifted=np.empty(0, np.int32),
+            shifted_coarse=np.empty((0, 3), np.float32),
+            shifted_fine=np.empty((0, 3), np.float32),
+        )
+        self._used = np.zeros(2, np.int64)
         self._centre, self._step = centre, step
-        self._replay = replay_of(positions, faces)
+        self._replay = first_replay(positions, faces)
         self._contexts = first_contexts()
-        self._fixed, self._growing = empty_columns(0)
-        self._unbroken = Unbroken()
-
-    @property
-    def complete(self) -> bool:
-        """Whether all groups are unpacked."""
-        return self.unpacked == len(self._groups)
 
     @property
     def nbytes(self) -> int:
-        """Memory held, in bytes, by what is unpacked and by what is not."""
-        unpacked = (self._replay, self._contexts, self._fixed, self._growing)
-        left = sum(stream.nbytes for stream in self._streams[self.unpacked :])
-        return left + sum(array.nbytes for arrays in unpacked for array in arrays)
+        """Memory of the splits, of the state of the reader and of the remaining streams."""
+        state = (*self._replay, *self._contexts)
+        return self.splits.nbytes + self.streams.nbytes + sum(array.nbytes for array in state)
 
     def unpack(self) -> None:
         """Unpack and check the next group.
@@ -102,71 +94,40 @@ class PackedSplits:
         Raises
         ------
         HistoryFileError
-            If it is damaged; from then on, whenever it is asked for.
+            If the group is damaged; every later call raises the same error.
         """
-        with self._unbroken:
-            self._unpack()
-        self.unpacked += 1
-
-    @property
-    def splits(self) -> Splits:
-        """The splits of the groups that are unpacked, with some room behind them unless all are.
-
-        Nobody writes to what they hold any more.
-        """
-        fixed, growing = self._fixed, self._growing
-        shifts, moves = growing.used[SHIFTED], growing.used[MOVED]
-        splits = Splits(
-            *self._base,
-            fixed.parent,
-            fixed.coarse,
-            fixed.fine,
-            fixed.added,
-            fixed.faces.reshape(-1, 2, 3),
-            fixed.moved_end,
-            growing.moved,
-            fixed.shifted_end,
-            growing.shifted,
-            growing.shifted_coarse,
-            growing.shifted_fine,
-        )
-        if not self.complete:
-            return splits
-        return splits._replace(
-            moved=splits.moved[:moves].copy(),
-            shifted=splits.shifted[:shifts].copy(),
-            shifted_coarse=splits.shifted_coarse[:shifts].copy(),
-            shifted_fine=splits.shifted_fine[:shifts].copy(),
-        )
-
-    def _unpack(self) -> None:
-        start, end = self._groups[self.unpacked]
-        name = group_name(self.unpacked)
-        reader = reader_of(self._streams[self.unpacked])
-        first = int(self._growing.used[SHIFTED])
-        self._fixed = FixedColumns._make(lengthened(each, end - 4) for each in self._fixed)
-        fault, slot, self._replay, self._growing = read_group(
-            reader,
-            self._contexts,
-            replay_for(self._replay, end),
-            self._fixed,
-            self._growing,
-            start,
-            end,
-            self.vertices,
-            self._centre,
-            self._step,
-        )
-        if fault:
-            raise HistoryFileError(
-                f"in the split that adds slot {slot}, {FAULTS[fault]}",
-                where={"field": name, "slot": int(slot)},
-                remedy=DAMAGED,
+        with self.streams.next_group() as (name, start, end, reader):
+            before = int(self._used[SHIFTED])
+            rows = {row: extended_copy(getattr(self.splits, row), end - 4) for row in ROWS}
+            fault, slot, self._replay, splits = read_group(
+                reader,
+                self._contexts,
+                larger_replay(self._replay, end),
+                self.splits._replace(**rows),
+                self._used,
+                start,
+                end,
+                self.streams.vertices,
+                self._centre,
+                self._step,
             )
-        refuse_bits_left(reader, name)
-        growing = self._growing
-        part = slice(first, int(growing.used[SHIFTED]))
-        ends = self._fixed.shifted_end[start - 4 : end - 4] - first
-        order = ascending_in_parts(ends, growing.shifted[part])
-        for array in (growing.shifted, growing.shifted_coarse, growing.shifted_fine):
-            array[part] = array[part][order]
+            if fault:
+                raise HistoryFileError(
+                    f"in the split that adds slot {slot}, {FAULTS[fault]}",
+                    where={"field": name, "slot": int(slot)},
+                    remedy=DAMAGE_REMEDY,
+                )
+            moved, shifted = int(self._used[MOVED]), int(self._used[SHIFTED])
+            part = slice(before, shifted)
+            ends = splits.shifted_end[start - 4 :] - before
+            order = ascending_order(ends, splits.shifted[part])
+            for array in (splits.shifted, splits.shifted_coarse, splits.shifted_fine):
+                array[part] = array[part][order]
+            self.splits = splits
+        if self.streams.is_complete:
+            self.splits = splits._replace(
+                moved=splits.moved[:moved].copy(),
+                shifted=splits.shifted[:shifted].copy(),
+                shifted_coarse=splits.shifted_coarse[:shifted].copy(),
+                shifted_fine=splits.shifted_fine[:shifted].copy(),
+            )

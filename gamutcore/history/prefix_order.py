@@ -1,8 +1,13 @@
-"""Prefix order: vertices and faces numbered so that every level is a prefix.
+"""The one numbering of a history: every level is a prefix of its vertices and faces.
 
-Slots and faces are numbered by the reverse order of their death. The last four of each survive to
-the end; slot k ≥ 4 and faces 2k − 4 and 2k − 3 are what the split to k + 1 vertices adds. The
-level with v vertices is then slots [0, v) and faces [0, 2v − 4), with nothing to compact.
+Vertices are called slots here and are numbered by the reverse order of their removal. The last
+four vertices are slots 0 to 3. Slot k ≥ 4 and faces 2k − 4 and 2k − 3 are added by the split that
+leads to k + 1 vertices. The level with v vertices is slots [0, v) and faces [0, 2v − 4).
+
+A vertex is renumbered once, from the boundary's order to its slot (`vertex_slots`). A corner is
+renumbered once, from 3 · boundary face + place to 3 · face + place, where each face begins with
+its oldest corner. Everything after this module (streams, device values, levels) uses these numbers.
+Within a split, `moved` is in the order of the ring and `shifted` is ascending.
 """
 
 from __future__ import annotations
@@ -11,19 +16,26 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gamutcore.arrays import Float32Array, IndexArray, LongArray
-from gamutcore.kernels import kernel
+from gamutcore.arrays import Float32Array, IndexArray
 
 if TYPE_CHECKING:
+    from gamutcore.arrays import LongArray
     from gamutcore.decimation import Decimation
 
-__all__ = ["Splits", "ascending_in_parts", "slots_of_vertices", "splits_in_prefix_order"]
+__all__ = [
+    "Splits",
+    "ascending_order",
+    "group_count",
+    "group_ranges",
+    "prefix_order_splits",
+    "vertex_slots",
+]
 
 
 class Splits(NamedTuple):
     """A history as the splits that lead from four triangles to the full boundary.
 
-    Row i of every array but the first two and those that are divided by an `..._end` belongs to the
+    Row i of `parent`, `coarse`, `fine`, `added`, `faces` and of both `…_end` arrays belongs to the
     split that adds slot k = i + 4.
 
     Attributes
@@ -31,29 +43,27 @@ class Splits(NamedTuple):
     base_positions : (4, 3) float32
         Slots 0 to 3 at the coarsest level.
     base_faces : (4, 3) int32
-        Faces 0 to 3 at the coarsest level, each from its smallest slot on.
+        Faces 0 to 3 at the coarsest level, each beginning with its smallest slot.
     parent : (V − 4,) int32
         The slot < k that is split.
-    coarse : (V − 4, 3) float32
-        Where the parent is before the split.
-    fine : (V − 4, 3) float32
-        Where the parent is after it.
+    coarse, fine : (V − 4, 3) float32
+        Position of the parent before and after the split.
     added : (V − 4, 3) float32
-        Where the new slot is.
+        Position of the new slot.
     faces : (V − 4, 2, 3) int32
-        The two new faces, 2k − 4 and 2k − 3: (parent, k, left) and (k, parent, right), where `left`
-        and `right` are neighbours of the parent before the split.
+        Faces 2k − 4 and 2k − 3: (parent, k, left) and (k, parent, right). `left` and `right` are
+        neighbours of the parent before the split.
     moved_end : (V − 4,) int32
-        Where the split's part of `moved` ends; it begins where the part before it ends.
+        End of each split's part of `moved`; the part begins at the end of the part before.
     moved : (m,) int32
-        Corners (3 · face + place in the face) that pass from the parent to the new slot, in the
-        order in which their faces stand around it, counter-clockwise from `right` to `left`.
+        Corners (3 · face + place in the face) that pass from the parent to the new slot,
+        counter-clockwise around it from `right` to `left`.
     shifted_end : (V − 4,) int32
-        Where the split's part of the next three ends.
+        End of each split's part of the next three arrays.
     shifted : (s,) int32
-        Neighbours of the parent before the split that move with it, in ascending order.
+        Neighbours of the parent before the split that the split moves, ascending.
     shifted_coarse, shifted_fine : (s, 3) float32
-        Where they are before and after the split.
+        Their positions before and after the split.
     """
 
     base_positions: Float32Array
@@ -77,84 +87,105 @@ class Splits(NamedTuple):
 
     @property
     def nbytes(self) -> int:
-        """Memory held, in bytes."""
+        """Memory of the arrays in bytes."""
         return sum(array.nbytes for array in self)
 
 
-def splits_in_prefix_order(decimation: Decimation) -> Splits:
-    """Turn collapses as they happened into splits in prefix order.
+def group_ranges(vertices: int) -> list[tuple[int, int]]:
+    """Return the groups of splits of a history with so many vertices.
+
+    Each group doubles the number of vertices. A history file has one stream per group, and a
+    history keeps one snapshot per group.
+
+    Returns
+    -------
+    list of (int, int)
+        First slot and end of the slots that each group adds: [4, 8), [8, 16), …; the last group
+        ends at the vertex count.
+
+    Examples
+    --------
+    >>> group_ranges(20)
+    [(4, 8), (8, 16), (16, 20)]
+    """
+    starts = [4 << number for number in range(group_count(vertices))]
+    return [(start, min(2 * start, vertices)) for start in starts]
+
+
+def group_count(vertices: int) -> int:
+    """Return the number of groups that a level with so many vertices (≥ 4) needs."""
+    return (vertices - 1).bit_length() - 2
+
+
+def vertex_slots(decimation: Decimation) -> IndexArray:
+    """Return the slot of each vertex of the full boundary, (V,) int32."""
+    dead = decimation.record.dead
+    slots = np.full(len(dead) + 4, -1, np.int32)
+    slots[dead] = np.arange(len(dead) + 3, 3, -1, dtype=np.int32)
+    slots[slots < 0] = np.arange(4, dtype=np.int32)
+    return slots
+
+
+def prefix_order_splits(decimation: Decimation, slots: IndexArray) -> Splits:
+    """Turn the collapses of a decimation into splits in prefix order.
 
     Parameters
     ----------
     decimation : Decimation
+    slots : (V,) int32
+        Result of `vertex_slots`.
 
     Returns
     -------
     Splits
     """
     record = decimation.record
-    steps = len(record.dead)
-    slot_of = slots_of_vertices(decimation)
-    survivors = np.flatnonzero(slot_of < 4)
-    # where each corner goes: to its face's number, and in the face to its place after the first one
-    first_corner = np.empty(2 * steps + 4, np.int32)
-    face_of = np.full(2 * steps + 4, -1, np.int32)
-    numbers = np.arange(2 * steps + 4, dtype=np.int32)
-    face_of[(record.corner // 3).ravel()] = numbers[4:].reshape(-1, 2)[::-1].ravel()
-    first_corner[(record.corner // 3).ravel()] = (record.corner % 3).ravel()
-    left = np.flatnonzero(face_of < 0)
-    base = slot_of[decimation.vertex.reshape(-1, 3)[left]]
-    face_of[left], first_corner[left] = numbers[:4], base.argmin(axis=1)
-    turned = (first_corner[left][:, np.newaxis] + np.arange(3)) % 3
-    moved_end, moved = _moved_in_reverse(record.moved_end, record.moved, face_of, first_corner)
-    added = np.arange(4, steps + 4, dtype=np.int32)
-    parent = slot_of[record.kept[::-1]]
-    sides = slot_of[record.sides[::-1]]
+    splits = len(record.dead)
+    # where each corner goes: 3 · new face + place after the face's first corner
+    first_corner = np.full(2 * splits + 4, -1, np.int32)
+    removed = record.corner[::-1].ravel()
+    first_corner[removed // 3] = removed % 3
+    left = np.flatnonzero(first_corner < 0)
+    base = slots[decimation.vertex.reshape(-1, 3)[left]]
+    first_corner[left] = base.argmin(axis=1)
+    face = np.empty(2 * splits + 4, np.int32)
+    face[np.concatenate([left, removed // 3])] = np.arange(2 * splits + 4, dtype=np.int32)
+    corner = 3 * face[:, np.newaxis] + (np.arange(3) - first_corner[:, np.newaxis]) % 3
+
+    added = np.arange(4, splits + 4, dtype=np.int32)
+    parent, sides = slots[record.kept[::-1]], slots[record.sides[::-1]]
     new_faces = (parent, added, sides[:, 0], added, parent, sides[:, 1])
-    shifted_end, order = _reversed_parts(record.shifted_end, len(record.shifted))
-    order = order[ascending_in_parts(shifted_end, slot_of[record.shifted[order]])]
+    moved_end, moved_order = _reversed_parts(record.moved_end)
+    shifted_end, shifted_order = _reversed_parts(record.shifted_end)
+    shifted_order = shifted_order[
+        ascending_order(shifted_end, slots[record.shifted[shifted_order]])
+    ]
     return Splits(
-        base_positions=decimation.positions[survivors],
-        base_faces=np.take_along_axis(base, turned, axis=1),
+        base_positions=decimation.positions[np.flatnonzero(slots < 4)],
+        base_faces=np.take_along_axis(
+            base, (first_corner[left][:, np.newaxis] + np.arange(3)) % 3, axis=1
+        ),
         parent=parent,
         coarse=np.ascontiguousarray(record.position[::-1, 2]),
         fine=np.ascontiguousarray(record.position[::-1, 0]),
         added=np.ascontiguousarray(record.position[::-1, 1]),
         faces=np.stack(new_faces, axis=1).reshape(-1, 2, 3),
         moved_end=moved_end,
-        moved=moved,
+        moved=corner.ravel()[record.moved[moved_order]].astype(np.int32),
         shifted_end=shifted_end,
-        shifted=slot_of[record.shifted[order]],
-        shifted_coarse=record.shift[order, 1],
-        shifted_fine=record.shift[order, 0],
+        shifted=slots[record.shifted[shifted_order]],
+        shifted_coarse=record.shift[shifted_order, 1],
+        shifted_fine=record.shift[shifted_order, 0],
     )
 
 
-def slots_of_vertices(decimation: Decimation) -> IndexArray:
-    """Return the slot that each vertex of the full boundary is, by the reverse order of death.
+def ascending_order(ends: IndexArray, slots: IndexArray) -> LongArray:
+    """Return the order in which slots ascend within the part of each split.
 
     Parameters
     ----------
-    decimation : Decimation
-
-    Returns
-    -------
-    (V,) int32
-    """
-    dead = decimation.record.dead
-    slot_of = np.full(len(dead) + 4, -1, np.int32)
-    slot_of[dead] = np.arange(len(dead) + 3, 3, -1, dtype=np.int32)
-    slot_of[slot_of < 0] = np.arange(4, dtype=np.int32)
-    return slot_of
-
-
-def ascending_in_parts(ends: IndexArray, slots: IndexArray) -> LongArray:
-    """Return the order in which slots ascend within each split's part.
-
-    Parameters
-    ----------
-    ends : (V − 4,) int32
-        Where the parts end.
+    ends : (n,) int32
+        Ends of the parts.
     slots : (s,) int32
 
     Returns
@@ -165,28 +196,10 @@ def ascending_in_parts(ends: IndexArray, slots: IndexArray) -> LongArray:
     return np.lexsort((slots, part))
 
 
-@kernel
-def _reversed_parts(ends: LongArray, count: int) -> tuple[IndexArray, IndexArray]:
-    """Ends of parts in the reverse order of the parts, and the order of what they hold."""
-    steps = len(ends)
-    reversed_ends, order = np.empty(steps, np.int32), np.empty(count, np.int32)
-    filled = 0
-    for split in range(steps):
-        step = steps - 1 - split
-        for index in range(ends[step - 1] if step > 0 else 0, ends[step]):
-            order[filled] = index
-            filled += 1
-        reversed_ends[split] = filled
-    return reversed_ends, order
-
-
-@kernel
-def _moved_in_reverse(
-    moved_end: LongArray, moved: IndexArray, face_of: IndexArray, first_corner: IndexArray
-) -> tuple[IndexArray, IndexArray]:
-    ends, order = _reversed_parts(moved_end, moved.size)
-    reordered = np.empty(moved.size, np.int32)
-    for index in range(moved.size):
-        face, place = divmod(moved[order[index]], 3)
-        reordered[index] = 3 * face_of[face] + (place - first_corner[face]) % 3
-    return ends, reordered
+def _reversed_parts(ends: LongArray) -> tuple[IndexArray, LongArray]:
+    """Ends of the parts in reverse order of the parts, and the order of their elements."""
+    lengths = np.diff(ends, prepend=0)[::-1]
+    reversed_ends = np.cumsum(lengths)
+    offsets = ends[::-1] - reversed_ends
+    order = np.arange(lengths.sum()) + np.repeat(offsets, lengths)
+    return reversed_ends.astype(np.int32), order

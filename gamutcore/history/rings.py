@@ -1,9 +1,10 @@
-"""The rings of a level while a history is written or read: the faces around each slot, in order.
+"""The one-rings of a level while a history is written or read.
 
-Most rings are short lists. The few that a vertex with hundreds of neighbours has would make the
-time quadratic as lists, as each split beside it searches through all of its ring and shifts a good
-part of it; they are linked by their corners instead. In a linked ring nothing is searched for: the
-faces around the slot that is split say which corners its neighbours have in them.
+A ring is the list of faces around a slot, counter-clockwise. A ring entry holds the corner of a
+face at the slot, and the next slot around the ring. Most rings are short lists, which are twice as
+fast as linked rings. Rings of more than `LONGEST_LIST` entries are linked by their corners: a
+search through thousands of entries for every split beside the slot would take quadratic time. No
+search is needed in a linked ring, because the faces around the parent name the corners.
 """
 
 from __future__ import annotations
@@ -13,74 +14,78 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import IndexArray, LongArray
-from gamutcore.history.groups import lengthened
+from gamutcore.history.streams import extended_copy
 from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 
 __all__ = [
+    "BEGIN",
+    "CORNER",
+    "DEGREE",
     "LINKED",
     "LONGEST_LIST",
-    "MOST_VISITED",
+    "MOST_WORK",
+    "NEIGHBOUR",
+    "ROOM",
     "VISITED",
-    "VISITED_PER_VERTEX",
-    "WALKED",
+    "WALK_COST",
+    "WORK_PER_VERTEX",
     "Replay",
     "copy_ring",
+    "first_replay",
+    "grow_replay",
     "has_room",
-    "replay_for",
-    "replay_of",
-    "ring_of",
+    "larger_replay",
+    "ring_start",
     "split_slot",
-    "with_room",
 ]
 
 SMALLEST_ROOM = 8
-"""Entries that a ring has room for at the beginning; most rings never have more."""
+"""Entries that a list has room for at first; most rings never have more."""
 
 LONGEST_LIST = 256
-"""Rings with more entries are linked. Real gamuts have none; lists are twice as fast while they are
-short."""
+"""Longer rings are linked. Real gamuts have none."""
+
+BEGIN, DEGREE, ROOM = range(3)
+"""Columns of `Replay.span`."""
 
 LINKED = 0
-"""The room of a linked ring."""
+"""`ROOM` of a linked ring."""
+
+CORNER, NEIGHBOUR = range(2)
+"""Columns of `Replay.entries`, and of `Replay.links`, whose `CORNER` is the next corner."""
 
 TAKEN, VISITED = range(2)
-"""Places in `Replay.used`."""
+"""Elements of `Replay.used`."""
 
-WALKED = 32
-"""What an entry counts in `VISITED` if its neighbour's place is looked at as well, and one that is
-only searched through being 1: about so much longer it takes, 27 ns in rings of 20,000."""
+WALK_COST = 32
+"""Work of an entry whose neighbour's position is read, if the search through an entry is 1. About
+the ratio of the times (27 ns in rings of 20,000 entries)."""
 
-MOST_VISITED, VISITED_PER_VERTEX = 2**32, 2048
-"""Up to which `VISITED` a history of V vertices is written and read: the former, and the latter for
-each vertex; four seconds, and two microseconds for each vertex. Real histories need about 250 V.
-Only the rings of parents and of neighbours that move are walked along whatever their length, so no
-number of neighbours is too large in itself: it is where thousands of splits are those of slots that
-have tens of thousands each."""
+MOST_WORK, WORK_PER_VERTEX = 2**32, 2048
+"""Limit of `VISITED` in a history: four seconds, plus two microseconds per vertex. Real histories
+need about 250 per vertex. Only rings of parents and of moved neighbours are walked in full, so a
+large degree alone never reaches the limit; thousands of splits at such slots do."""
 
 
 class Replay(NamedTuple):
-    """A level in arrays that have room for finer ones.
+    """A level of a history: positions and rings, with room for finer levels.
 
-    Its connectivity is the ring of each slot: the faces around it, counter-clockwise, each as its
-    corner at the slot and the slot that follows in it. Everything that a split changes is then in a
-    few places that do not depend on each other, which takes half the time of walking through a
-    corner table (docs/decisions/compact-histories.md).
+    A split changes a few independent entries of the rings. That takes half the time of a walk
+    through a corner table (docs/decisions/compact-histories.md).
 
     Attributes
     ----------
     position : (V, 3) int32
         In steps of the grid.
     span : (V, 3) int32
-        Of a list: where it begins in `entries`, how long it is, and how much room there is. Of a
-        linked ring: one of its corners, how long it is, and `LINKED`.
+        For a list: its begin in `entries`, its degree, and its room. For a linked ring: one of its
+        corners, its degree, and `LINKED`.
     entries : (n, 2) int32
-        Corner and following slot.
-    links : (0 or ≥ 6 V - 12, 2) int32
-        Of each corner in a linked ring: the next corner, and the following slot. Empty until there
-        is such a ring.
+        Corner and neighbour of each entry.
+    links : (0 or ≥ 6 V − 12, 2) int32
+        Next corner and neighbour of each corner in a linked ring. Empty until a ring is linked.
     used : (2,) int64
-        How many entries are taken, by lists or by what they have outgrown; and how many entries
-        have been looked at, those of the rings that were walked along times `WALKED`.
+        `TAKEN`: entries in use or abandoned. `VISITED`: work done, see `WALK_COST`.
     """
 
     position: IndexArray
@@ -90,8 +95,8 @@ class Replay(NamedTuple):
     used: LongArray
 
 
-def replay_of(positions: IndexArray, faces: IndexArray, vertices: int = 4) -> Replay:
-    """Return the coarsest level, ready to be refined.
+def first_replay(positions: IndexArray, faces: IndexArray, vertices: int = 4) -> Replay:
+    """Return the coarsest level.
 
     Parameters
     ----------
@@ -100,7 +105,7 @@ def replay_of(positions: IndexArray, faces: IndexArray, vertices: int = 4) -> Re
     faces : (4, 3) int32
         A closed, oriented tetrahedron.
     vertices : int, optional
-        That there is to be room for.
+        Vertices to make room for.
 
     Returns
     -------
@@ -109,55 +114,58 @@ def replay_of(positions: IndexArray, faces: IndexArray, vertices: int = 4) -> Re
     replay = Replay(
         np.empty((vertices, 3), np.int32),
         np.empty((vertices, 3), np.int32),
-        np.empty((_entries_for(vertices), 2), np.int32),
+        np.empty((_usual_entries(vertices), 2), np.int32),
         np.empty((0, 2), np.int32),
         np.zeros(2, np.int64),
     )
     replay.position[:4] = positions
     for slot in range(4):
-        corners = np.flatnonzero(faces.ravel() == slot)
-        following = {int(faces[c // 3, (c + 1) % 3]): int(c) for c in corners}
-        preceding = {int(c): int(faces[c // 3, (c + 2) % 3]) for c in corners}
-        corner = int(corners[0])
+        # neighbours of the slot's corners: (corner, next slot in the face, last slot in the face)
+        around = [
+            (3 * face + place, int(row[(place + 1) % 3]), int(row[(place + 2) % 3]))
+            for face, row in enumerate(faces)
+            for place in range(3)
+            if row[place] == slot
+        ]
+        entry = around[0]
         for index in range(3):
-            neighbour = int(faces[corner // 3, (corner + 1) % 3])
-            replay.entries[SMALLEST_ROOM * slot + index] = corner, neighbour
-            corner = following[preceding[corner]]
+            replay.entries[SMALLEST_ROOM * slot + index] = entry[:2]
+            entry = next(other for other in around if other[1] == entry[2])
         replay.span[slot] = SMALLEST_ROOM * slot, 3, SMALLEST_ROOM
     replay.used[TAKEN] = 4 * SMALLEST_ROOM
     return replay
 
 
-def replay_for(replay: Replay, vertices: int) -> Replay:
-    """Return the same level with room for so many vertices and for rings of the usual length."""
+def larger_replay(replay: Replay, vertices: int) -> Replay:
+    """Return a copy with room for so many vertices and for rings of the usual length."""
     return Replay(
-        lengthened(replay.position, vertices),
-        lengthened(replay.span, vertices),
-        lengthened(replay.entries, max(_entries_for(vertices), len(replay.entries))),
-        lengthened(replay.links, 6 * vertices) if len(replay.links) else replay.links,
+        extended_copy(replay.position, vertices),
+        extended_copy(replay.span, vertices),
+        extended_copy(replay.entries, max(_usual_entries(vertices), len(replay.entries))),
+        extended_copy(replay.links, 6 * vertices) if len(replay.links) else replay.links,
         replay.used,
     )
 
 
-def _entries_for(vertices: int) -> int:
+def _usual_entries(vertices: int) -> int:
     return SMALLEST_ROOM * vertices + 64
 
 
 @inlined_kernel
-def ring_of(replay: Replay, slot: int) -> tuple[int, int]:
-    """Return the length of a slot's ring, and where the face with the smallest number is in it."""
-    begin, degree = replay.span[slot, 0], replay.span[slot, 1]
+def ring_start(replay: Replay, slot: int) -> tuple[int, int]:
+    """Return the degree of a slot, and the position of its lowest face in its ring."""
+    begin, degree = int(replay.span[slot, BEGIN]), int(replay.span[slot, DEGREE])
     lowest = 0
-    if replay.span[slot, 2] == LINKED:
+    if replay.span[slot, ROOM] == LINKED:
         corner = smallest = begin
         for index in range(1, degree):
-            corner = replay.links[corner, 0]
+            corner = int(replay.links[corner, CORNER])
             if corner < smallest:
                 lowest, smallest = index, corner
         return degree, lowest
-    smallest = replay.entries[begin, 0]
+    smallest = int(replay.entries[begin, CORNER])
     for index in range(1, degree):
-        corner = replay.entries[begin + index, 0]
+        corner = int(replay.entries[begin + index, CORNER])
         if corner < smallest:
             lowest, smallest = index, corner
     return degree, lowest
@@ -165,151 +173,146 @@ def ring_of(replay: Replay, slot: int) -> tuple[int, int]:
 
 @inlined_kernel
 def copy_ring(replay: Replay, slot: int, start: int, ring: IndexArray) -> None:
-    """Copy a slot's ring, beginning with its entry number `start`.
-
-    Parameters
-    ----------
-    replay : Replay
-    slot, start : int
-    ring : (≥ degree, 2) int32
-        Receives the entries.
-    """
-    begin, degree = replay.span[slot, 0], replay.span[slot, 1]
-    if replay.span[slot, 2] == LINKED:
+    """Copy the ring of a slot, beginning with entry `start`, to `ring`, (≥ degree, 2) int32."""
+    begin, degree = int(replay.span[slot, BEGIN]), int(replay.span[slot, DEGREE])
+    if replay.span[slot, ROOM] == LINKED:
         corner = begin
-        copied = degree - start if start > 0 else 0
+        target = degree - start if start > 0 else 0
         for _ in range(degree):
-            ring[copied, 0], ring[copied, 1] = corner, replay.links[corner, 1]
-            corner = replay.links[corner, 0]
-            copied = copied + 1 if copied + 1 < degree else 0
+            ring[target, CORNER], ring[target, NEIGHBOUR] = corner, replay.links[corner, NEIGHBOUR]
+            corner = int(replay.links[corner, CORNER])
+            target = target + 1 if target + 1 < degree else 0
         return
     index = start
-    for copied in range(degree):
-        ring[copied, 0] = replay.entries[begin + index, 0]
-        ring[copied, 1] = replay.entries[begin + index, 1]
+    for target in range(degree):
+        ring[target, CORNER] = replay.entries[begin + index, CORNER]
+        ring[target, NEIGHBOUR] = replay.entries[begin + index, NEIGHBOUR]
         index = index + 1 if index + 1 < degree else 0
 
 
 @inlined_kernel
 def has_room(replay: Replay, ring: IndexArray, degree: int, kept: int) -> bool:
-    """Whether `split_slot` finds room for all rings that may have to go elsewhere."""
-    left, right = replay.span[ring[0, 1], 1], replay.span[ring[kept, 1], 1]
-    if max(degree, left, right) >= LONGEST_LIST and len(replay.links) == 0:
-        return False
-    needed = _room_needed(degree, left, right)
-    return bool(replay.used[TAKEN] + needed <= len(replay.entries))
+    """Whether `split_slot` has room for all rings that it may have to store anew."""
+    longest, needed = _needed_room(replay, ring, degree, kept)
+    return bool(
+        replay.used[TAKEN] + needed <= len(replay.entries)
+        and (longest < LONGEST_LIST or len(replay.links) > 0)
+    )
 
 
 @kernel
-def with_room(replay: Replay, ring: IndexArray, degree: int, kept: int) -> Replay:
+def grow_replay(replay: Replay, ring: IndexArray, degree: int, kept: int) -> Replay:
     """Return the same level with room for a split."""
-    left, right = replay.span[ring[0, 1], 1], replay.span[ring[kept, 1], 1]
+    longest, needed = _needed_room(replay, ring, degree, kept)
     entries, links = replay.entries, replay.links
-    needed = _room_needed(degree, left, right)
-    if replay.used[TAKEN] + needed > len(entries):
-        entries = np.empty((2 * (replay.used[TAKEN] + needed), 2), np.int32)
-        for index in range(replay.used[TAKEN]):
+    taken = int(replay.used[TAKEN])
+    if taken + needed > len(entries):
+        # element by element: numba takes seconds to compile an assignment of slices
+        entries = np.empty((2 * (taken + needed), 2), np.int32)
+        for index in range(taken):
             entries[index, 0] = replay.entries[index, 0]
             entries[index, 1] = replay.entries[index, 1]
-    if max(degree, left, right) >= LONGEST_LIST and len(links) == 0:
+    if longest >= LONGEST_LIST and len(links) == 0:
         links = np.empty((6 * len(replay.position), 2), np.int32)
     return Replay(replay.position, replay.span, entries, links, replay.used)
 
 
 @inlined_kernel
-def _room_needed(degree: int, left: int, right: int) -> int:
-    """How many entries the rings that a split changes may take, from their lengths before it."""
+def _needed_room(replay: Replay, ring: IndexArray, degree: int, kept: int) -> tuple[int, int]:
+    """Longest ring that a split changes, and how many entries its rings may take."""
+    left = int(replay.span[ring[0, NEIGHBOUR], DEGREE])
+    right = int(replay.span[ring[kept, NEIGHBOUR], DEGREE])
     parts = 4 * (min(degree, LONGEST_LIST) + 2)
-    sides: int = 2 * (min(left, LONGEST_LIST) + min(right, LONGEST_LIST) + 2)
-    return parts + sides + 4 * SMALLEST_ROOM
+    sides = 2 * (min(left, LONGEST_LIST) + min(right, LONGEST_LIST) + 2)
+    return max(degree, left, right), parts + sides + 4 * SMALLEST_ROOM
 
 
 @inlined_kernel
 def split_slot(
     replay: Replay, parent: int, slot: int, ring: IndexArray, degree: int, kept: int
 ) -> None:
-    """Split a slot: give part of its faces to a new one, and put two new faces between them.
+    """Split a slot: give some of its faces to a new slot, and insert two faces between them.
 
-    The new faces are (parent, slot, left) and (slot, parent, right).
+    The new faces are (parent, slot, left) and (slot, parent, right). Positions do not change.
 
     Parameters
     ----------
     replay : Replay
-        A level with `slot` vertices and room for one more, whose position is not touched.
+        A level with `slot` vertices and room for one more.
     parent, slot : int
     ring : (≥ degree, 2) int32
-        The parent's ring, beginning with the face (parent, left, ...).
+        The parent's ring, beginning with the face (parent, left, …).
     degree : int
     kept : int
-        How many of the faces the parent keeps, from the first one on; 1 ≤ kept < degree.
+        How many of the faces the parent keeps, from the first one; 1 ≤ kept < degree.
     """
-    left, right = ring[0, 1], ring[kept, 1]
+    left, right = int(ring[0, NEIGHBOUR]), int(ring[kept, NEIGHBOUR])
     one, two = 6 * slot - 12, 6 * slot - 9
-    visited = WALKED * degree
+    visited = WALK_COST * degree
     for index in range(kept + 1, degree):
-        visited += _renamed(replay, ring[index, 1], _before(ring[index - 1, 0]), slot)
-    # left has the parent in the ring's first face and in its last one; right in those beside it
-    last = _before(ring[degree - 1, 0])
-    visited += _inserted(replay, left, _after(ring[0, 0]), last, one + 2, parent)
-    visited += _renamed(replay, left, last, slot)
-    last = _before(ring[kept - 1, 0])
-    visited += _inserted(replay, right, _after(ring[kept, 0]), last, two + 2, slot)
+        neighbour = int(ring[index, NEIGHBOUR])
+        visited += _rename(replay, neighbour, _corner_before(int(ring[index - 1, CORNER])), slot)
+    # left sees the parent in the ring's first and last face; right in the two faces beside it
+    last = _corner_before(int(ring[degree - 1, CORNER]))
+    visited += _insert(replay, left, _corner_after(int(ring[0, CORNER])), last, one + 2, parent)
+    visited += _rename(replay, left, last, slot)
+    last = _corner_before(int(ring[kept - 1, CORNER]))
+    visited += _insert(replay, right, _corner_after(int(ring[kept, CORNER])), last, two + 2, slot)
     replay.used[VISITED] += visited
 
     _store(replay, parent, ring, 0, kept, two + 1, right, one, slot)
-    replay.span[slot, 1], replay.span[slot, 2] = 0, 0
+    replay.span[slot, DEGREE], replay.span[slot, ROOM] = 0, 0
     _store(replay, slot, ring, kept, degree, one + 1, left, two, parent)
 
 
 @inlined_kernel
-def _before(corner: int) -> int:
-    """Return the corner before one in its face."""
+def _corner_before(corner: int) -> int:
+    """Previous corner of the same face."""
     return corner - 1 if corner % 3 > 0 else corner + 2
 
 
 @inlined_kernel
-def _after(corner: int) -> int:
-    """Return the corner behind one in its face."""
+def _corner_after(corner: int) -> int:
+    """Next corner of the same face."""
     return corner + 1 if corner % 3 < 2 else corner - 2
 
 
-@inlined_kernel
-def _renamed(replay: Replay, slot: int, corner: int, names: int) -> int:
-    """Let the entry of a corner name another slot; returns how many entries were looked at."""
-    entry, degree = replay.span[slot, 0], replay.span[slot, 1]
-    if replay.span[slot, 2] == LINKED:
-        replay.links[corner, 1] = names
+@leaf_kernel
+def _rename(replay: Replay, slot: int, corner: int, neighbour: int) -> int:
+    """Set the neighbour in the entry of a corner; return the number of entries searched."""
+    entry, degree = int(replay.span[slot, BEGIN]), int(replay.span[slot, DEGREE])
+    if replay.span[slot, ROOM] == LINKED:
+        replay.links[corner, NEIGHBOUR] = neighbour
         return 1
-    while replay.entries[entry, 0] != corner:
+    while replay.entries[entry, CORNER] != corner:
         entry += 1
-    replay.entries[entry, 1] = names
-    return int(degree)
+    replay.entries[entry, NEIGHBOUR] = neighbour
+    return degree
 
 
 @leaf_kernel
-def _inserted(
-    replay: Replay, slot: int, previous: int, following: int, corner: int, names: int
+def _insert(
+    replay: Replay, slot: int, previous: int, following: int, corner: int, neighbour: int
 ) -> int:
-    """Put an entry between two, told by their corners; returns how many were looked at."""
+    """Insert an entry between those of two corners; return the number of entries searched."""
     span, entries, links = replay.span, replay.entries, replay.links
-    begin: int = span[slot, 0]
-    degree: int = span[slot, 1]
-    if degree == LONGEST_LIST and span[slot, 2] != LINKED:
+    begin, degree = int(span[slot, BEGIN]), int(span[slot, DEGREE])
+    if degree == LONGEST_LIST and span[slot, ROOM] != LINKED:
         for index in range(degree):
-            place = begin + index
-            behind = place + 1 if index + 1 < degree else begin
-            links[entries[place, 0], 0] = entries[behind, 0]
-            links[entries[place, 0], 1] = entries[place, 1]
-        span[slot, 0], span[slot, 2] = entries[begin, 0], LINKED
-    if span[slot, 2] == LINKED:
-        links[previous, 0] = corner
-        links[corner, 0], links[corner, 1] = following, names
-        span[slot, 1] = degree + 1
+            entry = begin + index
+            behind = entry + 1 if index + 1 < degree else begin
+            links[entries[entry, CORNER], CORNER] = entries[behind, CORNER]
+            links[entries[entry, CORNER], NEIGHBOUR] = entries[entry, NEIGHBOUR]
+        span[slot, BEGIN], span[slot, ROOM] = entries[begin, CORNER], LINKED
+    if span[slot, ROOM] == LINKED:
+        links[previous, CORNER] = corner
+        links[corner, CORNER], links[corner, NEIGHBOUR] = following, neighbour
+        span[slot, DEGREE] = degree + 1
         return 1
     gap = 0
-    while entries[begin + gap, 0] != following:
+    while entries[begin + gap, CORNER] != following:
         gap += 1
-    to = _room_for(replay, slot, degree + 1)
+    to = _set_degree(replay, slot, degree + 1)
     if to != begin:
         for index in range(gap):
             entries[to + index, 0] = entries[begin + index, 0]
@@ -317,11 +320,11 @@ def _inserted(
     for index in range(degree - 1, gap - 1, -1):
         entries[to + index + 1, 0] = entries[begin + index, 0]
         entries[to + index + 1, 1] = entries[begin + index, 1]
-    entries[to + gap, 0], entries[to + gap, 1] = corner, names
+    entries[to + gap, CORNER], entries[to + gap, NEIGHBOUR] = corner, neighbour
     return degree
 
 
-@inlined_kernel
+@leaf_kernel
 def _store(
     replay: Replay,
     slot: int,
@@ -329,40 +332,40 @@ def _store(
     start: int,
     end: int,
     one: int,
-    one_names: int,
+    neighbour_one: int,
     two: int,
-    two_names: int,
+    neighbour_two: int,
 ) -> None:
-    """Make part of a ring and two more entries the ring of a slot."""
+    """Set the ring of a slot to entries [start, end) of another ring and two more entries."""
     span, entries, links = replay.span, replay.entries, replay.links
     degree = end - start + 2
     if degree > LONGEST_LIST:
         for index in range(start, end):
-            corner = ring[index, 0]
-            links[corner, 0] = ring[index + 1, 0] if index + 1 < end else one
-            links[corner, 1] = ring[index, 1]
-        links[one, 0], links[one, 1] = two, one_names
-        links[two, 0], links[two, 1] = ring[start, 0], two_names
-        span[slot, 0], span[slot, 1], span[slot, 2] = ring[start, 0], degree, LINKED
+            corner = ring[index, CORNER]
+            links[corner, CORNER] = ring[index + 1, CORNER] if index + 1 < end else one
+            links[corner, NEIGHBOUR] = ring[index, NEIGHBOUR]
+        links[one, CORNER], links[one, NEIGHBOUR] = two, neighbour_one
+        links[two, CORNER], links[two, NEIGHBOUR] = ring[start, CORNER], neighbour_two
+        span[slot, BEGIN], span[slot, DEGREE] = ring[start, CORNER], degree
+        span[slot, ROOM] = LINKED
         return
-    at = _room_for(replay, slot, degree)
+    at = _set_degree(replay, slot, degree)
     for index in range(start, end):
         entries[at, 0], entries[at, 1] = ring[index, 0], ring[index, 1]
         at += 1
-    entries[at, 0], entries[at, 1] = one, one_names
-    entries[at + 1, 0], entries[at + 1, 1] = two, two_names
+    entries[at, CORNER], entries[at, NEIGHBOUR] = one, neighbour_one
+    entries[at + 1, CORNER], entries[at + 1, NEIGHBOUR] = two, neighbour_two
 
 
 @inlined_kernel
-def _room_for(replay: Replay, slot: int, degree: int) -> int:
-    """Give a list its new length, and where it does not fit a new place; returns the place."""
+def _set_degree(replay: Replay, slot: int, degree: int) -> int:
+    """Set the length of a list; move a list that is too short. Return its begin."""
     span = replay.span
-    span[slot, 1] = degree
-    if degree > span[slot, 2]:
+    span[slot, DEGREE] = degree
+    if degree > span[slot, ROOM]:
         room = SMALLEST_ROOM
         while room < degree:
             room *= 2
-        span[slot, 0], span[slot, 2] = replay.used[TAKEN], room
+        span[slot, BEGIN], span[slot, ROOM] = replay.used[TAKEN], room
         replay.used[TAKEN] += room
-    begin: int = span[slot, 0]
-    return begin
+    return int(span[slot, BEGIN])

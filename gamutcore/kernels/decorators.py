@@ -15,7 +15,7 @@ import logging
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
-from numba.core import config, sigutils
+from numba.core import config, sigutils, types
 from numba.core.registry import CPUDispatcher
 
 from gamutcore.kernels.cache import KernelCache
@@ -75,8 +75,13 @@ class Kernel(CPUDispatcher):
         )
 
     def get_call_template(self, args: Any, kws: Any) -> Any:  # noqa: ANN401
-        """Return the type of a call from another kernel, which gets the subroutine."""
-        return self._subroutine.get_call_template(args, kws)
+        """Return the type of a call from another kernel, which gets the subroutine.
+
+        Integers are passed as int64, whether they are literals, int32 or int64. The subroutine is
+        then compiled once for all of them.
+        """
+        wide = tuple(_widened(argument) for argument in args)
+        return self._subroutine.get_call_template(wide, kws)
 
     def get_overload(self, sig: Any) -> Any:  # noqa: ANN401
         """Return the function that a call from another kernel is linked to."""
@@ -157,6 +162,11 @@ def inlined_kernel(function: Function) -> Function:
     callable
     """
     return _compiled(function, _nrt=False, forceinline=True)
+
+
+def _widened(argument: types.Type) -> types.Type:
+    is_signed = isinstance(argument, types.Integer) and argument.signed
+    return types.int64 if is_signed else argument
 
 
 def _compiled(function: Function, **flags: bool) -> Function:

@@ -7,11 +7,9 @@ compiles exactly the entry points that reach the edited code.
 
 from __future__ import annotations
 
-import functools
 import hashlib
 import types
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -63,8 +61,6 @@ def _described(value: Any, seen: dict[int, Any]) -> Iterator[bytes]:  # noqa: AN
             yield from _code(function, function.__code__, seen)
             for cell in function.__closure__ or ():
                 yield from _described(cell.cell_contents, seen)
-        if function is value and seen and "costs" in function.__module__:
-            yield _costs()
     elif isinstance(value, types.ModuleType):
         yield f"module {value.__name__};".encode()
     elif isinstance(value, type):
@@ -80,13 +76,6 @@ def _described(value: Any, seen: dict[int, Any]) -> Iterator[bytes]:  # noqa: AN
         yield f"{value!r};".encode()
     else:
         yield f"{type(value).__qualname__} {getattr(value, '__name__', '')};".encode()
-
-
-@functools.cache
-def _costs() -> bytes:
-    # overloads are not reached through globals: removed with gamutcore.decimation.costs.interface
-    folder = Path(__file__).parents[1] / "decimation"
-    return b"".join(path.read_bytes() for path in sorted(folder.rglob("*.py")))
 
 
 def _code(

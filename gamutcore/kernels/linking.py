@@ -121,25 +121,3 @@ def _not_executable(library: SubroutineLibrary, description: Any, environment: A
     name = description.qualname.split(".")[-1]
     module = description.lookup_module()
     return _dynfunc.make_function(module, name, "", 0, environment, (library,))
-
-
-# Numba compiles the overloads of the costs' interface in libraries of its own class.
-# This part goes when the overloads go.
-_add_library, _finalize = JITCodeLibrary.add_linking_library, JITCodeLibrary.finalize
-
-
-def _add_flat(self: Any, library: Any) -> None:  # noqa: ANN401
-    if library not in self._linking_libraries:
-        _add_library(self, library)
-        if isinstance(library, SubroutineLibrary):
-            for reached in library._linking_libraries:  # noqa: SLF001
-                self.add_linking_library(reached)
-
-
-def _finalize_sorted(self: Any) -> None:  # noqa: ANN401
-    self._linking_libraries.sort(key=lambda each: not isinstance(each, SubroutineLibrary))
-    _finalize(self)
-
-
-JITCodeLibrary.add_linking_library = _add_flat
-JITCodeLibrary.finalize = _finalize_sorted

@@ -1,4 +1,4 @@
-"""Metrics: what two gamuts have in common and how far they are apart."""
+"""Metrics: common volume, mismatch and distances of two gamuts."""
 
 from gamutcore.metric.mismatch import intersection_volume, mismatch
 from gamutcore.metric.radial_overlay import Distances, RadialDifference, radial_difference

@@ -1,8 +1,8 @@
-"""Cutting a face along the cones of another surface's faces, from a centre.
+"""Clip a face into pieces by the cones of another surface.
 
-What a cone's three planes leave outside goes on to the neighbour across the plane that cut it off.
-Every split writes the same corners to both sides, so the pieces always make up the whole face,
-whatever rounding does to them. Corners are pairs (u, v): the point a + u U + v V of the face.
+The part of a face outside one of the three planes of a cone passes to the neighbour across that
+plane. Every split writes the same corners to both sides, so the pieces always make up the whole
+face despite rounding. Corners are pairs (u, v) that mean the point a + u U + v V of the face.
 """
 
 from __future__ import annotations
@@ -15,20 +15,19 @@ from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 from gamutcore.metric.cones import INDEX, Cones
 
-__all__ = ["Clipping", "begin", "clipping", "next_piece"]
+__all__ = ["Clipping", "clipping_workspace", "pop_piece", "push_face"]
 
 PARTS = 48
-"""Parts of a face that can wait at a time."""
+"""Most parts of a face on the stack."""
 
 CORNERS = 24
-"""Corners that a part can have."""
-
+"""Most corners of a part."""
 
 ROW = 2 * CORNERS
-"""Numbers that a part takes."""
+"""Numbers per part."""
 
-TRYING_ALL = 2**30
-"""In place of the number of moves: the cones of all faces are tried, one after the other."""
+TRY_ALL = 2**30
+"""Marks a part for which the cones of all faces are tried in turn; stored as its moves."""
 
 
 class Clipping(NamedTuple):
@@ -39,18 +38,18 @@ class Clipping(NamedTuple):
     frame : (9,) float64
         a, U and V of the face.
     source : (`ROW`,) float64
-        The part that is being split: u and v of its corners, the first one once more at the end.
+        u and v of the corners of the part to split; the first corner is repeated at the end.
     part : (rows × `ROW`,) float64
-        Parts that wait on a stack, and above its top the one at work: u and v of their corners.
+        Stack of parts: u and v of their corners. The current part is above the top.
     corners, face, came, moves : (rows,) int32
-        Corners of a part; the face whose cone is cut off next; the face that passed the part on to
-        that one, or −1; how often it was passed on whole.
+        For each part: number of corners; the face whose cone clips it next; the face that passed
+        it on, or −1; how often the whole part was passed on.
     value : (corners,) float64
         Products of the corners with a plane.
     piece : (corners, 3) float64
         u, v and N · p − 1 of the corners of the last piece.
     triangle : (3, 4) float64
-        For the caller: positions and N · p − 1 of a part of it.
+        For the caller: positions and N · p − 1 of three corners.
     """
 
     frame: FloatArray
@@ -65,7 +64,7 @@ class Clipping(NamedTuple):
     triangle: FloatArray
 
 
-def clipping() -> Clipping:
+def clipping_workspace() -> Clipping:
     """Return work space for one face at a time."""
     rows = PARTS + 4
     return Clipping(
@@ -83,8 +82,10 @@ def clipping() -> Clipping:
 
 
 @inlined_kernel
-def begin(work: Clipping, position: FloatArray, one: int, two: int, three: int, face: int) -> int:
-    """Put a face on the stack, to be cut from the cone of `face` on; returns the stack's height."""
+def push_face(
+    work: Clipping, position: FloatArray, one: int, two: int, three: int, face: int
+) -> int:
+    """Push a face that starts in the cone of `face`; return the height of the stack."""
     frame, part = work.frame, work.part
     for axis in range(3):
         frame[axis] = position[INDEX(one), axis]
@@ -109,10 +110,10 @@ def _copy(part: FloatArray, source: int, first: int, last: int, target: int, sta
 def _split(
     part: FloatArray, source: FloatArray, value: FloatArray, row: int, count: int
 ) -> tuple[int, int]:
-    """Split a part by the signs of its values: what is outside stays, the inside goes to row + 1.
+    """Split a part by the signs of its values: the outside stays, the inside goes to row + 1.
 
-    All is written without a branch, and what does not belong there is overwritten by the next
-    corner. Returns the corners of both.
+    Every corner is written without a branch; the next corner overwrites a corner on the wrong
+    side. Return the number of corners of both parts.
     """
     outside, inside = ROW * row, ROW * (row + 1)
     first_inside, first_outside = inside, outside
@@ -141,10 +142,10 @@ def _split(
 
 
 @inlined_kernel
-def next_piece(  # noqa: C901, PLR0912  # the time is in these branches
+def pop_piece(  # noqa: C901, PLR0912  # the time is in these branches
     work: Clipping, top: int, cones: Cones, reach: float, moves: int
 ) -> tuple[int, int, int]:
-    """Cut off the next piece of the face that was put on the stack.
+    """Pop the next piece of the face on the stack.
 
     Parameters
     ----------
@@ -153,16 +154,16 @@ def next_piece(  # noqa: C901, PLR0912  # the time is in these branches
         Height of the stack.
     cones : Cones
     reach : float
-        At least as much as the length of the face's corners.
+        At least the largest distance of a corner of the face from the origin.
     moves : int
-        `MOVES`; less to try all cones earlier.
+        `MOVES`; a smaller number tries all cones earlier.
 
     Returns
     -------
     face : int
-        The face in whose cone the piece is; −1 when there are no more.
+        The face whose cone the piece is in; −1 if there are no more pieces.
     count : int
-        Corners of the piece.
+        Number of corners of the piece.
     top : int
         Height of the stack.
     """
@@ -176,7 +177,7 @@ def next_piece(  # noqa: C901, PLR0912  # the time is in these branches
             work.moves[INDEX(base)],
         )
         if count > CORNERS - 4:
-            # two parts are as good as one with many corners
+            # two parts are equivalent to one with too many corners
             half = count // 2
             _copy(part, base, half, count, top, 1)
             _copy(part, base, 0, 1, top, 0)
@@ -184,13 +185,13 @@ def next_piece(  # noqa: C901, PLR0912  # the time is in these branches
             work.face[top], work.came[top], work.moves[top] = face, work.came[base], moved
             top += 1
             continue
-        if moved != TRYING_ALL and (moved > moves or top >= PARTS):
-            face, moved = 0, TRYING_ALL
-        exhaustive = moved == TRYING_ALL
+        if moved != TRY_ALL and (moved > moves or top >= PARTS):
+            face, moved = 0, TRY_ALL
+        exhaustive = moved == TRY_ALL
         row, came = base, work.came[INDEX(base)]
         if exhaustive:
             came = -1
-            # the part stays on the stack until all cones have been tried
+            # the part stays on the stack until all cones are tried
             if face == len(planes):
                 top = base
                 continue
@@ -198,13 +199,13 @@ def next_piece(  # noqa: C901, PLR0912  # the time is in these branches
             row = top
             _copy(part, base, 0, count, row, 0)
         tolerance = cones.rounding[INDEX(face)] * reach
-        for place in range(3):
-            # the other side of the plane that cut the part off: all of it is inside
-            if neighbour[INDEX(face), place] == came:
+        for side in range(3):
+            # this plane has clipped the part on its other side
+            if neighbour[INDEX(face), side] == came:
                 continue
-            x = planes[INDEX(face), 3 * place]
-            y = planes[INDEX(face), 3 * place + 1]
-            z = planes[INDEX(face), 3 * place + 2]
+            x = planes[INDEX(face), 3 * side]
+            y = planes[INDEX(face), 3 * side + 1]
+            z = planes[INDEX(face), 3 * side + 2]
             constant = x * frame[0] + y * frame[1] + z * frame[2]
             along_u = x * frame[3] + y * frame[4] + z * frame[5]
             along_v = x * frame[6] + y * frame[7] + z * frame[8]
@@ -212,13 +213,13 @@ def next_piece(  # noqa: C901, PLR0912  # the time is in these branches
             start = ROW * row
             for index in range(count):
                 u, v = part[INDEX(start + 2 * index)], part[INDEX(start + 2 * index + 1)]
-                side = constant + along_u * u + along_v * v
-                lowest = min(lowest, side)
-                highest = max(highest, side)
-                value[INDEX(index)] = side if abs(side) > tolerance else 0.0
+                height = constant + along_u * u + along_v * v
+                lowest = min(lowest, height)
+                highest = max(highest, height)
+                value[INDEX(index)] = height if abs(height) > tolerance else 0.0
                 source[INDEX(2 * index)], source[INDEX(2 * index + 1)] = u, v
             if lowest < -tolerance:
-                work.face[INDEX(row)] = neighbour[INDEX(face), place]
+                work.face[INDEX(row)] = neighbour[INDEX(face), side]
                 work.came[INDEX(row)], work.moves[INDEX(row)] = face, moved + 1
                 if highest <= tolerance:
                     work.corners[INDEX(row)] = count

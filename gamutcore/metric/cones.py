@@ -1,8 +1,8 @@
-"""The cones of a star-shaped surface's faces, and which of them points of another surface are in.
+"""The cones of the faces of a star-shaped surface, and the cone that each point is in.
 
-The cone of a face is all that the centre sees through it, near or far. The cones of a star-shaped
-surface fill space without a gap, so every other point is in one of them: found by walking from cone
-to adjacent cone. All positions are relative to the centre.
+The cone of a face is the set of all rays from the centre through the face. The cones of a
+star-shaped surface fill space without a gap, so every point is in one of them. A walk from cone to
+adjacent cone finds it. All positions are relative to the centre.
 """
 
 from __future__ import annotations
@@ -16,39 +16,39 @@ from gamutcore.corner_table import opposite_corners
 from gamutcore.kernels import inlined_kernel, kernel
 
 if TYPE_CHECKING:
-    from gamutcore.metric.distance_bound import Faces
+    from gamutcore.metric.distance_bound import Surface
 
-__all__ = ["INDEX", "MOVES", "Cones", "Places", "cones_of", "crossing", "located"]
+__all__ = ["INDEX", "MOVES", "Cones", "Locations", "compute_cones", "find_crossing", "locate"]
 
 ROUNDING = 1e-15
-"""A determinant of three points counts as zero up to this part of the product of their lengths: it
-is computed to a few times 2⁻⁵³ of it."""
+"""A determinant of three points counts as zero up to this part of the product of their lengths. Its
+rounding error is a few times 2⁻⁵³ of the product."""
 
 INDEX = np.uint64
-"""Of numbers that index arrays and are not negative: whether they are need not be tested then, and
-loops can become vector instructions."""
+"""Type of indices in inner loops. Unsigned indices need no test for negative numbers, so that loops
+can be vectorised."""
 
 MOVES = 1000
-"""Steps of a walk before all cones are tried: walks can go in circles where a triangulation is not
-Delaunay's. From a face that is near they are shorter than this on the largest of surfaces."""
+"""Steps of a walk before all cones are tried. A walk can go in circles if the triangulation is not
+Delaunay. Walks from a face nearby are shorter than this on the largest surfaces."""
 
 
 class Cones(NamedTuple):
-    """The cones of a star-shaped surface's faces.
+    """The cones of the faces of a star-shaped surface.
 
     Attributes
     ----------
     neighbour : (F, 3) int32
-        The face across the edge that is opposite to each corner.
+        The face across the edge opposite to each corner.
     planes : (F, 9) float64
-        Per corner, the vector product of the two other corners: the scalar product of a point with
-        it is positive on the cone's side of the plane through the centre and the opposite edge.
+        For each corner, the vector product of the two other corners. It is normal to the plane
+        through the centre and the opposite edge, and points into the cone.
     normal : (F, 3) float64
-        The vector N for which N · p = 1 on the face.
+        The vector N with N · p = 1 on the face.
     slope : (F,) float64
-        The length of N: the reciprocal of the distance of the face's plane from the centre.
+        Length of N: 1 ÷ distance of the plane of the face from the centre.
     rounding : (F,) float64
-        Products of the planes with unit vectors count as zero up to this.
+        Products of the planes with unit vectors count as zero up to this value.
     """
 
     neighbour: IndexArray
@@ -58,15 +58,15 @@ class Cones(NamedTuple):
     rounding: FloatArray
 
 
-class Places(NamedTuple):
-    """Where points are in relation to a star-shaped surface.
+class Locations(NamedTuple):
+    """Locations of points relative to a star-shaped surface.
 
     Attributes
     ----------
     face : (n,) int32
-        The face in whose cone a point is.
+        The face whose cone the point is in.
     beyond : (n,) float64
-        N · p − 1: the point's distance from the centre ÷ that of the face on the same ray, less 1.
+        N · p − 1: distance of the point from the centre ÷ that of the face on the same ray, − 1.
     along : (n,) float64
         Distance from the face along the ray.
     """
@@ -76,12 +76,12 @@ class Places(NamedTuple):
     along: FloatArray
 
 
-def cones_of(surface: Faces) -> Cones:
+def compute_cones(surface: Surface) -> Cones:
     """Return the cones of a surface.
 
     Parameters
     ----------
-    surface : Faces
+    surface : Surface
         Closed, oriented and star-shaped about the origin.
 
     Returns
@@ -116,7 +116,7 @@ def _cones(
         rounding[face] = ROUNDING * max(
             ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz, cx * cx + cy * cy + cz * cz
         )
-        # by the edges, which keeps the digits that a sum of the three planes would lose
+        # from the edges: a sum of the three planes would lose digits
         bx, by, bz, cx, cy, cz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
         x, y, z = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
         height = ax * x + ay * y + az * z
@@ -125,32 +125,32 @@ def _cones(
     return planes, normal, slope, rounding
 
 
-def located(
+def locate(
     position: FloatArray, order: IndexArray, near: IndexArray, cones: Cones, moves: int = MOVES
-) -> Places:
-    """Find out in which cones points are.
+) -> Locations:
+    """Locate points in the cones of a surface.
 
     Parameters
     ----------
     position : (n, 3) float64
-        None of them the origin.
+        None is the origin.
     order : (n,) int32
-        The points in the order in which they are looked for.
+        Order in which the points are located.
     near : (n,) int32
-        A point that comes before in this order, and better is close; unused for the first one.
+        A point earlier in this order, as close as possible; unused for the first point.
     cones : Cones
     moves : int
         Steps of a walk before all cones are tried.
 
     Returns
     -------
-    Places
+    Locations
     """
-    return Places(*_located(position, order, near, cones, moves))
+    return Locations(*_locate(position, order, near, cones, moves))
 
 
 @kernel
-def _located(
+def _locate(
     position: FloatArray, order: IndexArray, near: IndexArray, cones: Cones, moves: int
 ) -> tuple[IndexArray, FloatArray, FloatArray]:
     count = len(position)
@@ -173,7 +173,7 @@ def _located(
 
 @inlined_kernel
 def _walk(x: float, y: float, z: float, radius: float, face: int, cones: Cones, moves: int) -> int:
-    """Face in whose cone a point is; each step crosses the plane that it is furthest behind."""
+    """Walk to the face whose cone a point is in, across the plane the point is furthest behind."""
     planes = cones.planes
     for _ in range(moves):
         one = planes[INDEX(face), 0] * x + planes[INDEX(face), 1] * y + planes[INDEX(face), 2] * z
@@ -200,7 +200,7 @@ def _walk(x: float, y: float, z: float, radius: float, face: int, cones: Cones, 
 
 @inlined_kernel
 def _side(planes: FloatArray, face: int, place: int, position: FloatArray, vertex: int) -> float:
-    """Product of a vertex with one of a cone's planes, positive on the side of the cone."""
+    """Product of a vertex with a plane of a cone, positive on the side of the cone."""
     side: float = (
         planes[INDEX(face), INDEX(3 * place)] * position[INDEX(vertex), 0]
         + planes[INDEX(face), INDEX(3 * place + 1)] * position[INDEX(vertex), 1]
@@ -210,10 +210,10 @@ def _side(planes: FloatArray, face: int, place: int, position: FloatArray, verte
 
 
 @inlined_kernel
-def crossing(
+def find_crossing(
     position: FloatArray, one: int, two: int, three: int, face: int, beyond: int, cones: Cones
 ) -> tuple[bool, float, float]:
-    """Where a triangle with two corners in the cone of a face leaves it, if by a single edge.
+    """Find where a triangle with two corners in a cone leaves the cone through a single plane.
 
     Returns
     -------

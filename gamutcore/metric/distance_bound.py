@@ -1,10 +1,10 @@
-"""How far a triangle reaches from a surface: an upper bound within a few per cent.
+"""Upper bound of the distance from a triangle to a surface, within a few per cent.
 
-The distance from a point to one triangle is a convex function of the point, so over a piece of
-surface its maximum is at the piece's corners, and the distance from the whole piece to a surface is
-at most the largest of its corners' distances to any one face of it. Pieces for which no nearby face
-gives a good bound are halved. The bound holds whatever faces are looked at; it is tight where the
-nearest ones are found, by descending from face to adjacent face.
+The distance from a point to one face is a convex function of the point. Over a piece of surface its
+maximum is at a corner of the piece. The distance from a piece to a surface is therefore at most the
+largest distance of its corners to any one face. Pieces without a good bound are halved. The bound
+is valid for any choice of faces. It is tight if the faces are the nearest ones, which descent from
+face to adjacent face finds.
 """
 
 from __future__ import annotations
@@ -24,32 +24,35 @@ if TYPE_CHECKING:
 __all__ = [
     "SLACK",
     "STACK",
-    "Faces",
-    "faces_of",
-    "halvings_for",
+    "Surface",
+    "halving_limit",
+    "make_surface",
     "nearest_face",
     "raise_bound",
     "squared_distance",
-    "star_shaped_faces",
+    "star_shaped_surface",
 ]
 
 SLACK = 1.03
-"""A bound this close to a distance that is attained is not improved further."""
+"""Ratio of a bound to an attained distance at which the bound is not improved further."""
 
 DEGENERATE = 1e-12
-"""Squared sine of a face's angle below which only its edges are looked at: what the regions are
-told apart by has lost half of its digits by then."""
+"""Squared sine of a face's angle below which only the edges of the face are considered. The
+quantities that separate the regions have lost half of their digits by then."""
 
 HALVINGS = 16
-"""How often a piece is halved at most; its bound is then taken as it is."""
+"""Most halvings of a piece; its bound is then used as it is."""
 
-STACK = (HALVINGS + 2, 17)
-"""Shape of the work array of `raise_bound`: nine coordinates, a face, the halvings made, and for
-each corner the nearest face, −1 before it is looked for, and its squared distance."""
+FACE, HALVED, NEAREST, SQUARED, COLUMNS = 9, 10, 11, 14, 17
+"""Columns of the stack of `raise_bound`, after nine coordinates: a face near the piece, the number
+of halvings, then for each corner the nearest face (−1 if unknown) and its squared distance."""
+
+STACK = (HALVINGS + 2, COLUMNS)
+"""Shape of the work array of `raise_bound`."""
 
 
-class Faces(NamedTuple):
-    """A surface that distances are taken to.
+class Surface(NamedTuple):
+    """A closed triangle mesh about the origin, with the faces at each vertex.
 
     Attributes
     ----------
@@ -57,23 +60,23 @@ class Faces(NamedTuple):
     corner : (3 F,) int32
         Vertices at the corners of all faces.
     fan_end : (V,) int32
-        Where a vertex's part of `fan` ends; it begins where the part before it ends.
+        End of each vertex's part of `fan`; the part begins at the end of the part before.
     fan : (3 F,) int32
         The faces at each vertex.
-    off : (F,) float64
-        Where the surface stands for another one: how far from it any point of a face is at most,
-        and each of the other's points from some face that has this number or more.
+    deviation : (F,) float64
+        Upper bound of the distance from any point of the face to the surface that this one
+        represents. Each point of that surface is within this distance of some face, too.
     """
 
     position: FloatArray
     corner: IndexArray
     fan_end: IndexArray
     fan: IndexArray
-    off: FloatArray
+    deviation: FloatArray
 
 
-def faces_of(position: FloatArray, corner: IndexArray) -> Faces:
-    """Return a surface with the faces at each vertex, standing for itself.
+def make_surface(position: FloatArray, corner: IndexArray) -> Surface:
+    """Return a surface that represents itself.
 
     Parameters
     ----------
@@ -82,19 +85,19 @@ def faces_of(position: FloatArray, corner: IndexArray) -> Faces:
 
     Returns
     -------
-    Faces
+    Surface
     """
     fan_end, fan = _fans(corner, len(position))
-    return Faces(position, corner, fan_end, fan, np.zeros(len(corner) // 3))
+    return Surface(position, corner, fan_end, fan, np.zeros(len(corner) // 3))
 
 
-def star_shaped_faces(mesh: TriangleMesh, centre: FloatArray) -> Faces:
-    """Return a mesh's surface, its positions relative to a centre that it is star-shaped about.
+def star_shaped_surface(mesh: TriangleMesh, centre: FloatArray) -> Surface:
+    """Return a mesh as a surface about a centre.
 
     Raises
     ------
     MeshError
-        It is not.
+        If the mesh is not star-shaped about the centre.
     """
     position = np.ascontiguousarray(mesh.vertices.astype(np.float64) - centre)
     corner = np.ascontiguousarray(mesh.faces, np.int32).ravel()
@@ -106,22 +109,14 @@ def star_shaped_faces(mesh: TriangleMesh, centre: FloatArray) -> Faces:
             f" these {len(hidden)} do not see the centre from inside",
             remedy="closed meshes of genus 0 without other vertices, and a centre in their kernels",
         )
-    return faces_of(position, corner)
+    return make_surface(position, corner)
 
 
-def halvings_for(surface: Faces, least: float = 10_000.0) -> float:
-    """How often pieces of a surface may be halved, each of which takes 1 to 4 µs.
+def halving_limit(surface: Surface, least: float = 10_000.0) -> float:
+    """Return how many halvings a comparison with a surface may take.
 
-    Parameters
-    ----------
-    surface : Faces
-        A quarter of its faces may be, a few times what gamuts of devices in CIELAB take.
-    least : float
-        And so many more: the less, the less tight are the bounds of very flat bodies.
-
-    Returns
-    -------
-    float
+    A halving takes 1 to 4 µs. A quarter of the number of faces is a few times the need of device
+    gamuts in CIELAB. `least` is added; smaller values give looser bounds for very flat bodies.
     """
     return least + len(surface.corner) // 12
 
@@ -146,12 +141,12 @@ def _fans(corner: IndexArray, vertices: int) -> tuple[IndexArray, IndexArray]:
 
 
 @inlined_kernel
-def squared_distance(x: float, y: float, z: float, surface: Faces, face: int) -> float:
+def squared_distance(x: float, y: float, z: float, surface: Surface, face: int) -> float:
     """Squared distance from a point to a face.
 
-    By the regions of the plane that are nearest to a corner, an edge or the inside: Ericson,
-    "Real-Time Collision Detection" (2005), section 5.1.5. It is always the distance to some point
-    of the face: rounding may miss the nearest one, but the result is not too small.
+    Ericson, "Real-Time Collision Detection" (2005), section 5.1.5, by the region of the plane that
+    the point is in. The result is the distance to some point of the face. Rounding may miss the
+    nearest point, but never gives too small a result.
     """
     position = surface.position
     one = surface.corner[3 * face]
@@ -161,7 +156,7 @@ def squared_distance(x: float, y: float, z: float, surface: Faces, face: int) ->
     ux, uy, uz = position[two, 0] - ax, position[two, 1] - ay, position[two, 2] - az
     vx, vy, vz = position[three, 0] - ax, position[three, 1] - ay, position[three, 2] - az
     x, y, z = x - ax, y - ay, z - az
-    # scalar products of both edges with the point as seen from each of the corners
+    # scalar products of both edges with the vector from each corner to the point
     u_a, v_a = ux * x + uy * y + uz * z, vx * x + vy * y + vz * z
     if u_a <= 0.0 and v_a <= 0.0:
         return x * x + y * y + z * z
@@ -172,7 +167,7 @@ def squared_distance(x: float, y: float, z: float, surface: Faces, face: int) ->
     inside_a, inside_b = u_b * v_c - u_c * v_b, u_c * v_a - u_a * v_c
     inside_c = u_a * v_b - u_b * v_a
     if uu * vv - uv * uv <= DEGENERATE * uu * vv:
-        # no inside to speak of: the nearest point is on an edge
+        # a sliver: the nearest point is on an edge
         along_u = min(max(u_a / uu, 0.0), 1.0)
         along_v = min(max(v_a / vv, 0.0), 1.0)
         ww = uu - 2.0 * uv + vv
@@ -213,11 +208,11 @@ def _squared(x: float, y: float, z: float) -> float:
 
 
 @leaf_kernel
-def nearest_face(x: float, y: float, z: float, surface: Faces, face: int) -> tuple[int, float]:
-    """Face near a point, and its squared distance, by descent from a face.
+def nearest_face(x: float, y: float, z: float, surface: Surface, face: int) -> tuple[int, float]:
+    """Return a face near a point and its squared distance, by descent from a face.
 
-    No face that has a vertex in common with it is nearer. That is the nearest one of all, or
-    another one that a concave place keeps from being left: its distance is an upper bound.
+    No face that shares a vertex with the result is nearer. On concave surfaces the result may be a
+    local minimum; its distance is then an upper bound.
     """
     corner, fan_end, fan = surface.corner, surface.fan_end, surface.fan
     least = squared_distance(x, y, z, surface, face)
@@ -226,7 +221,7 @@ def nearest_face(x: float, y: float, z: float, surface: Faces, face: int) -> tup
         best = face
         for place in range(3):
             vertex = corner[3 * face + place]
-            # all faces at a vertex of the face before have been looked at
+            # all faces at the vertices of the previous face have been visited
             if vertex in (before_one, before_two, before_three):
                 continue
             for index in range(fan_end[vertex - 1] if vertex > 0 else 0, fan_end[vertex]):
@@ -243,8 +238,8 @@ def nearest_face(x: float, y: float, z: float, surface: Faces, face: int) -> tup
 
 
 @inlined_kernel
-def _bound(piece: FloatArray, row: int, surface: Faces, face: int) -> float:
-    """Squared distance to a face, the largest of a piece's corners."""
+def _bound(piece: FloatArray, row: int, surface: Surface, face: int) -> float:
+    """Largest squared distance from the corners of a piece to a face."""
     return max(
         squared_distance(piece[row, 0], piece[row, 1], piece[row, 2], surface, face),
         squared_distance(piece[row, 3], piece[row, 4], piece[row, 5], surface, face),
@@ -255,70 +250,78 @@ def _bound(piece: FloatArray, row: int, surface: Faces, face: int) -> float:
 @leaf_kernel
 def raise_bound(
     stack: FloatArray,
-    surface: Faces,
+    surface: Surface,
     face: int,
-    off: float,
+    deviation: float,
     lower: float,
     upper: float,
     halvings: float,
 ) -> tuple[float, float, float]:
-    """Raise the bound on what lies furthest from a surface so that it holds for one more triangle.
+    """Raise the bound of the largest distance to a surface so that it holds for a triangle.
 
     Parameters
     ----------
     stack : `STACK` float64
-        The triangle's corners as the first nine numbers; the rest is work space.
-    surface : Faces
+        The corners of the triangle as the first nine numbers; the rest is work space.
+    surface : Surface
     face : int
         A face near the triangle.
-    off : float
-        Added to all distances, as is what the faces of the surface are off.
+    deviation : float
+        Added to all distances, like the deviations of the faces.
     lower, upper : float
-        What is known of other pieces: a distance that is attained, and the bound.
+        An attained distance and the bound, over all triangles so far.
     halvings : float
-        How often pieces may be halved, all in all.
+        Number of halvings left, over all triangles.
 
     Returns
     -------
     lower, upper : float
-        The same with this triangle. The upper one is certain; the lower one is attained if descent
-        finds the nearest faces.
+        The same including this triangle. `upper` is certain; `lower` is attained if descent found
+        the nearest faces.
     halvings : float
-        How many are left.
+        Number of halvings left.
     """
-    stack[0, 9], stack[0, 10] = face, 0.0
-    stack[0, 11], stack[0, 12], stack[0, 13] = -1.0, -1.0, -1.0
+    stack[0, FACE], stack[0, HALVED] = face, 0.0
+    for corner in range(3):
+        stack[0, NEAREST + corner] = -1.0
     top = 1
     while top > 0:
         top -= 1
-        face = int(stack[top, 9])
+        face = int(stack[top, FACE])
         accepted = max(upper, SLACK * lower)
-        if np.sqrt(_bound(stack, top, surface, face)) + surface.off[face] + off <= accepted:
+        if (
+            np.sqrt(_bound(stack, top, surface, face)) + surface.deviation[face] + deviation
+            <= accepted
+        ):
             upper = accepted
             continue
-        # two corners of a half are corners of the whole, whose nearest faces are known
-        for row in range(3):
-            if stack[top, 11 + row] < 0.0:
-                x, y, z = stack[top, 3 * row], stack[top, 3 * row + 1], stack[top, 3 * row + 2]
-                stack[top, 11 + row], stack[top, 14 + row] = nearest_face(x, y, z, surface, face)
-        one, two, three = int(stack[top, 11]), int(stack[top, 12]), int(stack[top, 13])
+        # a half shares two corners with the whole; their nearest faces are known
+        for corner in range(3):
+            if stack[top, NEAREST + corner] < 0.0:
+                x, y = stack[top, 3 * corner], stack[top, 3 * corner + 1]
+                near, squared = nearest_face(x, y, stack[top, 3 * corner + 2], surface, face)
+                stack[top, NEAREST + corner], stack[top, SQUARED + corner] = near, squared
+        one, two = int(stack[top, NEAREST]), int(stack[top, NEAREST + 1])
+        three = int(stack[top, NEAREST + 2])
         attained = max(
-            np.sqrt(stack[top, 14]) + surface.off[one],
-            np.sqrt(stack[top, 15]) + surface.off[two],
-            np.sqrt(stack[top, 16]) + surface.off[three],
+            np.sqrt(stack[top, SQUARED]) + surface.deviation[one],
+            np.sqrt(stack[top, SQUARED + 1]) + surface.deviation[two],
+            np.sqrt(stack[top, SQUARED + 2]) + surface.deviation[three],
         )
-        bound = np.sqrt(_bound(stack, top, surface, one)) + surface.off[one]
+        bound = np.sqrt(_bound(stack, top, surface, one)) + surface.deviation[one]
         if two != one:
-            bound = min(bound, np.sqrt(_bound(stack, top, surface, two)) + surface.off[two])
+            bound = min(bound, np.sqrt(_bound(stack, top, surface, two)) + surface.deviation[two])
         if three not in (one, two):
-            bound = min(bound, np.sqrt(_bound(stack, top, surface, three)) + surface.off[three])
-        attained, bound = attained + off, bound + off
-        # where descent ended too early, the bound by another corner's face may be the better one
+            bound = min(
+                bound, np.sqrt(_bound(stack, top, surface, three)) + surface.deviation[three]
+            )
+        attained, bound = attained + deviation, bound + deviation
+        # after a descent that ended too early, the bound may be below the distance found
         lower = max(lower, min(attained, bound))
-        if bound <= max(upper, SLACK * lower) or halvings <= 0.0 or stack[top, 10] >= HALVINGS:
+        if bound <= max(upper, SLACK * lower) or halvings <= 0.0 or stack[top, HALVED] >= HALVINGS:
             upper = max(upper, bound)
             continue
-        # halve the longest edge; each half begins with the face that is nearest to its own end
+        # halve the longest edge; each half starts from the face nearest to its own end
         longest, greatest = 0, -1.0
         for edge in range(3):
             i, j = 3 * edge, 3 * ((edge + 1) % 3)
@@ -328,17 +331,17 @@ def raise_bound(
             if x * x + y * y + z * z > greatest:
                 longest, greatest = edge, x * x + y * y + z * z
         first, second = 3 * longest, 3 * ((longest + 1) % 3)
-        for column in range(17):
+        for column in range(COLUMNS):
             stack[top + 1, column] = stack[top, column]
         for axis in range(3):
             middle = 0.5 * (stack[top, first + axis] + stack[top, second + axis])
             stack[top, second + axis] = middle
             stack[top + 1, first + axis] = middle
-        stack[top, 10] += 1.0
-        stack[top + 1, 10] = stack[top, 10]
-        stack[top, 9] = one if first == 0 else two if first == 3 else three
-        stack[top + 1, 9] = one if second == 0 else two if second == 3 else three
-        stack[top, 11 + second // 3] = stack[top + 1, 11 + first // 3] = -1.0
+        stack[top, HALVED] += 1.0
+        stack[top + 1, HALVED] = stack[top, HALVED]
+        stack[top, FACE] = one if first == 0 else two if first == 3 else three
+        stack[top + 1, FACE] = one if second == 0 else two if second == 3 else three
+        stack[top, NEAREST + second // 3] = stack[top + 1, NEAREST + first // 3] = -1.0
         top += 2
         halvings -= 1.0
     return lower, upper, halvings

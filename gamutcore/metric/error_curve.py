@@ -1,11 +1,11 @@
-"""The error of a history's levels against its full boundary, with bounds, for every build.
+"""Errors of the levels of a history against its full boundary, with certain bounds.
 
-All levels are star-shaped about one centre, so two of them are compared exactly by cutting one
+All levels are star-shaped about one centre, so two levels are compared exactly by clipping one
 along the other (`gamutcore.metric.radial_overlay`). A coarse level is not compared with the full
-boundary but with a reference, a level about 16 times finer. Volumes of symmetric differences
-and distances obey the triangle inequality, so what the reference itself may be off is added: of
-the volumes a sixteenth or so; of the distances that of each face, as both are seldom largest in one
-place. The times of all comparisons are then a geometric series.
+boundary but with a reference: a level about 16 times finer. The triangle inequality holds for
+volumes of symmetric differences and for distances, so the error of the reference is added. For
+volumes that is about a sixteenth; for distances it is the deviation of each face. The times of all
+comparisons form a geometric series.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gamutcore.kernels import kernel
-from gamutcore.metric.distance_bound import faces_of
-from gamutcore.metric.radial_overlay import Distances, overlaid, volume_within
+from gamutcore.metric.distance_bound import make_surface
+from gamutcore.metric.radial_overlay import Distances, compare_surfaces, enclosed_volume
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -26,41 +26,40 @@ if TYPE_CHECKING:
     from gamutcore.arrays import Float32Array, FloatArray, IndexArray
     from gamutcore.history import History
     from gamutcore.mesh import TriangleMesh
-    from gamutcore.metric.distance_bound import Faces
+    from gamutcore.metric.distance_bound import Surface
 
-__all__ = ["LevelError", "arranged", "curve_counts", "error_curve", "round_up"]
+__all__ = ["LevelError", "curve_counts", "error_curve", "round_up", "surface_in_preorder"]
 
 EVEN_UP_TO = 16
-"""Up to here all levels are in the curve."""
+"""All levels up to this triangle count are in the curve."""
 
 DENSE = 2.0**0.5
-"""Ratio of the counts that follow, up to a `DENSE_PART` of the full count. Levels between them are
-compared when a limit asks for them (`gamutcore.metric.level_search`)."""
+"""Ratio of the following counts, up to full count ÷ `DENSE_PART`. Levels in between are compared
+when a limit needs them (`gamutcore.metric.level_search`)."""
 
 SPARSE = ((2_000, DENSE, 2), (20_000, 2.0, 4), (2**62, 4.0, 16))
-"""From a 128th of the full count on: up to which full count, the ratio of the counts, and the full
-count's part that the finest of them is. The two finest are compared with the full boundary itself,
-which takes up to a tenth of the time of the decimation each if there are many triangles, and none
-to speak of if there are few. With an eighth as the finest, levels at the end of the dense part have
-references 16 times finer and somewhat tighter bounds, but the curve takes a third longer."""
+"""Counts above full count ÷ `DENSE_PART`. Each row: largest full count that the row applies to,
+ratio of the counts, full count ÷ finest of these counts. The two finest levels are compared with
+the full boundary; each takes up to a tenth of the time of the decimation. A finest level of an
+eighth would give slightly tighter bounds, but the curve would take a third longer."""
 
 DENSE_PART = 128
-"""The dense part of the curve ends at this part of the full count."""
+"""The dense part of the curve ends at full count ÷ this number."""
 
 FINER = 16
-"""How much finer than a level its reference should be: with 10 the curve takes a twentieth less,
-and the mismatch of levels by `quadric`, which lose volume, is given as 4 % less than it is."""
+"""Wanted ratio of the counts of a reference and its level. With 10 the curve takes a twentieth less
+time, and the mismatch of levels by `quadric`, which lose volume, is 4 % too small."""
 
 FINER_AT_LEAST = 8
-"""How much finer the finest level of the curve must be to serve in place of the full boundary."""
+"""Least ratio at which the finest level of the curve serves as reference."""
 
 DIGITS = 6
-"""Significant digits of errors in a description; bounds are rounded up."""
+"""Significant digits of errors in a description. Bounds are rounded up."""
 
 
 @dataclass(frozen=True)
 class LevelError:
-    """How far a level is from the full boundary.
+    """Error of a level against the full boundary.
 
     Attributes
     ----------
@@ -68,20 +67,19 @@ class LevelError:
     volume : float
         Enclosed volume, exact (cubic units of the space).
     mismatch : float
-        Volume of the symmetric difference ÷ volume of the full boundary: an estimate, that
-        against the level's reference. Boundaries of devices differ from their references by so
-        little that it is within 3 %; it is never less than the volumes differ by, nor more than
-        `mismatch_bound`.
+        Volume of the symmetric difference ÷ volume of the full boundary. An estimate from the
+        reference of the level, within 3 % on device gamuts. It is at least the relative difference
+        of the volumes and at most `mismatch_bound`.
     mismatch_bound : float
-        What the mismatch of this level, and of every finer one in the curve, is at most.
+        Upper bound of the mismatch of this level and of every finer level in the curve.
     distance_bound : float
-        What the distance of any point of either surface from the other is at most, for this level
-        and every finer one in the curve (units of the space).
+        Upper bound of the distance of any point of either surface from the other, for this level
+        and every finer level in the curve (units of the space).
     from_full : Distances
-        Of the full boundary's points from the level (units of the space). The maximum is a bound;
-        the mean, which is never more, is an estimate, taken over the reference.
+        Distances of the points of the full boundary from the level. The maximum is a bound. The
+        mean is an estimate over the reference, and at most the maximum.
     to_full : Distances
-        Of the level's points from the full boundary, likewise.
+        Distances of the points of the level from the full boundary, likewise.
     """
 
     triangles: int
@@ -93,7 +91,7 @@ class LevelError:
     to_full: Distances
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return the errors as they are described: few digits, bounds rounded up."""
+        """Return the errors for a description: few digits, bounds rounded up."""
         return {
             "triangles": self.triangles,
             "volume": float(f"{self.volume:.10g}"),
@@ -106,17 +104,17 @@ class LevelError:
 
 
 def curve_counts(full: int) -> list[int]:
-    """Triangle counts of the curve of a full boundary.
+    """Return the triangle counts of the error curve.
 
     Parameters
     ----------
     full : int
-        The full boundary's triangle count.
+        Triangle count of the full boundary.
 
     Returns
     -------
     list of int
-        Even and ascending; from 4 to `full`.
+        Even and ascending, from 4 to `full`.
     """
     counts = {*range(4, min(EVEN_UP_TO, full) + 1, 2), full}
     count = EVEN_UP_TO * DENSE
@@ -137,21 +135,21 @@ def error_curve(
     *,
     progress: Callable[[float], None] | None = None,
 ) -> list[LevelError]:
-    """Errors of several levels against the full boundary.
+    """Compute the errors of several levels against the full boundary.
 
     Parameters
     ----------
     history : History
     counts : iterable of int
-        Triangle counts that the history has. The promise of a level holds for the finer ones among
-        these as well, and the levels among them are each other's references.
+        Triangle counts of levels. Bounds of a level hold for the finer levels among these as well.
+        The levels serve as references for each other.
     progress : callable, optional
-        Called after each level with the part of the work that is done.
+        Called after each level with the completed share of the work, up to 1.
 
     Returns
     -------
     list of LevelError
-        By ascending triangle count; the full boundary is in it if it was asked for.
+        By ascending triangle count, including the full boundary if `counts` has it.
 
     Raises
     ------
@@ -160,8 +158,8 @@ def error_curve(
     """
     full = history.full()
     none = Distances(0.0, 0.0)
-    surfaces = {full.triangles: arranged(full, history)}
-    volume = volume_within(surfaces[full.triangles][0])
+    surfaces = {full.triangles: surface_in_preorder(full, history)}
+    volume = enclosed_volume(surfaces[full.triangles][0])
     curve = {full.triangles: LevelError(full.triangles, volume, 0.0, 0.0, 0.0, none, none)}
     mismatch_bound = distance_bound = 0.0
     asked = sorted({history.level_triangles(count) for count in counts})
@@ -170,15 +168,17 @@ def error_curve(
     for count in reversed(asked):
         if count == full.triangles:
             continue
-        level, parents = arranged(history.level(count), history)
+        level, parents = surface_in_preorder(history.level(count), history)
         reference = _reference(count, asked, full.triangles)
         finer, near = surfaces[reference]
-        found, off = overlaid(finer, level, np.arange(len(near), dtype=np.int32), near)
-        surfaces[count] = level._replace(off=off), parents
-        from_full, to_full = _at_most(found.from_reference), _at_most(found.to_reference)
+        found, deviation = compare_surfaces(
+            finer, level, np.arange(len(near), dtype=np.int32), near
+        )
+        surfaces[count] = level._replace(deviation=deviation), parents
+        from_full, to_full = _limit_mean(found.from_reference), _limit_mean(found.to_reference)
         against_reference = found.difference / volume
         mismatch_bound = max(mismatch_bound, against_reference + curve[reference].mismatch_bound)
-        # where the reference has lost volume itself, as on spiky bodies, the volumes tell more
+        # if the reference itself has lost volume, as on spiky bodies, the volumes are more accurate
         lost = abs(found.other_volume - volume) / volume
         distance_bound = max(distance_bound, from_full.maximum, to_full.maximum)
         curve[count] = LevelError(
@@ -196,8 +196,8 @@ def error_curve(
     return [curve[count] for count in asked]
 
 
-def arranged(level: TriangleMesh, history: History) -> tuple[Faces, IndexArray]:
-    """Return a level as `overlaid` takes it, with what is near in space near in memory.
+def surface_in_preorder(level: TriangleMesh, history: History) -> tuple[Surface, IndexArray]:
+    """Return a level as a surface, with neighbours in space close in memory.
 
     Parameters
     ----------
@@ -207,19 +207,25 @@ def arranged(level: TriangleMesh, history: History) -> tuple[Faces, IndexArray]:
 
     Returns
     -------
-    surface : Faces
-        About the origin, its vertices in preorder of the forest of splits.
+    surface : Surface
+        About the origin; vertices are in preorder of the forest of splits.
     near : (V,) int32
-        The parent of each vertex, which comes before it; 0 of the first ones.
+        The parent of each vertex, which precedes it; 0 for the roots.
     """
     position, corner, near = _in_preorder(
         level.vertices, np.asarray(history.centre, np.float64), level.faces, history.splits.parent
     )
-    return faces_of(position, corner), near
+    return make_surface(position, corner), near
 
 
 def round_up(bound: float) -> float:
-    """Return a bound in as many digits as a description has of it, never less than it is."""
+    """Return a bound rounded up to `DIGITS` significant digits.
+
+    Examples
+    --------
+    >>> round_up(1.23456001)
+    1.23457
+    """
     return float(Context(DIGITS, ROUND_CEILING).create_decimal(Decimal(bound)))
 
 
@@ -231,62 +237,62 @@ def _even(count: float) -> int:
 def _in_preorder(
     vertices: Float32Array, centre: FloatArray, faces: IndexArray, parent: IndexArray
 ) -> tuple[FloatArray, IndexArray, IndexArray]:
-    """Put each slot before those that were split from it, and these before all others.
+    """Sort slots in preorder: each slot is followed by all slots that were split from it.
 
     Parameters
     ----------
     vertices : (V, 3) float32
     centre : (3,) float64
     faces : (F, 3) int32
-        Of a level: two of them are added with each slot from 4 on.
+        Faces of a level; each slot from 4 on adds two.
     parent : (≥ V − 4,) int32
-        The slots that these were split from.
+        Parents of the slots from 4 on.
 
     Returns
     -------
     position : (V, 3) float64
-        About the centre.
+        Relative to the centre.
     corner : (3 F,) int32
     near : (V,) int32
-        The parent of each vertex, which comes before it; 0 of the first ones.
+        The parent of each vertex, which precedes it; 0 for the roots.
     """
     count = len(vertices)
     size = np.ones(count, np.int32)
     for slot in range(count - 1, 3, -1):
         size[parent[slot - 4]] += size[slot]
-    place, filled = np.empty(count, np.int32), np.empty(count, np.int32)
+    rank, filled = np.empty(count, np.int32), np.empty(count, np.int32)
     position, near = np.empty((count, 3)), np.zeros(count, np.int32)
     corner = np.empty(3 * len(faces), np.int32)
     free = 0
     for slot in range(count):
         if slot < 4:
-            place[slot] = free
+            rank[slot] = free
             free += size[slot]
         else:
             above = parent[slot - 4]
-            place[slot] = filled[above]
+            rank[slot] = filled[above]
             filled[above] += size[slot]
-            near[place[slot]] = place[above]
-        filled[slot] = place[slot] + 1
+            near[rank[slot]] = rank[above]
+        filled[slot] = rank[slot] + 1
         for axis in range(3):
-            position[place[slot], axis] = np.float64(vertices[slot, axis]) - centre[axis]
-    # the first four faces with the first four slots, two with each other one
-    slot_at = np.empty(count, np.int32)
+            position[rank[slot], axis] = np.float64(vertices[slot, axis]) - centre[axis]
+    # one face with each of the first four slots, two with each later slot
+    slot_of_rank = np.empty(count, np.int32)
     for slot in range(count):
-        slot_at[place[slot]] = slot
+        slot_of_rank[rank[slot]] = slot
     written = 0
     for index in range(count):
-        slot = slot_at[index]
+        slot = slot_of_rank[index]
         first, last = (slot, slot + 1) if slot < 4 else (2 * slot - 4, 2 * slot - 2)
         for face in range(first, last):
             for side in range(3):
-                corner[written] = place[faces[face, side]]
+                corner[written] = rank[faces[face, side]]
                 written += 1
     return position, corner, near
 
 
 def _reference(count: int, counts: list[int], full: int) -> int:
-    """Count of the level that one is compared with."""
+    """Triangle count of the reference of a level."""
     finest = max(other for other in counts if other < full)
     finer = [other for other in counts if other >= FINER * count]
     if finest >= FINER * count:
@@ -294,8 +300,8 @@ def _reference(count: int, counts: list[int], full: int) -> int:
     return finest if finest >= FINER_AT_LEAST * count else full
 
 
-def _at_most(distances: Distances) -> Distances:
-    """Return distances whose mean, an estimate, is not more than their bound."""
+def _limit_mean(distances: Distances) -> Distances:
+    """Return distances with the mean, an estimate, limited to the bound."""
     return Distances(min(distances.mean, distances.maximum), distances.maximum)
 
 

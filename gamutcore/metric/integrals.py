@@ -1,10 +1,9 @@
-"""Integrals over triangles that are each seen through one face of another surface, many at a time.
+"""Integrals over triangles that are each seen through one face of another surface, in batches.
 
-They are closed forms with ten divisions and a case of their own for triangles that the face cuts,
-which is half of them. Triangles are therefore put into a queue; when it is full the forms of both
-cases are taken for all of its triangles, in a loop without branches that the compiler makes vector
-instructions of, in a third of the time. Sums are taken in the order of the queue, so they are the
-same to the bit as if each triangle were added when it is found.
+The integrals are closed forms with ten divisions, and with a special case for triangles that the
+face cuts, which is half of them. Triangles are pushed to a queue. A full queue is integrated in one
+loop without branches, which the compiler vectorises; that takes a third of the time. Sums are
+formed in the order of the queue, so they do not depend on the batches.
 """
 
 from __future__ import annotations
@@ -17,46 +16,46 @@ from gamutcore.arrays import FloatArray
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 from gamutcore.metric.cones import INDEX
 
-__all__ = ["CAPACITY", "Queue", "differences", "drained", "put", "put_three", "queue"]
+__all__ = ["CAPACITY", "Queue", "empty_queue", "flush", "integrate", "push", "push_three"]
 
 CAPACITY = 256
-"""Triangles in a queue: with their integrals 20 kB, which stay in the first cache."""
+"""Triangles in a queue. With their integrals they take 20 kB, which fit into the L1 cache."""
 
 ONE, TWO, THREE, FOUR, FIVE, SIX = (INDEX(row * CAPACITY) for row in range(1, 7))
-"""Where the rows of a queue begin, after the first."""
+"""Begins of the rows of a queue, after the first."""
 
 
 class Queue(NamedTuple):
-    """Triangles, and room for their integrals.
+    """A queue of triangles, and room for their integrals.
 
     Attributes
     ----------
     triangle : (7 `CAPACITY`,) float64
         Seven rows: N · p − 1 at the three corners, the weights of the three integrals, and the
-        length of N. Of three triangles that were put in together the weights are as `put_three`
-        says, and the first one's length is negative.
+        length of N. `push_three` uses the weights differently, and marks its first triangle by a
+        negative length.
     integral : (3 `CAPACITY`,) float64
-        Three rows: what `differences` writes.
+        Three rows of results of `integrate`.
     """
 
     triangle: FloatArray
     integral: FloatArray
 
 
-def queue() -> Queue:
+def empty_queue() -> Queue:
     """Return an empty queue."""
     return Queue(np.zeros(7 * CAPACITY), np.zeros(3 * CAPACITY))
 
 
 @inlined_kernel
-def put(
+def push(
     waiting: Queue,
     count: int,
     corners: tuple[float, float, float],
     weights: tuple[float, float, float],
     slope: float,
 ) -> int:
-    """Put a triangle at the end of a queue of `count`; returns the new count.
+    """Push a triangle to a queue with `count` triangles; return the new count.
 
     Parameters
     ----------
@@ -66,9 +65,9 @@ def put(
     corners : tuple of float
         N · p − 1 at the corners.
     weights : tuple of float
-        What the three integrals are multiplied by, but for the slope.
+        Factors of the three integrals.
     slope : float
-        The length of N: the second integral is divided by it, the third one multiplied.
+        Length of N. The second integral is also divided by it, the third multiplied.
     """
     triangle, at = waiting.triangle, INDEX(count)
     triangle[at], triangle[at + ONE], triangle[at + TWO] = corners
@@ -78,7 +77,7 @@ def put(
 
 
 @inlined_kernel
-def put_three(
+def push_three(
     waiting: Queue,
     count: int,
     corners: tuple[float, float, float, float, float],
@@ -86,7 +85,7 @@ def put_three(
     weights: tuple[float, float, float],
     slopes: tuple[float, float],
 ) -> int:
-    """Put the three parts of a triangle that a single edge crosses at the end of a queue.
+    """Push the three parts of a triangle that a single edge crosses; return the new count.
 
     Parameters
     ----------
@@ -94,31 +93,32 @@ def put_three(
     count : int
         Less than `CAPACITY` − 2.
     corners : tuple of float
-        N · p − 1 at the three corners, and where the edges from the second and from the first to
-        the third corner are crossed.
+        N · p − 1 at the three corners, and at the crossings of the edges from the second and from
+        the first corner to the third.
     shares : tuple of float
-        The parts' areas as shares of the triangle's: two parts before the edge, one beyond it.
+        Areas of the parts ÷ area of the triangle: two parts before the edge, one beyond it.
     weights : tuple of float
-        As for `put`, of the whole triangle.
+        As for `push`, for the whole triangle.
     slopes : tuple of float
         Lengths of N before the edge and beyond it.
     """
     one, two, three, four, five = corners
-    count = put(waiting, count, (one, two, four), (shares[0], weights[0], 0.0), -slopes[0])
-    count = put(waiting, count, (one, four, five), (shares[1], weights[1], 0.0), slopes[0])
-    return put(waiting, count, (four, three, five), (shares[2], weights[2], 0.0), slopes[1])
+    count = push(waiting, count, (one, two, four), (shares[0], weights[0], 0.0), -slopes[0])
+    count = push(waiting, count, (one, four, five), (shares[1], weights[1], 0.0), slopes[0])
+    return push(waiting, count, (four, three, five), (shares[2], weights[2], 0.0), slopes[1])
 
 
 @leaf_kernel
-def differences(waiting: Queue, count: int) -> None:
-    """Write the integrals over the first triangles of a queue, each per volume below the triangle.
+def integrate(waiting: Queue, count: int) -> None:
+    """Compute the integrals of triangles of a queue, each ÷ volume between triangle and centre.
 
     With d = N · p − 1 at its corners and t = 1 ÷ (N · p), the other surface's part of the same
     cone has t₁ t₂ t₃ times the volume. The integrals are
 
     - the volume between the triangle and the face;
     - the mean of |d| over the triangle;
-    - the mean of |t − 1| over the part of the face through which it is seen, times t₁ t₂ t₃.
+    - the mean of |t − 1| over the part of the face that the triangle is seen through, times
+      t₁ t₂ t₃.
     """
     triangle, integral = waiting.triangle, waiting.integral
     for index in range(count):
@@ -127,7 +127,7 @@ def differences(waiting: Queue, count: int) -> None:
         t1, t2, t3 = 1.0 + one, 1.0 + two, 1.0 + three
         product = 1.0 / (t1 * t2 * t3)
         t_sum = product * (t2 * t3 + t1 * t3 + t1 * t2)
-        # turned so that the first corner is alone on its side of the face; the cut is where d = 0
+        # rotate the corners so that the first is alone on its side of the face; d = 0 on the cut
         up1, up2, up3 = one >= 0.0, two >= 0.0, three >= 0.0
         third = up1 == up2
         second = (up1 == up3) & (not third)
@@ -151,20 +151,20 @@ def differences(waiting: Queue, count: int) -> None:
 
 
 @leaf_kernel
-def drained(
+def flush(
     waiting: Queue, count: int, difference: float, first: float, second: float
 ) -> tuple[float, float, float]:
-    """Return three sums with the weighted integrals over a queue's triangles added, in its order.
+    """Integrate the triangles of a queue, and return three sums with the results added.
 
     Parameters
     ----------
     waiting : Queue
     count : int
-        Triangles in it.
+        Number of triangles.
     difference, first, second : float
         The sums so far.
     """
-    differences(waiting, count)
+    integrate(waiting, count)
     triangle, integral = waiting.triangle, waiting.integral
     index = 0
     while index < count:

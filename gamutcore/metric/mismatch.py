@@ -1,8 +1,8 @@
-"""The mismatch of two gamuts: how much of the reference's volume they disagree about.
+"""Mismatch of two gamuts: the volume that they disagree about, relative to the reference.
 
-Mismatch is the volume of the symmetric difference divided by the volume of the reference (Bakke &
-Farup's relative volume mismatch, which they count in voxels). Here the volumes are those of exact
-boolean operations on the two meshes, by the Manifold library.
+The mismatch is the volume of the symmetric difference ÷ the volume of the reference (the relative
+volume mismatch of Bakke & Farup, who count voxels). Here the volumes come from exact boolean
+operations of the Manifold library on the two meshes.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ __all__ = ["intersection_volume", "mismatch"]
 
 
 def mismatch(reference: TriangleMesh, other: TriangleMesh) -> float:
-    """Volume of the symmetric difference, as a part of the reference's volume.
+    """Return the volume of the symmetric difference ÷ the volume of the reference.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def mismatch(reference: TriangleMesh, other: TriangleMesh) -> float:
 
 
 def intersection_volume(one: TriangleMesh, other: TriangleMesh) -> float:
-    """Volume that two gamuts have in common (cubic units).
+    """Return the volume that two gamuts have in common (cubic units).
 
     Parameters
     ----------
@@ -63,10 +63,10 @@ def intersection_volume(one: TriangleMesh, other: TriangleMesh) -> float:
 
 
 def _volumes(one: TriangleMesh, other: TriangleMesh) -> tuple[float, float, float]:
-    """Volumes of two meshes and of what they have in common, by the same arithmetic."""
+    """Volumes of two meshes and of their intersection, by the same arithmetic."""
     if one.triangles == 0 or other.triangles == 0:
         raise MeshError("a mesh has no faces", remedy="closed meshes, oriented outwards")
-    # a common origin and scale keep the digits where the meshes differ
+    # a common origin and scale keep the digits in which the meshes differ
     lowest, highest = one.bounds
     origin, scale = (lowest + highest) / 2, float(np.max(highest - lowest)) / 2
     if not 0 < scale < np.inf:
@@ -80,7 +80,7 @@ def _volumes(one: TriangleMesh, other: TriangleMesh) -> tuple[float, float, floa
 
 
 def _manifold(mesh: TriangleMesh, origin: FloatArray, scale: float) -> Any:  # noqa: ANN401
-    import manifold3d  # noqa: PLC0415  # needed here alone
+    import manifold3d  # noqa: PLC0415  # only needed here
 
     vertices = (mesh.vertices.astype(np.float64) - origin) / scale
     solid = manifold3d.Manifold(

@@ -1,13 +1,12 @@
-"""The mismatch of two gamuts counted in voxels, as it was published, with a bound on its error.
+"""Mismatch of two gamuts counted in voxels, as published, with a bound of its error.
 
-Bakke & Farup, "Simplified Gamut Boundary Representation using Mesh Decimation", compare gamuts by
-the number of voxels that are in one of them only, by the number in the reference. A voxel is in a
-gamut if its centre is. `gamutcore.metric.mismatch` is the exact figure of which this is the
-estimate; both are here so that either can be held against the other.
+Bakke & Farup, "Simplified Gamut Boundary Representation using Mesh Decimation", divide the number
+of voxels in only one gamut by the number in the reference. A voxel is in a gamut if its centre is.
+`gamutcore.metric.mismatch` is the exact figure.
 
-Voxels are filled by scan lines: each column of voxel centres, parallel to the first axis, is cut
-with the surface, and the voxels between each pair of cuts are inside. Two gamuts differ between
-pairs of the cuts of both together, so no voxel is ever stored.
+Voxels are counted by scan lines. Each column of voxel centres, parallel to the first axis, is cut
+by the surface; voxels between a pair of cuts are inside. Two gamuts differ between pairs of the
+cuts of both together, so no voxel is stored.
 """
 
 from __future__ import annotations
@@ -28,15 +27,15 @@ if TYPE_CHECKING:
 __all__ = ["VoxelMismatch", "voxel_mismatch"]
 
 VOXELS = 256
-"""Voxels along the reference's longest axis unless told."""
+"""Default number of voxels along the longest axis of the reference."""
 
 MOST_VOXELS = 2048
-"""Along an axis of the box around both gamuts: the cuts of four million columns take about a tenth
-of a gigabyte."""
+"""Most voxels along an axis of the box around both gamuts. The cuts of four million columns take
+about 100 MB."""
 
 MARGIN = 2.0**-30
-"""Part of a voxel by which the surface is taken to be thicker where voxels that it meets are
-counted: far more than rounding, far less than matters."""
+"""Thickness of the surface in voxels when the voxels that it meets are counted. It covers rounding
+and is too small to matter."""
 
 
 class VoxelMismatch(NamedTuple):
@@ -45,15 +44,15 @@ class VoxelMismatch(NamedTuple):
     Attributes
     ----------
     mismatch : float
-        Voxels in one gamut only, by the voxels in the reference.
+        Voxels in only one gamut ÷ voxels in the reference.
     bound : float
-        The exact mismatch is at most this far from it.
+        Upper bound of the difference from the exact mismatch.
     edge : float
-        Length of a voxel's edges.
+        Edge length of a voxel.
     reference_voxels : int
         Voxels in the reference.
     differing_voxels : int
-        Voxels in one gamut only.
+        Voxels in only one gamut.
     """
 
     mismatch: float
@@ -66,15 +65,16 @@ class VoxelMismatch(NamedTuple):
 def voxel_mismatch(
     reference: TriangleMesh, other: TriangleMesh, edge: float | None = None
 ) -> VoxelMismatch:
-    """Count the voxels that are in one of two gamuts only, by those in the reference.
+    """Count the voxels in only one of two gamuts, relative to those in the reference.
 
     Parameters
     ----------
     reference, other : TriangleMesh
-        Closed meshes in the same colour space. What a line enters an odd number of times is inside.
+        Closed meshes in the same colour space. A point is inside if a ray from it crosses the mesh
+        an odd number of times.
     edge : float, optional
-        Length of a voxel's edges, in the unit of the space; unless told, a 256th of the reference's
-        largest extent. Voxels lie between whole multiples of it.
+        Edge length of a voxel in units of the space; by default 1/256 of the largest extent of the
+        reference. Voxels lie between integer multiples of it.
 
     Returns
     -------
@@ -83,24 +83,23 @@ def voxel_mismatch(
     Raises
     ------
     MeshError
-        If a mesh is not closed and oriented, or not a single voxel's centre is in the reference.
+        If a mesh is not closed and oriented, or no voxel centre is in the reference.
     OptionError
-        If the edge is not a positive number, or so small that there are more than 2048 voxels
-        along an axis.
+        If the edge is not a positive number, or gives more than 2048 voxels along an axis.
 
     Notes
     -----
-    A voxel that no surface meets is wholly inside or outside, so counting it is exact. One that a
-    surface meets is wrong by a voxel at most. Let n voxels differ and N be in the reference, s
-    be met by the surface of either gamut and s′ by that of the reference, and V and V′ be the exact
-    volumes of the difference and of the reference in voxels. Then |n − V| ≤ s, |N − V′| ≤ s′ and
+    A voxel that no surface meets is entirely inside or outside and counted exactly. A voxel that a
+    surface meets is wrong by at most one voxel. Let n voxels differ and N be in the reference. Let
+    s voxels meet either surface and s′ that of the reference. Let V and V′ be the exact volumes of
+    the difference and of the reference in voxels. Then |n − V| ≤ s, |N − V′| ≤ s′ and
 
         |n ÷ N − V ÷ V′| ≤ |n − V| ÷ N + V ÷ V′ · |V′ − N| ÷ N ≤ (s + (n + s) ÷ V′ · s′) ÷ N
     """
     for mesh in (reference, other):
         _check(mesh)
     bounds = np.stack([reference.bounds, other.bounds])
-    length = _checked_edge(edge, bounds)
+    length = _voxel_edge(edge, bounds)
     lowest = np.floor(bounds[:, 0].min(axis=0) / length)
     counts = (np.ceil(bounds[:, 1].max(axis=0) / length) - lowest).astype(np.int64) + 1
     meshes = [_in_voxels(mesh, length, lowest) for mesh in (reference, other)]
@@ -112,8 +111,8 @@ def voxel_mismatch(
             remedy="a closed mesh that encloses a volume, and voxels much smaller than it",
         )
     differing = _between_pairs(np.concatenate(cuts))
-    met = [_met(mesh, faces, *counts) for mesh, faces in meshes]
-    own, either = _distinct(met[0]), _distinct(np.concatenate(met))
+    met = [_met_voxels(mesh, faces, *counts) for mesh, faces in meshes]
+    own, either = _count_distinct(met[0]), _count_distinct(np.concatenate(met))
     volume = abs(reference.volume) / length**3
     most = (differing + either) / volume if volume > 0 else math.inf
     return VoxelMismatch(
@@ -135,14 +134,14 @@ def _check(mesh: TriangleMesh) -> None:
         )
 
 
-def _checked_edge(edge: float | None, bounds: FloatArray) -> float:
-    """Length of a voxel's edges, given or chosen.
+def _voxel_edge(edge: float | None, bounds: FloatArray) -> float:
+    """Return the edge length of a voxel, given or by default.
 
     Parameters
     ----------
     edge : float or None
     bounds : (2, 2, 3) float64
-        Of the reference and the other gamut, least and largest coordinates.
+        Lowest and highest coordinates of the reference and the other gamut.
     """
     length = float(np.ptp(bounds[0], axis=0).max()) / VOXELS if edge is None else float(edge)
     extent = float((bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)).max())
@@ -170,39 +169,39 @@ def _between_pairs(cuts: LongArray) -> int:
     return int(ordered[1::2].sum() - ordered[::2].sum())
 
 
-def _distinct(numbers: LongArray) -> int:
-    """How many different numbers there are, one at least; sorted, much faster than by hashes."""
+def _count_distinct(numbers: LongArray) -> int:
+    """Number of distinct values, at least one. Sorting is much faster than hashing."""
     return 1 + int(np.count_nonzero(np.diff(np.sort(numbers))))
 
 
 def _cuts(vertices: FloatArray, faces: IndexArray, *counts: int) -> LongArray:
-    """Where columns of voxel centres are cut by the surface, as numbers of voxels.
+    """Cuts of the surface with columns of voxel centres, as numbers of voxels.
 
     Returns
     -------
     (m,) int64
-        For each cut the number of the first voxel beyond it; voxels are numbered column by column.
+        Number of the first voxel behind each cut; voxels are numbered column by column.
         Every column has an even number of cuts.
     """
     cuts = np.empty(4 * counts[1] * counts[2] + len(faces), np.int64)
-    needed = _scanned(vertices, faces, counts[0], counts[1], counts[2], cuts)
+    needed = _write_cuts(vertices, faces, counts[0], counts[1], counts[2], cuts)
     if needed > len(cuts):
         cuts = np.empty(needed, np.int64)
-        _scanned(vertices, faces, counts[0], counts[1], counts[2], cuts)
+        _write_cuts(vertices, faces, counts[0], counts[1], counts[2], cuts)
     return cuts[:needed]
 
 
 @leaf_kernel
 def _first_centre(coordinate: float, count: int) -> int:
-    """Number of the first voxel whose centre is not below a coordinate, at most their count."""
+    """Number of the first voxel whose centre is not below a coordinate, at most `count`."""
     return min(max(math.ceil(coordinate - 0.5), 0), count)
 
 
 @leaf_kernel
 def _crossing(vertices: FloatArray, one: int, other: int, height: float) -> tuple[float, float]:
-    """Where an edge crosses a height of the third axis: first and second coordinate.
+    """First and second coordinate of the point where an edge crosses a height of the third axis.
 
-    The edge is taken upwards, so that the faces at it get the same numbers, to the last bit.
+    The edge is oriented upwards, so that both faces at the edge get the same bits.
     """
     start, end = (one, other) if vertices[one, 2] < vertices[other, 2] else (other, one)
     part = (height - vertices[start, 2]) / (vertices[end, 2] - vertices[start, 2])
@@ -213,15 +212,15 @@ def _crossing(vertices: FloatArray, one: int, other: int, height: float) -> tupl
 
 
 @leaf_kernel
-def _scanned(
+def _write_cuts(
     vertices: FloatArray, faces: IndexArray, deep: int, wide: int, high: int, cuts: LongArray
 ) -> int:
-    """Write the cuts of all columns, as many as there is room for; the number that there are.
+    """Write the cuts of all columns while there is room; return the number of all cuts.
 
-    A plane of voxel centres crosses an edge if it is above one end and not above the other, so
-    each closed surface is crossed along closed polygons. A column of centres crosses a side of a
-    polygon if it is at or beyond one end and before the other. By these half-open intervals every
-    column is cut an even number of times, whatever rounding does.
+    A plane of voxel centres crosses an edge if it is above exactly one end, so it crosses a closed
+    surface along closed polygons. A column of centres crosses a side of a polygon if it is behind
+    exactly one end. With these half-open intervals every column has an even number of cuts,
+    whatever the rounding.
     """
     count = 0
     for face in range(len(faces)):
@@ -251,22 +250,22 @@ def _scanned(
     return count
 
 
-def _met(vertices: FloatArray, faces: IndexArray, *counts: int) -> LongArray:
-    """Numbers of the voxels that the faces of a surface meet, once for every face."""
+def _met_voxels(vertices: FloatArray, faces: IndexArray, *counts: int) -> LongArray:
+    """Numbers of the voxels that the faces of a surface meet, once per face."""
     room = 8 * len(faces) + 4 * counts[1] * counts[2]
     voxels = np.empty(room, np.int64)
-    needed = _touched(vertices, faces, counts[0], counts[1], counts[2], voxels)
+    needed = _write_met_voxels(vertices, faces, counts[0], counts[1], counts[2], voxels)
     if needed > room:
         voxels = np.empty(needed, np.int64)
-        _touched(vertices, faces, counts[0], counts[1], counts[2], voxels)
+        _write_met_voxels(vertices, faces, counts[0], counts[1], counts[2], voxels)
     return voxels[:needed]
 
 
 @leaf_kernel
-def _clipped(
+def _clip(
     polygon: FloatArray, corners: int, axis: int, border: float, sign: float, part: FloatArray
 ) -> int:
-    """Write the part of a convex polygon where sign · (coordinate − border) ≥ 0; its corners.
+    """Clip a convex polygon to sign · (coordinate − border) ≥ 0; return the number of corners.
 
     Sutherland & Hodgman, "Reentrant polygon clipping" (1974).
     """
@@ -292,7 +291,7 @@ def _clipped(
 
 @leaf_kernel
 def _voxel_range(polygon: FloatArray, corners: int, axis: int, count: int) -> tuple[int, int]:
-    """First voxel that a polygon reaches along an axis, and the first one beyond it."""
+    """First voxel that a polygon reaches along an axis, and the first voxel behind it."""
     least = most = polygon[0, axis]
     for corner in range(1, corners):
         least, most = min(least, polygon[corner, axis]), max(most, polygon[corner, axis])
@@ -300,13 +299,13 @@ def _voxel_range(polygon: FloatArray, corners: int, axis: int, count: int) -> tu
 
 
 @kernel
-def _touched(
+def _write_met_voxels(
     vertices: FloatArray, faces: IndexArray, deep: int, wide: int, high: int, voxels: LongArray
 ) -> int:
-    """Write the voxels that each face meets, as many as there is room for; how many there are.
+    """Write the voxels that each face meets while there is room; return their number.
 
-    A face is cut into the slices between planes of the third axis, these into strips between
-    planes of the second, and a strip reaches without a gap over voxels along the first.
+    A face is clipped to slices between planes of the third axis, and these to strips between planes
+    of the second. A strip covers a contiguous range of voxels along the first axis.
     """
     whole, half, slice_ = np.empty((10, 3)), np.empty((10, 3)), np.empty((10, 3))
     strip = np.empty((10, 3))
@@ -317,14 +316,14 @@ def _touched(
                 whole[corner, k] = vertices[faces[face, corner], k]
         rows = _voxel_range(whole, 3, 2, high)
         for row in range(rows[0], rows[1]):
-            corners = _clipped(whole, 3, 2, row - MARGIN, 1.0, half)
-            corners = _clipped(half, corners, 2, row + 1 + MARGIN, -1.0, slice_)
+            corners = _clip(whole, 3, 2, row - MARGIN, 1.0, half)
+            corners = _clip(half, corners, 2, row + 1 + MARGIN, -1.0, slice_)
             if corners == 0:  # by rounding, at the tip of a face
                 continue
             columns = _voxel_range(slice_, corners, 1, wide)
             for column in range(columns[0], columns[1]):
-                ends = _clipped(slice_, corners, 1, column - MARGIN, 1.0, half)
-                ends = _clipped(half, ends, 1, column + 1 + MARGIN, -1.0, strip)
+                ends = _clip(slice_, corners, 1, column - MARGIN, 1.0, half)
+                ends = _clip(half, ends, 1, column + 1 + MARGIN, -1.0, strip)
                 if ends == 0:
                     continue
                 reach = _voxel_range(strip, ends, 0, deep)

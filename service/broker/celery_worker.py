@@ -38,7 +38,7 @@ from service.storage.location import StoreLocationError, gamut_store
 from service.telemetry.build_observer import BuildObserver, BuildReports
 from service.telemetry.metrics import BuildFigures
 from service.telemetry.metrics_endpoint import serve_build_figures
-from service.telemetry.traces import Traces, traces_of, traces_wanted
+from service.telemetry.traces import Traces, traces_enabled, traces_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -150,19 +150,19 @@ class Slot:
             count += 1
         return count
 
-    def keep_warm(self, told: Callable[[bool], None]) -> None:
+    def keep_warm(self, report: Callable[[bool], None]) -> None:
         """Start the build process whenever there is none, as long as this process lives.
 
         Parameters
         ----------
-        told : callable
+        report : callable
             Receives repeatedly whether the process is warm.
         """
         while True:
             # In a busy slot, the runner starts the process.
             if self.runner.process is None and self._busy.acquire(blocking=False):
                 try:
-                    told(False)
+                    report(False)
                     self.runner.warm()
                 except (ProcessDiedError, OSError) as error:
                     logger.error("build worker did not start: %s", error)  # noqa: TRY400 - no defect
@@ -172,7 +172,7 @@ class Slot:
                     time.sleep(_RETRY_SECONDS)
                 finally:
                     self._busy.release()
-            told(self.runner.process is not None)
+            report(self.runner.process is not None)
             time.sleep(_LOOK_SECONDS)
 
     def sweep_forever(self) -> None:
@@ -228,7 +228,7 @@ class _PlainConsumer(Consumer):
 
 
 def run_worker(settings: Settings) -> int:
-    """Take jobs and run them until the process is told to end; return the exit status.
+    """Take jobs and run them until the process is stopped; return the exit status.
 
     Parameters
     ----------
@@ -244,7 +244,7 @@ def run_worker(settings: Settings) -> int:
     if fault is not None:
         sys.stderr.write(f"gamut: {fault}\n")
         return 1
-    traces_wanted(settings.traces)  # fail here, not in every slot
+    traces_enabled(settings.traces)  # fail here, not in every slot
     reports = BuildReports()
     fault = _figures_fault(settings, reports) if settings.worker_metrics_port else None
     if fault is not None:

@@ -164,7 +164,7 @@ class Builds:
             ``queue-full`` or ``shutting-down``.
         """
         document = self._engine.document(gamut_id)
-        if document is not None or await asyncio.to_thread(self._store.stored, gamut_id):
+        if document is not None or await asyncio.to_thread(self._store.is_stored, gamut_id):
             return document
         try:
             options = await asyncio.to_thread(self._store.input_options, gamut_id)
@@ -261,7 +261,7 @@ class Builds:
         trace: Mapping[str, str] | None,
     ) -> Record | JobDocument:
         """Return a gamut's record or its job. Without posted data, the input is stored already."""
-        # In this order: a build that ends between the two looks is found in the store.
+        # In this order, because a build that ends in between is then found in the store.
         document = self._engine.document(gamut_id)
         if document is not None:
             return document
@@ -348,9 +348,9 @@ class Builds:
     async def _current(self, job_id: str, subscription: _Subscription) -> JobDocument | None:
         """Return a job as it was reported, or as it is in the book."""
         subscription.changed.clear()
-        told = subscription.document
-        if told is not None and (told.final or self._engine.document(job_id) is not None):
-            return told
+        reported = subscription.document
+        if reported is not None and (reported.final or self._engine.document(job_id) is not None):
+            return reported
         return await self.job(job_id)
 
     async def _wait_for_change(
@@ -387,7 +387,7 @@ class Builds:
 
         The input of a stored gamut stays: a damaged gamut is rebuilt from it.
         """
-        if self._book.read(job_id) is not None or self._store.stored(job_id):
+        if self._book.read(job_id) is not None or self._store.is_stored(job_id):
             return
         if not self._store.to_be_rebuilt(job_id):
             self._store.drop_input(job_id)

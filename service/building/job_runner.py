@@ -304,7 +304,7 @@ class JobRunner:
 
         try:
             # An identical request may have ended since this one looked into the store.
-            if self._store.stored(job_id):
+            if self._store.is_stored(job_id):
                 return _Built(None, False, {})
             try:
                 source = self._store.input_path(job_id)
@@ -360,8 +360,8 @@ class JobRunner:
         """Store the result of a build that ended by itself, and return the outcome."""
         job_id, problem = claim.document.id, result.problem
         state: Literal["succeeded", "failed"] = "succeeded" if problem is None else "failed"
-        told = state if problem is None else f"failed ({problem.code})"
-        logger.info("build of %s %s after %.2f s", job_id, told, seconds)
+        result_name = state if problem is None else f"failed ({problem.code})"
+        logger.info("build of %s %s after %.2f s", job_id, result_name, seconds)
         if result.built or problem is not None:
             self._report(
                 state if problem is None else problem.code,
@@ -469,7 +469,7 @@ class JobRunner:
     def _memory_problem(self) -> Problem:
         return Problem(
             "build-out-of-memory",
-            "The build was ended because it took more than "
+            "The build was ended because it used more than "
             f"{self._settings.build_memory_bytes} bytes of memory.",
             where={"field": "surface_samples"},
         )

@@ -104,7 +104,7 @@ class Preference:
             return min(float(self.wait), longest)
         return 0.0 if self.respond_async else default
 
-    def applied(self, *, answered_async: bool, longest: float) -> str:
+    def applied_field(self, *, answered_async: bool, longest: float) -> str:
         """Return the value of ``Preference-Applied``; empty if no preference was applied."""
         applied = []
         if self.respond_async and answered_async:

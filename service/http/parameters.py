@@ -76,7 +76,7 @@ DECIMAL_NUMBER = _of_form(
 
 _AN_ID = "an id, which is 64 hexadecimal digits in lower case"
 
-ID = _of_form(ID_PATTERN, _AN_ID, "Give the `id` that POST /v1/gamuts or a list answered with.")
+ID = _of_form(ID_PATTERN, _AN_ID, "Give an `id` from POST /v1/gamuts or from a list.")
 """Annotation of the id of a gamut or job."""
 
 ID_OR_NOTHING = _of_form(
@@ -87,7 +87,7 @@ ID_OR_NOTHING = _of_form(
 IDS = _of_form(
     f"{ID_PATTERN}(,{ID_PATTERN})*",
     "a list of ids, each of 64 hexadecimal digits in lower case",
-    "Give ids of gamuts with a comma between them, as /v1/gamuts lists them.",
+    "Give ids from /v1/gamuts, separated by commas.",
 )
 """Annotation of one or more ids."""
 

@@ -1,1 +1,1 @@
-"""Jobs: the documents in the store, and what clients are told of them."""
+"""Jobs: their documents in the store, and their event streams."""

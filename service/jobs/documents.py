@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field, fields
 from datetime import UTC, datetime
 from typing import Any, Literal
 
-from service.storage.blobs import seal, unseal
+from service.storage.records import seal, unseal
 
 __all__ = ["UNHEARD", "JobDocument", "JobState", "now", "rfc3339"]
 

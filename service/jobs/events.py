@@ -79,11 +79,11 @@ async def stream_of_events(
         if change is None:
             yield b": alive\n\n"
             continue
-        document, told = change
+        document, content = change
         name = event_id(document)
         if name == known and not document.final:
             continue
         known = name
         kind = "finished" if document.final else "progress"
-        data = json.dumps(told, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+        data = json.dumps(content, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
         yield f"id: {name}\nevent: {kind}\ndata: {data}\n\n".encode()

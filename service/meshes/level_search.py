@@ -151,7 +151,7 @@ class LevelSearches:
         if search is None:
             search = LevelSearch(history.triangles, opened.gamut.description["levels"])
             # Nothing is kept of a gamut that was deleted meanwhile.
-            if self._library.opened(name) is opened:
+            if self._library.find_open(name) is opened:
                 self._searches.put(name, search, search.nbytes)
         level = search.find_known(limits)
         if level is None:

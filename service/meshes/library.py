@@ -80,7 +80,7 @@ class Library:
         """The open gamuts."""
         return self._open
 
-    def opened(self, gamut_id: str) -> OpenGamut | None:
+    def find_open(self, gamut_id: str) -> OpenGamut | None:
         """Return a gamut if it is open; else None."""
         found = self._open.get(gamut_id)
         if found is not None:
@@ -95,7 +95,7 @@ class Library:
         GamutNotStoredError
             There is no such gamut, or it is damaged.
         """
-        found = self.opened(gamut_id)
+        found = self.find_open(gamut_id)
         if found is not None:
             return found
         return await self._opening.value(gamut_id, lambda: self._open_and_keep(gamut_id))

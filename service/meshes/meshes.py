@@ -74,7 +74,7 @@ class Meshes:
             None if the gamut is not open, the level is not unpacked or not found yet, the mesh is
             large, or there is no such level.
         """
-        opened = self._library.opened(gamut_id)
+        opened = self._library.find_open(gamut_id)
         largest = None if opened is None else opened.gamut.history.triangles
         level = self.levels.find_known(gamut_id, request, largest)
         if level is None:
@@ -124,7 +124,7 @@ class Meshes:
             opened, key.triangles, encode_mesh, opened, key, plain
         )
         # A gamut that was deleted meanwhile leaves nothing in memory.
-        if self._library.opened(key.gamut_id) is opened:
+        if self._library.find_open(key.gamut_id) is opened:
             self._keep(made)
         return made[key]
 

@@ -1,7 +1,7 @@
-"""What the OpenAPI document says besides parameters and models: examples, headers, problems.
+"""Parts of the OpenAPI document besides parameters and models: examples, headers, problems.
 
-Routes name the problems that they can answer with; their responses are made from the table in
-`service.problems.problem`. All examples belong to one gamut, so that a reader can follow it.
+Routes name their problems, and `problems` makes the responses from the table in
+`service.problems.kinds`. All examples belong to one gamut.
 """
 
 from collections.abc import Mapping
@@ -115,10 +115,14 @@ EXAMPLE_JOB: dict[str, Any] = {
 EXAMPLE_READINESS: dict[str, Any] = {
     "ready": True,
     "probes": {
-        "kernels": {"status": "ok", "detail": "loaded", "milliseconds": 0.0},
-        "workers": {"status": "ok", "detail": "1 of 1 are warm", "milliseconds": 0.0},
-        "queue": {"status": "ok", "detail": "0 of 16 builds wait", "milliseconds": 0.0},
-        "builds": {"status": "ok", "detail": "new ones are welcome", "milliseconds": 0.0},
+        "kernels": {
+            "status": "ok",
+            "detail": "default: compiled, optional: compiled",
+            "milliseconds": 0.0,
+        },
+        "workers": {"status": "ok", "detail": "1 of 1 workers are warm", "milliseconds": 0.0},
+        "queue": {"status": "ok", "detail": "0 of 16 builds are waiting", "milliseconds": 0.0},
+        "builds": {"status": "ok", "detail": "accepted", "milliseconds": 0.0},
         "store": {"status": "ok", "detail": "written and read", "milliseconds": 0.412},
         "disk": {"status": "ok", "detail": "52.6 GB are free", "milliseconds": 0.031},
     },
@@ -169,27 +173,27 @@ SECURITY_SCHEMES: dict[str, Any] = {
     "bearer": {
         "type": "http",
         "scheme": "bearer",
-        "description": "An API key of this service, where it has any.",
+        "description": "An API key of this service, if it has keys.",
     },
     "apiKey": {
         "type": "apiKey",
         "in": "header",
         "name": "X-Api-Key",
-        "description": "The same in a header field of its own.",
+        "description": "The same key in a header field of its own.",
     },
 }
 
 SECURITY: list[dict[str, Any]] = [{}, {"bearer": []}, {"apiKey": []}]
-"""Without a key, or with one: which of it a service asks for is a setting."""
+"""With or without a key. The settings decide which one a service requires."""
 
 
 def gamut_links(expression: str) -> dict[str, Any]:
-    """Return the links of a response that names a gamut to what can be done with it.
+    """Return links from a response with a gamut to the operations on it.
 
     Parameters
     ----------
     expression : str
-        Where the gamut's id is, as a runtime expression of OpenAPI.
+        Runtime expression of OpenAPI for the gamut's id.
     """
     links = {
         operation: {"operationId": operation, "parameters": {"gamut_id": expression}}
@@ -210,7 +214,7 @@ def gamut_links(expression: str) -> dict[str, Any]:
 
 
 def job_links(expression: str) -> dict[str, Any]:
-    """Return the links of a response that names a gamut to its job; parameters as `gamut_links`."""
+    """Return links from a response with a gamut to its job; parameters as `gamut_links`."""
     return {
         operation: {"operationId": operation, "parameters": {"job_id": expression}}
         for operation in ("describeJob", "followJob", "cancelJob")
@@ -252,46 +256,45 @@ MESH_HEADERS: dict[str, Any] = {
     "Gamut-Triangles": header("Triangles of the mesh.", 510),
     "Gamut-Vertices": header("Vertices of the mesh.", 257),
     "Gamut-Max-Error": header(
-        "What the distance from the full boundary is at most, in the space's unit; of levels by "
-        "`max_error` or `max_mismatch`, and of those of the error curve.",
+        "Upper bound of the distance from the full boundary, in the space's unit. Sent for error "
+        "limits, and for levels of the error curve.",
         "0.355713",
     ),
-    "Gamut-Max-Mismatch": header("What the mismatch is at most; of the same levels.", "0.00132536"),
-    "ETag": header("Strong entity tag: the SHA-256 of the body as it is sent.", f'"{EXAMPLE_ID}"'),
-    "Cache-Control": header("The content never changes.", "public, max-age=31536000, immutable"),
-    "Content-Disposition": header(
-        "File name: the first 12 characters of the gamut's id, the triangles and the suffix.",
-        f'inline; filename="{EXAMPLE_ID[:12]}-510.glb"',
+    "Gamut-Max-Mismatch": header("Upper bound of the mismatch, for the same levels.", "0.00132536"),
+    "ETag": header(
+        "Strong entity tag: SHA-256 of the body in its content coding.", f'"{EXAMPLE_ID}"'
     ),
-    "Vary": header("What the content depends on besides the address.", "Accept, Accept-Encoding"),
+    "Cache-Control": header("The content is immutable.", "public, max-age=31536000, immutable"),
+    "Vary": header("Request fields that select the content.", "Accept, Accept-Encoding"),
 }
 
 
 BATCH_RESPONSE: dict[str, Any] = {
     "description": "The meshes.",
     "headers": {
-        "Gamut-Failures": header("How many of the meshes cannot be had.", 0),
+        "Gamut-Failures": header("Number of missing meshes.", 0),
         "ETag": header(
-            "Strong entity tag: the SHA-256 of the body; of answers that are not streamed.",
+            "Strong entity tag: SHA-256 of the body. Streamed answers have none.",
             f'"{EXAMPLE_ID}"',
         ),
         "Cache-Control": header(
-            "The content never changes, unless something is missing: then `no-store`.",
+            "The content is immutable. `no-store` if meshes are missing.",
             "public, max-age=31536000, immutable",
         ),
-        "Content-Disposition": header(
-            "File name of a zip archive; with the first 12 characters of the id if all meshes are "
-            "of one gamut.",
-            f'attachment; filename="{EXAMPLE_ID[:12]}-meshes.zip"',
-        ),
-        "Vary": header("What the content depends on besides the address.", "Accept"),
+        "Vary": header("Request fields that select the content.", "Accept"),
     },
-    "content": binary_content(
-        {
-            "application/zip": "GAMUT/TRIANGLES.SUFFIX for each, and index.json",
-            "multipart/mixed": "A part for each mesh or problem",
-        }
-    ),
+    "content": {
+        "application/zip": {
+            "schema": {"type": "string", "format": "binary"},
+            "examples": {
+                "zip": {"summary": "GAMUT/TRIANGLES.SUFFIX for each mesh, and index.json"}
+            },
+        },
+        "multipart/mixed": {
+            "schema": {"type": "string", "format": "binary"},
+            "examples": {"multipart": {"summary": "One part per mesh or problem"}},
+        },
+    },
 }
 
 
@@ -322,22 +325,22 @@ _EVERYWHERE = (
     "rate-limited",
     "head-too-large",
 )
-"""Problems that every operation can answer with, but those that need no key."""
+"""Problems of every operation that may need a key."""
 
 _INSTEAD_OF_REBUILDING = ("queue-full", "shutting-down", "broker-unavailable", "storage-full")
-"""Problems that a damaged gamut can meet when it is to be built again."""
+"""Problems of rebuilding a damaged gamut."""
 
 
 def problems(*codes: str, guarded: bool = True) -> dict[int | str, dict[str, Any]]:
-    """Return the descriptions of the responses with these problems, by status.
+    """Return the descriptions of problem responses by status.
 
     Parameters
     ----------
     codes : str
-        Keys of `KINDS`. Every operation can besides answer 500 with ``internal-error``, and one
-        that has a damaged gamut built again with what this is refused with.
+        Keys of `KINDS`. ``internal-error`` is always added. With ``gamut-rebuilding``, the refusals
+        of a new build are added.
     guarded : bool
-        Whether the operation needs a key where there are keys, and is counted.
+        Whether the operation needs a key and counts for rate limits.
     """
     responses: dict[int | str, dict[str, Any]] = {}
     refusals = _INSTEAD_OF_REBUILDING if "gamut-rebuilding" in codes else ()

@@ -1,7 +1,7 @@
-"""The shapes of the service's answers in JSON, for the OpenAPI document and its examples.
+"""Models of the answers, for the OpenAPI document.
 
-Answers are passed on as `gamutcore` described them. The models here say the same for readers and
-client generators, and the tests hold both together.
+Answers are sent as `gamutcore` described them. The models document the same members, and tests
+compare both.
 """
 
 from typing import Annotated, Any, Literal
@@ -33,29 +33,29 @@ class Counts(BaseModel):
 
     model_config = ConfigDict(extra="allow")
 
-    triangles: Annotated[int, Field(description="The most triangles that can be asked for.")]
+    triangles: Annotated[int, Field(description="Triangles of the full boundary.")]
     vertices: Annotated[int, Field(description="Vertices of the full boundary.")]
-    minimum: Annotated[int, Field(description="The fewest triangles that can be asked for.")] = 4
+    minimum: Annotated[int, Field(description="Triangles of the coarsest level.")] = 4
     constructed: Annotated[
         int,
         Field(
-            description="Vertices of the full boundary that are none of the colours: of empty "
-            "segments and poles, and maxima that had to be turned, for `segment-maxima`."
+            description="Vertices of the full boundary that are not input colours: empty segments, "
+            "poles and moved maxima of `segment-maxima`."
         ),
     ] = 0
 
 
 class Distances(BaseModel):
-    """Distances of the points of one surface from another, in the space's unit."""
+    """Distances from the points of one surface to another, in the space's unit."""
 
     model_config = ConfigDict(extra="allow")
 
-    mean: Annotated[float, Field(description="Over the surface's area; an estimate.")]
-    maximum: Annotated[float, Field(description="No point is further away than this.")]
+    mean: Annotated[float, Field(description="Mean over the surface's area; an estimate.")]
+    maximum: Annotated[float, Field(description="Upper bound for all points.")]
 
 
 class Level(BaseModel):
-    """What is lost at one triangle count, against the full boundary."""
+    """Errors of one level against the full boundary."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -64,32 +64,28 @@ class Level(BaseModel):
     mismatch: Annotated[
         float,
         Field(
-            description="Volume of the symmetric difference, as a part of the full volume: an "
-            "estimate, within 1 to 3 % on boundaries of devices; never less than the volumes "
-            "differ by, nor more than `mismatch_bound`."
+            description="Volume of the symmetric difference ÷ volume of the full boundary: an "
+            "estimate, within 1 to 3 % for devices. It is at least the relative difference of "
+            "the volumes, and at most `mismatch_bound`."
         ),
     ]
     mismatch_bound: Annotated[
         float,
-        Field(description="What the mismatch of this level and of all finer ones here is at most."),
+        Field(description="Upper bound of the mismatch of this level and all finer ones."),
     ]
     distance_bound: Annotated[
         float,
         Field(
-            description="What the distance between this level, or a finer one here, and the full "
-            "boundary is at most: of any point of either surface, in the space's unit."
+            description="Upper bound of the distance between this level, or a finer one, and the "
+            "full boundary, in both directions, in the space's unit."
         ),
     ]
-    from_full: Annotated[
-        Distances, Field(description="Of the full boundary's points from the level.")
-    ]
-    to_full: Annotated[
-        Distances, Field(description="Of the level's points from the full boundary.")
-    ]
+    from_full: Annotated[Distances, Field(description="From the full boundary to the level.")]
+    to_full: Annotated[Distances, Field(description="From the level to the full boundary.")]
 
 
 class GamutLinks(BaseModel):
-    """Where the rest of a gamut is."""
+    """Addresses of the parts of a gamut."""
 
     self: str
     mesh: str
@@ -101,7 +97,7 @@ class GamutSummary(BaseModel):
     """A gamut in the list."""
 
     id: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
-    created: Annotated[str, Field(description="When it was published, RFC 3339.")]
+    created: Annotated[str, Field(description="Time of publication, RFC 3339.")]
     options: GamutOptions
     counts: Counts
     volume: float
@@ -109,38 +105,40 @@ class GamutSummary(BaseModel):
 
 
 class GamutDescription(GamutSummary):
-    """A built gamut."""
+    """A gamut."""
 
     model_config = ConfigDict(extra="allow")
 
-    state: Annotated[Literal["ready"], Field(description="A gamut is only visible complete.")]
+    state: Annotated[
+        Literal["ready"], Field(description="A gamut is visible only when it is complete.")
+    ]
     history_bytes: Annotated[int, Field(description="Size of the history file.")]
     provenance: Annotated[
         dict[str, Any],
-        Field(description="Format, channels, white, conditions, device model and its error, ..."),
+        Field(description="Format, channels, white, conditions, device model with its error, ..."),
     ]
     volume_preserved: Annotated[
         bool,
         Field(
-            description="Whether the levels have this volume, to 0.00001 of it: so they do "
-            "with the cost `volume`, unless the gamut is extremely thin or "
-            "far from the origin. All levels count, not only those of the error curve."
+            description="Whether all levels have this volume to a relative error of 0.00001. "
+            "True for the cost `volume`, unless the gamut is extremely thin or far from the "
+            "origin."
         ),
     ]
     volume_error: Annotated[
         Annotated[float, Field(ge=0)] | SkipJsonSchema[None],
         Field(
-            description="How much of this volume any level differs by at most. Only of costs that "
-            "are to keep it: of others, `levels` has the volumes.",
+            description="Largest relative difference between this volume and that of any level. "
+            "Only for costs that preserve the volume; for others, `levels` has the volumes.",
             json_schema_extra=without_default,
         ),
     ] = None
     grid_step: Annotated[
-        float, Field(description="All coordinates are whole multiples of this power of two.")
+        float, Field(description="All coordinates are integer multiples of this power of two.")
     ]
     area: float
-    centre: Coordinates
-    bounds: Annotated[list[Coordinates], Field(description="Least and largest coordinates.")]
+    centre: Triple
+    bounds: Annotated[list[Triple], Field(description="Smallest and largest coordinates.")]
     levels: Annotated[list[Level], Field(description="Error curve of the levels.")]
 
 
@@ -148,7 +146,9 @@ class GamutList(BaseModel):
     """A page of the list of gamuts, in the order of their ids."""
 
     gamuts: list[GamutSummary]
-    next: Annotated[str | None, Field(description="The next page; null on the last one.")]
+    next: Annotated[
+        str | None, Field(description="Address of the next page; null on the last page.")
+    ]
 
 
 class ErrorCurve(BaseModel):
@@ -159,39 +159,41 @@ class ErrorCurve(BaseModel):
 
 
 class JobLinks(BaseModel):
-    """Where a job and its gamut are."""
+    """Addresses of a job and its gamut."""
 
     self: str
-    gamut: Annotated[str | None, Field(description="The gamut; null until it is built.")]
+    gamut: Annotated[str | None, Field(description="Address of the gamut; null until it is built.")]
 
 
 class ProblemDocument(BaseModel):
-    """A problem, RFC 9457."""
+    """A problem (RFC 9457)."""
 
-    type: Annotated[str, Field(description="Page about this kind of problem.")]
+    type: Annotated[str, Field(description="Page about the kind of problem.")]
     title: str
     status: int
-    detail: Annotated[str, Field(description="What was wrong this time.")]
-    code: Annotated[str, Field(description="Stable name of the kind of problem.")]
+    detail: Annotated[str, Field(description="Description of this occurrence.")]
+    code: Annotated[str, Field(description="Stable code of the kind of problem.")]
     where: Annotated[
         dict[str, Any],
-        Field(description="Field, line, column, tag, row, header, ... at fault."),
+        Field(description="Place of the fault: field, line, column, tag, row, header, ..."),
     ]
-    remedy: Annotated[str, Field(description="What would be right.")]
+    remedy: Annotated[str, Field(description="How to correct it.")]
 
 
 class JobDescription(BaseModel):
     """A build."""
 
-    id: Annotated[str, Field(description="The id of the gamut that is built.")]
+    id: Annotated[str, Field(description="Id of the gamut.")]
     state: Literal["queued", "running", "succeeded", "failed", "cancelled"]
-    stage: Annotated[str, Field(description="What a running build is doing.")]
-    fraction: Annotated[float, Field(ge=0, le=1, description="How much of the stage is done.")]
-    attempts: Annotated[int, Field(description="How often the build was started.")]
+    stage: Annotated[str, Field(description="Stage of a running build.")]
+    fraction: Annotated[float, Field(ge=0, le=1, description="Finished part of the stage.")]
+    attempts: Annotated[int, Field(description="Number of attempts.")]
     created: str | None
     started: str | None
     finished: str | None
-    problem: Annotated[ProblemDocument | None, Field(description="Why the build failed or ended.")]
+    problem: Annotated[
+        ProblemDocument | None, Field(description="Why the build failed or was cancelled.")
+    ]
     links: JobLinks
 
 
@@ -199,30 +201,32 @@ class JobList(BaseModel):
     """A page of the list of jobs, in the order of their ids."""
 
     jobs: list[JobDescription]
-    next: Annotated[str | None, Field(description="The next page; null on the last one.")]
+    next: Annotated[
+        str | None, Field(description="Address of the next page; null on the last page.")
+    ]
 
 
 class BuildCounts(BaseModel):
-    """What the workers are doing."""
+    """Numbers of builds."""
 
     queued: int
     running: int
-    completed: Annotated[int, Field(description="Since the service was started.")]
+    completed: Annotated[int, Field(description="Since the start of the service.")]
 
 
 class ProbeResult(BaseModel):
-    """What a look at one part of the service found."""
+    """Result of one probe."""
 
     status: Annotated[
         Literal["ok", "degraded", "failed"],
-        Field(description="Only what has failed makes the service not ready."),
+        Field(description="Only `failed` makes the service not ready."),
     ]
     detail: str
-    milliseconds: Annotated[float, Field(description="How long the look took.")]
+    milliseconds: Annotated[float, Field(description="Duration of the check.")]
 
 
 class Readiness(BaseModel):
-    """What the service is able to do right now."""
+    """Readiness of the service."""
 
     ready: bool
     probes: Annotated[

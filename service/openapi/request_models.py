@@ -76,11 +76,11 @@ _Options = create_model("_Options", __config__=ConfigDict(extra="forbid"), **_fi
 
 
 class GamutOptions(_Options):  # type: ignore[misc, valid-type]  # made from the declarations
-    """How a gamut is built. Every option has a default; answers state all that apply."""
+    """Options of a gamut. Every option has a default. Answers state all that apply."""
 
 
 class InlineSamples(BaseModel):
-    """Characterisation data as JSON. Other members, of no option's name, are conditions."""
+    """Characterisation data as JSON. Members without an option's name are conditions."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -88,13 +88,13 @@ class InlineSamples(BaseModel):
         list[list[float | str | None] | dict[str, float | str | None]],
         Field(
             description="One array of numbers, or one object by column name, per sample. Columns "
-            "that are no colours or device values, such as names, may hold texts."
+            "other than colours and device values, such as names, may contain text."
         ),
     ]
     columns: Annotated[
         list[str] | SkipJsonSchema[None],
         Field(
-            description="Names of the columns; L*, a*, b* when left out. Device values (RGB_R, "
+            description="Names of the columns; L*, a*, b* by default. Device values (RGB_R, "
             "CMYK_C, ...) beside the colour (LAB_L, XYZ_X, LCH_L, XYY_X, SPEC_380, ...) give a "
             "device model.",
             json_schema_extra=without_default,
@@ -109,10 +109,7 @@ class InlineSamples(BaseModel):
     ] = None
     conditions: Annotated[
         dict[str, str | float] | SkipJsonSchema[None],
-        Field(
-            description="Measurement conditions by keyword, kept in the provenance.",
-            json_schema_extra=without_default,
-        ),
+        Field(description="Measurement conditions by keyword, stored in the provenance."),
     ] = None
     options: Annotated[
         GamutOptions,
@@ -155,5 +152,9 @@ class MultipartSubmission(_OptionFields):  # type: ignore[misc, valid-type]  # f
     ]
     options: Annotated[
         GamutOptions,
-        Field(description="How the gamut is built.", json_schema_extra=without_default),
+        Field(
+            description="How the gamut is built. Options can also be form fields of their own "
+            "names, such as `ink_limit=300`, with numbers and lists as in JSON.",
+            json_schema_extra=_without_nulls,
+        ),
     ] = GamutOptions()

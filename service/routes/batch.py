@@ -1,4 +1,4 @@
-"""Several levels, or several gamuts, in one request."""
+"""Route of batches: several levels of several gamuts in one request."""
 
 import asyncio
 import hashlib
@@ -26,8 +26,7 @@ __all__ = ["router"]
 router = APIRouter(prefix="/v1/meshes", tags=["meshes"], dependencies=[Depends(check_query)])
 
 _BUFFERED = 8 * 1024 * 1024
-"""Bytes up to which an answer is complete before its first byte is sent, and so has a length and an
-entity tag."""
+"""Largest answer in bytes that is complete before it is sent, with a length and an entity tag."""
 
 _COUNT = re.compile(r"[0-9]{1,9}\Z")
 _LIMIT = re.compile(DECIMAL_PATTERN + r"\Z")
@@ -37,7 +36,7 @@ _READ: dict[str, Callable[[str], Any]] = {
     "max_error": float,
     "max_mismatch": float,
 }
-"""What reads a value of each parameter."""
+"""Parser of each parameter's values."""
 
 
 def _numbers(what: str, example: str) -> Any:  # noqa: ANN401 - FastAPI's own
@@ -48,15 +47,14 @@ def _numbers(what: str, example: str) -> Any:  # noqa: ANN401 - FastAPI's own
     "",
     operation_id="downloadMeshes",
     summary="Download several meshes",
-    description="Every level that is asked for, of every gamut that is named, in one file: a zip "
-    "archive, or multipart/mixed where `Accept` likes that better. What cannot be had is "
-    "reported in its place: in `index.json` of the archive, as a part of its own in the message; "
-    "where nothing can be had, the answer is the first problem. Answers of up to 8 MB have an "
-    "entity tag; larger ones are streamed.",
+    description="All requested levels of all named gamuts in one file: a zip archive, or "
+    "multipart/mixed if `Accept` prefers it. Missing meshes are reported in `index.json` of the "
+    "archive or as a part of the message. If all meshes are missing, the answer is the first "
+    "problem. Answers of up to 8 MB have an entity tag; larger ones are streamed.",
     response_class=Response,
     responses={
         200: BATCH_RESPONSE,
-        304: {"description": "The client has this content already (If-None-Match)."},
+        304: {"description": "The client has the current content (If-None-Match)."},
         **problems(
             "gamut-not-found",
             "gamut-rebuilding",
@@ -73,7 +71,7 @@ async def download_meshes(
     gamuts: Annotated[
         str,
         Query(
-            description="Ids of gamuts, between commas.",
+            description="Ids of gamuts, separated by commas.",
             pattern=f"^{ID_PATTERN}(,{ID_PATTERN})*$",
             max_length=65 * 400,
             examples=[EXAMPLE_ID],
@@ -81,13 +79,13 @@ async def download_meshes(
         IDS,
     ],
     triangles: Annotated[
-        str | None, _numbers("Triangle counts, between commas.", "100,1000")
+        str | None, _numbers("Triangle counts, separated by commas.", "100,1000")
     ] = None,
     max_error: Annotated[
-        str | None, _numbers("Largest distances that are accepted, between commas.", "0.5,1")
+        str | None, _numbers("Largest distances, separated by commas.", "0.5,1")
     ] = None,
     max_mismatch: Annotated[
-        str | None, _numbers("Largest mismatches that are accepted, between commas.", "0.001")
+        str | None, _numbers("Largest mismatches, separated by commas.", "0.001")
     ] = None,
     format_name: Annotated[
         str,
@@ -113,12 +111,12 @@ async def download_meshes(
         *_list("max_mismatch", max_mismatch, _LIMIT, "decimal numbers such as 0.01,1e-3"),
     ]
     if not levels:
-        _refuse("No level is asked for.", "triangles", "Give triangles, max_error or max_mismatch.")
+        _refuse("No level is requested.", "triangles", "Give triangles, max_error or max_mismatch.")
     ids = list(dict.fromkeys(gamuts.split(",")))
     most = service.settings.max_batch_meshes
     if len(ids) * len(levels) > most:
-        detail = f"{len(ids)} gamuts in {len(levels)} levels are asked for."
-        _refuse(detail, "gamuts", f"Ask for at most {most} meshes at once.")
+        detail = f"{len(ids)} gamuts in {len(levels)} levels are requested."
+        _refuse(detail, "gamuts", f"Request at most {most} meshes at once.")
     asked = [Asked(one, name, value, format_name) for one in ids for name, value in levels]
     accept = ",".join(request.headers.getlist("accept"))
     media_type = preferred_media_type(accept, list(CONTAINERS))
@@ -133,7 +131,7 @@ async def download_meshes(
 
 
 class _Batch:
-    """An answer that is being made.
+    """An answer under construction.
 
     Parameters
     ----------
@@ -148,8 +146,8 @@ class _Batch:
         self._container = container
 
     async def response(self, named: list[str], known: list[str]) -> Response:
-        """Return the answer, complete if it is small."""
-        failed, triangles = await self._foreseen()
+        """Return the answer, complete if it is small, else streamed."""
+        failed, triangles = await self._check_all()
         if len(failed) == len(self._asked):
             raise ProblemError(failed[self._asked[0]])
         most = self._service.settings.max_batch_triangles
@@ -157,7 +155,7 @@ class _Batch:
             _refuse(
                 f"The meshes may have up to {triangles} triangles together.",
                 "gamuts",
-                f"Ask for at most {most} triangles at once.",
+                f"Request at most {most} triangles at once.",
             )
         headers = {
             "Cache-Control": "no-store" if failed else IMMUTABLE,
@@ -177,8 +175,8 @@ class _Batch:
             size += len(piece)
             if size > _BUFFERED:
                 check_if_match(named)
-                return StreamingResponse(_chained(parts, pieces), 200, headers, media_type)
-        content, digest = await asyncio.to_thread(_joined, parts)
+                return StreamingResponse(_chain(parts, pieces), 200, headers, media_type)
+        content, digest = await asyncio.to_thread(_join, parts)
         headers["ETag"] = f'"{digest}"'
         check_if_match(named, headers["ETag"])
         if known and not failed and matches(",".join(known), headers["ETag"]):
@@ -186,11 +184,11 @@ class _Batch:
             return Response(status_code=304, headers=headers)
         return Response(content, 200, headers, media_type)
 
-    async def _foreseen(self) -> tuple[dict[Asked, Problem], int]:
-        """Return what cannot be had, and how many triangles the rest may have together.
+    async def _check_all(self) -> tuple[dict[Asked, Problem], int]:
+        """Return the missing meshes, and an upper bound of the triangles of the others.
 
-        Told from the records, before anything is searched or encoded: what is streamed cannot take
-        back that it began well.
+        Computed from the records before any search or encoding, because a stream that has started
+        cannot report an error.
         """
         failed: dict[Asked, Problem] = {}
         triangles = 0
@@ -199,27 +197,27 @@ class _Batch:
             try:
                 record = await self._service.library.record(gamut_id)
             except GamutNotStoredError as error:
-                if await self._comes_again(gamut_id, error):
-                    raise  # and so does an answer with everything in it
+                if await self._can_be_rebuilt(gamut_id, error):
+                    raise  # it will be rebuilt, and then the whole answer is available
                 problem = _not_found(gamut_id)
                 failed |= dict.fromkeys(wanted, problem)
                 continue
             largest = record.description["counts"]["triangles"]
             for one in wanted:
-                count = self._service.meshes.levels.triangle_bound(record, _wanted(one))
+                count = self._service.meshes.levels.triangle_bound(record, _level_request(one))
                 if not 4 <= count <= largest:
                     failed[one] = Problem(
                         "triangle-count",
-                        f"{count} triangles were asked for; the gamut has from 4 to {largest}.",
+                        f"{count} triangles are requested; the gamut has from 4 to {largest}.",
                         {"field": "triangles"},
-                        f"Ask for a count from 4 to {largest}.",
+                        f"Request a count from 4 to {largest}.",
                     )
                 else:
                     triangles += count
         return failed, triangles
 
-    async def _comes_again(self, gamut_id: str, error: GamutNotStoredError) -> bool:
-        """Whether a gamut is only missing because it was damaged."""
+    async def _can_be_rebuilt(self, gamut_id: str, error: GamutNotStoredError) -> bool:
+        """Return whether a missing gamut was damaged and can be rebuilt."""
         if isinstance(error, GamutDamagedError):
             return error.input_kept
         return await asyncio.to_thread(self._service.store.to_be_rebuilt, gamut_id)
@@ -233,15 +231,15 @@ class _Batch:
             yield piece
 
     async def _item(self, one: Asked) -> Item:
-        mesh = await self._service.meshes.mesh(one.gamut_id, _wanted(one), one.format_name)
+        mesh = await self._service.meshes.mesh(one.gamut_id, _level_request(one), one.format_name)
         return Item(one, mesh)
 
 
-def _wanted(one: Asked) -> LevelRequest:
+def _level_request(one: Asked) -> LevelRequest:
     return LevelRequest(**{one.name: _READ[one.name](one.value)})
 
 
-async def _chained(parts: list[bytes], rest: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
+async def _chain(parts: list[bytes], rest: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
     for piece in parts:
         yield piece
     parts.clear()
@@ -249,7 +247,7 @@ async def _chained(parts: list[bytes], rest: AsyncIterator[bytes]) -> AsyncItera
         yield piece
 
 
-def _joined(parts: list[bytes]) -> tuple[bytes, str]:
+def _join(parts: list[bytes]) -> tuple[bytes, str]:
     content = b"".join(parts)
     return content, hashlib.sha256(content).hexdigest()
 
@@ -257,13 +255,13 @@ def _joined(parts: list[bytes]) -> tuple[bytes, str]:
 def _list(
     name: str, text: str | None, pattern: re.Pattern[str], example: str
 ) -> list[tuple[str, str]]:
-    """Return a parameter's name with each of its values, once: as it is written first."""
+    """Return the name with each distinct value of a parameter, as first written."""
     if text is None:
         return []
     written: dict[Any, str] = {}
     for value in text.split(","):
         if not pattern.match(value):
-            _refuse(f"{value[:40]!r} is not a number here.", name, f"Give {example}.")
+            _refuse(f"{value[:40]!r} is not a valid number.", name, f"Give {example}.")
         written.setdefault(_READ[name](value), value)
     return [(name, value) for value in written.values()]
 

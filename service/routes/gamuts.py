@@ -1,4 +1,4 @@
-"""Gamuts: create, list, describe, delete, and their levels and histories."""
+"""Routes of gamuts: create, list, describe, delete, levels and history."""
 
 import asyncio
 import contextlib
@@ -50,14 +50,14 @@ __all__ = ["HISTORY_MEDIA_TYPE", "GamutId", "router"]
 HISTORY_MEDIA_TYPE = OCTET_STREAM
 
 _CHUNK = 256 * 1024
-"""Bytes of a history that are read and sent at a time."""
+"""Bytes of a history that are read and sent at once."""
 
 _READ_ANYWAY = 1 << 20
-"""Bytes of a body that is read although the queue is full."""
+"""Largest body that is read even if the queue is full."""
 
 _ENTITY_HEADERS = {
     "ETag": header("Strong entity tag: the SHA-256 of the content.", f'"{EXAMPLE_ID}"'),
-    "Cache-Control": header("The content never changes.", IMMUTABLE),
+    "Cache-Control": header("The content is immutable.", IMMUTABLE),
 }
 
 _HISTORY_NAME = header(
@@ -66,14 +66,14 @@ _HISTORY_NAME = header(
 )
 
 _NOT_MODIFIED: dict[int | str, dict[str, Any]] = {
-    304: {"description": "The client has this content already (If-None-Match)."}
+    304: {"description": "The client has the current content (If-None-Match)."}
 }
 
 GamutId = Annotated[
     str,
     Path(
         pattern=f"^{ID_PATTERN}$",
-        description="The gamut's id: SHA-256 of options, input and algorithm, in hexadecimal.",
+        description="Id of the gamut: SHA-256 of options, input and algorithm, hexadecimal.",
         examples=[EXAMPLE_ID],
     ),
     ID,
@@ -85,15 +85,15 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
 @router.post(
     "",
     operation_id="createGamut",
-    summary="Build a gamut, or find it built",
-    description="Takes characterisation data as a file or inline and answers with the gamut: 200 "
-    "if it exists, 201 if it was built while the client waited, 202 with a job otherwise. The "
-    "same data and options always have the same id, so posting again is harmless. "
-    "`Prefer: wait=N` sets how many seconds the client waits, `Prefer: respond-async` "
-    "asks for the job at once (RFC 7240).",
+    summary="Build a gamut, or return the existing one",
+    description="Accepts characterisation data as a file or inline. The answer is the gamut with "
+    "200 if it exists, the gamut with 201 if it was built while the client waited, or a job with "
+    "202. The same data and options always give the same id, so the request is idempotent. "
+    "`Prefer: wait=N` sets the waiting time in seconds, and `Prefer: respond-async` "
+    "asks for a job at once (RFC 7240).",
     responses={
         200: json_response(
-            "The gamut existed.",
+            "The gamut exists.",
             GamutDescription,
             EXAMPLE_GAMUT,
             {"Content-Location": header("The gamut.", f"/v1/gamuts/{EXAMPLE_ID}")},
@@ -105,7 +105,7 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
             EXAMPLE_GAMUT,
             {
                 "Location": header("The gamut.", f"/v1/gamuts/{EXAMPLE_ID}"),
-                "Preference-Applied": header("Preferences that were honoured.", "wait=10"),
+                "Preference-Applied": header("Preferences that were applied.", "wait=10"),
             },
             gamut_links("$response.body#/id"),
         ),
@@ -115,8 +115,8 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
             EXAMPLE_JOB,
             {
                 "Location": header("The job.", f"/v1/jobs/{EXAMPLE_ID}"),
-                "Retry-After": header("Seconds after which to look again.", 1),
-                "Preference-Applied": header("Preferences that were honoured.", "respond-async"),
+                "Retry-After": header("Seconds after which to ask again.", 1),
+                "Preference-Applied": header("Preferences that were applied.", "respond-async"),
             },
             job_links("$response.body#/id"),
         ),
@@ -147,7 +147,7 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
                 "name": "Prefer",
                 "in": "header",
                 "required": False,
-                "description": "How long to wait for the build (RFC 7240).",
+                "description": "Time to wait for the build (RFC 7240).",
                 "schema": {"type": "string"},
                 "examples": {
                     "wait": {"value": "wait=10"},
@@ -158,7 +158,7 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
     },
 )
 async def create_gamut(request: Request) -> Response:
-    """Build a gamut, or find it built."""
+    """Build a gamut, or return the existing one."""
     service = service_of(request)
     settings = service.settings
     await _check_admission_of_large(request, service)
@@ -169,7 +169,7 @@ async def create_gamut(request: Request) -> Response:
             gamut_id, posted.options.to_mapping(), posted.data, propagation_headers(), posted.sha256
         )
         if isinstance(found, Record):
-            return _found(found)
+            return _existing(found)
         job = found
     # The data leaves the memory before the wait for the build.
     del posted
@@ -178,7 +178,7 @@ async def create_gamut(request: Request) -> Response:
     with timed("build"):
         job = await service.builds.wait(gamut_id, seconds) or job
     headers = {}
-    applied = prefer.applied(answered_async=not job.final, longest=settings.max_client_wait)
+    applied = prefer.applied_field(answered_async=not job.final, longest=settings.max_client_wait)
     if applied:
         headers["Preference-Applied"] = applied
     if not job.final:
@@ -189,25 +189,25 @@ async def create_gamut(request: Request) -> Response:
     if job.problem is not None:
         raise ProblemError(Problem.from_mapping(job.problem))
     record = await _record_of_built(service, gamut_id)
-    return _described(record, 201, {**headers, "Location": f"/v1/gamuts/{gamut_id}"})
+    return _description_response(record, 201, {**headers, "Location": f"/v1/gamuts/{gamut_id}"})
 
 
 async def _record_of_built(service: ServiceContainer, gamut_id: str) -> Record:
-    """Return the record of a gamut that was there just now."""
+    """Return the record of a gamut that has just been built."""
     try:
         return await service.library.record(gamut_id)
     except GamutDamagedError:
         raise
     except GamutNotStoredError:
-        # By a client, or for the sake of others where the store is small.
+        # Deleted by a client, or evicted from a small store.
         raise ProblemError(Problem("gamut-deleted", KINDS["gamut-deleted"].detail)) from None
 
 
 async def _check_admission_of_large(request: Request, service: ServiceContainer) -> None:
     """Refuse a large body before it is read, if its build would be refused.
 
-    A small one is read first: it may turn out to ask for a gamut that is there, or that is being
-    built, which a full queue is no obstacle to.
+    Small bodies are read first, because their gamut may exist or be under way, which a full queue
+    does not affect.
     """
     length = request.headers.get("content-length", "")
     if not length.isdigit() or int(length) > _READ_ANYWAY:
@@ -218,7 +218,7 @@ async def _check_admission_of_large(request: Request, service: ServiceContainer)
     "",
     operation_id="listGamuts",
     summary="List the gamuts",
-    description="Pages through all gamuts in the order of their ids; `next` is the next page.",
+    description="Pages of all gamuts in the order of their ids. `next` is the next page.",
     responses={
         200: json_response("A page of gamuts.", GamutList, EXAMPLE_LIST),
         **problems("invalid-parameter", "store-unavailable"),
@@ -243,8 +243,8 @@ async def list_gamuts(
     "/{gamut_id}",
     operation_id="describeGamut",
     summary="Describe a gamut",
-    description="Options in full, provenance, counts, volume, area, centre, bounds, error curve "
-    "and links.",
+    description="Options with defaults, provenance, counts, volume, area, centre, bounds, error "
+    "curve and links.",
     responses={
         200: json_response(
             "The gamut.", GamutDescription, EXAMPLE_GAMUT, {"ETag": _ENTITY_HEADERS["ETag"]}
@@ -262,7 +262,7 @@ async def list_gamuts(
 async def describe_gamut(request: Request, gamut_id: GamutId) -> Response:
     """Describe a gamut."""
     record = await service_of(request).library.record(gamut_id)
-    # Links and members may be added by a later version of the service, hence no immutability.
+    # Later versions of the service may add members, so the description is not immutable.
     return _conditional(request, _description(record), "no-cache")
 
 
@@ -270,12 +270,12 @@ async def describe_gamut(request: Request, gamut_id: GamutId) -> Response:
     "/{gamut_id}",
     operation_id="deleteGamut",
     summary="Delete a gamut",
-    description="Removes the gamut with its history. Posting its data again builds it anew, under "
-    "the same id. With `If-Match`, only if it names the `ETag` of the description, in whichever "
-    "coding. Caches outside of the service may keep what they have.",
+    description="Removes the gamut and its history. Posting the same data builds it again under "
+    "the same id. With `If-Match`, the gamut is deleted only if the field names the `ETag` of its "
+    "description, in any content coding. Caches outside of the service may keep copies.",
     status_code=204,
     responses={
-        204: {"description": "The gamut is gone."},
+        204: {"description": "The gamut was deleted."},
         **problems(
             "gamut-not-found",
             "gamut-rebuilding",
@@ -302,9 +302,9 @@ async def delete_gamut(request: Request, gamut_id: GamutId) -> Response:
     "/{gamut_id}/levels",
     operation_id="describeLevels",
     summary="Read the error curve",
-    description="Volume, mismatch and distances in both directions by triangle count, with bounds "
-    "that hold for a level and all finer ones here. `max_error` and `max_mismatch` begin with "
-    "these and look at the levels between them as well.",
+    description="Volume, mismatch and distances in both directions by triangle count. The bounds "
+    "hold for a level and all finer levels of the curve. `max_error` and `max_mismatch` start "
+    "from these levels and also search the levels between them.",
     responses={
         200: json_response("The error curve.", ErrorCurve, EXAMPLE_LEVELS, _ENTITY_HEADERS),
         **_NOT_MODIFIED,
@@ -328,8 +328,8 @@ async def describe_levels(request: Request, gamut_id: GamutId) -> Response:
     "/{gamut_id}/history",
     operation_id="downloadHistory",
     summary="Download the history",
-    description="The gamut's file with every level in it; its format is documented, and can be "
-    "read without Python. A single `Range` is honoured.",
+    description="The file of the gamut, which contains every level. Its format is documented and "
+    "readable without Python. A single `Range` is supported.",
     response_class=StreamingResponse,
     responses={
         200: {
@@ -342,12 +342,11 @@ async def describe_levels(request: Request, gamut_id: GamutId) -> Response:
             },
             "headers": {
                 **_ENTITY_HEADERS,
-                "Accept-Ranges": header("Parts can be had.", "bytes"),
-                "Content-Disposition": _HISTORY_NAME,
+                "Accept-Ranges": header("Ranges are supported.", "bytes"),
             },
         },
         206: {
-            "description": "The part of the history file that was asked for.",
+            "description": "The requested part of the history file.",
             "content": {
                 HISTORY_MEDIA_TYPE: {
                     "schema": {"type": "string", "format": "binary"},
@@ -356,8 +355,7 @@ async def describe_levels(request: Request, gamut_id: GamutId) -> Response:
             },
             "headers": {
                 **_ENTITY_HEADERS,
-                "Content-Range": header("Which part it is.", "bytes 0-1023/3603856"),
-                "Content-Disposition": _HISTORY_NAME,
+                "Content-Range": header("Range of the part.", "bytes 0-1023/3603856"),
             },
         },
         **_NOT_MODIFIED,
@@ -416,16 +414,16 @@ def _conditional(request: Request, document: dict[str, Any], cache_control: str)
 
 
 def _description_tags(record: Record) -> list[str]:
-    """Return the entity tags that a gamut's description has, by content coding."""
+    """Return the entity tags of a gamut's description in all content codings."""
     content = bytes(JsonResponse(_description(record)).body)
     return [entity_tag(content), *(entity_tag(compress(content, coding)) for coding in CODINGS)]
 
 
-def _found(record: Record) -> Response:
-    return _described(record, 200, {"Content-Location": f"/v1/gamuts/{record.id}"})
+def _existing(record: Record) -> Response:
+    return _description_response(record, 200, {"Content-Location": f"/v1/gamuts/{record.id}"})
 
 
-def _described(record: Record, status: int, headers: dict[str, str]) -> Response:
+def _description_response(record: Record, status: int, headers: dict[str, str]) -> Response:
     return JsonResponse(_description(record), status, {"Cache-Control": "no-cache", **headers})
 
 

@@ -1,8 +1,7 @@
-"""Pages for people: one look for all, in light and dark, with nothing from elsewhere.
+"""HTML pages: one layout, in light and dark, without external resources.
 
-A page is one document with its style in it, and no script. The content security policy of the
-response allows just this style, by its digest, so that whatever text a page shows, nothing in it
-can run or load anything.
+A page contains its style and no script. The content security policy allows exactly this style, by
+its digest, so text on a page can never run or load anything.
 """
 
 from __future__ import annotations
@@ -74,13 +73,13 @@ def page(
     Parameters
     ----------
     title : str
-        Plain text: the name of the document and its first heading.
+        Plain text: document title and first heading.
     content : str
         HTML.
     home : bool
-        Whether there is a way to the landing page.
+        Whether to link to the landing page.
     headers : mapping, optional
-        Further header fields.
+        Additional header fields.
     """
     name = "Gamut boundary service"
     whole_title = title if title == name else f"{title} – {name}"
@@ -97,18 +96,18 @@ def page(
 
 
 def link(address: str, text: str) -> str:
-    """Return a link; the text is plain."""
+    """Return a link. The text is plain."""
     return f'<a href="{escape(address)}">{escape(text)}</a>'
 
 
 def table(caption: str, heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """Return a table; caption and heads are plain, cells are HTML, the first of a row its head."""
+    """Return a table of HTML cells with row heads first; caption and heads are plain text."""
     head = "".join(f'<th scope="col">{escape(text)}</th>' for text in heads)
     body = ""
     for first, *others in rows:
         cells = "".join(f"<td>{cell}</td>" for cell in others)
         body += f'<tr><th scope="row">{first}</th>{cells}</tr>\n'
-    # What is too wide for a small screen is moved sideways, by keyboard as well.
+    # Wide tables scroll horizontally, also by keyboard.
     return (
         f'<div class="wide" tabindex="0" role="region" aria-label="{escape(caption)}"><table>'
         f"<caption>{escape(caption)}</caption>\n<thead><tr>{head}</tr></thead>\n"
@@ -117,6 +116,6 @@ def table(caption: str, heads: Iterable[str], rows: Iterable[Iterable[str]]) -> 
 
 
 def definitions(pairs: Iterable[tuple[str, str]]) -> str:
-    """Return a list of terms, plain, and what they are, HTML."""
+    """Return a description list of plain terms and HTML meanings."""
     items = "".join(f"<dt>{escape(term)}</dt><dd>{meaning}</dd>\n" for term, meaning in pairs)
     return f"<dl>\n{items}</dl>"

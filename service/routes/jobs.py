@@ -1,4 +1,4 @@
-"""Jobs: how far builds are, and cancelling them. A job has the id of the gamut that it builds."""
+"""Routes of jobs: progress and cancellation. A job has the id of the gamut that it builds."""
 
 import json
 from collections.abc import AsyncIterator
@@ -27,7 +27,7 @@ JobId = Annotated[
     str,
     Path(
         pattern=f"^{ID_PATTERN}$",
-        description="The job's id, which is the id of its gamut.",
+        description="Id of the job, which is the id of its gamut.",
         examples=[EXAMPLE_ID],
     ),
     ID,
@@ -47,9 +47,14 @@ _EXAMPLE_EVENT = (
 )
 
 _EVENT_SCHEMA = {
-    "type": "string",
-    "description": "Events of the fields `id`, `event` (`progress` or `finished`) and `data` (the "
-    "job, as JSON), in the event stream format of HTML.",
+    "type": "object",
+    "description": "One event of the stream, by field name.",
+    "properties": {
+        "id": {"type": "string"},
+        "event": {"type": "string", "enum": ["progress", "finished"]},
+        "data": {"type": "string", "description": "The job as JSON."},
+    },
+    "required": ["id", "event", "data"],
 }
 
 
@@ -57,9 +62,9 @@ _EVENT_SCHEMA = {
     "",
     operation_id="listJobs",
     summary="List the jobs",
-    description="Pages through the jobs that are remembered, in the order of their ids; `next` is "
-    "the next page. A finished job is forgotten after a while; its gamut stays. One that succeeded "
-    "is listed until then, even if its gamut was deleted meanwhile.",
+    description="Pages of all stored jobs in the order of their ids. `next` is the next page. "
+    "Finished jobs are removed after some time; their gamuts stay. Until then, a succeeded job is "
+    "listed even if its gamut was deleted.",
     responses={
         200: json_response("A page of jobs.", JobList, {"jobs": [EXAMPLE_JOB], "next": None}),
         **problems("invalid-parameter", "store-unavailable"),
@@ -82,24 +87,24 @@ async def list_jobs(
 @router.get(
     "/{job_id}",
     operation_id="describeJob",
-    summary="Look how far a build is",
-    description="Poll this until the state is `succeeded`, `failed` or `cancelled`, at the pace of "
-    "Retry-After. Every replica answers the same. A job that is forgotten has succeeded if its "
-    "gamut is there.",
+    summary="Describe a build",
+    description="State and progress of a build. Poll until the state is `succeeded`, `failed` or "
+    "`cancelled`, at the interval of Retry-After. Every replica gives the same answer. A removed "
+    "job counts as succeeded if its gamut exists.",
     responses={
         200: json_response(
             "The job.",
             JobDescription,
             EXAMPLE_JOB,
-            {"Retry-After": header("Seconds after which to look again, until it is done.", 1)},
+            {"Retry-After": header("Seconds after which to ask again, until the job ends.", 1)},
         ),
         **problems("job-not-found", "gamut-rebuilding", "invalid-parameter", "store-unavailable"),
     },
 )
 async def describe_job(request: Request, job_id: JobId) -> Response:
-    """Look how far a build is."""
+    """Describe a build."""
     service = service_of(request)
-    document = await _known(service, job_id)
+    document = await _read_job(service, job_id)
     headers = dict(_NO_STORE)
     if not document.final:
         headers["Retry-After"] = str(service.builds.retry_after(document))
@@ -110,10 +115,10 @@ async def describe_job(request: Request, job_id: JobId) -> Response:
     "/{job_id}/events",
     operation_id="followJob",
     summary="Follow a build by server-sent events",
-    description="Events `progress` with the job as it is, now and after every change, and at last "
-    "`finished` with the finished job; then the stream ends. A client that comes back with the "
-    "`Last-Event-ID` of the event `finished` is answered with 204, so that browsers stop asking. "
-    "A service that stops ends its streams; another replica goes on.",
+    description="Events `progress` with the job, now and after every change, then the event "
+    "`finished`, which ends the stream. A client that reconnects with the `Last-Event-ID` of "
+    "`finished` gets 204, so that browsers stop reconnecting. A service that stops ends its "
+    "streams; clients continue at another replica.",
     response_class=StreamingResponse,
     responses={
         200: {
@@ -124,9 +129,9 @@ async def describe_job(request: Request, job_id: JobId) -> Response:
                     "examples": {"event": {"value": _EXAMPLE_EVENT}},
                 }
             },
-            "headers": {"Cache-Control": header("It is about now.", "no-store")},
+            "headers": {"Cache-Control": header("The state changes.", "no-store")},
         },
-        204: {"description": "There is nothing after the event that the client has."},
+        204: {"description": "There is no event after the client's last one."},
         **problems(
             "job-not-found",
             "gamut-rebuilding",
@@ -140,18 +145,18 @@ async def follow_job(
     request: Request,
     job_id: JobId,
     last_event_id: Annotated[
-        str | None, Header(description="The id of the last event that the client has.")
+        str | None, Header(description="Id of the last event that the client received.")
     ] = None,
 ) -> Response:
     """Follow a build by server-sent events."""
     service = service_of(request)
-    document = await _known(service, job_id)
+    document = await _read_job(service, job_id)
     if document.final and last_event_id == event_id(document):
         return Response(status_code=204, headers=_NO_STORE)
     if service.events.full:
-        detail = f"{service.events.count} streams of events are open."
+        detail = f"{service.events.count} event streams are open."
         raise ProblemError(Problem("too-many-streams", detail, headers={"Retry-After": "5"}))
-    # Proxies that collect an answer before they pass it on would make it no stream.
+    # Keeps proxies from buffering the stream.
     headers = {**_NO_STORE, "X-Accel-Buffering": "no"}
     return StreamingResponse(
         _events(service, document, last_event_id), headers=headers, media_type=MEDIA_TYPE
@@ -162,8 +167,8 @@ async def follow_job(
     "/{job_id}",
     operation_id="cancelJob",
     summary="Cancel a build",
-    description="Ends the build, for all who wait for it, and answers with the cancelled job; a "
-    "job that is cancelled already stays so. Posting the data again begins anew.",
+    description="Ends the build for all waiting clients and returns the cancelled job. A cancelled "
+    "job stays cancelled. Posting the data again starts a new build.",
     responses={
         200: json_response("The job, cancelled.", JobDescription, _CANCELLED_JOB),
         **problems(
@@ -180,7 +185,7 @@ async def cancel_job(request: Request, job_id: JobId) -> Response:
     service = service_of(request)
     document = await service.builds.cancel(job_id)
     if document is None or document.state == "succeeded":
-        document = await _known(service, job_id)
+        document = await _read_job(service, job_id)
     if document.state != "cancelled":
         detail = f"The job has {document.state}."
         raise ProblemError(Problem("job-finished", detail, {"state": document.state}))
@@ -206,12 +211,12 @@ def job_document(document: JobDocument) -> dict[str, Any]:
     }
 
 
-async def _known(service: ServiceContainer, job_id: str) -> JobDocument:
-    """Return a job that is remembered, or that must have been if its gamut is there."""
+async def _read_job(service: ServiceContainer, job_id: str) -> JobDocument:
+    """Return a stored job, or the implied job of an existing gamut."""
     document = await service.builds.job(job_id)
     if document is not None and document.state != "succeeded":
         return document
-    # Whether a build has succeeded is for the store to say: the gamut may be deleted by now.
+    # The store decides whether a build has succeeded: the gamut may be deleted.
     try:
         record = await service.library.record(job_id)
     except GamutDamagedError:
@@ -228,11 +233,11 @@ async def _events(
     service: ServiceContainer, document: JobDocument, known: str | None
 ) -> AsyncIterator[bytes]:
     with service.events.one():
-        async for event in stream_of_events(_told(service, document), known):
+        async for event in stream_of_events(_changes(service, document), known):
             yield event
 
 
-async def _told(
+async def _changes(
     service: ServiceContainer, document: JobDocument
 ) -> AsyncIterator[tuple[JobDocument, dict[str, Any]] | None]:
     if document.final:

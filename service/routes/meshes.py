@@ -1,4 +1,4 @@
-"""Meshes: any level of a gamut, in the format that is asked for."""
+"""Routes of meshes: any level of a gamut in the requested format."""
 
 from typing import Annotated, Any
 
@@ -41,14 +41,14 @@ _RESPONSES: dict[int | str, dict[str, Any]] = {
             }
         ),
     },
-    304: {"description": "The client has this content already (If-None-Match)."},
+    304: {"description": "The client has the current content (If-None-Match)."},
 }
 
 Triangles = Annotated[
     int | None,
     Query(
-        description="The most triangles that the mesh may have, from 4 up to the gamut's largest "
-        f"count. Without it and without a limit: {DEFAULT_TRIANGLES}, or all if there are fewer.",
+        description="Largest triangle count, from 4 to the gamut's largest count. Default without "
+        f"an error limit: {DEFAULT_TRIANGLES}, or the full boundary if it is smaller.",
         json_schema_extra={"minimum": 4, "maximum": LARGEST_WHOLE},
         examples=[1000],
     ),
@@ -58,9 +58,9 @@ Triangles = Annotated[
 MaxError = Annotated[
     float | None,
     Query(
-        description="The largest distance from the full boundary that is accepted, of any point of "
-        "either surface, in the space's unit (CIELAB: ΔE). The smallest level that is found to "
-        "keep it is sent; if there is no other, as for 0, the full boundary.",
+        description="Largest distance between the mesh and the full boundary, in both directions, "
+        "in the space's unit (CIELAB: ΔE). The answer is the smallest level that is found to meet "
+        "the limit, or the full boundary.",
         json_schema_extra={"minimum": 0},
         examples=[0.5],
     ),
@@ -70,8 +70,8 @@ MaxError = Annotated[
 MaxMismatch = Annotated[
     float | None,
     Query(
-        description="The largest mismatch that is accepted: volume of the symmetric difference ÷ "
-        "volume of the full boundary. Together with `max_error` both are kept.",
+        description="Largest mismatch: volume of the symmetric difference ÷ volume of the full "
+        "boundary. With `max_error`, both limits are met.",
         json_schema_extra={"minimum": 0},
         examples=[0.001],
     ),
@@ -82,7 +82,7 @@ FormatName = Annotated[
     str | None,
     Query(
         alias="format",
-        description="Format of the mesh; goes before the suffix and before Accept.",
+        description="Format of the mesh. Overrides the suffix and Accept.",
         json_schema_extra={"enum": [*FORMATS, None]},
         examples=["glb"],
     ),
@@ -93,10 +93,10 @@ FormatName = Annotated[
     "/{gamut_id}/mesh",
     operation_id="downloadMesh",
     summary="Download a mesh",
-    description="The gamut's surface with at most as many triangles, or at most as large an error, "
-    "as is asked for, in the coordinates of its colour space. The format is that of `format=`, "
-    "else the one that `Accept` likes best, else `model/gltf-binary`. GLB, glTF and PLY have what "
-    "the device was told to make each vertex, where the data says it.",
+    description="The surface of the gamut with at most the requested triangles or error, in the "
+    "coordinates of its colour space. The format is that of `format=`, else the one that `Accept` "
+    "prefers, else `model/gltf-binary`. GLB, glTF and PLY contain the device values of each "
+    "vertex, if the data has device values.",
     response_class=Response,
     responses={**_RESPONSES, **problems(*_PROBLEMS, "not-acceptable")},
 )
@@ -108,7 +108,7 @@ async def download_mesh(
     max_mismatch: MaxMismatch = None,
     format_name: FormatName = None,
 ) -> Response:
-    """Download a mesh in the format that is negotiated."""
+    """Download a mesh in the negotiated format."""
     if format_name is None:
         accept = ",".join(request.headers.getlist("accept"))
         media_type = preferred_media_type(accept, list(MEDIA_TYPES))
@@ -129,7 +129,7 @@ async def download_mesh(
     "/{gamut_id}/mesh.{suffix}",
     operation_id="downloadMeshFile",
     summary="Download a mesh as a file",
-    description="The same as without the suffix, which names the format; `Accept` has no say.",
+    description="As without the suffix. The suffix selects the format, and `Accept` is ignored.",
     response_class=Response,
     responses={**_RESPONSES, **problems(*_PROBLEMS, "not-found")},
 )
@@ -149,7 +149,7 @@ async def download_mesh_file(
     max_mismatch: MaxMismatch = None,
     format_name: FormatName = None,
 ) -> Response:
-    """Download a mesh in the format that the suffix names."""
+    """Download a mesh in the format of the suffix."""
     if suffix not in SUFFIXES:
         known = ", ".join(f".{suffix}" for suffix in SUFFIXES)
         detail = f"There are no meshes with the suffix .{suffix[:40]}."
@@ -167,9 +167,9 @@ async def _mesh(
         raise ProblemError(
             Problem(
                 "invalid-parameter",
-                "A number of triangles is given together with a limit to the error.",
+                "A triangle count is combined with an error limit.",
                 {"in": "query", "field": "triangles"},
-                "Give either triangles, or max_error, max_mismatch or both of these.",
+                "Give either triangles, or max_error, max_mismatch or both.",
             )
         )
     if format_name not in FORMATS:

@@ -19,7 +19,7 @@ from service.telemetry.metrics_endpoint import (
     counter,
     exposition,
     gauge,
-    labelled,
+    metric_family,
     request_families,
 )
 
@@ -95,7 +95,7 @@ def service_families(service: ServiceContainer) -> Iterator[Metric]:
         {"gamuts": service.library.cache, "meshes": service.meshes.cache, **levels.caches}
     )
     yield from _store_families(service.store)
-    yield labelled(
+    yield metric_family(
         "gauge",
         "gamut_kernels_compiled",
         "Whether a group of kernels is compiled. Builds that need another group wait for it.",
@@ -109,7 +109,7 @@ def service_families(service: ServiceContainer) -> Iterator[Metric]:
         yield gauge(
             "gamut_ready", "Whether the last answer of /readyz was ready.", int(ready.ready)
         )
-        yield labelled(
+        yield metric_family(
             "gauge",
             "gamut_probe_ok",
             "Whether a probe of /readyz was ok.",
@@ -139,7 +139,7 @@ def _cache_families(caches: dict[str, ByteBoundedCache[Any, Any]]) -> Iterator[M
         ("gauge", "gamut_cache_capacity_bytes", "capacity", "Largest memory of the values."),
     ):
         samples = [({"cache": cache}, getattr(caches[cache], attribute)) for cache in caches]
-        yield labelled(kind, name, meaning, samples)
+        yield metric_family(kind, name, meaning, samples)
 
 
 def _store_families(store: GamutStore) -> Iterator[Metric]:

@@ -1,6 +1,6 @@
-"""Pages for people: the landing page, and one page per kind of problem.
+"""Routes of HTML pages: the landing page and one page per kind of problem.
 
-All are there as JSON as well, for who asks for it with ``Accept``.
+All are also available as JSON, by ``Accept``.
 """
 
 import json
@@ -29,24 +29,24 @@ _NO_STORE = {"Cache-Control": "no-store"}
 
 _INTRODUCTION = (
     "<p>Send the measurements or the ICC profile of a display, a press or any other device, a "
-    "picture or a gamut mesh; get the surface of its gamut with as many triangles as you ask for."
+    "picture or a gamut mesh, and get the surface of its gamut with any number of triangles."
     "</p>\n"
 )
 
 _LINKS = {
-    "/docs": "All operations, to be tried out",
-    "/openapi.json": "The same for programs (OpenAPI)",
-    "/v1/gamuts": "The gamuts that are here",
-    "/problems": "The problems that can be reported",
-    "/metrics": "Figures for Prometheus",
-    "/readyz": "Whether the service is ready",
-    "/livez": "Whether the process lives",
+    "/docs": "All operations, interactive",
+    "/openapi.json": "OpenAPI document",
+    "/v1/gamuts": "Stored gamuts",
+    "/problems": "Kinds of problems",
+    "/metrics": "Metrics for Prometheus",
+    "/readyz": "Readiness",
+    "/livez": "Liveness",
 }
 
 
 @router.get("/")
 async def landing(request: Request) -> Response:
-    """Show what the service is, its state, and where to go."""
+    """Show the service, its state and its links."""
     service = service_of(request)
     report = await service.readiness.report()
     if _wants_json(request):
@@ -56,7 +56,7 @@ async def landing(request: Request) -> Response:
     return page(
         "Gamut boundary service",
         f'{_INTRODUCTION}<pre tabindex="0"><code>{escape(example)}</code></pre>\n'
-        f"<h2>State</h2>\n{_state(service, report)}\n<h2>Where to go</h2>\n<ul>\n{links}</ul>",
+        f"<h2>State</h2>\n{_state(service, report)}\n<h2>Links</h2>\n<ul>\n{links}</ul>",
         home=False,
         headers=_NO_STORE,
     )
@@ -81,10 +81,10 @@ async def problem_list(request: Request) -> Response:
     shown = page(
         "Problems",
         "<p>Every error is a document of the type <code>application/problem+json</code> "
-        "(RFC 9457), with one of these codes, which never change their meaning. Its "
-        "<code>detail</code> says what was wrong, <code>where</code> at which place, and "
-        "<code>remedy</code> what would be right.</p>\n"
-        + table("Codes, by HTTP status", ("code", "status", "what is wrong"), rows),
+        "(RFC 9457) with one of these codes. The meaning of a code never changes. "
+        "<code>detail</code> describes the fault, <code>where</code> names the place, and "
+        "<code>remedy</code> the correction.</p>\n"
+        + table("Codes, by HTTP status", ("code", "status", "problem"), rows),
         headers=_NO_CACHE,
     )
     return conditional(shown, request.headers)
@@ -96,7 +96,7 @@ async def problem_page(request: Request, code: Annotated[str, Path()]) -> Respon
     kind = KINDS.get(code)
     if kind is None:
         detail = f"There is no problem named {code[:80]}."
-        raise ProblemError(Problem("not-found", detail, remedy="They are listed at /problems."))
+        raise ProblemError(Problem("not-found", detail, remedy="/problems lists all codes."))
     if _wants_json(request):
         answer = JsonResponse(_kind_document(kind), headers=_json_headers(_NO_CACHE))
         return conditional(answer, request.headers)
@@ -107,10 +107,10 @@ async def problem_page(request: Request, code: Annotated[str, Path()]) -> Respon
             (
                 ("code", f"<code>{kind.code}</code>"),
                 ("HTTP status", str(kind.status)),
-                ("what to do", escape(kind.remedy)),
+                ("remedy", escape(kind.remedy)),
             )
         )
-        + f'\n<h2>For example</h2>\n<pre tabindex="0"><code>{escape(example)}</code></pre>\n'
+        + f'\n<h2>Example</h2>\n<pre tabindex="0"><code>{escape(example)}</code></pre>\n'
         f"<p>{link('/problems', 'All problems')}</p>",
         headers=_NO_CACHE,
     )
@@ -157,7 +157,7 @@ def _state(service: ServiceContainer, report: Report) -> str:
         )
         for probe in report.probes
     ]
-    return f"{overview}\n{table('What was found just now', ('part', 'state', 'detail'), rows)}"
+    return f"{overview}\n{table('Probes', ('part', 'state', 'detail'), rows)}"
 
 
 def _example(kind: Kind) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Lists in pages: every one of them is asked for, cut and linked in this way."""
+"""Paging of lists: parameters, page boundaries and links."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Limit = Annotated[
     int,
     Query(
         ge=1,
-        description="Entries on a page at most; the service has a limit as well.",
+        description="Largest number of entries on a page. The service has a limit of its own.",
         json_schema_extra={"maximum": LARGEST_WHOLE},
     ),
     POSITIVE_NUMBER,
@@ -29,7 +29,7 @@ After = Annotated[
     str,
     Query(
         pattern=f"^({ID_PATTERN})?$",
-        description="Id of the last entry of the page before.",
+        description="Id of the last entry of the previous page.",
         examples=[EXAMPLE_ID],
     ),
     ID_OR_NOTHING,
@@ -53,20 +53,20 @@ def page_of(
     Parameters
     ----------
     found : sequence
-        What there is after the page before: one more than `limit` tells that there is a next one.
+        Entries after the previous page. One more than `limit` means that there is a next page.
     limit : int
-        How many are shown at most.
+        Largest number of entries on the page.
     path : str
-        The path of the list.
+        Path of the list.
 
     Returns
     -------
     shown : sequence
-        What is on the page.
+        Entries on the page.
     following : str or None
-        The path and query of the next one, if there is more.
+        Path and query of the next page, if there is one.
     headers : dict
-        The ``Link`` to that one (RFC 8288).
+        The ``Link`` to the next page (RFC 8288).
     """
     shown = found[:limit]
     if len(found) <= limit:

@@ -1,4 +1,4 @@
-"""Whether the service lives and whether it is ready, for load balancers and people."""
+"""Routes of liveness and readiness."""
 
 from fastapi import APIRouter, Request
 from fastapi.responses import PlainTextResponse, Response
@@ -19,43 +19,43 @@ _NO_STORE = {"Cache-Control": "no-store"}
 @router.get(
     "/livez",
     operation_id="live",
-    summary="Tell whether the process lives",
-    description="Answers at once whatever the service does; touches neither disk nor workers.",
+    summary="Check that the process is alive",
+    description="Answers at once, without access to the disk or the workers.",
     response_class=PlainTextResponse,
     responses={
         200: {
-            "description": "It lives.",
+            "description": "The process is alive.",
             "content": {"text/plain": {"examples": {"example": {"value": "live\n"}}}},
-            "headers": {"Cache-Control": header("It is about now.", "no-store")},
+            "headers": {"Cache-Control": header("The state changes.", "no-store")},
         },
         **problems(guarded=False),
     },
 )
 async def live() -> Response:
-    """Tell whether the process lives."""
+    """Check that the process is alive."""
     return PlainTextResponse("live\n", headers=_NO_STORE)
 
 
 @router.get(
     "/readyz",
     operation_id="ready",
-    summary="Tell whether the service is ready",
+    summary="Check that the service is ready",
     description="Ready once every build worker is warm and the kernels are loaded, and as long as "
-    "the store can be written. Each probe says what it found: `failed` makes the service not "
-    "ready; `degraded` says what is wrong without sending requests elsewhere, such as a full "
-    "queue, or a worker that is started anew.",
+    "the store can be written. Each probe has a status: `failed` makes the service not "
+    "ready; `degraded` reports a fault that other replicas share, such as a full "
+    "queue, or a worker that restarts.",
     responses={
         200: json_response(
-            "It is ready.",
+            "The service is ready.",
             Readiness,
             EXAMPLE_READINESS,
-            {"Cache-Control": header("It is about now.", "no-store")},
+            {"Cache-Control": header("The state changes.", "no-store")},
         ),
         **problems("not-ready", guarded=False),
     },
 )
 async def ready(request: Request) -> Response:
-    """Tell whether the service is ready."""
+    """Check that the service is ready."""
     service = service_of(request)
     report = await service.readiness.report()
     state = readiness(service, report)

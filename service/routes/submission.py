@@ -1,10 +1,9 @@
-"""Reads the body of ``POST /v1/gamuts``: characterisation data and options, in one of two forms.
+"""Reads the body of ``POST /v1/gamuts``: characterisation data and options.
 
-``multipart/form-data`` has the part ``file``. Options are members of the part ``options`` (JSON),
-form fields of their own, or both.
-``application/json`` is an object whose member ``options`` is taken out; the rest is the
-characterisation itself, written down canonically (sorted members, no white space), so that the same
-samples give the same gamut id.
+``multipart/form-data`` has the part ``file`` and optionally ``options`` (JSON).
+``application/json`` is an object; its member ``options`` is removed, and the rest is the
+characterisation. It is serialised canonically (sorted members, no white space), so the same samples
+give the same gamut id.
 """
 
 from __future__ import annotations
@@ -21,9 +20,9 @@ from starlette.datastructures import FormData, UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
 
 from gamutcore.characterisation.json_samples import MAX_JSON_SAMPLES, json_samples
+from gamutcore.errors import OptionError
 from gamutcore.gamut import Options, gamut_id
-from gamutcore.option_types import near_match
-from gamutcore.options import OPTIONS, find_option, option_value
+from gamutcore.options import option_name, option_value
 from service.problems.problem import Problem, ProblemError
 from service.telemetry.server_timing import timed
 
@@ -38,29 +37,29 @@ if TYPE_CHECKING:
 __all__ = ["Submission", "submission"]
 
 _MOST_VALUES = 8_000_000
-"""Values in a JSON body at most: decoded, each takes up to 32 bytes."""
+"""Largest number of values in a JSON body. A decoded value takes up to 32 bytes."""
 
 _OPTIONS_BYTES = 64 * 1024
-"""Size of the part ``options``: a hundred times what all options take."""
+"""Largest size of the part ``options``, a hundred times that of all options."""
 
 _PARTS = ("file", "options")
 """Parts of a form besides the fields of single options."""
 
 _CHECKED_BYTES = 16 * 1024
-"""Inline samples up to this size are read at once, which takes a millisecond, and not by the build
-alone: so those who do not wait for it are told as well what is wrong."""
+"""Inline samples up to this size are validated before the answer, in about a millisecond. So
+clients that do not wait for the build also get errors."""
 
 
 @dataclass(frozen=True)
 class Submission:
-    """What a client wants to have built.
+    """A validated request to build a gamut.
 
     Attributes
     ----------
     data : bytes
-        The characterisation, in any format that `gamutcore` reads.
+        Characterisation data in any format of `gamutcore`.
     options : Options
-        Checked, with explicit defaults.
+        With explicit defaults.
     sha256 : str
         SHA-256 of the data, hexadecimal.
     """
@@ -83,14 +82,13 @@ _Read: TypeAlias = "Callable[[UploadFile | str], Awaitable[bytes]]"
 
 
 class _Parser(MultiPartParser):
-    """Starlette's parser, with files that grow on the disk of the store and have no name there.
+    """Starlette's parser with unnamed temporary files in the store's directory.
 
-    A body that never ends, or is refused at last, so takes no memory; /tmp may be read-only, or in
-    memory itself.
+    Large bodies therefore take no memory. /tmp may be read-only, or in memory.
     """
 
     spool_max_size = 1024 * 1024
-    """Bytes of a file that are kept in memory."""
+    """Bytes of a file that stay in memory."""
 
     scratch: Path
 
@@ -109,51 +107,51 @@ class _Parser(MultiPartParser):
 async def submission(
     request: Request, settings: Settings, scratch: Path, large: asyncio.Semaphore
 ) -> AsyncIterator[Submission]:
-    """Give the characterisation and options in a request, for as long as they are needed.
+    """Yield the characterisation data and the options of a request.
 
     Parameters
     ----------
     request : Request
     settings : Settings
     scratch : Path
-        Directory where large files may be while they arrive.
+        Directory of temporary files.
     large : Semaphore
-        Held from when a large file is read into memory until its data is needed no more: any number
-        of clients may send large files at the same time, but few have them in memory.
+        Held while a large file is in memory. Many clients may send large files at once, but few
+        files are in memory.
 
     Raises
     ------
     ProblemError
         The media type, the syntax or the parts of the body are not accepted.
     OptionError
-        An option is unknown or has a value that is not accepted.
+        An option is unknown or has an invalid value.
     GamutError
-        A few samples in the body are none; of many, and of files, the build tells.
+        A few inline samples are invalid. Large data is validated by the build.
     """
     async with contextlib.AsyncExitStack() as held:
 
         async def read(file: UploadFile | str) -> bytes:
             if isinstance(file, UploadFile) and (file.size or 0) > _Parser.spool_max_size:
                 await held.enter_async_context(large)
-            return await _content(file)
+            return await _read_part(file)
 
         with timed("body"):
-            posted = await _submission(request, settings, scratch, read)
+            posted = await _read_submission(request, settings, scratch, read)
         yield posted
 
 
-async def _submission(
+async def _read_submission(
     request: Request, settings: Settings, scratch: Path, read: _Read
 ) -> Submission:
     coding = request.headers.get("content-encoding", "").strip().lower()
     if coding not in {"", "identity"}:
-        detail = f"The body is in the content coding {coding[:40]!r}."
+        detail = f"The body has the content coding {coding[:40]!r}."
         raise ProblemError(
             Problem(
                 "unsupported-media-type",
                 detail,
                 {"header": "Content-Encoding"},
-                "Send the body as it is.",
+                "Send the body without a content coding.",
                 {"Accept-Encoding": "identity"},  # RFC 9110, 12.5.3
             )
         )
@@ -164,16 +162,16 @@ async def _submission(
         body = await _inline_body(request, settings.max_inline_bytes)
         data, pairs = await asyncio.to_thread(_inline, body)
     else:
-        detail = f"The body is {media_type[:100] or 'of no stated media type'}."
+        detail = f"The media type of the body is {media_type[:100] or 'not given'}."
         raise ProblemError(Problem("unsupported-media-type", detail, {"header": "Content-Type"}))
     options = Options.from_pairs(pairs)
     if options.surface_samples > settings.max_surface_samples:
         raise ProblemError(
             Problem(
                 "invalid-option",
-                f"surface_samples is {options.surface_samples}, more than this service accepts.",
+                f"surface_samples is {options.surface_samples}, over the limit of this service.",
                 {"field": "surface_samples"},
-                f"Ask for at most {settings.max_surface_samples}.",
+                f"Give at most {settings.max_surface_samples}.",
             )
         )
     if media_type == "application/json" and len(data) <= _CHECKED_BYTES:
@@ -184,7 +182,7 @@ async def _submission(
 
 
 async def _inline_body(request: Request, limit: int) -> bytes:
-    """Return a body that is small enough to be decoded while others wait."""
+    """Return a body that is small enough to be decoded on the event loop."""
     body = bytearray()
     async for chunk in request.stream():
         body += chunk
@@ -221,73 +219,67 @@ async def _multipart(
                     "body-too-large",
                     f"The form is too large: {error.message}",
                     {"limit": most_parts if error.message[0] == "T" else _OPTIONS_BYTES},
-                    "Send the data as a part `file` with a file name, and options as fields.",
+                    "Send the part `file` and, optionally, the part `options`.",
                 )
             ) from error
         raise ProblemError(
             Problem("malformed-body", f"The multipart body cannot be parsed: {error.message}")
         ) from error
     try:
-        return await _parts(form, read)
+        parts = form.multi_items()
+        for name in ("file", "options"):
+            if sum(part == name for part, _ in parts) > 1:
+                _refuse(f"There is more than one part named {name}.", name)
+        fields = [(name, part) for name, part in parts if name not in {"file", "options"}]
+        file = form.get("file")
+        if file is None:
+            _refuse("There is no part named file.", "file")
+        options = form.get("options", "{}")
+        if isinstance(options, UploadFile) and (options.size or 0) > _OPTIONS_BYTES:
+            _refuse(f"The options are larger than {_OPTIONS_BYTES} bytes.", "options")
+        mapping = _options(_parse_json(await _read_part(options), "options"))
+        for given, part in fields:
+            name, value = _option_field(given, part)
+            if name in mapping:
+                _refuse(f"The option {name} is given twice.", name)
+            mapping[name] = value
+        return await read(file), mapping
     finally:
         await form.close()
 
 
-async def _parts(form: FormData, read: _Read) -> tuple[bytes, _Pairs]:
-    """Return the file and the options of a form."""
-    parts = form.multi_items()
-    for name, part in parts:
-        if name not in _PARTS and find_option(name) is None:
-            _refuse_part(name)
-        large = isinstance(part, UploadFile) and (part.size or 0) > _OPTIONS_BYTES
-        if large and name != "file":
-            _refuse(f"The part {name} is larger than {_OPTIONS_BYTES} bytes.", name)
-    for name in _PARTS:
-        if sum(part == name for part, _ in parts) > 1:
-            _refuse(f"There is more than one part named {name}.", name)
-    if "file" not in form:
-        _refuse("There is no part named file.", "file")
-    pairs = _options(_decoded(await _content(form.get("options", "{}")), "options"))
-    for name, part in parts:
-        if name not in _PARTS:
-            text = (await _content(part)).decode(errors="replace")
-            pairs.append((name, option_value(name, text)))
-    return await read(form["file"]), pairs
+def _option_field(given: str, part: UploadFile | str) -> tuple[str, object]:
+    """Return the name and the value of an option that is a form field of its own."""
+    try:
+        name = option_name(given)
+    except OptionError as error:
+        detail = f"There is a part named {given[:80]!r}."
+        remedy = f"Parts are file, options, and options by their names. {error.remedy}"
+        problem = Problem("invalid-body", detail, {"field": given[:80]}, remedy)
+        raise ProblemError(problem) from error
+    if isinstance(part, UploadFile):
+        _refuse(f"The part {name} is a file.", name)
+    return name, option_value(name, part)
 
 
-def _refuse_part(name: str) -> NoReturn:
-    known = (*_PARTS, *OPTIONS)
-    meant = near_match(name, known)
-    remedy = f"Did you mean {meant}? " if meant else ""
-    raise ProblemError(
-        Problem(
-            "invalid-body",
-            f"There is neither a part nor an option named {name[:80]!r}.",
-            {"field": name[:80]},
-            f"{remedy}A form has the part file and options: as fields of their own or, as JSON, in "
-            f"the part options. Options are {', '.join(OPTIONS)}.",
-        )
-    )
-
-
-async def _content(part: UploadFile | str) -> bytes:
+async def _read_part(part: UploadFile | str) -> bytes:
     return await part.read() if isinstance(part, UploadFile) else part.encode()
 
 
-def _inline(body: bytes) -> tuple[bytes, _Pairs]:
-    document = _decoded(body)
+def _inline(body: bytes) -> tuple[bytes, dict[str, Any]]:
+    document = _parse_json(body)
     if not isinstance(document, dict):
         _refuse("The JSON is not an object.", "samples")
     if "samples" not in document:
         _refuse("The JSON object has no member samples.", "samples")
     pairs = _options(document.pop("options", {}))
     for name in document:
-        if name in OPTIONS:
-            # It would be taken for a condition of the measurement, and the option for its default.
-            detail = f"The option {name} stands beside `options` and not in it."
+        if name in _OPTION_NAMES:
+            # It would count as a measurement condition, and the option would keep its default.
+            detail = f"The option {name} is beside `options`, not inside."
             remedy = (
-                f'Send it as in {{"samples": [...], "options": {{"{name}": ...}}}}; a condition of '
-                "the measurement that has this name, in `conditions`."
+                f'Send {{"samples": [...], "options": {{"{name}": ...}}}}. Send a measurement '
+                "condition of this name in `conditions`."
             )
             raise ProblemError(Problem("invalid-body", detail, {"field": name}, remedy))
     try:
@@ -295,8 +287,8 @@ def _inline(body: bytes) -> tuple[bytes, _Pairs]:
             document, sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=False
         )
     except ValueError as error:
-        # 1e999 is a number in JSON, and infinite once it is read.
-        problem = Problem("malformed-body", "The JSON holds a number that is out of range.")
+        # 1e999 is valid JSON, but infinite as a double.
+        problem = Problem("malformed-body", "A number in the JSON is out of range.")
         raise ProblemError(problem) from error
     return canonical.encode(), pairs
 
@@ -309,21 +301,21 @@ def _options(mapping: object) -> _Pairs:
             "invalid-option",
             "The options are not a JSON object.",
             {"field": "options"},
-            'Send them as in {"gamma": 0.2}.',
+            'Send an object such as {"gamma": 0.2}.',
         )
     )
 
 
-def _decoded(text: bytes, part: str | None = None) -> Any:  # noqa: ANN401 - JSON before its shape is known
+def _parse_json(text: bytes, part: str | None = None) -> Any:  # noqa: ANN401 - JSON before its shape is known
     place: dict[str, Any] = {} if part is None else {"field": part}
-    # Decoding makes an object of two or three bytes, so their number is bounded before.
+    # Decoding makes an object of two or three bytes, so the number is limited before.
     structures = text.count(b"[") + text.count(b"{")
     if structures > MAX_JSON_SAMPLES + 100 or text.count(b",") > _MOST_VALUES:
-        detail = f"The JSON is larger than {MAX_JSON_SAMPLES} samples need."
+        detail = f"The JSON has more than {MAX_JSON_SAMPLES} samples."
         raise ProblemError(Problem("too-many-samples", detail, place))
     try:
         return json.loads(
-            text.decode(), parse_constant=_refuse_constant, object_pairs_hook=_unrepeated
+            text.decode(), parse_constant=_refuse_constant, object_pairs_hook=_unique_members
         )
     except json.JSONDecodeError as error:
         where = {**place, "line": error.lineno, "column": error.colno}
@@ -332,15 +324,15 @@ def _decoded(text: bytes, part: str | None = None) -> Any:  # noqa: ANN401 - JSO
         where = {**place, "byte": error.start}
         problem = Problem("malformed-body", "The JSON is not UTF-8.", where)
     except (ValueError, RecursionError):
-        detail = "The JSON is nested too deeply, or has a number that is out of range."
+        detail = "The JSON is nested too deeply, or a number is out of range."
         problem = Problem("malformed-body", detail, place)
     raise ProblemError(problem)
 
 
-def _unrepeated(members: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return an object, refusing names that come twice, as RFC 7493 (I-JSON), 2.3 does.
+def _unique_members(members: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return an object; refuse repeated names, as RFC 7493 (I-JSON), section 2.3.
 
-    Which of two values was meant is not ours to say, and the gamut's id would hide the choice.
+    The service cannot know which value was intended.
     """
     found = dict(members)
     if len(found) < len(members):

@@ -1,7 +1,7 @@
-"""The API's documentation to be tried out: Swagger UI, whose files are part of the service.
+"""Routes of the interactive documentation: Swagger UI from files of the package.
 
-Nothing of it comes from another origin, and its content security policy lets nothing in from there.
-The addresses of the files hold Swagger UI's version, so they may be cached for ever.
+Nothing is loaded from another origin, and the content security policy enforces that. The addresses
+contain Swagger UI's version, so they are cached for ever. See ``docs/decisions/swagger-ui.md``.
 """
 
 import asyncio
@@ -26,22 +26,22 @@ __all__ = ["MEDIA_TYPES", "VERSION", "router"]
 router = APIRouter(include_in_schema=False)
 
 VERSION = "5.35.0"
-"""Of the npm package that the files come from; beside them is where they are from."""
+"""Version of the npm package. Its origin is noted beside the files."""
 
 MEDIA_TYPES = {
     "swagger-ui.css": "text/css; charset=utf-8",
     "swagger-ui-bundle.js": "text/javascript; charset=utf-8",
-    # The bundle's first line says that it lies beside it.
+    # The first line of the bundle refers to this file.
     "swagger-ui-bundle.js.LICENSE.txt": "text/plain; charset=utf-8",
 }
-"""The files that are served, and what they are."""
+"""Served files and their media types."""
 
 _FILES = files("service") / "static" / "swagger-ui"
 
 
 @router.get("/docs")
 async def documentation(request: Request) -> Response:
-    """Show all operations, to be tried out."""
+    """Show all operations, interactive."""
     root = request.scope.get("root_path", "").rstrip("/")
     swagger = get_swagger_ui_html(
         openapi_url=f"{root}/openapi.json",
@@ -49,7 +49,7 @@ async def documentation(request: Request) -> Response:
         swagger_js_url=f"{root}/docs/{VERSION}/swagger-ui-bundle.js",
         swagger_css_url=f"{root}/docs/{VERSION}/swagger-ui.css",
         swagger_favicon_url="data:,",
-        # By default somebody else's server would be asked whether the document is valid.
+        # By default, a foreign server would validate the document.
         swagger_ui_parameters={"validatorUrl": None},
     )
     text = bytes(swagger.body).decode()
@@ -60,7 +60,7 @@ async def documentation(request: Request) -> Response:
     )
     policy = (
         f"default-src 'none'; script-src 'self' {digests}; connect-src 'self'; "
-        # Swagger UI sets styles of elements, and has its pictures in them.
+        # Swagger UI sets inline styles and uses data: images.
         "style-src 'self' 'unsafe-inline'; img-src 'self' data:; "
         "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     )
@@ -85,9 +85,9 @@ async def openapi(request: Request) -> Response:
 async def documentation_file(
     request: Request, version: Annotated[str, Path()], name: Annotated[str, Path()]
 ) -> Response:
-    """Return a file that the page is made of."""
+    """Return a file of Swagger UI."""
     if version != VERSION or name not in MEDIA_TYPES:
-        detail = "There is no such file of the documentation."
+        detail = "The documentation has no such file."
         raise ProblemError(Problem("not-found", detail, remedy="The documentation is at /docs."))
     accepted = ",".join(request.headers.getlist("accept-encoding"))
     coding = preferred_coding(accepted.encode("latin-1"))
@@ -104,7 +104,7 @@ async def documentation_file(
 
 @functools.cache
 def _content(name: str, coding: str) -> tuple[bytes, str]:
-    """Return a file in a coding, and the entity tag of that; kept, 3 MB in all."""
+    """Return a file in a coding with its entity tag. The cache holds 3 MB in total."""
     content = (_FILES / name).read_bytes()
     if coding != IDENTITY:
         content = compress(content, coding)

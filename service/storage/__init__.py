@@ -1,1 +1,1 @@
-"""Where gamuts, inputs and jobs are kept: a local directory, or a bucket at S3, GCS or Azure."""
+"""Storage of gamuts, inputs and jobs: a local directory, or a bucket at S3, GCS or Azure."""

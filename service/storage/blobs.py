@@ -1,24 +1,22 @@
-"""What all storage can do: blobs with names, created exclusively, replaced by compare-and-swap.
+"""The storage interface: named blobs, created exclusively, replaced by compare-and-swap.
 
-`service.storage.local.LocalBlobs` keeps them in a directory, `service.storage.cloud.CloudBlobs` in
-a bucket. Both promise the same:
+`service.storage.local.LocalBlobs` uses a directory, `service.storage.cloud.CloudBlobs` a bucket.
+Both guarantee:
 
-- what `create` and `replace` have returned from is durable and seen by every later call of
-  everybody;
-- of any number of simultaneous `create` calls for one key exactly one returns a version, and of any
-  number of `replace` calls with one version as well;
-- a reader sees a blob whole or not at all.
+- After `create` or `replace` has returned, the content is durable and visible to all callers.
+- Of simultaneous `create` calls for one key, exactly one returns a version. The same holds for
+  simultaneous `replace` calls with one version.
+- A reader sees a whole blob or none.
 
-Neither promises that bytes are still the ones that were written: disks and networks flip them.
-Whoever keeps a blob says so in it, by `seal`, or beside it.
+Neither detects bit errors of disks and networks. Content that must be verified carries a digest
+(`seal`).
 
-All methods block: the event loop calls them in threads, which they are safe for.
+All methods block and are thread-safe. The event loop calls them in threads.
 """
 
 from __future__ import annotations
 
 import errno
-import hashlib
 from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
 
 if TYPE_CHECKING:
@@ -35,8 +33,6 @@ __all__ = [
     "Content",
     "StoreFullError",
     "StoreUnavailableError",
-    "seal",
-    "unseal",
 ]
 
 
@@ -45,13 +41,13 @@ class BlobNotFoundError(LookupError):
 
 
 class BlobDamagedError(ValueError):
-    """The bytes of a blob are not those that were seal."""
+    """The bytes of a blob do not match their digest."""
 
 
 class StoreFullError(OSError):
-    """There is no room for a new blob, and nothing that may be evicted for it.
+    """There is no space for a new blob, and nothing can be evicted.
 
-    Its error number is ``ENOSPC``, so that it is handled like a full disk.
+    The error number is ``ENOSPC``, so it is handled like a full disk.
     """
 
     def __init__(self, message: str = "the store is full") -> None:
@@ -59,22 +55,22 @@ class StoreFullError(OSError):
 
 
 class StoreUnavailableError(Exception):
-    """The storage cannot be reached or refuses to work; it may again in a while.
+    """The storage cannot be reached or refuses to work; it may recover.
 
-    The message holds no address and no credentials: it may be shown to a client.
+    The message contains no address and no credentials, so clients may see it.
     """
 
 
 class Blob(NamedTuple):
-    """A blob as it was read.
+    """A blob that was read.
 
     Attributes
     ----------
     data : bytes
-        Its content.
+        The content.
     version : str
-        Stands for this content under this key: another content has another version. What was
-        written back to an earlier content may have its version again, as with the e-tags of S3.
+        Identifies the content under this key. Equal content may have an equal version, as with the
+        e-tags of S3.
     """
 
     data: bytes
@@ -82,40 +78,35 @@ class Blob(NamedTuple):
 
 
 UNVERSIONED = ""
-"""Version of a new blob of pieces or of a file. Such blobs are large and never replaced, so a local
-store does not hash them."""
+"""Version of a new blob made of pieces or a file. Such blobs are large and never replaced, so a
+local store does not hash them."""
 
 Content: TypeAlias = "bytes | list[bytes] | Path"
-"""What a new blob is made of: large inputs come in pieces, results of other processes as files."""
+"""Content of a new blob: bytes, pieces of a large input, or a file of another process."""
 
 
 class Blobs(Protocol):
     """Storage of named blobs.
 
-    Keys are relative paths of lower-case letters, digits, ``.``, ``-`` and ``_``, parted by ``/``.
-    Every method may raise `StoreUnavailableError`, and a local one `OSError`.
-
-    Attributes
-    ----------
-    remote : bool
-        Whether a call crosses a network, so that callers save calls.
+    Keys are relative paths of lower-case letters, digits, ``.``, ``-`` and ``_``, separated by
+    ``/``. Every method may raise `StoreUnavailableError`, and a local one `OSError`.
     """
 
     @property
     def remote(self) -> bool:
-        """Whether a call crosses a network, so that callers save calls."""
+        """Whether calls cross a network, so that callers should save calls."""
 
     def open(self) -> None:
-        """Lock the directory and sweep it, or prove that the bucket can be reached."""
+        """Lock and sweep the directory, or check that the bucket can be reached."""
 
     def close(self) -> None:
-        """Give the storage up."""
+        """Close the storage."""
 
     def read(self, key: str) -> Blob:
-        """Return a blob; `BlobNotFoundError` if there is none."""
+        """Return a blob; raises `BlobNotFoundError` if there is none."""
 
     def stream(self, key: str) -> BinaryIO:
-        """Return a blob as a seekable file, which a later delete leaves alone.
+        """Return a blob as a seekable file, which survives a later delete.
 
         Raises
         ------
@@ -124,7 +115,7 @@ class Blobs(Protocol):
         """
 
     def size(self, key: str) -> int:
-        """Return a blob's size in bytes; `BlobNotFoundError` if there is none."""
+        """Return the size of a blob in bytes; raises `BlobNotFoundError` if there is none."""
 
     def create(self, key: str, content: Content) -> str | None:
         """Store a new blob.
@@ -132,78 +123,51 @@ class Blobs(Protocol):
         Parameters
         ----------
         key : str
-            Its name.
+            The name.
         content : bytes, list of bytes, or Path
-            Its content; pieces follow each other; a file is one of `scratch`, and consumed
-            whatever happens.
+            The content. Pieces are concatenated. A file must come from `scratch`, and is always
+            consumed.
 
         Returns
         -------
         str or None
-            The new blob's version, which may be `UNVERSIONED` unless the content is bytes. None
-            if there is a blob of this key, which stays as it is.
+            The version, which may be `UNVERSIONED` unless the content is bytes. None if the key
+            exists; the existing blob is not changed.
 
         Raises
         ------
         StoreFullError
-            There is no room for it.
+            There is no space.
         """
 
     def replace(self, key: str, data: bytes, version: str) -> str | None:
-        """Store another content if the present one has this version (compare-and-swap).
+        """Replace the content if it has this version (compare-and-swap).
 
         Returns
         -------
         str or None
-            The new version. None if the blob has another version by now, or is gone.
+            The new version. None if the blob has another version or is gone.
         """
 
     def delete(self, key: str) -> bool:
-        """Remove a blob; whether there was one, as far as that can be told."""
+        """Remove a blob; return whether there was one, as far as the storage reports it."""
 
     def move(self, key: str, to: str) -> bool:
-        """Give a blob another, unused key; whether there was one. Not atomic in a bucket."""
+        """Rename a blob to an unused key; return whether there was one. Not atomic in a bucket."""
 
     def keys(self, prefix: str, after: str = "") -> Iterator[str]:
-        """Iterate over the keys that begin with `prefix` and follow `after`, in their order.
+        """Iterate over the keys with a prefix, after the key `after`, in their order.
 
         Parameters
         ----------
         prefix : str
             Ends with ``/``, or is empty.
         after : str
-            The last key that is not wanted.
+            Last key that is skipped.
         """
 
     def scratch(self, suffix: str) -> Path:
         """Return the name of a new local file for work in progress.
 
-        For a local store it is on the same file system, so that `create` need not copy it.
+        A local store places it on its own file system, so that `create` need not copy it.
         """
-
-
-def seal(payload: bytes) -> bytes:
-    """Return a payload with its SHA-256 before it: what `unseal` can verify.
-
-    Returns
-    -------
-    bytes
-        64 hexadecimal digits, a line feed, the payload, a line feed.
-    """
-    return b"%b\n%b\n" % (hashlib.sha256(payload).hexdigest().encode(), payload)
-
-
-def unseal(data: bytes) -> bytes:
-    """Return the payload of seal bytes.
-
-    Raises
-    ------
-    BlobDamagedError
-        Anything about them is not as `seal` made it.
-    """
-    digest, payload = data[:65], data[65:-1]
-    expected = hashlib.sha256(payload).hexdigest().encode() + b"\n"
-    if len(data) < 66 or digest != expected or data[-1:] != b"\n":
-        message = "the content does not match its digest"
-        raise BlobDamagedError(message)
-    return payload

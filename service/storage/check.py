@@ -1,7 +1,7 @@
-"""Whether a store keeps the promises that the service relies on, tried out on the store itself.
+"""Store check: tests on the store itself that it keeps the guarantees of `Blobs`.
 
-Every trial writes blobs under a prefix of its own and removes them. What no trial can show (that
-bytes survive a power cut, or what happens when the provider throttles) is listed as not proved.
+Every test writes blobs under a prefix of its own and removes them. Properties that no test can
+show, such as durability in a power cut, are listed as not proved.
 """
 
 from __future__ import annotations
@@ -31,33 +31,33 @@ T = TypeVar("T")
 _WRITERS = 16
 _ROUNDS = 5
 _LARGE = 9 << 20
-"""Bytes: more than one part of a multipart upload would have."""
+"""Size in bytes, more than one part of a multipart upload."""
 
 NOT_PROVED = (
-    "that acknowledged blobs survive a power cut or the loss of a disk or zone",
-    "how the store behaves when it throttles, or when networks are parted",
-    "that it refuses wrong credentials (moto's server does not)",
-    "that no lifecycle rule, retention or versioning policy removes or keeps what it should not",
+    "acknowledged blobs survive a power cut or the loss of a disk or zone",
+    "behaviour under throttling and network partitions",
+    "wrong credentials are refused (moto's server does not refuse them)",
+    "no lifecycle, retention or versioning policy removes or keeps blobs unexpectedly",
 )
-"""What this cannot show, of any store."""
+"""Properties that the check cannot show for any store."""
 
 
 class _RefutedError(Exception):
-    """A promise that was not kept."""
+    """A guarantee does not hold."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What one trial has shown.
+    """Result of one test.
 
     Attributes
     ----------
     promise : str
-        What should be so.
+        The guarantee.
     proved : bool
-        Whether it was.
+        Whether it holds.
     detail : str
-        Figures, or what was seen instead.
+        Figures, or the observed fault.
     """
 
     promise: str
@@ -66,24 +66,24 @@ class Finding:
 
 
 def findings(blobs: Blobs, another: Blobs) -> Iterator[Finding]:
-    """Try a store out, promise by promise.
+    """Test a store, guarantee by guarantee.
 
     Parameters
     ----------
     blobs : Blobs
         The open store.
     another : Blobs
-        The same store as another process sees it, or the same object where it belongs to one.
+        The same store as another process sees it, or the same object if it belongs to one process.
     """
     prefix = f"check/{secrets.token_hex(8)}/"
     trials: list[tuple[str, Callable[[Blobs, Blobs, str], str]]] = [
         (f"of {_WRITERS} simultaneous creators of a blob exactly one succeeds", _exclusive),
         (f"of {_WRITERS} simultaneous replacements of a version exactly one succeeds", _swap),
-        ("an outdated version, or one that is gone, cannot be replaced", _outdated),
-        ("what was written is read by others at once, and whole", _read_after_write),
-        ("a large blob is read back bit by bit", _large),
-        ("what was written is listed by others at once, in order", _listed),
-        ("what was deleted is gone for others at once, and its name is free", _deleted),
+        ("an outdated or deleted version cannot be replaced", _outdated),
+        ("a written blob is visible to others at once and complete", _read_after_write),
+        ("a large blob is read back unchanged", _large),
+        ("written blobs are listed for others at once and in order", _listed),
+        ("a deleted blob is gone for others at once, and its name is free", _deleted),
         ("a blob can be moved", _moved),
     ]
     try:
@@ -101,7 +101,7 @@ def findings(blobs: Blobs, another: Blobs) -> Iterator[Finding]:
 
 
 def report(blobs: Blobs, another: Blobs, output: TextIO) -> int:
-    """Open a store, try it out, write what was found, and return the exit status: 0 or 1.
+    """Open a store, test it, write the results, and return the exit status: 0 or 1.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def report(blobs: Blobs, another: Blobs, output: TextIO) -> int:
     another : Blobs
         See `findings`.
     output : text file
-        Where the findings go.
+        Receives the results.
     """
     with contextlib.ExitStack() as closing:
         try:
@@ -127,14 +127,14 @@ def report(blobs: Blobs, another: Blobs, output: TextIO) -> int:
             verdict = "proved" if finding.proved else "FAILED"
             output.write(f"{verdict}  {finding.promise} ({finding.detail})\n")
     output.writelines(f"not proved  {promise}\n" for promise in NOT_PROVED)
-    output.write("The store will do.\n" if not refuted else "The store will not do.\n")
+    output.write("The store is suitable.\n" if not refuted else "The store is not suitable.\n")
     return 1 if refuted else 0
 
 
 def _exclusive(blobs: Blobs, another: Blobs, prefix: str) -> str:
     for turn in range(_ROUNDS):
         key = f"{prefix}exclusive-{turn}"
-        versions = _at_once(partial(_created, key), blobs, another)
+        versions = _run_simultaneously(partial(_create, key), blobs, another)
         winner = _only_winner(versions)
         _expect(blobs.read(key), (b"%d" % winner, versions[winner]))
     return f"{_ROUNDS} rounds"
@@ -144,7 +144,7 @@ def _swap(blobs: Blobs, another: Blobs, prefix: str) -> str:
     key = f"{prefix}swap"
     version = blobs.create(key, b"first")
     for _ in range(_ROUNDS):
-        versions = _at_once(partial(_replaced, key, version or ""), blobs, another)
+        versions = _run_simultaneously(partial(_replace, key, version or ""), blobs, another)
         winner = _only_winner(versions)
         _expect(blobs.read(key), (b"%d for %b" % (winner, str(version).encode()), versions[winner]))
         version = versions[winner]
@@ -221,15 +221,15 @@ def _moved(blobs: Blobs, another: Blobs, prefix: str) -> str:
     return "one blob"
 
 
-def _created(key: str, store: Blobs, number: int) -> str | None:
+def _create(key: str, store: Blobs, number: int) -> str | None:
     return store.create(key, b"%d" % number)
 
 
-def _replaced(key: str, version: str, store: Blobs, number: int) -> str | None:
+def _replace(key: str, version: str, store: Blobs, number: int) -> str | None:
     return store.replace(key, b"%d for %b" % (number, version.encode()), version)
 
 
-def _at_once(function: Callable[[Blobs, int], T], *stores: Blobs) -> list[T]:
+def _run_simultaneously(function: Callable[[Blobs, int], T], *stores: Blobs) -> list[T]:
     barrier = threading.Barrier(_WRITERS)
 
     def call(number: int) -> T:

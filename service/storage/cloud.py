@@ -1,12 +1,12 @@
 """Blobs as objects of a bucket at S3, Google Cloud Storage or Azure, through obstore.
 
-An object store creates and replaces conditionally (``If-None-Match: *`` and ``If-Match`` at S3 and
-Azure, generations at Google), so any number of processes on any number of machines may share a
-bucket. Credentials and endpoints come from the environment, as obstore reads them
-(``AWS_...``, ``GOOGLE_...``, ``AZURE_...``). Every request has a deadline and a bounded number of
-repetitions. Writes are repeated here and not by obstore, because the repetition of a request that
-was carried out, though its answer was lost, meets its own result. obstore's threads do not survive
-a fork: a process that forks opens its storage afterwards. See ``docs/operations.md``.
+Object stores create and replace conditionally (``If-None-Match: *`` and ``If-Match`` at S3 and
+Azure, generations at Google), so any number of processes may share a bucket. Credentials and
+endpoints come from the environment, as obstore reads them (``AWS_...``, ``GOOGLE_...``,
+``AZURE_...``). Every request has a deadline and a bounded number of retries. Writes are retried
+here and not by obstore, because a retry may meet the result of its own earlier attempt. obstore's
+threads do not survive a fork, so a process must fork before it opens the storage. See
+``docs/operations.md``.
 """
 
 from __future__ import annotations
@@ -59,29 +59,29 @@ _STORES: dict[str, type[S3Store | GCSStore | AzureStore]] = {
 
 _CONNECT_SECONDS = 5
 _REQUEST_SECONDS = 60
-"""For a whole request: 160 MB, the largest input, at 3 MB/s."""
+"""Deadline of a request: 160 MB, the largest input, at 3 MB/s."""
 
 _SILENT_SECONDS = 4
-"""Without a byte of an answer to a read. Stores answer within tenths of a second, and a read that
-is repeated costs nothing; writes answer when everything has arrived, and have the whole time."""
+"""Longest silence during a read. Stores answer within tenths of a second, and reads can be
+repeated. Writes answer after the whole upload and have the full deadline."""
 
 _READ_RETRIES = 3
 _RETRY_SECONDS = 8
-"""After this time from the first attempt there is no further one."""
+"""Time after the first attempt in which retries may start."""
 
 _WRITE_PAUSES = (0.1, 0.5, 2.0)
-"""Seconds before a write is repeated."""
+"""Seconds before each retry of a write."""
 
 _PAGE = 1000
-"""Keys that are listed with one request: the most that S3 gives."""
+"""Number of keys per listing request, the maximum of S3."""
 
 _IN_MEMORY = 8 << 20
-"""Bytes of a downloaded blob beyond which it goes to a scratch file."""
+"""Size in bytes above which a downloaded blob goes to a scratch file."""
 
 _SCRATCH_PREFIX = "gamut-scratch-"
 
 _FINAL = (PermissionDeniedError, UnauthenticatedError, NotSupportedError)
-"""Errors that no repetition mends."""
+"""Errors that a retry cannot fix."""
 
 
 class CloudBlobs:
@@ -90,13 +90,13 @@ class CloudBlobs:
     Parameters
     ----------
     address : str
-        ``s3://bucket/prefix``, ``gs://bucket/prefix`` or ``az://container/prefix``; the prefix
-        may be missing.
+        ``s3://bucket/prefix``, ``gs://bucket/prefix`` or ``az://container/prefix``. The prefix is
+        optional.
 
     Raises
     ------
     ValueError
-        The address is of another form, or the environment lacks what it needs.
+        The address is malformed, or the environment lacks a setting.
     """
 
     remote = True
@@ -110,10 +110,10 @@ class CloudBlobs:
             or parts.query
             or parts.fragment
         ):
-            # Not repeated: it may hold a password.
+            # The message does not repeat the address, which may contain a password.
             message = (
-                "the store's address has to be s3://bucket/prefix, gs://bucket/prefix or "
-                "az://container/prefix; credentials and endpoints come from the environment"
+                "The store's address must be s3://bucket/prefix, gs://bucket/prefix or "
+                "az://container/prefix. Credentials and endpoints come from the environment"
             )
             raise ValueError(message)
         self.address = address
@@ -124,12 +124,12 @@ class CloudBlobs:
         self._lock: IO[bytes] | None = None
 
     def open(self) -> None:
-        """List the bucket: it is there, and may be read. Make a folder for scratch files.
+        """List the bucket to check that it can be read, and make a folder for scratch files.
 
         Raises
         ------
         StoreUnavailableError
-            It cannot be listed.
+            The bucket cannot be listed.
         """
         next(self.keys(""), None)
         self._scratch, self._lock = _scratch_folder()
@@ -142,14 +142,14 @@ class CloudBlobs:
             self._scratch = self._lock = None
 
     def read(self, key: str) -> Blob:
-        """Return a blob; `BlobNotFoundError` if there is none."""
-        with _translated("read", key):
+        """Return a blob; raises `BlobNotFoundError` if there is none."""
+        with _translate_errors("read", key):
             result = obstore.get(self._reading, key)
             return Blob(bytes(result.bytes()), _version(result.meta))
 
     def stream(self, key: str) -> BinaryIO:
-        """Return a blob as a file of its own; `BlobNotFoundError` if there is none."""
-        with contextlib.ExitStack() as closing, _translated("read", key):
+        """Return a copy of a blob as a file; raises `BlobNotFoundError` if there is none."""
+        with contextlib.ExitStack() as closing, _translate_errors("read", key):
             result = obstore.get(self._reading, key)
             file = closing.enter_context(
                 tempfile.SpooledTemporaryFile(_IN_MEMORY, dir=str(self.scratch("").parent))
@@ -157,52 +157,52 @@ class CloudBlobs:
             for chunk in result.stream():
                 file.write(chunk)
             if file.tell() != result.meta["size"]:
-                message = f"{key} was cut short on its way"
+                message = f"{key} was truncated during the download"
                 raise StoreUnavailableError(message)
             file.seek(0)
             closing.pop_all()
             return file  # type: ignore[return-value]
 
     def size(self, key: str) -> int:
-        """Return a blob's size in bytes; `BlobNotFoundError` if there is none."""
-        with _translated("look at", key):
+        """Return the size of a blob in bytes; raises `BlobNotFoundError` if there is none."""
+        with _translate_errors("look at", key):
             return obstore.head(self._reading, key)["size"]
 
     def create(self, key: str, content: Content) -> str | None:
-        """Store a new blob and return its version; None if there is one of this key."""
+        """Store a new blob; see `Blobs.create`."""
         try:
             whole = b"".join(content) if isinstance(content, list) else content
-            return self._written(key, whole, "create")
+            return self._put(key, whole, "create")
         finally:
             if isinstance(content, Path):
                 content.unlink(missing_ok=True)
 
     def replace(self, key: str, data: bytes, version: str) -> str | None:
-        """Store another content if the present one has this version; None if it has not."""
-        return self._written(key, data, json.loads(version))
+        """Replace the content if it has this version; see `Blobs.replace`."""
+        return self._put(key, data, json.loads(version))
 
     def delete(self, key: str) -> bool:
-        """Remove a blob. S3 does not tell whether there was one, so it says yes."""
+        """Remove a blob. S3 does not report whether there was one; the result is then True."""
         try:
-            with _translated("delete", key):
-                _repeated(lambda: obstore.delete(self._writing, key))
+            with _translate_errors("delete", key):
+                _retry(lambda: obstore.delete(self._writing, key))
         except BlobNotFoundError:
             return False
         return True
 
     def move(self, key: str, to: str) -> bool:
-        """Copy a blob to another, unused key and delete it; whether there was one."""
+        """Copy a blob to an unused key and delete it; return whether there was one."""
         try:
-            with _translated("move", key):
-                _repeated(lambda: obstore.copy(self._writing, key, to, overwrite=True))
+            with _translate_errors("move", key):
+                _retry(lambda: obstore.copy(self._writing, key, to, overwrite=True))
         except BlobNotFoundError:
             return False
         self.delete(key)
         return True
 
     def keys(self, prefix: str, after: str = "") -> Iterator[str]:
-        """Iterate over the keys that begin with `prefix` and follow `after`, in their order."""
-        with _translated("list", prefix, missing_bucket=True):
+        """Iterate over the keys with a prefix, after the key `after`, in their order."""
+        with _translate_errors("list", prefix, missing_bucket=True):
             pages = obstore.list(
                 self._reading, prefix or None, offset=after or None, chunk_size=_PAGE
             )
@@ -216,9 +216,9 @@ class CloudBlobs:
             raise StoreUnavailableError(message)
         return self._scratch / f"{secrets.token_hex(16)}{suffix}"
 
-    def _written(self, key: str, content: bytes | Path, mode: Any) -> str | None:  # noqa: ANN401
-        """Put an object conditionally; None if the condition does not hold."""
-        with _translated("write", key, missing_bucket=True):
+    def _put(self, key: str, content: bytes | Path, mode: Any) -> str | None:  # noqa: ANN401
+        """Put an object conditionally; return None if the condition does not hold."""
+        with _translate_errors("write", key, missing_bucket=True):
             for pause in (*_WRITE_PAUSES, None):
                 try:
                     result = obstore.put(
@@ -237,7 +237,7 @@ class CloudBlobs:
         raise AssertionError  # pragma: no cover - the last attempt returns or raises
 
     def _own(self, key: str, content: bytes | Path) -> str | None:
-        """Return the version if the object is what an earlier attempt has written after all."""
+        """Return the version if an earlier attempt has written the object."""
         try:
             present = self.read(key)
         except BlobNotFoundError:
@@ -254,7 +254,7 @@ def _client(
         "retry_timeout": timedelta(seconds=_RETRY_SECONDS),
         "backoff": {"init_backoff": timedelta(seconds=0.1), "max_backoff": timedelta(seconds=2)},
     }
-    # Options that are given replace those that obstore reads from the environment.
+    # Explicit options replace those that obstore reads from the environment.
     allowed = any(
         os.environ.get(f"{prefix}_ALLOW_HTTP", "").lower() in {"1", "true"}
         for prefix in ("AWS", "GOOGLE", "AZURE")
@@ -271,14 +271,14 @@ def _client(
             retry_config=retry,
         )
     except BaseError as error:
-        # Such as a missing account; without addresses, for the same reason as above.
+        # For example a missing account. Addresses are removed, as above.
         first_line = re.sub(r"\S+://\S+", "...", str(error).partition("\n")[0])
-        message = f"the store's settings in the environment do not do: {first_line}"
+        message = f"The store's settings in the environment are not valid: {first_line}"
         raise ValueError(message) from None
 
 
-def _repeated(request: Callable[[], T]) -> T:
-    """Return what a request returns that may be carried out twice."""
+def _retry(request: Callable[[], T]) -> T:
+    """Run an idempotent request with retries."""
     for pause in _WRITE_PAUSES:
         try:
             return request()
@@ -290,7 +290,7 @@ def _repeated(request: Callable[[], T]) -> T:
 
 
 @contextlib.contextmanager
-def _translated(verb: str, key: str, *, missing_bucket: bool = False) -> Iterator[None]:
+def _translate_errors(verb: str, key: str, *, missing_bucket: bool = False) -> Iterator[None]:
     """Turn obstore's exceptions into those of `service.storage.blobs`."""
     try:
         yield
@@ -304,7 +304,7 @@ def _translated(verb: str, key: str, *, missing_bucket: bool = False) -> Iterato
         return
     logger.error("the store did not %s %s: %s", verb, key or "its keys", reason)
     message = f"the store did not {verb} {key or 'its keys'}: {reason}"
-    # Without the cause: its text has addresses, and with shared signatures those are secrets.
+    # Without the cause, whose text may contain signed addresses.
     raise StoreUnavailableError(message) from None
 
 
@@ -314,7 +314,7 @@ _REASONS = (
     re.compile(r'message: "([A-Za-z ]{,80})"'),
     re.compile(r"kind: (Connect|Timeout|Interrupted|Decode|Request)\b"),
 )
-"""What of obstore's messages is passed on: nothing that could be an address or a credential."""
+"""Parts of obstore's messages that cannot contain an address or a credential."""
 
 
 def _reason(error: Exception) -> str:
@@ -324,12 +324,12 @@ def _reason(error: Exception) -> str:
 
 
 def _version(result: Any) -> str:  # noqa: ANN401 - a PutResult or an ObjectMeta
-    """Return the two things that identify a version: S3 and Azure have the first, Google both."""
+    """Return the identifiers of a version: S3 and Azure have an e-tag, Google also a version."""
     return json.dumps({name: result[name] for name in ("e_tag", "version") if result.get(name)})
 
 
 def _scratch_folder() -> tuple[Path, IO[bytes]]:
-    """Return a new, locked folder for scratch files; remove those whose process is gone."""
+    """Return a new, locked folder for scratch files; remove folders of ended processes."""
     parent = Path(tempfile.gettempdir())
     for folder in parent.glob(f"{_SCRATCH_PREFIX}*"):
         with contextlib.suppress(OSError), (folder / "lock").open("rb") as other:

@@ -1,9 +1,8 @@
-"""Which of the stored blobs go when a local store is full: what costs the least to be without.
+"""Eviction: which blobs are removed when a local store is full.
 
-First the inputs of finished gamuts, whose loss costs nothing until a gamut is damaged. Then, only
-where the operator has set a limit and so declared the store a cache, what is in quarantine, and the
-gamuts that were not used for the longest time. Inputs of unfinished jobs, jobs, and what is being
-published never go.
+Inputs of finished gamuts go first, because only the repair of damaged gamuts needs them. If the
+operator has set a size limit, quarantined blobs and then the least recently used gamuts follow.
+Inputs of unfinished jobs, jobs, and gamuts that are being published are never removed.
 """
 
 from __future__ import annotations
@@ -26,10 +25,10 @@ __all__ = ["Eviction"]
 logger = logging.getLogger(__name__)
 
 _LOOKS = 2
-"""How often one call looks through the store: what was found at first may be in use by then."""
+"""Number of scans of the store per call. Candidates of the first scan may be in use later."""
 
 _PAUSE = 1.0
-"""Seconds for which a full store with nothing to evict is not looked through again."""
+"""Seconds for which a store without candidates is not scanned again."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,7 @@ class Eviction:
     store : Evictable
         The gamuts.
     blobs : LocalBlobs
-        Its storage.
+        Their storage.
     """
 
     def __init__(self, store: Evictable, blobs: LocalBlobs) -> None:
@@ -72,21 +71,21 @@ class Eviction:
         self._nothing_until = 0.0
 
     def make_room(self, nbytes: int) -> bool:
-        """Free that many bytes, or as many as there are; whether any were freed."""
+        """Free at least `nbytes` bytes if possible; return whether any were freed."""
         with self._lock:
             if self._evicting:
-                # Setting a damaged candidate aside writes its reason, for which there is no room.
+                # Quarantine of a damaged candidate writes its reason, for which there is no space.
                 return False
             self._evicting = True
             try:
-                freed = self._freed(nbytes)
+                freed = self._free(nbytes)
             finally:
                 self._evicting = False
         if freed:
             logger.info("%d bytes evicted", freed)
         return freed > 0
 
-    def _freed(self, nbytes: int) -> int:
+    def _free(self, nbytes: int) -> int:
         self._store.flush_uses()
         freed = looks = 0
         while freed < nbytes:
@@ -98,28 +97,30 @@ class Eviction:
             with contextlib.suppress(BlobNotFoundError):
                 used = self._blobs.stat(candidate.key).st_mtime
                 if used > candidate.used:
-                    # Used since it was looked at: its turn comes again after the others'.
+                    # Used since the scan: it goes to the end of the queue.
                     self._candidates.append(_Candidate(candidate.key, used, candidate.evict))
                     continue
                 freed += candidate.evict(candidate.key)
         return freed
 
     def _look(self) -> bool:
-        """Look through the store for what may go; whether there is anything."""
+        """Scan the store for candidates; return whether there are any."""
         if time.monotonic() < self._nothing_until:
             return False
-        found = self._in_order(
+        found = self._candidates_under(
             "inputs/", self._drop_input, lambda key: self._has_record(id_of(key))
         )
         if self._blobs.limit:
-            found += self._in_order("quarantine/", self._drop, lambda _: True)
-            found += self._in_order("published/", self._evict, lambda key: key.endswith(".record"))
+            found += self._candidates_under("quarantine/", self._drop, lambda _: True)
+            found += self._candidates_under(
+                "published/", self._evict, lambda key: key.endswith(".record")
+            )
         self._candidates.extend(found)
         if not found:
             self._nothing_until = time.monotonic() + _PAUSE
         return bool(found)
 
-    def _in_order(
+    def _candidates_under(
         self, prefix: str, evict: Callable[[str], int], may_go: Callable[[str], bool]
     ) -> list[_Candidate]:
         found = []
@@ -133,7 +134,7 @@ class Eviction:
         return self._blobs.path(record_key(gamut_id)).exists()
 
     def _drop_input(self, key: str) -> int:
-        # Not if it is that of a job again, because its gamut was damaged or deleted meanwhile.
+        # The input may belong to a job again, if its gamut was deleted or damaged meanwhile.
         return self._drop(input_key(id_of(key))) if self._has_record(id_of(key)) else 0
 
     def _drop(self, key: str) -> int:

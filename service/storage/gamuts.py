@@ -1,15 +1,16 @@
-"""Gamuts in a store: published whole or not at all, verified when read.
+"""The gamut store: gamuts are published atomically and verified when read.
 
-A gamut is two blobs: its history file, byte for byte what clients download, and its record (the
-history's SHA-256 and the description). Every attempt to publish stores the history under a name of
-its own, ``published/<aa>/<id>.<copy>.gamut``, and then creates ``published/<aa>/<id>.record``
-exclusively, which names that copy. So a gamut exists exactly when its record does, and no two
-publishers, nor a publisher and a deleter, can touch each other's bytes, on however many machines.
-Every read compares the history with the record's digest, and the record with its own; what is
-damaged is moved to ``quarantine/`` and counts as never built. The input of a build is kept as
-``inputs/<aa>/<id>.input``, so that the gamut can be built again. See ``docs/decisions/store.md``.
+A gamut is two blobs: its history file, byte for byte as clients download it, and its record with
+the description and the file's SHA-256. Every publication stores the history under a unique name
+``published/<aa>/<id>.<copy>.gamut``, then exclusively creates ``published/<aa>/<id>.record``, which
+names the copy. So a gamut exists exactly when its record exists, and concurrent publishers and
+deleters on any machines never share bytes.
 
-All methods block: the event loop calls them in threads.
+Reads compare the history with the record's digest, and the record with its own. Damaged blobs are
+moved to ``quarantine/`` and count as never built. The input of a build stays as
+``inputs/<aa>/<id>.input``, so that the gamut can be rebuilt. See ``docs/decisions/store.md``.
+
+All methods block; the event loop calls them in threads.
 """
 
 from __future__ import annotations
@@ -39,33 +40,33 @@ __all__ = ["GamutDamagedError", "GamutNotStoredError", "GamutStore"]
 _CHUNK = 1 << 20
 
 _CACHED_RECORDS = 10_000
-"""Records of a remote store that are remembered; one has a few kilobytes."""
+"""Number of records of a remote store in memory; each has a few kilobytes."""
 
 _RECORD_SECONDS = 30.0
-"""How long a record of a remote store is believed to be there still. It never changes, but another
-replica may delete it."""
+"""Seconds for which a remote record is assumed to exist. Records never change, but another replica
+may delete them."""
 
 _READERS = 16
-"""Records of a remote store that are read at the same time for a page of the list."""
+"""Number of simultaneous reads of remote records for a page of the list."""
 
 _FLUSH_SECONDS = 600.0
-"""How often the times of last use are written down: what a crash forgets of them."""
+"""Interval of writing the times of last use. A crash loses at most these."""
 
 _ATTEMPTS = 3
-"""How often a record is created or read while others delete and set aside at the same time."""
+"""Number of attempts to create or read a record during concurrent deletes."""
 
 
 class GamutNotStoredError(LookupError):
-    """There is no (undamaged) gamut of this id, the first argument."""
+    """There is no intact gamut with this id, the first argument."""
 
 
 class GamutDamagedError(GamutNotStoredError):
-    """There was a gamut of this id, but damaged; it is in quarantine now.
+    """The gamut was damaged and is now in quarantine.
 
     Attributes
     ----------
     input_kept : bool
-        Whether it can be built again from the input that is kept.
+        Whether it can be rebuilt from its stored input.
     """
 
     def __init__(self, gamut_id: str, *, input_kept: bool) -> None:
@@ -74,23 +75,23 @@ class GamutDamagedError(GamutNotStoredError):
 
 
 class GamutStore:
-    """The gamuts, and the inputs that they are built from, in some storage.
+    """The gamuts and their inputs in a storage.
 
     Parameters
     ----------
     blobs : Blobs
         The storage.
     keep_inputs : bool
-        Whether an input stays when its gamut is published.
+        Whether inputs stay after the publication.
 
     Attributes
     ----------
     hits, misses : int
-        Records that were asked for and were there, or were not.
+        Requested records that exist, and that do not.
     evictions : int
-        Gamuts that had to go for others.
+        Gamuts removed for lack of space.
     on_evicted : callable, optional
-        Called with the id of a gamut that has been evicted, in some thread.
+        Called with the id of an evicted gamut, in some thread.
     """
 
     def __init__(self, blobs: Blobs, *, keep_inputs: bool = True) -> None:
@@ -103,7 +104,7 @@ class GamutStore:
         self._inputs = Inputs(blobs, self._quarantine)
         self._lock = threading.Lock()
         self._publishing: dict[str, int] = {}
-        # Local records are read in microseconds, and cannot be deleted by others.
+        # Local records are read in microseconds, so only remote ones are cached.
         self._cached = RecordCache(_CACHED_RECORDS, _RECORD_SECONDS if blobs.remote else 0)
         self._used: dict[str, float] = {}
         self._flushed = time.monotonic()
@@ -114,20 +115,20 @@ class GamutStore:
 
     @property
     def corruptions(self) -> int:
-        """Gamuts, inputs and documents of jobs that were found damaged."""
+        """Number of damaged gamuts, inputs and job documents found."""
         return self._quarantine.count + self._damaged_jobs
 
     @property
     def nbytes(self) -> int | None:
-        """Bytes of everything that is stored; None where only the bucket's owner can tell."""
+        """Stored bytes; None for a bucket."""
         return self.blobs.used if isinstance(self.blobs, LocalBlobs) else None
 
     def open(self) -> None:
-        """Open the storage (see `Blobs.open`), and remove what no record speaks of from it."""
+        """Open the storage (see `Blobs.open`) and remove histories without a record."""
         self.blobs.open()
         self._opened.set()
         if isinstance(self.blobs, LocalBlobs):
-            # In the background, because a million names take seconds to look through.
+            # In the background, because scanning a million names takes seconds.
             self._sweeping = threading.Thread(
                 target=remove_uncommitted,
                 args=(self.blobs, self.is_being_published, self._opened.is_set),
@@ -137,7 +138,7 @@ class GamutStore:
             self._sweeping.start()
 
     def close(self) -> None:
-        """Give the storage up."""
+        """Close the storage."""
         self._opened.clear()
         if self._sweeping is not None:
             self._sweeping.join()
@@ -150,29 +151,29 @@ class GamutStore:
         return self.blobs.scratch(suffix)
 
     def publish(self, record: Record, content: Path) -> Record:
-        """Make a gamut visible: content first, then, as the commit, its record.
+        """Publish a gamut: store the content first, then commit with the record.
 
         Parameters
         ----------
         record : Record
-            Its digest must be that of `content`.
+            With the digest of `content`.
         content : Path
-            A scratch file; it is consumed.
+            A scratch file, which is consumed.
 
         Returns
         -------
         Record
-            The record that is there now: a gamut of this id that was there before stays as it is.
+            The current record. An existing gamut of this id is not changed.
         """
-        with self._published_here(record.id):
+        with self._mark_publishing(record.id):
             try:
                 record = self._read_record(record.id)
             except GamutNotStoredError:
                 record = replace(record, copy=secrets.token_hex(8))
-                # Where this returns None, a request that seemed to have failed was carried out
-                # after all: nobody else has this name.
+                # None means that an earlier attempt succeeded although it seemed to fail: the name
+                # is unique.
                 self.blobs.create(record.key, content)
-                record = self._committed(record)
+                record = self._commit(record)
             finally:
                 content.unlink(missing_ok=True)
             if not self.keep_inputs:
@@ -183,7 +184,7 @@ class GamutStore:
     def record(self, gamut_id: str) -> Record:
         """Return the record of a gamut.
 
-        In local storage its history file is there, in its full size.
+        In local storage, its history file exists with its full size.
 
         Raises
         ------
@@ -203,12 +204,12 @@ class GamutStore:
             self.flush_uses()
         return record
 
-    def stored(self, gamut_id: str) -> bool:
-        """Whether there is an undamaged gamut of this id; nobody has asked for it by that."""
-        return self._listed(gamut_id) is not None
+    def is_stored(self, gamut_id: str) -> bool:
+        """Return whether there is an intact gamut. This does not count as a use."""
+        return self._find_record(gamut_id) is not None
 
     def content(self, gamut_id: str) -> tuple[Record, bytes]:
-        """Return a gamut's record and its history file, compared with the record's digest.
+        """Return a gamut's record and its verified history file.
 
         Raises
         ------
@@ -220,9 +221,9 @@ class GamutStore:
             return record, file.read()
 
     def verified_file(self, gamut_id: str) -> tuple[Record, BinaryIO]:
-        """Return a gamut's record and its open history file, compared with the record's digest.
+        """Return a gamut's record and its open, verified history file.
 
-        The file stays readable through this handle even if the gamut is deleted meanwhile.
+        The handle stays readable if the gamut is deleted meanwhile.
 
         Raises
         ------
@@ -231,13 +232,13 @@ class GamutStore:
         """
         record = self.record(gamut_id)
         with contextlib.suppress(BlobNotFoundError, BlobDamagedError):
-            return record, self._verified(record)
-        # Deleted or replaced since the look at its record, or damaged on the way from there to
-        # here: only what is wrong at the second look as well is damaged.
+            return record, self._open_verified(record)
+        # Deleted, replaced or damaged in transit since the record was read. Only a fault at the
+        # second read counts as damage.
         self._cached.discard(gamut_id)
         record = self._read_record(gamut_id)
         try:
-            return record, self._verified(record)
+            return record, self._open_verified(record)
         except (BlobNotFoundError, BlobDamagedError) as error:
             reason = "a record without its history file"
             if isinstance(error, BlobDamagedError):
@@ -245,7 +246,7 @@ class GamutStore:
             raise self.set_aside(record, reason) from error
 
     def delete(self, gamut_id: str) -> bool:
-        """Remove a gamut and its input; whether there was one."""
+        """Remove a gamut and its input; return whether there was one."""
         try:
             record = self._read_record(gamut_id)
         except GamutNotStoredError:
@@ -259,7 +260,7 @@ class GamutStore:
         return deleted
 
     def evict(self, gamut_id: str) -> int:
-        """Remove a gamut for the sake of others; return the bytes that this has freed."""
+        """Remove a gamut for lack of space; return the number of freed bytes."""
         before = self._nbytes_of(gamut_id)
         if self.is_being_published(gamut_id) or not self.delete(gamut_id):
             return 0
@@ -270,42 +271,37 @@ class GamutStore:
         return before
 
     def page(self, after: str, limit: int) -> list[Record]:
-        """Return up to `limit` records in the order of their ids, from the first after `after`."""
+        """Return up to `limit` records after the id `after`, in the order of their ids."""
         records: list[Record] = []
         ids = self.ids(after)
         while batch := list(islice(ids, limit - len(records))):
             if self.blobs.remote:
-                # One after the other, a page would take seconds.
+                # Sequential reads would take seconds per page.
                 with ThreadPoolExecutor(min(_READERS, len(batch))) as threads:
-                    found = list(threads.map(self._listed, batch))
+                    found = list(threads.map(self._find_record, batch))
             else:
-                found = [self._listed(gamut_id) for gamut_id in batch]
-            # Some may have been deleted since they were listed, or be damaged.
+                found = [self._find_record(gamut_id) for gamut_id in batch]
+            # Some may be deleted or damaged since the listing.
             records += [record for record in found if record is not None]
         return records
 
     def ids(self, after: str = "") -> Iterator[str]:
-        """Iterate over the ids of the gamuts that follow `after`, in their order."""
+        """Iterate over the ids of the gamuts after `after`, in their order."""
         for key in self.blobs.keys("published/", record_key(after) if after else ""):
             if key.endswith(".record"):
                 yield id_of(key)
 
     def set_aside(self, record: Record, reason: str) -> GamutDamagedError:
-        """Move a gamut to the quarantine, where it can be looked at but is not served.
+        """Move a gamut to the quarantine, and return the error to raise.
 
         Parameters
         ----------
         record : Record
-            What it was read by. If another gamut has the id by now, that one stays.
+            The record it was read with. A newer gamut with the same id is not moved.
         reason : str
-            What is wrong with it.
-
-        Returns
-        -------
-        GamutDamagedError
-            To be raised.
+            The damage.
         """
-        return self._damaged(record.id, reason, record)
+        return self._quarantine_gamut(record.id, reason, record)
 
     def keep_input(
         self,
@@ -323,49 +319,49 @@ class GamutStore:
         Raises
         ------
         BlobNotFoundError
-            None is kept, or it was damaged and is in quarantine.
+            No input is stored, or it was damaged and is in quarantine.
         """
         return self._inputs.path(gamut_id)
 
     def input_options(self, gamut_id: str) -> dict[str, Any]:
-        """Return the options that were kept with an input; `BlobNotFoundError` as for its path."""
+        """Return the options of a stored input; raises `BlobNotFoundError` as `input_path`."""
         return self._inputs.options(gamut_id)
 
-    def count_damaged_job(self, gamut_id: str) -> None:  # noqa: ARG002 - what a JobBook tells
-        """Count a document of a job that was damaged and was replaced or removed."""
+    def count_damaged_job(self, gamut_id: str) -> None:  # noqa: ARG002 - the interface of JobBook
+        """Count a damaged job document that was replaced or removed."""
         with self._lock:
             self._damaged_jobs += 1
 
     def options_of_damaged_job(self, gamut_id: str) -> dict[str, Any] | None:
-        """Return what the gamut of a damaged job is to be built with; None if it is not."""
+        """Return the options for rebuilding a damaged job's gamut; None if impossible."""
         try:
-            return None if self.stored(gamut_id) else self.input_options(gamut_id)
+            return None if self.is_stored(gamut_id) else self.input_options(gamut_id)
         except BlobNotFoundError:
             return None
 
     def to_be_rebuilt(self, gamut_id: str) -> bool:
-        """Whether a gamut that is not there was set aside as damaged, and its input is kept."""
+        """Return whether a missing gamut is in quarantine and its input is stored."""
         return self.input_kept(gamut_id) and self._quarantine.holds(record_key(gamut_id))
 
     def input_kept(self, gamut_id: str) -> bool:
-        """Whether the input of a gamut is kept."""
+        """Return whether the input of a gamut is stored."""
         return self._inputs.kept(gamut_id)
 
     def drop_input(self, gamut_id: str) -> bool:
-        """Remove the input of a gamut; whether there was one."""
+        """Remove the input of a gamut; return whether there was one."""
         return self._inputs.drop(gamut_id)
 
     def is_being_published(self, gamut_id: str) -> bool:
-        """Whether a thread of this process is just publishing this gamut."""
+        """Return whether a thread of this process is publishing the gamut."""
         return gamut_id in self._publishing
 
     def mark_used(self, gamut_id: str) -> None:
-        """Note that a gamut was asked for: the least recently used are evicted first."""
+        """Record the use of a gamut. The least recently used gamuts are evicted first."""
         if not self.blobs.remote:
             self._used[gamut_id] = time.time()
 
     def flush_uses(self) -> None:
-        """Write down when gamuts were used last: as the modification times of their records."""
+        """Write the times of last use as modification times of the records."""
         if isinstance(self.blobs, LocalBlobs):
             uses, self._used = self._used, {}
             self._flushed = time.monotonic()
@@ -373,7 +369,7 @@ class GamutStore:
                 self.blobs.touch(record_key(gamut_id), when)
 
     @contextlib.contextmanager
-    def _published_here(self, gamut_id: str) -> Iterator[None]:
+    def _mark_publishing(self, gamut_id: str) -> Iterator[None]:
         with self._lock:
             self._publishing[gamut_id] = self._publishing.get(gamut_id, 0) + 1
         try:
@@ -384,21 +380,21 @@ class GamutStore:
                 if not self._publishing[gamut_id]:
                     del self._publishing[gamut_id]
 
-    def _committed(self, record: Record) -> Record:
-        """Create a record whose history is stored, and return the one that is there now."""
+    def _commit(self, record: Record) -> Record:
+        """Create the record of a stored history, and return the current record."""
         try:
             for _ in range(_ATTEMPTS):
                 if self.blobs.create(record_key(record.id), record.to_bytes()) is not None:
                     return record
                 with contextlib.suppress(GamutNotStoredError):
-                    # Somebody else's, or this one: the request may have been sent twice.
+                    # Another publisher's record, or this one: the request may have been sent twice.
                     return self._winner(record)
         except BaseException:
-            # A remote record may have been created all the same, a local one has not.
+            # A remote record may exist in spite of the error, a local one does not.
             if not self.blobs.remote:
                 self.blobs.delete(record.key)
             raise
-        message = "the gamut is being published and deleted at the same time"
+        message = "The gamut is being published and deleted at the same time."
         raise StoreUnavailableError(message)
 
     def _winner(self, record: Record) -> Record:
@@ -407,14 +403,14 @@ class GamutStore:
             self.blobs.delete(record.key)
         return present
 
-    def _listed(self, gamut_id: str) -> Record | None:
+    def _find_record(self, gamut_id: str) -> Record | None:
         try:
             return self._cached.get(gamut_id) or self._read_record(gamut_id)
         except GamutNotStoredError:
             return None
 
     def _read_record(self, gamut_id: str) -> Record:
-        """Return the record that is in the storage; a damaged one goes to the quarantine."""
+        """Return the stored record; move a damaged one to the quarantine."""
         key = record_key(gamut_id)
         for _ in range(_ATTEMPTS):
             try:
@@ -430,14 +426,14 @@ class GamutStore:
             if record is not None and not flaw:
                 self._cached.put(record)
                 return record
-        raise self._damaged(gamut_id, flaw, record, data)
+        raise self._quarantine_gamut(gamut_id, flaw, record, data)
 
     def _flaw(self, record: Record, gamut_id: str) -> str:
-        """Return what is wrong with a record that matches its digest; nothing, if empty."""
+        """Return the fault of a record that matches its digest; empty if there is none."""
         if record.id != gamut_id:
             return f"the record of {record.id} under another gamut's name"
         if not self.blobs.remote:
-            # Cheap here, and lost bytes are mostly the end of a file.
+            # A cheap check of local files, which mostly lose bytes at the end.
             try:
                 size = self.blobs.size(record.key)
             except BlobNotFoundError:
@@ -446,8 +442,8 @@ class GamutStore:
                 return f"a history file of {size} instead of {record.nbytes} bytes"
         return ""
 
-    def _verified(self, record: Record) -> BinaryIO:
-        """Return a history file that matches the record's digest, at its beginning."""
+    def _open_verified(self, record: Record) -> BinaryIO:
+        """Return a history file that matches the record's digest, at its start."""
         file = self.blobs.stream(record.key)
         with contextlib.ExitStack() as closing:
             closing.enter_context(file)
@@ -460,25 +456,26 @@ class GamutStore:
             closing.pop_all()
         return file
 
-    def _damaged(
+    def _quarantine_gamut(
         self, gamut_id: str, reason: str, record: Record | None, data: bytes | None = None
     ) -> GamutDamagedError:
-        """Move a gamut to the quarantine, unless another has taken its place meanwhile."""
+        """Move a gamut to the quarantine, unless a newer one has replaced it."""
         self._cached.discard(gamut_id)
         histories = []
         if record is not None and record.id == gamut_id:
             histories = [record.key]
         elif not self.blobs.remote and not self.is_being_published(gamut_id):
-            # Which of them the record meant is not known; elsewhere one may be in the making.
+            # The record does not tell which copy it named. In a bucket, another process may be
+            # publishing one.
             histories = [key for key in self._keys_of(gamut_id) if key.endswith(".gamut")]
-        # The record first: without it the rest is no gamut.
+        # The record first, because without it the rest is not a gamut.
         self._quarantine.put(
             [record_key(gamut_id), *histories], reason, lambda now: _is_still(now, record, data)
         )
         return GamutDamagedError(gamut_id, input_kept=self.input_kept(gamut_id))
 
     def _keys_of(self, gamut_id: str) -> list[str]:
-        """Return the keys of all that is published of one gamut, without its input."""
+        """Return the published keys of one gamut, without its input."""
         folder = record_key(gamut_id).rpartition("/")[0] + "/"
         keys = self.blobs.keys(folder, folder + gamut_id)
         return list(takewhile(lambda key: id_of(key) == gamut_id, keys))
@@ -492,7 +489,7 @@ class GamutStore:
 
 
 def _is_still(now: bytes, record: Record | None, data: bytes | None) -> bool:
-    """Whether a record's bytes are those, or else the record that, which was found wanting."""
+    """Return whether a record is still the one that was found damaged."""
     if data is not None:
         return now == data
     try:

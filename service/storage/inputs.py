@@ -21,10 +21,10 @@ __all__ = ["Inputs"]
 _CHUNK = 1 << 20
 
 _ATTEMPTS = 3
-"""How often an input is stored while others drop it and set it aside at the same time."""
+"""Number of attempts to store an input during concurrent drops."""
 
 _HEAD_LIMIT = 1 << 20
-"""Bytes of the longest line of options that is read; a few hundred are usual."""
+"""Largest line of options in bytes. A few hundred are usual."""
 
 
 class Inputs:
@@ -35,7 +35,7 @@ class Inputs:
     blobs : Blobs
         The storage.
     quarantine : Quarantine
-        Where damaged ones go.
+        Receives damaged inputs.
     """
 
     def __init__(self, blobs: Blobs, quarantine: Quarantine) -> None:
@@ -68,7 +68,7 @@ class Inputs:
         raise StoreUnavailableError(message)
 
     def path(self, gamut_id: str) -> Path:
-        """Return a new scratch file with the data of an input; `BlobNotFoundError` if none is."""
+        """Return a new scratch file with the data; raises `BlobNotFoundError` if there is none."""
         path = self._blobs.scratch(".input")
         try:
             with path.open("xb") as target:
@@ -79,22 +79,22 @@ class Inputs:
         return path
 
     def options(self, gamut_id: str) -> dict[str, Any]:
-        """Return the options that an input was kept with; `BlobNotFoundError` if none is."""
+        """Return the options of an input; raises `BlobNotFoundError` if there is none."""
         return self._options(gamut_id, None)
 
     def kept(self, gamut_id: str) -> bool:
-        """Whether there is an input."""
+        """Return whether there is an input."""
         return self.nbytes(gamut_id) > 0
 
     def nbytes(self, gamut_id: str) -> int:
-        """Return the size of an input as it is stored; 0 if there is none."""
+        """Return the size of an input as stored; 0 if there is none."""
         try:
             return self._blobs.size(input_key(gamut_id))
         except BlobNotFoundError:
             return 0
 
     def drop(self, gamut_id: str) -> bool:
-        """Remove an input; whether there was one."""
+        """Remove an input; return whether there was one."""
         return self._blobs.delete(input_key(gamut_id))
 
     def _is_intact(self, gamut_id: str) -> bool:
@@ -105,14 +105,14 @@ class Inputs:
         return True
 
     def _options(self, gamut_id: str, target: BinaryIO | None) -> dict[str, Any]:
-        """Return an input's options and copy its data; what is damaged goes to the quarantine."""
+        """Return the options and copy the data; move a damaged input to the quarantine."""
         key = input_key(gamut_id)
         for last in (False, True):
             with self._blobs.stream(key) as source:
                 try:
                     return _copy_verified(source, target)
                 except BlobDamagedError as error:
-                    # It may have been damaged on the way only: the second look decides.
+                    # It may have been damaged in transit only, so it is read twice.
                     if last:
                         self._quarantine.put([key], f"damaged input: {error}")
             if target is not None:

@@ -1,10 +1,10 @@
-"""Blobs as files of one directory, which belongs to one process on one host at a time.
+"""Blobs as files of a directory, which belongs to one process at a time.
 
-A new blob is written to a file in ``temporary/``, synced, linked under its name, which fails if
-there is one, and the directory is synced: only then is it acknowledged. A replacement is renamed
-over the old content in the same way. Whatever a crash or a power cut leaves in ``temporary/`` is
-swept when the directory is opened again. Every byte of a new blob is reserved before it is
-written, against the limit and against the free space of the disk. See ``docs/decisions/store.md``.
+A new blob is written to ``temporary/``, synced and linked under its name, which fails if the name
+exists. Then its directory is synced, and only then the blob is acknowledged. A replacement is
+renamed over the old file in the same way. Leftovers of a crash in ``temporary/`` are removed at the
+next opening. Space is reserved before writing, against the limit and the free disk space. See
+``docs/decisions/store.md``.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ logger = logging.getLogger(__name__)
 _KEY = re.compile(r"[a-z0-9][a-z0-9._-]*(/[a-z0-9][a-z0-9._-]*)+")
 
 _LOCKS = 64
-"""Locks that the keys share: two keys seldom wait for each other."""
+"""Number of locks that the keys share."""
 
 _SMALL = 64 * 1024
-"""Bytes of the largest blob that may use the reserve: records and jobs have less."""
+"""Largest blob in bytes that may use the reserve. Records and jobs are smaller."""
 
 _FULL = frozenset({errno.ENOSPC, errno.EDQUOT})
 
@@ -53,19 +53,18 @@ class LocalBlobs:
     Parameters
     ----------
     directory : Path
-        Created if it is not there. `open` locks it for this process.
+        Created if needed. `open` locks it for this process.
     limit : int
-        Bytes that all blobs together may have; 0 for no limit.
+        Largest total size in bytes; 0 for no limit.
     reserve : int
-        Bytes of the file system that new blobs leave free. What is small, a replacement, or a file
-        of this directory already may use them: so what was admitted, by storing its input, can be
-        finished and its state be written even when the disk is as good as full.
+        Bytes of the file system that new large blobs leave free. Small blobs, replacements and
+        files of this directory may use them, so that an admitted build can finish on a nearly full
+        disk.
 
     Attributes
     ----------
     make_room : callable, optional
-        Called with a number of bytes that are missing; frees some and returns True, or returns
-        False if nothing may go.
+        Called with the number of missing bytes. Returns whether it freed any.
     """
 
     remote = False
@@ -88,18 +87,18 @@ class LocalBlobs:
 
     @property
     def used(self) -> int:
-        """Bytes of all blobs. Without a limit it is known some time after the opening only."""
+        """Total size of all blobs. Without a limit it is known some time after the opening only."""
         return self._used
 
     def open(self) -> None:
-        """Lock the directory, remove what an earlier process left unfinished, count the bytes.
+        """Lock the directory, remove leftovers of an earlier process, and count the bytes.
 
         Raises
         ------
         StoreInUseError
             Another process has the directory open.
         OSError
-            The directory cannot be written.
+            The directory is not writable.
         """
         self._temporary.mkdir(parents=True, exist_ok=True)
         lock = (self.directory / "lock").open("ab")
@@ -108,21 +107,21 @@ class LocalBlobs:
         except OSError as error:
             lock.close()
             message = (
-                f"the store {self.directory} is in use by another process; "
-                "stop it, or choose another directory with GAMUT_STORE"
+                f"The store {self.directory} is in use by another process. "
+                "Stop it, or choose another directory with GAMUT_STORE."
             )
             raise StoreInUseError(message) from error
         self._lock = lock
         for leftover in self._temporary.iterdir():
             if leftover.is_dir() and not leftover.is_symlink():
-                # None of this program's; what it is not sure of it does not remove.
-                logger.warning("%s is not the service's and stays", leftover)
+                # Not made by this program, so it is not removed.
+                logger.warning("%s was not made by the service and is kept", leftover)
             else:
                 leftover.unlink()
         self._used = 0
         self._opened.set()
         if self.limit:
-            # An exact count has to be there before the first new blob.
+            # The limit needs an exact count before the first new blob.
             self._count(time.time() + 1)
         else:
             since = time.time()
@@ -132,7 +131,7 @@ class LocalBlobs:
             self._counting.start()
 
     def close(self) -> None:
-        """Give the directory up for another process."""
+        """Unlock the directory."""
         self._opened.clear()
         if self._counting is not None:
             self._counting.join()
@@ -142,7 +141,7 @@ class LocalBlobs:
             self._lock = None
 
     def read(self, key: str) -> Blob:
-        """Return a blob; `BlobNotFoundError` if there is none."""
+        """Return a blob; raises `BlobNotFoundError` if there is none."""
         try:
             data = self.path(key).read_bytes()
         except FileNotFoundError:
@@ -150,46 +149,39 @@ class LocalBlobs:
         return Blob(data, _version(data))
 
     def stream(self, key: str) -> BinaryIO:
-        """Return a blob as a file; `BlobNotFoundError` if there is none."""
+        """Return a blob as a file; raises `BlobNotFoundError` if there is none."""
         try:
             return self.path(key).open("rb")
         except FileNotFoundError:
             raise BlobNotFoundError(key) from None
 
     def size(self, key: str) -> int:
-        """Return a blob's size in bytes; `BlobNotFoundError` if there is none."""
+        """Return the size of a blob in bytes; raises `BlobNotFoundError` if there is none."""
         return self.stat(key).st_size
 
     def stat(self, key: str) -> os.stat_result:
-        """Return what the file system knows of a blob; `BlobNotFoundError` if there is none."""
+        """Return the file status of a blob; raises `BlobNotFoundError` if there is none."""
         try:
             return self.path(key).stat()
         except FileNotFoundError:
             raise BlobNotFoundError(key) from None
 
     def create(self, key: str, content: Content) -> str | None:
-        """Store a new blob and return its version; None if there is one of this key.
-
-        Raises
-        ------
-        StoreFullError
-            There is no room for it.
-        """
+        """Store a new blob; see `Blobs.create`."""
         path = self.path(key)
         source = content if isinstance(content, Path) else None
         try:
             while True:
                 if path.exists():
-                    # Somebody else's may not have reached the disk yet, but its existence is
-                    # about to be relied on.
+                    # Another writer's blob may not be on the disk yet, but the caller relies on it.
                     _sync(path.parent)
                     return None
                 nbytes = _nbytes(content)
                 self._reserve(nbytes, on_disk=source is not None)
                 try:
-                    return self._linked(path, content, nbytes)
+                    return self._link(path, content, nbytes)
                 except OSError as error:
-                    # Other programs, quotas and inodes are not in these accounts.
+                    # The accounts do not include other programs, quotas and inodes.
                     if error.errno not in _FULL:
                         raise
                     if self.make_room is None or not self.make_room(nbytes):
@@ -201,16 +193,16 @@ class LocalBlobs:
                 source.unlink(missing_ok=True)
 
     def replace(self, key: str, data: bytes, version: str) -> str | None:
-        """Store another content if the present one has this version; None if it has not."""
+        """Replace the content if it has this version; see `Blobs.replace`."""
         path = self.path(key)
-        with self._locked(key):
+        with self._lock_of(key):
             try:
                 present = path.read_bytes()
             except FileNotFoundError:
                 return None
             if _version(present) != version:
                 return None
-            new = self._written(data)
+            new = self._write(data)
             try:
                 new.replace(path)
             except OSError:
@@ -221,9 +213,9 @@ class LocalBlobs:
         return _version(data)
 
     def delete(self, key: str) -> bool:
-        """Remove a blob; whether there was one."""
+        """Remove a blob; return whether there was one."""
         path = self.path(key)
-        with self._locked(key):
+        with self._lock_of(key):
             try:
                 nbytes = path.stat().st_size
                 path.unlink()
@@ -234,10 +226,10 @@ class LocalBlobs:
         return True
 
     def move(self, key: str, to: str) -> bool:
-        """Give a blob another, unused key; whether there was one."""
+        """Rename a blob to an unused key; return whether there was one."""
         path, target = self.path(key), self.path(to)
         self._make_folder(target.parent)
-        with self._locked(key):
+        with self._lock_of(key):
             try:
                 path.rename(target)
             except FileNotFoundError:
@@ -247,7 +239,7 @@ class LocalBlobs:
         return True
 
     def keys(self, prefix: str, after: str = "") -> Iterator[str]:
-        """Iterate over the keys that begin with `prefix` and follow `after`, in their order."""
+        """Iterate over the keys with a prefix, after the key `after`, in their order."""
         yield from self._keys(self.directory / prefix, prefix, after)
 
     def scratch(self, suffix: str) -> Path:
@@ -255,23 +247,23 @@ class LocalBlobs:
         return self._temporary / f"{secrets.token_hex(16)}{suffix}"
 
     def path(self, key: str) -> Path:
-        """Return where a blob is, or would be."""
+        """Return the path of a blob, whether or not it exists."""
         if not _KEY.fullmatch(key) or key.startswith("temporary/"):
-            message = f"{key!r} is no key"
+            message = f"{key!r} is not a valid key"
             raise ValueError(message)
         return self.directory / key
 
     def touch(self, key: str, when: float) -> None:
-        """Set a blob's time of modification, if there is one."""
+        """Set the modification time of a blob, if there is one."""
         with contextlib.suppress(FileNotFoundError):
             os.utime(self.path(key), (when, when))
 
-    def _linked(self, path: Path, content: Content, nbytes: int) -> str | None:
+    def _link(self, path: Path, content: Content, nbytes: int) -> str | None:
         if isinstance(content, Path):
             source = content
             _sync(source)
         else:
-            source = self._written(*([content] if isinstance(content, bytes) else content))
+            source = self._write(*([content] if isinstance(content, bytes) else content))
         version = _version(content) if isinstance(content, bytes) else UNVERSIONED
         try:
             self._make_folder(path.parent)
@@ -284,7 +276,7 @@ class LocalBlobs:
             try:
                 _sync(path.parent)
             except OSError:
-                # Not acknowledged, so it must not be there.
+                # The blob is not acknowledged, so it must not exist.
                 path.unlink(missing_ok=True)
                 self._add(-nbytes)
                 raise
@@ -293,8 +285,8 @@ class LocalBlobs:
                 source.unlink(missing_ok=True)
         return version
 
-    def _written(self, *pieces: bytes) -> Path:
-        """Return a new, synced file in ``temporary/``; none is left if the disk is full."""
+    def _write(self, *pieces: bytes) -> Path:
+        """Return a new, synced file in ``temporary/``; leave none if the disk is full."""
         path = self.scratch(".new")
         try:
             with path.open("xb", buffering=0) as file:
@@ -309,7 +301,7 @@ class LocalBlobs:
         return path
 
     def _make_folder(self, folder: Path) -> None:
-        """Make a folder whose name is on the disk as well, up to the store's directory."""
+        """Make a folder durably, including its parents up to the store's directory."""
         if folder in self._durable and folder.is_dir():
             return
         folder.mkdir(parents=True, exist_ok=True)
@@ -320,7 +312,7 @@ class LocalBlobs:
         self._durable.add(folder)
 
     def _reserve(self, nbytes: int, *, on_disk: bool) -> None:
-        """Take bytes out of what the limit and the disk leave; `StoreFullError` if they lack."""
+        """Reserve space against the limit and the disk; raises `StoreFullError`."""
         while True:
             with self._accounts:
                 missing = self._missing(nbytes, on_disk=on_disk)
@@ -329,7 +321,7 @@ class LocalBlobs:
                     self._reserved_on_disk += 0 if on_disk else nbytes
                     return
             if self.limit and nbytes > self.limit:
-                message = f"{nbytes} bytes are more than the whole store may hold"
+                message = f"{nbytes} bytes exceed the size limit of the store"
                 raise StoreFullError(message)
             if self.make_room is None or not self.make_room(missing):
                 raise StoreFullError
@@ -352,7 +344,7 @@ class LocalBlobs:
             self._used += nbytes
 
     def _count(self, until: float) -> None:
-        """Add up the blobs that have been there since before `until`; later ones add themselves."""
+        """Count the blobs that existed before `until`. Later blobs count themselves."""
         total = 0
         for key in self._keys(self.directory, "", ""):
             if not self._opened.is_set():
@@ -365,7 +357,7 @@ class LocalBlobs:
     def _keys(self, folder: Path, prefix: str, after: str) -> Iterator[str]:
         try:
             with os.scandir(folder) as entries:
-                # A folder's name is sorted with the stroke that follows it in the keys.
+                # Folder names sort with the slash that follows them in keys.
                 names = sorted(
                     f"{entry.name}/" if entry.is_dir(follow_symlinks=False) else entry.name
                     for entry in entries
@@ -380,7 +372,7 @@ class LocalBlobs:
             elif key > after and _KEY.fullmatch(key):
                 yield key
 
-    def _locked(self, key: str) -> threading.Lock:
+    def _lock_of(self, key: str) -> threading.Lock:
         return self._key_locks[hash(key) % _LOCKS]
 
 

@@ -1,4 +1,4 @@
-"""From the setting ``GAMUT_STORE`` to a store: a directory, or the address of a bucket."""
+"""From a storage location, a directory or the address of a bucket, to a gamut store."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ _ADDRESS = re.compile(r"[a-z][a-z0-9+.-]*://")
 
 
 class StoreLocationError(ValueError):
-    """Nothing can be stored at the location that the settings name."""
+    """The location cannot be used as a store."""
 
 
 def is_address(location: str) -> bool:
-    """Whether a location is a bucket's address, and not a directory."""
+    """Return whether a location is the address of a bucket, and not a directory."""
     return _ADDRESS.match(location) is not None
 
 
@@ -34,12 +34,12 @@ def blobs_at(location: str, limit: int = 0, reserve: int = 0) -> Blobs:
     location : str
         A directory, or an address with ``s3://``, ``gs://`` or ``az://``.
     limit, reserve : int
-        Of a directory; see `LocalBlobs`.
+        Options of a directory; see `LocalBlobs`.
 
     Raises
     ------
     StoreLocationError
-        The address is of another kind, or buckets need an extra that is not installed.
+        The address is not supported, or the extra for buckets is not installed.
     """
     if is_address(location):
         try:
@@ -47,7 +47,7 @@ def blobs_at(location: str, limit: int = 0, reserve: int = 0) -> Blobs:
             from service.storage.cloud import CloudBlobs  # noqa: PLC0415
         except ModuleNotFoundError as error:
             message = (
-                "a store in a bucket needs the extra `cloud`: "
+                "A store in a bucket needs the extra `cloud`: "
                 'pip install "gamut-boundary-service[cloud]"'
             )
             raise StoreLocationError(message) from error

@@ -1,4 +1,4 @@
-"""Where damaged blobs go: they can be looked at by people, and are not served."""
+"""Quarantine: damaged blobs are kept for inspection and never served."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ logger = logging.getLogger(__name__)
 
 
 class Quarantine:
-    """Damaged blobs of a storage: ``quarantine/<name>.<mark>``, the reason beside them.
+    """Damaged blobs of a storage as ``quarantine/<name>.<mark>``, with the reason beside them.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ class Quarantine:
     Attributes
     ----------
     count : int
-        How often something was put here by this process.
+        Number of faults recorded by this process.
     """
 
     def __init__(self, blobs: Blobs) -> None:
@@ -42,17 +42,16 @@ class Quarantine:
     def put(
         self, keys: Sequence[str], reason: str, is_still: Callable[[bytes], bool] | None = None
     ) -> bool:
-        """Move blobs here that belong together.
+        """Move blobs that belong together to the quarantine.
 
         Parameters
         ----------
         keys : sequence of str
-            The first is the one without which the others mean nothing.
+            The first is the main one: the others are useless without it.
         reason : str
-            What is wrong with them.
+            The damage.
         is_still : callable, optional
-            Whether the first, with the content that it has now, is what was found damaged, and has
-            not been replaced by a sound one meanwhile.
+            Returns whether the current content of the first blob is still the damaged one.
 
         Returns
         -------
@@ -79,11 +78,11 @@ class Quarantine:
         try:
             self._blobs.create(f"{_key(first, mark)}.reason", note.encode())
         except StoreFullError:
-            logger.warning("no room for the reason's file of %s", first)
+            logger.warning("no space for the reason of %s", first)
         return True
 
     def holds(self, key: str) -> bool:
-        """Whether a blob that had this key was ever put here, and is here still."""
+        """Return whether a blob of this key is in the quarantine."""
         beginning = _key(key, "")
         found = next(iter(self._blobs.keys("quarantine/", beginning)), "")
         return found.startswith(beginning)

@@ -1,7 +1,8 @@
-"""The record of a published gamut, and the keys that gamuts are stored under."""
+"""Records of published gamuts, their cache, the keys of a gamut's blobs, and sealed payloads."""
 
 from __future__ import annotations
 
+import hashlib
 import json
 import threading
 import time
@@ -9,30 +10,38 @@ from collections import OrderedDict
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from service.storage.blobs import seal, unseal
+from service.storage.blobs import BlobDamagedError
 
-__all__ = ["Record", "RecordCache", "history_key", "id_of", "input_key", "record_key"]
+__all__ = [
+    "Record",
+    "RecordCache",
+    "history_key",
+    "id_of",
+    "input_key",
+    "record_key",
+    "seal",
+    "unseal",
+]
 
 
 @dataclass(frozen=True)
 class Record:
-    """What is known about a published gamut without opening its history.
+    """Facts about a published gamut, without its history.
 
     Attributes
     ----------
     id : str
-        The gamut's id, 64 hexadecimal digits.
+        Id of the gamut, 64 hexadecimal digits.
     sha256 : str
         Digest of the history file, hexadecimal.
     nbytes : int
         Size of the history file.
     created : str
-        When it was published, RFC 3339, UTC.
+        Time of publication, RFC 3339, UTC.
     description : dict
-        The description that `gamutcore` gave it.
+        Description by `gamutcore`.
     copy : str
-        Which history file of the id it is: `GamutStore.publish` chooses it. Empty in records of
-        before there could be several.
+        Name of the history file, chosen by `GamutStore.publish`; empty in old records.
     """
 
     id: str
@@ -43,29 +52,29 @@ class Record:
     copy: str = ""
 
     def to_bytes(self) -> bytes:
-        """Return the record as it is stored: seal JSON."""
+        """Return the record as sealed JSON."""
         return seal(json.dumps(asdict(self), separators=(",", ":")).encode())
 
     @classmethod
     def from_bytes(cls, data: bytes) -> Record:
-        """Return a stored record; ValueError or TypeError if anything about it is wrong."""
+        """Return a stored record; raises ValueError or TypeError if it is damaged."""
         return cls(**json.loads(unseal(data)))
 
     @property
     def key(self) -> str:
-        """The key of the history file."""
+        """Key of the history file."""
         return history_key(self.id, self.copy)
 
 
 class RecordCache:
-    """The records read last, each for a while: it never changes, but may be deleted elsewhere.
+    """Recently read records. Records never change, but other replicas may delete them.
 
     Parameters
     ----------
     capacity : int
-        Records that are kept, the last used.
+        Largest number of records.
     seconds : float
-        For how long one is believed to be there still. 0: nothing is kept.
+        Time for which a record is assumed to exist. 0 disables the cache.
     """
 
     def __init__(self, capacity: int, seconds: float) -> None:
@@ -75,12 +84,12 @@ class RecordCache:
         self._records: OrderedDict[str, tuple[Record, float]] = OrderedDict()
 
     def get(self, gamut_id: str) -> Record | None:
-        """Return a record that is believed to be there; None if there is none."""
+        """Return a record that is assumed to exist; None if there is none."""
         record, until = self._records.get(gamut_id, (None, 0.0))
         return record if until > time.monotonic() else None
 
     def put(self, record: Record) -> None:
-        """Keep a record that has just been read or created."""
+        """Keep a record that was just read or created."""
         if self._seconds:
             with self._lock:
                 self._records[record.id] = (record, time.monotonic() + self._seconds)
@@ -89,7 +98,7 @@ class RecordCache:
                     self._records.popitem(last=False)
 
     def discard(self, gamut_id: str) -> None:
-        """Forget a record, because it is gone or in doubt."""
+        """Forget a record that is gone or in doubt."""
         with self._lock:
             self._records.pop(gamut_id, None)
 
@@ -106,10 +115,42 @@ def history_key(gamut_id: str, copy: str) -> str:
 
 
 def input_key(gamut_id: str) -> str:
-    """Return the key of the input that a gamut is built from."""
+    """Return the key of a gamut's input."""
     return f"inputs/{gamut_id[:2]}/{gamut_id}.input"
 
 
 def id_of(key: str) -> str:
-    """Return the id of the gamut that a key of the above belongs to."""
+    """Return the gamut's id in a key."""
     return key.rpartition("/")[2].partition(".")[0]
+
+
+def seal(payload: bytes) -> bytes:
+    """Return a payload with its SHA-256 in front, which `unseal` verifies.
+
+    Returns
+    -------
+    bytes
+        64 hexadecimal digits, a line feed, the payload, a line feed.
+    """
+    return b"%b\n%b\n" % (hashlib.sha256(payload).hexdigest().encode(), payload)
+
+
+def unseal(data: bytes) -> bytes:
+    """Return the payload of sealed bytes.
+
+    Raises
+    ------
+    BlobDamagedError
+        The bytes are not the result of `seal`.
+
+    Examples
+    --------
+    >>> unseal(seal(b"payload"))
+    b'payload'
+    """
+    digest, payload = data[:65], data[65:-1]
+    expected = hashlib.sha256(payload).hexdigest().encode() + b"\n"
+    if len(data) < 66 or digest != expected or data[-1:] != b"\n":
+        message = "the content does not match its digest"
+        raise BlobDamagedError(message)
+    return payload

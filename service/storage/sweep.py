@@ -1,4 +1,4 @@
-"""Removal of histories that a process stored and did not live to commit."""
+"""Removal of histories whose publisher died before it created the record."""
 
 from __future__ import annotations
 
@@ -16,39 +16,34 @@ __all__ = ["remove_uncommitted"]
 
 
 def remove_uncommitted(
-    blobs: Blobs, in_the_making: Callable[[str], bool], wanted: Callable[[], bool]
+    blobs: Blobs, is_being_published: Callable[[str], bool], goes_on: Callable[[], bool]
 ) -> int:
-    """Remove the histories that no record names.
+    """Remove the histories that no record names, and return their number.
 
     Parameters
     ----------
     blobs : Blobs
-        Storage that belongs to this process: what others are publishing cannot be told apart.
-    in_the_making : callable
-        Whether this process is just publishing the gamut of an id.
-    wanted : callable
-        Whether to go on.
-
-    Returns
-    -------
-    int
-        How many were removed.
+        Storage that belongs to this process. In a shared one, other publishers are unknown.
+    is_being_published : callable
+        Returns whether this process is publishing the gamut of an id.
+    goes_on : callable
+        Returns whether to continue.
     """
     removed = 0
     for gamut_id, keys in groupby(blobs.keys("published/"), id_of):
-        if not wanted():
+        if not goes_on():
             break
         histories = [key for key in keys if key.endswith(".gamut")]
-        # This order: what is not in the making any more has been committed before the look.
-        if not in_the_making(gamut_id):
+        # The keys are read first: a gamut that is not being published now was committed before.
+        if not is_being_published(gamut_id):
             removed += sum(map(blobs.delete, _uncommitted(blobs, gamut_id, histories)))
     return removed
 
 
 def _uncommitted(blobs: Blobs, gamut_id: str, histories: list[str]) -> Iterable[str]:
     if len(histories) == 1 and _exists(blobs, record_key(gamut_id)):
-        # The usual case, and worth no reading: if the record speaks of another history, it is
-        # damaged, and found to be when it is asked for.
+        # The usual case, without a read. A record that names another history is damaged, and
+        # reading it will show that.
         return []
     try:
         committed = Record.from_bytes(blobs.read(record_key(gamut_id)).data).key

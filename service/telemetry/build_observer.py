@@ -59,13 +59,13 @@ class BuildObserver:
             The job, with the trace context of its first request.
         """
         if self._figures is not None:
-            self._figures.ended(outcome, seconds)
+            self._figures.count_build(outcome, seconds)
         if self._traces is None:
             return
         stages = {stage: duration for stage, duration in seconds.items() if stage != TOTAL}
         finished = time.time()
         started = finished - max(seconds.get(TOTAL, 0.0), sum(stages.values()))
-        self._traces.build_ended(
+        self._traces.write_build(
             document.id,
             outcome,
             stages,
@@ -86,8 +86,8 @@ class BuildReports:
         self._reading, self._writing = os.pipe()
         os.set_blocking(self._writing, False)
 
-    def ended(self, outcome: str, seconds: Mapping[str, float]) -> None:
-        """Send an ended build; see `BuildFigures.ended`."""
+    def count_build(self, outcome: str, seconds: Mapping[str, float]) -> None:
+        """Send an ended build; see `BuildFigures.count_build`."""
         rounded = {stage: round(duration, 6) for stage, duration in seconds.items()}
         line = json.dumps([outcome, rounded], separators=(",", ":")).encode() + b"\n"
         if len(line) > _LONGEST:
@@ -108,7 +108,7 @@ class BuildReports:
         with os.fdopen(os.dup(self._reading), "rb") as lines:
             for line in lines:
                 outcome, seconds = json.loads(line)
-                figures.ended(outcome, seconds)
+                figures.count_build(outcome, seconds)
 
     def close(self) -> None:
         """Close the pipe in this process. The thread of `forward` ends after the last close."""

@@ -90,7 +90,7 @@ class TextLines(logging.Formatter):
 
     def format(self, record: logging.LogRecord) -> str:
         """Return the line of a record."""
-        message = _CONTROL.sub(_escaped, without_secrets(record.getMessage()))
+        message = _CONTROL.sub(_escape, without_secrets(record.getMessage()))
         line = f"{_time(record)} {record.levelname} {record.name}: {message}"
         if request_id := _request_id(record):
             line += f" [{request_id}]"
@@ -171,7 +171,7 @@ def _exception(record: logging.LogRecord) -> str | None:
     return without_secrets("\n".join(parts)) if parts else None
 
 
-def _escaped(found: re.Match[str]) -> str:
+def _escape(found: re.Match[str]) -> str:
     # A value must not be able to forge a line of the log.
     return found.group().encode("unicode_escape").decode("ascii")
 

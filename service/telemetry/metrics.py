@@ -91,7 +91,7 @@ class RequestFigures:
         self.in_progress = 0
         self.sent_bytes = 0
 
-    def answered(self, method: str, route: str, status: int, seconds: float) -> None:
+    def count_answer(self, method: str, route: str, status: int, seconds: float) -> None:
         """Count a request."""
         key = (method if method in _METHODS else "other", route, status)
         self.counts[key] = self.counts.get(key, 0) + 1
@@ -100,7 +100,7 @@ class RequestFigures:
             distribution = self.seconds[route] = Distribution(_RESPONSE_BOUNDS)
         distribution.add(seconds)
 
-    def refused(self, problem: str, nbytes: int) -> None:
+    def count_refusal(self, problem: str, nbytes: int) -> None:
         """Count an answer of the server without the app."""
         self.refusals[problem] = self.refusals.get(problem, 0) + 1
         self.sent_bytes += nbytes
@@ -125,7 +125,7 @@ class BuildFigures:
         self.stages: dict[str, Distribution] = {}
         self._lock = threading.Lock()
 
-    def ended(self, outcome: str, seconds: Mapping[str, float]) -> None:
+    def count_build(self, outcome: str, seconds: Mapping[str, float]) -> None:
         """Count an ended build.
 
         Parameters

@@ -25,7 +25,7 @@ __all__ = [
     "counter",
     "exposition",
     "gauge",
-    "labelled",
+    "metric_family",
     "request_families",
     "serve_build_figures",
 ]
@@ -105,10 +105,10 @@ def _registry(families: Callable[[], Iterable[Metric]], process: str = "self") -
             # Otherwise the library would collect all metrics to learn the names.
             return []
 
-    told = CollectorRegistry()
-    told.register(Figures())
-    ProcessCollector(pid=lambda: process, registry=told)
-    return told
+    collectors = CollectorRegistry()
+    collectors.register(Figures())
+    ProcessCollector(pid=lambda: process, registry=collectors)
+    return collectors
 
 
 def _common_families(process: str) -> Iterator[Metric]:
@@ -117,7 +117,7 @@ def _common_families(process: str) -> Iterator[Metric]:
         "algorithm": str(ALGORITHM_VERSION),
         "python": platform.python_version(),
     }
-    yield labelled("gauge", "gamut_build_info", "Version of the program.", [(labels, 1)])
+    yield metric_family("gauge", "gamut_build_info", "Version of the program.", [(labels, 1)])
     usage = descendants_usage(process)
     if usage is not None:
         yield gauge(
@@ -139,7 +139,7 @@ def _common_families(process: str) -> Iterator[Metric]:
 
 def request_families(figures: RequestFigures) -> Iterator[Metric]:
     """Return the metrics of requests."""
-    yield labelled(
+    yield metric_family(
         "counter",
         "gamut_http_requests",
         "Answered requests by method, route template and status.",
@@ -148,7 +148,7 @@ def request_families(figures: RequestFigures) -> Iterator[Metric]:
             for (method, route, status), count in list(figures.counts.items())
         ],
     )
-    yield labelled(
+    yield metric_family(
         "counter",
         "gamut_http_refusals",
         "Answers of the server without the app, by code of the problem.",
@@ -166,7 +166,7 @@ def request_families(figures: RequestFigures) -> Iterator[Metric]:
 
 def build_families(figures: BuildFigures) -> Iterator[Metric]:
     """Return the metrics of builds."""
-    yield labelled(
+    yield metric_family(
         "counter",
         "gamut_builds",
         "Ended builds: succeeded, cancelled, crashed (one attempt), or a problem's code.",
@@ -187,18 +187,18 @@ def _bound(value: float) -> str:
 
 def gauge(name: str, meaning: str, value: float) -> Metric:
     """Return a gauge without labels."""
-    return labelled("gauge", name, meaning, [({}, value)])
+    return metric_family("gauge", name, meaning, [({}, value)])
 
 
 def counter(name: str, meaning: str, value: float) -> Metric:
     """Return a counter without labels."""
-    return labelled("counter", name, meaning, [({}, value)])
+    return metric_family("counter", name, meaning, [({}, value)])
 
 
-def labelled(
+def metric_family(
     kind: str, name: str, meaning: str, samples: Iterable[tuple[dict[str, str], float]]
 ) -> Metric:
-    """Return a metric family with labelled samples; `kind` is ``gauge`` or ``counter``."""
+    """Return a metric family with metric_family samples; `kind` is ``gauge`` or ``counter``."""
     from prometheus_client.core import Metric  # noqa: PLC0415
 
     family = Metric(name, meaning, kind)

@@ -98,7 +98,7 @@ class RequestObserver:
                     status = 500
                     raise
                 finally:
-                    self.traces.answered(span, scope["method"], _route(scope), status)
+                    self.traces.set_outcome(span, scope["method"], _route(scope), status)
 
     async def _observe(self, scope: Scope, receive: Receive, send: Send) -> int:
         figures = self.figures
@@ -124,7 +124,7 @@ class RequestObserver:
             figures.sent_bytes += nbytes
             status = status or _DISCONNECTED
             seconds = (began or perf_counter()) - started
-            figures.answered(scope["method"], _route(scope), status, seconds)
+            figures.count_answer(scope["method"], _route(scope), status, seconds)
             if self.access_log:
                 _log(scope, status, nbytes, seconds)
         return status
@@ -147,7 +147,7 @@ class Refusals:
 
     def __call__(self, refusal: Refusal) -> None:
         """Record an answer. The request is unknown or unfit for the log."""
-        self.figures.refused(refusal.problem, refusal.nbytes)
+        self.figures.count_refusal(refusal.problem, refusal.nbytes)
         if self.access_log:
             milliseconds = round(1000 * refusal.seconds, 3)
             logger.info(

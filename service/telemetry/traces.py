@@ -28,8 +28,8 @@ __all__ = [
     "TracesUnavailableError",
     "current_trace",
     "propagation_headers",
+    "traces_enabled",
     "traces_of",
-    "traces_wanted",
 ]
 
 _ENDPOINTS = ("OTEL_EXPORTER_OTLP_TRACES_ENDPOINT", "OTEL_EXPORTER_OTLP_ENDPOINT")
@@ -68,7 +68,7 @@ def propagation_headers() -> dict[str, str]:
     return carrier
 
 
-def traces_wanted(setting: str) -> bool:
+def traces_enabled(setting: str) -> bool:
     """Return whether the setting and the environment enable traces.
 
     Parameters
@@ -103,11 +103,11 @@ def traces_wanted(setting: str) -> bool:
 
 
 def traces_of(setting: str) -> Traces | None:
-    """Return the traces if they are enabled (see `traces_wanted`); else None.
+    """Return the traces if they are enabled (see `traces_enabled`); else None.
 
     They start a thread, so they must be made after the last fork.
     """
-    if not traces_wanted(setting):
+    if not traces_enabled(setting):
         return None
     from opentelemetry.exporter.otlp.proto.http.trace_exporter import (  # noqa: PLC0415
         OTLPSpanExporter,
@@ -137,7 +137,7 @@ class Traces:
 
     @contextlib.contextmanager
     def request(self, scope: Scope, request_id: str) -> Iterator[Span]:
-        """Open the span of a request. `answered` adds its name and outcome.
+        """Open the span of a request. `set_outcome` adds its name and outcome.
 
         Parameters
         ----------
@@ -172,7 +172,7 @@ class Traces:
             yield span
 
     @staticmethod
-    def answered(span: Span, method: str, route: str, status: int) -> None:
+    def set_outcome(span: Span, method: str, route: str, status: int) -> None:
         """Add the route and the status to a request's span."""
         from opentelemetry.trace import StatusCode  # noqa: PLC0415
 
@@ -183,7 +183,7 @@ class Traces:
             span.set_attribute("error.type", str(status))
             span.set_status(StatusCode.ERROR)
 
-    def build_ended(
+    def write_build(
         self,
         gamut_id: str,
         outcome: str,

@@ -35,8 +35,8 @@ def labels(tmp_path_factory):
         Settings(store=str(tmp_path_factory.mktemp("store")), store_bytes=10**9)
     ).state.service
     service.store.open()
-    service.metrics.requests.answered("GET", "/", 200, 0.1)
-    service.metrics.builds.ended("succeeded", {"boundary": 0.5, "total": 1.0})
+    service.metrics.requests.count_answer("GET", "/", 200, 0.1)
+    service.metrics.builds.count_build("succeeded", {"boundary": 0.5, "total": 1.0})
     asyncio.run(service.readiness.report())
     body, _ = exposition(lambda: service_families(service), "")
     service.store.close()

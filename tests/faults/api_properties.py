@@ -1,9 +1,9 @@
-"""Lets schemathesis play with a real server, by its OpenAPI document: `--seconds 600 --seed 1`.
+"""Test a server with schemathesis and its OpenAPI document: ``--seconds 600 --seed 1``.
 
-Requests are made up from the document, right ones and wrong ones, and, by the document's links, in
-chains: a gamut is built, looked at, downloaded, deleted and asked for again. Every answer is
-compared with the document: its status, media type, header fields and schema; nothing may be a 5xx.
-Ends with status 1, and schemathesis' report on the output, where anything is not as documented.
+Schemathesis generates valid and invalid requests from the document. It also follows the links of
+the document: a gamut is built, described, downloaded, deleted and requested again. Status, media
+type, header fields and schema of each answer must match the document, and no answer may be a 5xx.
+Otherwise the program prints the report of schemathesis and exits with 1.
 """
 
 from __future__ import annotations
@@ -21,15 +21,14 @@ from serving import serving  # noqa: E402 - a program beside this one
 
 
 def main() -> int:
-    """Run it, and return the exit status."""
+    """Run schemathesis and return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=int, default=600)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--phases", default="examples,coverage,fuzzing,stateful")
     parser.add_argument("--examples", type=int, default=0, help="per operation; else by the time")
     parsed = parser.parse_args()
-    # Builds are waited for, or a chain would seldom come to a gamut; the queue is never full,
-    # because an answer of 503 or 429 shows nothing.
+    # The queue is never full, because answers 503 and 429 test nothing.
     with serving(build_queue=1000, cors_origins="*") as server:
         command = [
             *(sys.executable, "-m", "schemathesis.cli"),

@@ -1,15 +1,17 @@
-"""Kill the parts of a deployment again and again, and see that no promise is broken.
+"""Kill the parts of a deployment repeatedly and check its promises.
 
-API replicas, workers, a broker (Redis or RabbitMQ) and an S3 server, all on this machine:
+The deployment has API replicas, workers, a broker (Redis or RabbitMQ) and an S3 server on this
+machine.
 
-- ``--posts`` identical requests at once, spread over the replicas: one build, the same bytes;
-- ``--kills`` times a worker is killed in mid-build, and every tenth time a replica as well that has
-  accepted a build: every accepted build ends, its bytes match their tag;
-- a slot that hangs, so that only Celery's hard time limit can end it, costs an attempt;
-- ``--builds`` builds in a row as fast as the workers go.
+- ``--posts``: identical requests at the same time, spread over the replicas, must give one build
+  and the same bytes.
+- ``--kills``: workers are killed during builds, and every tenth time also the replica that accepted
+  the build. Every accepted build must succeed, and its bytes must match their entity tag.
+- A hung slot, which only Celery's hard time limit can end, must cost one attempt.
+- ``--builds``: builds in a row, as fast as the workers go.
 
-Exits with 1 at the first broken promise. With ``--write`` the figures go to
-``benchmarks/cluster.json``, from which ``make scaling`` tells them.
+The program exits with 1 at the first broken promise. With ``--write`` the figures go to
+``benchmarks/cluster.json``, which ``make scaling`` reads.
 """
 
 from __future__ import annotations
@@ -41,23 +43,23 @@ HASTY = (
     "import sys; import service.broker.celery_app as app; app._STARTING_SECONDS = 1.0;"
     "from service.command import main; sys.exit(main())"
 )
-"""A worker whose hard time limit is a second above the deadline, and not a minute."""
+"""A worker whose hard time limit is one second above the deadline instead of a minute."""
 
 SETTINGS = {"build_lease": 5, "resend_seconds": 3, "build_queue": 1000, "drain_seconds": 5}
 
 
 class BrokenPromiseError(Exception):
-    """What must never happen."""
+    """The service broke a promise."""
 
 
-def held(condition: object, promise: str) -> None:
-    """Raise where a promise is broken."""
+def require(condition: object, promise: str) -> None:
+    """Raise if a promise is broken."""
     if not condition:
         raise BrokenPromiseError(promise)
 
 
 def children(process: int) -> list[int]:
-    """The processes that a process has started; of a worker's, a slot has one as well."""
+    """Return the child processes of a process."""
     return [
         int(child)
         for task in Path(f"/proc/{process}/task").iterdir()
@@ -66,7 +68,7 @@ def children(process: int) -> list[int]:
 
 
 class Run:
-    """One run over a deployment."""
+    """A run over one deployment."""
 
     def __init__(self, cluster: Cluster, replicas: int, workers: int, seed: int) -> None:
         self.cluster = cluster
@@ -77,7 +79,7 @@ class Run:
         until(lambda: all("is warm" in worker.log() for worker in self.workers))
 
     def arguments(self, samples: int = 30_000) -> dict[str, Any]:
-        """What to post for a gamut that nobody has asked for yet."""
+        """Return the arguments of a POST for a new gamut."""
         self.count += 1
         options = {"gamma": 0.2 + 1e-6 * self.count, "surface_samples": samples}
         return {
@@ -87,38 +89,38 @@ class Run:
 
     def post(self, replica: Any, arguments: dict[str, Any], prefer: str) -> Any:
         answer = replica.client.post("/v1/gamuts", **arguments, headers={"Prefer": prefer})
-        held(answer.status_code in {200, 201, 202}, f"POST: {answer.status_code} {answer.text}")
+        require(answer.status_code in {200, 201, 202}, f"POST: {answer.status_code} {answer.text}")
         return answer
 
     def job(self, job_id: str) -> dict[str, Any]:
         answer = self.chance.choice(self.replicas).client.get(f"/v1/jobs/{job_id}")
-        held(answer.status_code == 200, f"an accepted job is unknown: {answer.text}")
+        require(answer.status_code == 200, f"an accepted job is unknown: {answer.text}")
         return dict(answer.json())
 
-    def finished(self, job_id: str) -> dict[str, Any]:
+    def wait_for_success(self, job_id: str) -> dict[str, Any]:
         job = until(lambda: (j := self.job(job_id))["finished"] and j, 300, 0.05)
-        held(job["state"] == "succeeded", f"an accepted build failed: {job}")
+        require(job["state"] == "succeeded", f"an accepted build failed: {job}")
         return dict(job)
 
     def builder(self, job_id: str) -> Any:
-        """The worker that has begun a job last."""
+        """Return the worker that started the job last."""
         until(lambda: self.job(job_id)["state"] == "running", 120)
         return max(self.workers, key=lambda each: each.log().rfind(f"build of {job_id} started"))
 
-    def verified(self, gamut_id: str) -> bytes:
-        """The history, the same at every replica and as its tag says."""
+    def check_history(self, gamut_id: str) -> bytes:
+        """Return the history, after checking the entity tag and that all replicas agree."""
         contents = set()
         for replica in self.replicas:
             answer = replica.client.get(f"/v1/gamuts/{gamut_id}/history")
-            held(answer.status_code == 200, f"a finished gamut is missing: {answer.text}")
+            require(answer.status_code == 200, f"a finished gamut is missing: {answer.text}")
             digest = hashlib.sha256(answer.content).hexdigest()
-            held(digest in answer.headers["etag"], "a body does not match its tag")
+            require(digest in answer.headers["etag"], "a body does not match its tag")
             contents.add(answer.content)
-        held(len(contents) == 1, "replicas answer with different bytes")
+        require(len(contents) == 1, "replicas answer with different bytes")
         return contents.pop()
 
-    def identical(self, posts: int) -> int:
-        """How often identical requests at once were built."""
+    def post_identical(self, posts: int) -> int:
+        """Post identical requests at the same time and return the number of builds."""
         arguments = self.arguments()
         with concurrent.futures.ThreadPoolExecutor(min(posts, 64)) as pool:
             answers = list(
@@ -130,13 +132,13 @@ class Run:
                 )
             )
         (gamut_id,) = {answer.json()["id"] for answer in answers}
-        self.verified(gamut_id)
+        self.check_history(gamut_id)
         built = sum(each.log().count(f"build of {gamut_id} started") for each in self.workers)
-        held(built == 1, f"{posts} identical requests were built {built} times")
+        require(built == 1, f"{posts} identical requests were built {built} times")
         return built
 
-    def killed(self) -> float:
-        """Kill the worker that builds a gamut; return the seconds until somebody goes on."""
+    def kill_worker(self) -> float:
+        """Kill the worker of a build; return the seconds until another worker resumes it."""
         replica = self.chance.randrange(len(self.replicas))
         job_id = self.post(self.replicas[replica], self.arguments(100_000), "respond-async").json()[
             "id"
@@ -155,12 +157,12 @@ class Run:
         else:
             until(lambda: (j := self.job(job_id))["finished"] or j["attempts"] > 1, 300, 0.05)
             waited = time.monotonic() - clock
-        self.finished(job_id)
-        self.verified(job_id)
+        self.wait_for_success(job_id)
+        self.check_history(job_id)
         return waited
 
-    def stuck(self) -> float:
-        """Have a slot hang in mid-build; return the seconds until somebody goes on."""
+    def hang_slot(self) -> float:
+        """Stop a slot during a build; return the seconds until another slot resumes it."""
         for worker in self.workers:
             worker.stop()
         hanging = self.cluster.worker(HASTY, build_timeout=8)
@@ -173,15 +175,15 @@ class Run:
         clock = time.monotonic()
         until(lambda: (j := self.job(job_id))["finished"] or j["attempts"] > 1, 120, 0.05)
         seconds = time.monotonic() - clock
-        held("Hard time limit" in hanging.log(), "the hard time limit ends a slot that hangs")
+        require("Hard time limit" in hanging.log(), "the hard time limit ends a hung slot")
         hanging.stop()
         self.workers = [self.cluster.worker() for _ in self.workers]
-        self.finished(job_id)
-        self.verified(job_id)
+        self.wait_for_success(job_id)
+        self.check_history(job_id)
         return seconds
 
-    def rate(self, builds: int) -> float:
-        """Builds per second of all workers together."""
+    def build_rate(self, builds: int) -> float:
+        """Return the builds per second of all workers together."""
         clock = time.monotonic()
         ids = [
             self.post(
@@ -190,12 +192,12 @@ class Run:
             for n in range(builds)
         ]
         for job_id in ids:
-            self.finished(job_id)
+            self.wait_for_success(job_id)
         return builds / (time.monotonic() - clock)
 
 
 def main() -> int:
-    """Run, and return the exit status."""
+    """Run all checks and return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--broker", choices=["redis", "rabbitmq"], default="redis")
     parser.add_argument("--replicas", type=int, default=3)
@@ -240,7 +242,7 @@ def main() -> int:
 def _figures(run: Run, given: argparse.Namespace) -> list[dict[str, str]]:
     figures = []
     if given.posts:
-        built = run.identical(given.posts)
+        built = run.post_identical(given.posts)
         figures.append(
             {
                 "what": f"identical requests at the same time, {given.replicas} replicas",
@@ -250,7 +252,7 @@ def _figures(run: Run, given: argparse.Namespace) -> list[dict[str, str]]:
         )
         print(figures[-1], flush=True)
     if given.builds:
-        rate = run.rate(given.builds)
+        rate = run.build_rate(given.builds)
         figures.append(
             {
                 "what": "builds of 30,000 surface samples, all workers together",
@@ -260,10 +262,10 @@ def _figures(run: Run, given: argparse.Namespace) -> list[dict[str, str]]:
         )
         print(figures[-1], flush=True)
     if given.kills:
-        print(f"a hung build slot was replaced after {run.stuck():.1f} s", flush=True)
+        print(f"a hung build slot was replaced after {run.hang_slot():.1f} s", flush=True)
     waits = []
     for number in range(given.kills):
-        waits.append(run.killed())
+        waits.append(run.kill_worker())
         print(f"kill {number + 1} of {given.kills}: {waits[-1]:.1f} s", flush=True)
     if waits:
         figures.append(

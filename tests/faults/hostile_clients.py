@@ -1,10 +1,10 @@
-"""Plays hostile clients against a real server, beside good ones: `--full` for the figures.
+"""Attack a server with hostile clients while other clients use it: ``--full`` for the figures.
 
-Endless bodies in chunks, compressed bodies and pictures that unpack to gigabytes, forms of 100,000
-fields, endless heads, heads and bodies that come a byte at a time, crowds that say nothing, limits
-whose levels have to be searched, clients that take no answer. Every one of them has to end in the
-status that it deserves, the server's memory may grow by 64 MB at most, and good clients must not
-notice. Writes one line of JSON, and ends with status 1 where that is not so.
+Attacks: endless chunked bodies, compressed bodies and pictures that unpack to gigabytes, forms of
+100,000 fields, endless heads, heads and bodies sent byte by byte, crowds of silent connections,
+error limits with expensive searches, and clients that do not read the answer. Each attack must end
+with its expected status, the memory of the server may grow by at most 64 MB, and other clients must
+be served. The program prints one line of JSON and exits with 1 if a condition fails.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ from serving import Serving, serving  # noqa: E402 - a program beside this one
 
 MOST_GROWTH = 64 << 20
 CONNECTIONS = 200
-"""The server's own limit in these runs, so that a crowd is a crowd."""
+"""Connection limit of the server in these runs."""
 
 SECONDS = 0.6
-"""The server's time for a head, and for a body."""
+"""Time limit of the server for a head, and for a body."""
 
 BORDER = "hostile"
 FORM = f"Content-Type: multipart/form-data; boundary={BORDER}\r\n"
@@ -47,17 +47,17 @@ JSON = "Content-Type: application/json\r\n"
 
 @dataclass
 class Attack:
-    """One kind of hostile client.
+    """A kind of hostile client.
 
     Attributes
     ----------
     name : str
     statuses : set of int
-        What it deserves; 0 for a connection that is closed without a word.
+        Expected statuses; 0 for a connection that is closed without an answer.
     client : callable
         (port) → status.
     clients : int
-        How many of them at the same time.
+        Number of clients at the same time.
     """
 
     name: str
@@ -68,7 +68,7 @@ class Attack:
 
 @dataclass
 class Good:
-    """A client that asks for a mesh and for a sign of life, over and over."""
+    """A client that requests a mesh and ``/livez`` repeatedly."""
 
     server: Serving
     path: str
@@ -86,7 +86,7 @@ class Good:
                     try:
                         status = self.status(connection, path)
                     except (http.client.HTTPException, ConnectionError):
-                        # What every client does whose idle connection was closed meanwhile.
+                        # The server may have closed the idle connection. Clients retry once.
                         connection.close()
                         status = self.status(connection, path)
                     if status != 200:
@@ -114,9 +114,9 @@ async def sent(
     reads: bool = True,
     stubborn: bool = False,
 ) -> int:
-    """Send a request as long as it is taken, or, if `stubborn`, whatever is answered.
+    """Send a request until the server answers or, if `stubborn`, to the end.
 
-    The status of the answer, 0 for none.
+    Returns the status of the answer, 0 for none.
     """
     reader, writer = await asyncio.open_connection("127.0.0.1", port)
     status = 0
@@ -155,7 +155,7 @@ async def once(content: bytes) -> AsyncIterator[bytes]:
 
 
 async def endless(first: bytes, size: int) -> AsyncIterator[bytes]:
-    """A chunked body of so many bytes."""
+    """Iterate over the chunks of a body with that many bytes."""
     if first:
         yield b"%x\r\n%b\r\n" % (len(first), first)
     block = b"%x\r\n" % (1 << 20) + bytes(1 << 20) + b"\r\n"
@@ -164,7 +164,7 @@ async def endless(first: bytes, size: int) -> AsyncIterator[bytes]:
 
 
 async def drops(data: bytes, seconds: float) -> AsyncIterator[bytes]:
-    """A byte at a time."""
+    """Iterate over single bytes with pauses."""
     for number in data:
         yield bytes([number])
         await asyncio.sleep(seconds)
@@ -181,7 +181,7 @@ async def forever(block: bytes, size: int) -> AsyncIterator[bytes]:
 
 
 def png_bomb() -> bytes:
-    """A picture of 100,000 × 100,000 pixels in 30 kB of data."""
+    """Return a picture of 100,000 × 100,000 pixels in 30 kB of data."""
 
     def chunk(name: bytes, data: bytes) -> bytes:
         return len(data).to_bytes(4) + name + data + zlib.crc32(name + data).to_bytes(4)
@@ -199,7 +199,7 @@ def form(parts: int) -> bytes:
 
 
 def attacks(mesh: str, *, full: bool) -> list[Attack]:
-    """Return all of them, of their full size or a tenth of it and less."""
+    """Return all attacks, in full size or at most a tenth of it."""
     size = 10 << 30 if full else 400 << 20
     bomb = gzip.compress(bytes(1 << 30 if full else 1 << 26))
     picture = FILE + png_bomb() + f"\r\n--{BORDER}--\r\n".encode()
@@ -284,7 +284,7 @@ def attacks(mesh: str, *, full: bool) -> list[Attack]:
 
 
 async def suffered(server: Serving, good: Good, *, full: bool) -> list[dict[str, Any]]:
-    """Return what became of each kind, one after the other."""
+    """Run the attacks one after the other and return their results."""
     rows = []
     for attack in attacks(good.path, full=full):
         good.during = attack.name
@@ -292,7 +292,7 @@ async def suffered(server: Serving, good: Good, *, full: bool) -> list[dict[str,
         statuses = await asyncio.gather(
             *(attack.client(server.port) for _ in range(attack.clients)), return_exceptions=True
         )
-        # A connection that is refused outright, or reset, is one that is closed without a word.
+        # A refused or reset connection counts as closed without an answer.
         found = Counter(0 if isinstance(one, OSError) else one for one in statuses)
         rows.append(
             {
@@ -308,7 +308,7 @@ async def suffered(server: Serving, good: Good, *, full: bool) -> list[dict[str,
 
 
 def sphere(count: int) -> list[list[float]]:
-    """Return colours on a sphere, evenly spread."""
+    """Return evenly spread colours on a sphere."""
     turn = math.pi * (3 - math.sqrt(5))
     points = []
     for number in range(count):
@@ -325,7 +325,7 @@ def sphere(count: int) -> list[list[float]]:
 
 
 def main() -> int:
-    """Run everything, and return the exit status."""
+    """Run all attacks and return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--full", action="store_true", help="10 GB and thousands of clients")
     full = parser.parse_args().full

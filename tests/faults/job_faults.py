@@ -1,7 +1,7 @@
-"""Deaths in the middle of builds, as often as wanted: what the suite does a few times.
+"""Kill workers and services during builds, any number of times.
 
-Every function takes what it kills and how often, and raises AssertionError at the first promise
-that is broken. The servers are those of ``tests/service/conftest.py``. As a program::
+The functions raise AssertionError at the first broken promise. The servers are those of
+``tests/service/conftest.py``. The test suite calls the functions with small numbers. As a program::
 
     python tests/faults/job_faults.py --worker-kills 100 --service-kills 5 --clients 200
 """
@@ -32,12 +32,12 @@ def accepted(server, arguments):
 
 
 def state(server, address):
-    """What a job is."""
+    """Return the state of a job."""
     return server.client.get(address).json()["state"]
 
 
 def running_or_over(server, address, attempts):
-    """A job's document once it is in a later attempt than that many, or over."""
+    """Wait until a job is finished or in a later attempt, and return its document."""
 
     def found():
         job = server.client.get(address).json()
@@ -48,12 +48,12 @@ def running_or_over(server, address, attempts):
 
 
 def accepted_jobs_finish(start_server, slow_build, *, kills, stops, jobs=2, seed=0):
-    """Kill and stop services with builds running and waiting; the last one has to finish them all.
+    """Kill and stop services while builds run and wait; the last service must finish all builds.
 
-    Kills and stops alternate as long as there are both. A service that is killed in the middle of a
-    build costs that build an attempt, so the attempts have to be enough for all kills.
+    Kills and stops alternate. Each kill during a build costs that build one attempt, so the number
+    of attempts must exceed the number of kills.
     """
-    chance = random.Random(seed)  # noqa: S311 - to be repeatable
+    chance = random.Random(seed)  # noqa: S311  # reproducible
     server = start_server(build_attempts=10, drain_seconds=1)
     addresses = [accepted(server, slow_build(40_000 + 1000 * number)) for number in range(jobs)]
     ends = [how for pair in zip(["kill"] * kills, ["stop"] * stops, strict=False) for how in pair]
@@ -64,7 +64,7 @@ def accepted_jobs_finish(start_server, slow_build, *, kills, stops, jobs=2, seed
                 state(server, address) in {"running", "succeeded"} for address in addresses
             )
         )
-        # within the builds, of which each takes about a second
+        # Each build takes about a second, so the end falls into a build.
         time.sleep(chance.uniform(0.0, 0.8))
         getattr(server, how)()
         server = start_server(server.data, build_attempts=10, drain_seconds=1)
@@ -78,11 +78,11 @@ def accepted_jobs_finish(start_server, slow_build, *, kills, stops, jobs=2, seed
 
 
 def killed_workers_cost_time_only(start_server, slow_build, *, kills, per_job=2, seed=0):
-    """Kill the worker in the middle of builds: no job fails, and what was built is the same.
+    """Kill the worker during builds; every job must succeed.
 
-    Every job has three attempts, so each survives two kills.
+    A job has three attempts, so it survives two kills.
     """
-    chance = random.Random(seed)  # noqa: S311 - to be repeatable
+    chance = random.Random(seed)  # noqa: S311  # reproducible
     server = start_server()
     server.wait_ready()
     killed = 0
@@ -107,7 +107,7 @@ def killed_workers_cost_time_only(start_server, slow_build, *, kills, per_job=2,
 
 
 def identical_requests_are_one_build(server, arguments, *, clients):
-    """Post the same many times at once: one build, one answer, and the meshes are one as well."""
+    """Post identical requests at the same time; there must be one build, one answer, one mesh."""
     limits = httpx.Limits(max_connections=clients)
 
     with httpx.Client(base_url=server.url, timeout=300, limits=limits) as client:
@@ -128,7 +128,7 @@ def identical_requests_are_one_build(server, arguments, *, clients):
 
 
 def main():
-    """Run all of them and print what was survived."""
+    """Run all checks and print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--worker-kills", type=int, default=100)
     parser.add_argument("--service-kills", type=int, default=5)
@@ -158,7 +158,7 @@ def main():
         kills = killed_workers_cost_time_only(
             start, slow_build, kills=wanted.worker_kills, seed=wanted.seed
         )
-        print(f"{kills} kills of a worker in mid-build: all jobs completed")
+        print(f"{kills} kills of a worker during builds: all jobs completed")
         ends = accepted_jobs_finish(
             start,
             slow_build,

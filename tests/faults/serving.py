@@ -1,4 +1,4 @@
-"""A real server for the programs of this folder: a process of its own, in a new directory."""
+"""A server process with a new directory, for the programs of this folder."""
 
 from __future__ import annotations
 
@@ -23,17 +23,7 @@ COMMAND = "import sys; from service.command import main; sys.exit(main())"
 
 
 class Serving(NamedTuple):
-    """A server that is ready.
-
-    Attributes
-    ----------
-    port : int
-        On 127.0.0.1.
-    pid : int
-        Of the process that answers.
-    log : Path
-        What it wrote.
-    """
+    """A server that is ready: its port on 127.0.0.1, its process id and its log."""
 
     port: int
     pid: int
@@ -44,12 +34,12 @@ class Serving(NamedTuple):
         return f"http://127.0.0.1:{self.port}"
 
     def resident(self) -> int:
-        """Return the memory that the process holds, in bytes."""
+        """Return the resident memory of the process in bytes."""
         pages = int(Path(f"/proc/{self.pid}/statm").read_text().split()[1])
         return pages * os.sysconf("SC_PAGE_SIZE")
 
     def built(self, samples: list[list[float]]) -> dict[str, object]:
-        """Return the description of a gamut of bare colours."""
+        """Build a gamut of inline colours and return its description."""
         body = json.dumps({"samples": samples}).encode()
         headers = {"Content-Type": "application/json", "Prefer": "wait=60"}
         request = urllib.request.Request(f"{self.url}/v1/gamuts", body, headers)
@@ -70,7 +60,7 @@ def serving(**settings: object) -> Iterator[Serving]:
         with log.open("wb") as output:
             process = subprocess.Popen(
                 [sys.executable, "-c", COMMAND, "serve", "--port", "0"],
-                cwd=folder,  # where its store is, by default
+                cwd=folder,  # the default place of the store
                 env=environment,
                 stdout=output,
                 stderr=subprocess.STDOUT,
@@ -83,7 +73,7 @@ def serving(**settings: object) -> Iterator[Serving]:
 
 
 def ready_port(process: subprocess.Popen[bytes], log: Path) -> int:
-    """Return the port that the log names, when the server says that it is ready."""
+    """Wait until the server is ready and return its port, which the log names."""
     deadline = time.monotonic() + START_SECONDS
     while time.monotonic() < deadline and process.poll() is None:
         found = re.search(r"Uvicorn running on http://127\.0\.0\.1:(\d+)", log.read_text())

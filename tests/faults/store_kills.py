@@ -1,14 +1,13 @@
-"""Kills a process at the system calls with which it writes to a store, and looks what is left.
+"""Kill a process at the system calls that write to a store, and check what is left.
 
-A child process keeps inputs, creates and replaces job documents, publishes and deletes gamuts in a
-local store, and says on its output what has been acknowledged. ``strace`` sends it SIGKILL as it
-enters one certain call: the n-th ``write``, ``fsync``, ``link``, ``rename``, ``unlink`` or
-``mkdir``, a different one each time, until every one of them has been the last. After every kill
-the same directory is opened again, as a restarted service would, and all that was ever acknowledged
-has to be there, byte for byte, and nothing else may be visible but whole things.
+A child process stores inputs, creates and replaces job documents, publishes and deletes gamuts in a
+local store, and prints each acknowledged step. ``strace`` sends it SIGKILL when it enters the n-th
+``write``, ``fsync``, ``link``, ``rename``, ``unlink`` or ``mkdir``, with a different n each time.
+After each kill the directory is opened again, as by a restarted service. Everything acknowledged
+must be there byte for byte, and nothing incomplete may be visible.
 
-``store_kills.py --kills 500`` writes one line of JSON with the figures and ends with status 1 if
-anything was lost or damaged. Needs strace, and permission to trace.
+``store_kills.py --kills 500`` prints one line of JSON with the figures and exits with 1 after any
+loss or damage. It needs strace and the permission to trace.
 """
 
 from __future__ import annotations
@@ -31,22 +30,22 @@ from dataclasses import dataclass, field
 from itertools import cycle, islice
 from pathlib import Path
 
-from service.storage.blobs import BlobNotFoundError, seal, unseal
+from service.storage.blobs import BlobNotFoundError
 from service.storage.gamuts import GamutNotStoredError, GamutStore
 from service.storage.local import LocalBlobs
-from service.storage.records import Record, id_of
+from service.storage.records import Record, id_of, seal, unseal
 
 CALLS = "write,fsync,link,linkat,rename,renameat,renameat2,unlink,unlinkat,mkdir,mkdirat"
-"""All that changes a file system, under all the names that a C library may use."""
+"""All calls that change a file system, under all names that a C library may use."""
 
 ROUNDS = 2
-"""How often a child does everything; the first time folders are made."""
+"""Rounds of a child. The first round creates the folders."""
 
 START = b"start\n"
 
 
 def content(gamut_id: str) -> bytes:
-    """Return what is stored under an id: so much that it takes several writes."""
+    """Return the content of an id, long enough for several writes."""
     seed = hashlib.sha256(gamut_id.encode()).digest()
     return (seed * 1000)[: 20_000 + seed[0]]
 
@@ -56,7 +55,7 @@ def say(word: str, *values: object) -> None:
 
 
 def work(directory: Path, rounds: int) -> None:
-    """Do with a store what the service does with it, and acknowledge every step."""
+    """Use a store as the service does, and acknowledge each step."""
     store = GamutStore(LocalBlobs(directory))
     os.write(1, START)
     store.open()
@@ -98,7 +97,7 @@ class Expected:
     deleted: set[str] = field(default_factory=set)
 
     def learn(self, output: str) -> bool:
-        """Read a child's output; whether it came to its end."""
+        """Read the output of a child; return whether the child reached its end."""
         for line in output.splitlines():
             word, *values = line.split()
             if word == "job":
@@ -109,7 +108,7 @@ class Expected:
 
 
 def losses(directory: Path, expected: Expected) -> list[str]:
-    """Open the store again and return what is lost, damaged, half there or left over."""
+    """Open the store again and return what is lost, damaged, incomplete or left over."""
     found: list[str] = []
     blobs = LocalBlobs(directory)
     store = GamutStore(blobs)
@@ -162,7 +161,7 @@ def child(directory: Path, *options: str) -> subprocess.CompletedProcess[bytes]:
 
 
 def kill_points(directory: Path) -> list[tuple[str, int]]:
-    """Return every call of a child that changes the file system: its name and its number.
+    """Return name and number of every call of a child that changes the file system.
 
     Raises
     ------
@@ -182,7 +181,7 @@ def kill_points(directory: Path) -> list[tuple[str, int]]:
         thread, call, arguments = match.groups()
         main = main or thread
         if thread != main:
-            continue  # strace counts the calls of every thread by themselves
+            continue  # strace counts the calls of each thread separately
         counts[call] += 1
         if started:
             points.append((call, counts[call]))
@@ -191,7 +190,7 @@ def kill_points(directory: Path) -> list[tuple[str, int]]:
 
 
 def survived(directory: Path, kills: int, seed: int = 0) -> dict[str, object]:
-    """Kill a child so many times and return the figures.
+    """Kill a child that many times and return the figures.
 
     Parameters
     ----------
@@ -211,14 +210,14 @@ def survived(directory: Path, kills: int, seed: int = 0) -> dict[str, object]:
     """
     start = time.monotonic()
     points = kill_points(directory)
-    order = random.Random(seed).sample(points, len(points))  # noqa: S311 - an order
+    order = random.Random(seed).sample(points, len(points))  # noqa: S311  # not used for security
     expected, found, calls = Expected(), [], Counter()
     store = directory / "store"
     for call, number in islice(cycle(order), 2 * kills):
         if calls.total() == kills:
             break
         ended = child(store, "-o", os.devnull, "-e", f"inject={call}:signal=KILL:when={number}")
-        # Folders that exist by now are not made again: then there are fewer calls, and no kill.
+        # Existing folders are not created again, so the call may not occur and no kill happens.
         if not expected.learn(ended.stdout.decode()):
             calls[re.sub(r"at2?$", "", call)] += 1
         found += [f"after {call} {number}: {loss}" for loss in losses(store, expected)]

@@ -1,4 +1,4 @@
-"""Damage to the files of a store, to every one of them: noticed, never served, mended by itself."""
+"""Damage every file of a store: the service must detect it, never serve it, and build it again."""
 
 import random
 import re
@@ -6,11 +6,11 @@ import re
 _FOUND = re.compile(r"^gamut_store_corruptions_total (\d+)", re.MULTILINE)
 
 ROUNDS = (("gamut", "flip"), ("gamut", "truncate"), ("record", "flip"), ("record", "truncate"))
-"""Which file of each gamut is damaged, and how."""
+"""The file of each gamut that is damaged, and the kind of damage."""
 
 
-def damaged(content, how, chance):
-    """Some content with one bit turned over, or cut short."""
+def damage(content, how, chance):
+    """Return content with one flipped bit, or truncated."""
     position = chance.randrange(len(content))
     if how == "truncate":
         return content[:position]
@@ -20,12 +20,12 @@ def damaged(content, how, chance):
 
 
 def every_damage_is_noticed(start_server, bodies, *, seed=0):
-    """Damage the files of all gamuts, round by round; return how many files that were.
+    """Damage the files of all gamuts in several rounds; return the number of damaged files.
 
-    Every gamut is asked for after a restart: it is being built again, then it has the bytes that it
-    had, and the service has counted what it found.
+    After a restart, each request for a damaged gamut must start a build, the gamut must then have
+    its former bytes, and the service must have counted the damage.
     """
-    chance = random.Random(seed)  # noqa: S311 - to be repeatable
+    chance = random.Random(seed)  # noqa: S311  # reproducible
     server = start_server()
     gamuts = [server.client.post("/v1/gamuts", json=body).json() for body in bodies]
     meshes = [server.client.get(gamut["links"]["mesh"]).content for gamut in gamuts]
@@ -34,7 +34,7 @@ def every_damage_is_noticed(start_server, bodies, *, seed=0):
         server.stop()
         for gamut in gamuts:
             (path,) = server.data.rglob(f"published/*/{gamut['id']}*.{suffix}")
-            path.write_bytes(damaged(path.read_bytes(), how, chance))
+            path.write_bytes(damage(path.read_bytes(), how, chance))
         server = start_server(data=server.data)
         for gamut, mesh, history in zip(gamuts, meshes, histories, strict=True):
             answer = server.client.get(gamut["links"]["mesh"])

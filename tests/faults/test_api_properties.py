@@ -1,4 +1,4 @@
-"""What schemathesis finds within seconds; the program by itself takes any time."""
+"""A short run of ``api_properties.py``."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""The hostile clients in small; the program by itself plays them in full size."""
+"""A small run of ``hostile_clients.py``."""
 
 import json
 import subprocess
@@ -8,7 +8,7 @@ from pathlib import Path
 PROGRAM = Path(__file__).parent / "hostile_clients.py"
 
 
-def test_hostile_clients_harm_nobody():
+def test_hostile_clients_do_not_affect_others():
     ended = subprocess.run([sys.executable, PROGRAM], check=False, capture_output=True, text=True)
     assert ended.stdout, ended.stderr[-5000:]
     figures = json.loads(ended.stdout)

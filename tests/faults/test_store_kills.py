@@ -1,4 +1,4 @@
-"""A few of the kills that ``store_kills.py`` performs by the hundred (`make faults`)."""
+"""A short run of ``store_kills.py``."""
 
 import importlib.util
 import shutil
@@ -17,7 +17,7 @@ specification.loader.exec_module(store_kills)
 
 
 def no_tracing():
-    """Why processes cannot be traced here; empty if they can."""
+    """Return why processes cannot be traced here; empty if they can."""
     if shutil.which("strace") is None:
         return "strace is not installed"
     probe = subprocess.run(["strace", "-qq", "-o", "/dev/null", "true"], check=False)
@@ -34,7 +34,7 @@ def test_no_kill_loses_or_damages_anything(tmp_path):
 
 
 def test_losses_are_found(tmp_path):
-    """Otherwise the test above would show nothing."""
+    """A loss that the check must find, or the test above would prove nothing."""
     expected = store_kills.Expected()
     output = subprocess.run(
         [sys.executable, PROGRAM, "--work", tmp_path / "store"],

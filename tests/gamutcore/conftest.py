@@ -1,4 +1,4 @@
-"""Fixtures that the tests of several parts of the compute package use."""
+"""Fixtures of several test modules of the compute package."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from gamutcore.boundary import Boundary, modified_convex_hull
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.colours.spaces.cielab import ICC_D50, colour_science
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.gamut import Gamut, Options, build_gamut
 from gamutcore.history import History, build_history
 from gamutcore.mesh import TriangleMesh
@@ -80,7 +80,7 @@ def made_profile() -> Callable[..., bytes]:
 
 @pytest.fixture(scope="session")
 def assert_every_invariant() -> Callable[[TriangleMesh, ArrayLike, int], None]:
-    """Return a check of all that a level promises, after its rounding to float32."""
+    """Return a check of all invariants of a level after rounding to float32."""
 
     def check(mesh: TriangleMesh, centre: ArrayLike, triangles: int) -> None:
         assert mesh.vertices.dtype == np.float32
@@ -122,7 +122,7 @@ def random_cloud() -> Callable[..., np.ndarray]:
 def small_history(random_cloud: Callable[..., np.ndarray]) -> History:
     """Return the history of a bumpy surface, small enough to look at each of its levels."""
     boundary = modified_convex_hull(random_cloud(1))
-    return build_history(decimated(boundary.mesh, boundary.centre))
+    return build_history(decimate(boundary.mesh, boundary.centre))
 
 
 @pytest.fixture(scope="session")
@@ -138,32 +138,32 @@ def small_gamut() -> Gamut:
 
 @pytest.fixture(scope="session")
 def fogra39_gamut(fogra39: bytes) -> Gamut:
-    """Return the gamut of FOGRA39L as the defaults build it."""
+    """Return the gamut of FOGRA39L with default options."""
     return build_gamut(fogra39, Options())
 
 
 @pytest.fixture(scope="session")
 def fogra39_points(fogra39: bytes) -> np.ndarray:
-    """Return the surface colours of FOGRA39L that the defaults ask for."""
+    """Return the surface colours of FOGRA39L with default options."""
     return surface_colours(characterisation(fogra39)).points
 
 
 @pytest.fixture(scope="session")
 def fogra39_boundary(fogra39_points: np.ndarray) -> Boundary:
-    """Return the full boundary of FOGRA39L by the defaults, about 92,000 triangles."""
+    """Return the full boundary of FOGRA39L with default options, about 92,000 triangles."""
     return modified_convex_hull(fogra39_points)
 
 
 @pytest.fixture(scope="session")
 def fogra39_finest(fogra39_boundary: Boundary) -> History:
     """Return the history of FOGRA39L whose vertices are moved."""
-    return build_history(decimated(fogra39_boundary.mesh, fogra39_boundary.centre, "finest"))
+    return build_history(decimate(fogra39_boundary.mesh, fogra39_boundary.centre, "finest"))
 
 
 @pytest.fixture(scope="session")
 def fogra39_quadric(fogra39_boundary: Boundary) -> History:
     """Return the history of FOGRA39L by the published cost."""
-    return build_history(decimated(fogra39_boundary.mesh, fogra39_boundary.centre, "quadric"))
+    return build_history(decimate(fogra39_boundary.mesh, fogra39_boundary.centre, "quadric"))
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,4 @@
-"""The names of array types mean what their descriptions say."""
+"""The names of array types match their element types."""
 
 import typing
 

@@ -47,7 +47,7 @@ def test_opposite_corners_of_boundaries(random_cloud, seed):
     st.lists(st.permutations(range(5)).map(lambda order: tuple(order[:3])), min_size=1, max_size=8)
 )
 def test_opposite_corners_of_anything(faces):
-    """Edges without a counterpart, or with more than one, have none."""
+    """An edge without a counterpart, or with several, has no opposite corner."""
     opposite = opposite_corners(np.array(faces, np.int32), 5)
     assert opposite.tolist() == brute_force(faces)
 

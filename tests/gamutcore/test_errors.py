@@ -1,4 +1,4 @@
-"""Errors: one hierarchy, stable codes, and all they say survives a process border."""
+"""Errors: one hierarchy, stable codes, and pickling without loss."""
 
 import json
 import pickle
@@ -33,7 +33,7 @@ def test_codes_are_words_and_each_names_one_error():
 
 
 def test_released_codes_keep_their_meaning():
-    """What clients and the service's problem documents refer to."""
+    """Clients and the service's problem documents refer to the codes."""
     assert {kind.__name__: kind.code for kind in KINDS} == {
         "GamutError": "gamut-error",
         "OptionError": "invalid-option",

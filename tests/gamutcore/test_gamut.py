@@ -39,7 +39,7 @@ OCTAHEDRON = [(90, 0, 0), (10, 0, 0), (50, 40, 0), (50, -40, 0), (50, 0, 40), (5
 
 class TestId:
     def test_is_a_sha256_of_what_it_says(self):
-        question = f"gamut 10\n{Options().canonical}\n{DIGEST}\n"
+        question = f"gamut 11\n{Options().canonical}\n{DIGEST}\n"
         assert gamutcore.gamut.ALGORITHM_VERSION == 10
         assert gamut_id(Options(), DIGEST) == hashlib.sha256(question.encode()).hexdigest()
 
@@ -101,7 +101,7 @@ class TestDescription:
         ],
     )
     def test_of_every_boundary(self, fogra39, options):
-        """Counts by the methods' own definitions, and levels that keep the volume."""
+        """Triangle counts follow from the methods' definitions, and levels preserve the volume."""
         given = Options.from_mapping({**options, "surface_samples": 20_000})
         gamut = build_gamut(fogra39, given)
         description = json.loads(json.dumps(gamut.description, allow_nan=False))
@@ -234,7 +234,7 @@ class TestBuild:
             assert_every_invariant(level, gamut.description["centre"], level.triangles)
 
     def test_says_of_all_levels_whether_they_have_the_volume(self):
-        """Of thin bodies; of some all levels of the error curve have it, but others do not."""
+        """In thin bodies, levels that are not on the error curve may change the volume."""
         said = set()
         for thickness, seed in ((1.0, 0), (8e-3, 35), (6e-3, 38), (5e-3, 7), (5e-3, 21), (1e-3, 0)):
             points = np.random.default_rng(seed).normal(size=(120, 3))
@@ -387,7 +387,7 @@ class TestBuild:
 
 class TestColourSpace:
     def display(self, luminance="90.0 184.5 101.0"):
-        """A display with the primaries of CIEXYZ itself, which states its luminance."""
+        """A display with the primaries of CIEXYZ and a declared luminance."""
         cube = np.array(list(np.ndindex(3, 3, 3))) / 2
         rows = np.concatenate([cube, cube @ np.diag([0.95, 1.0, 1.09])], axis=1)
         document = {

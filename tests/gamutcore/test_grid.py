@@ -1,4 +1,4 @@
-"""The grid: fine enough, exact in float32, and a power of two whatever the scale."""
+"""The grid: fine enough, exact in float32, and a power of two at any scale."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Meshes and the judge of their validity: known bodies, known faults, and trimesh's opinion."""
+"""Meshes and their validity: known bodies, known faults, and a comparison with trimesh."""
 
 import numpy as np
 import pytest
@@ -151,7 +151,7 @@ class TestValidity:
         assert not validity.is_sphere
 
     def test_of_two_bodies_that_share_a_vertex(self):
-        """Two tetrahedra tip to tip: every edge is well, the vertex is not."""
+        """Two tetrahedra that share a vertex: all edges are manifold, the vertex is not."""
         faces = np.vstack([FACES, np.where(FACES == 0, 0, FACES + 3)])
         mesh = TriangleMesh(np.vstack([CORNERS, 2 - CORNERS[1:]]), faces)
         validity = mesh.validity()
@@ -171,7 +171,7 @@ class TestValidity:
         assert not validity.closed
 
     def test_of_a_face_and_its_back(self):
-        """Two faces back to back are closed, and no body."""
+        """Two faces back to back are closed, but enclose no volume."""
         validity = TriangleMesh(CORNERS[:3], np.array([(0, 1, 2), (0, 2, 1)])).validity()
         assert validity.closed
         assert validity.duplicate_faces == 1

@@ -1,4 +1,4 @@
-"""Options: defaults made explicit, one canonical form, and every refusal names its field."""
+"""Options: explicit defaults, one canonical form, and refusals that name the field."""
 
 import dataclasses
 import json
@@ -13,8 +13,8 @@ from gamutcore.colours.spaces import SPACES, ColourSpace
 from gamutcore.colours.spaces.parameters import SPACE_PARAMETERS
 from gamutcore.decimation import COSTS
 from gamutcore.errors import OptionError
-from gamutcore.option_types import DATA_KINDS, check_option
-from gamutcore.options import OPTIONS, Options, option_table
+from gamutcore.option_types import DATA_KINDS, check_option, option_table
+from gamutcore.options import OPTIONS, Options, option_name, option_value
 
 GAMMA = st.floats(0, 1, exclude_min=True)
 METHODS = {
@@ -153,7 +153,7 @@ def test_the_tests_know_every_method():
     ],
 )
 def test_an_option_of_other_boundaries_is_refused(boundary, name, value):
-    """Not ignored: whoever gives it expects it to matter."""
+    """The option is not ignored, because the caller expects an effect."""
     with pytest.raises(OptionError) as caught:
         Options.from_mapping({"boundary": boundary, name: value})
     assert caught.value.where == {"field": name}
@@ -287,13 +287,14 @@ def test_an_option_is_given_once():
     ],
 )
 def test_options_from_text(text, same):
-    assert Options.from_text(text) == Options.from_mapping(same)
+    values = {name: option_value(option_name(name), given) for name, given in text.items()}
+    assert Options.from_mapping(values) == Options.from_mapping(same)
 
 
 @pytest.mark.parametrize("text", [{"ink_limit": "much"}, {"centre": "[1"}, {"gamma": "null"}])
 def test_text_without_a_valid_value_is_refused(text):
     with pytest.raises(OptionError) as caught:
-        Options.from_text(text)
+        Options.from_mapping({name: option_value(name, given) for name, given in text.items()})
     assert caught.value.where == {"field": next(iter(text))}
 
 
@@ -327,8 +328,8 @@ class TestDeclarations:
             assert check_option(name, default, *declared.types) == default
 
     def test_the_table_has_a_row_for_each(self):
-        assert option_table().count("\n") == 2 + len(OPTIONS)
-        assert option_table("gamma").splitlines()[2].startswith("| `gamma` |")
+        assert option_table(OPTIONS.values()).count("\n") == 2 + len(OPTIONS)
+        assert option_table([OPTIONS["gamma"]]).splitlines()[2].startswith("| `gamma` |")
 
 
 @pytest.mark.parametrize("name", ["", "triangles", "__class__", "x" * 500, "self"])

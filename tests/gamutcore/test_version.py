@@ -1,4 +1,4 @@
-"""The two versions that a gamut's identity rests on."""
+"""The versions of the distribution and of the algorithm."""
 
 import importlib.metadata
 import re

@@ -38,7 +38,7 @@ def test_what_looks_like_a_setting_and_is_none_is_named_without_its_value(capsys
     monkeypatch.setenv("GAMUT_BUILD_QUEUE", "7")
     assert main(["serve", "--host", "192.0.2.1"]) == 2
     told = capsys.readouterr().err
-    assert "without effect: GAMUT_BUILD_WORKER\n" in told
+    assert "unknown settings are ignored: GAMUT_BUILD_WORKER\n" in told
     assert "a-value" not in told
 
 
@@ -221,7 +221,7 @@ class TestWorker:
     def test_its_check_says_that_none_is_running(self, capsys, monkeypatch, tmp_path):
         monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
         assert main(["worker", "--check"]) == 1
-        assert "no worker is running" in capsys.readouterr().out
+        assert "no worker that is connected" in capsys.readouterr().out
 
 
 def test_without_the_extra_the_command_says_what_to_install(capsys, monkeypatch):

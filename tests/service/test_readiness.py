@@ -78,7 +78,7 @@ class TestService:
         monkeypatch.setattr(service.builds, "facts", lambda: facts(queued=4))
         made = report(probes_of(service))
         assert made.ready
-        assert "4 of 4 builds wait" in made.wrong
+        assert "4 of 4 builds are waiting" in made.wrong
 
     def test_workers_have_to_be_warm_once_and_may_then_be_started_anew(self, service, monkeypatch):
         probes = probes_of(service)
@@ -100,7 +100,7 @@ class TestService:
         (tmp_path / "store" / "temporary").rmdir()
         made = report(probes_of(service))
         assert not made.ready
-        assert made.wrong == "store: it cannot be written: No such file or directory"
+        assert made.wrong == "store: not writable: No such file or directory"
         # the operator's log has it
         assert str(tmp_path) in caplog.text
 
@@ -226,7 +226,7 @@ class TestProbes:
     def test_a_defect_of_a_probe_is_a_finding(self, caplog):
         probes = Readiness()
         probes.add_slow("odd", lambda: 1 / 0)
-        assert report(probes).wrong == "odd: it cannot be looked at; the log says why"
+        assert report(probes).wrong == "odd: the check failed; see the log"
         assert "ZeroDivisionError" in caplog.text
 
     def test_a_change_is_logged_once(self, caplog):
@@ -240,7 +240,7 @@ class TestProbes:
         assert caplog.messages == [
             "not ready: thing: so it is",
             "degraded: thing: so it is",
-            "nothing is wrong any more",
+            "all probes are ok again",
         ]
 
 

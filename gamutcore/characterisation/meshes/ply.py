@@ -1,14 +1,15 @@
-"""PLY (Turk, Stanford 1994): text and binary of either byte order, with polygons of any size.
+"""PLY (Turk, Stanford 1994): text, and binary of both byte orders, with polygons of any size.
 
-The header says what each element has; its counts are believed only as far as the file is long.
-Vertices need the properties x, y and z, which are L*, a* and b*. Comments of the form
-``name: value``, as this package's own exports have them, are what the file says of itself. So are
-the device values of vertices: properties ``device_C``, with the channels' names in comments.
+Vertices need the properties x, y and z, which are L*, a* and b*. Comments ``name: value`` are notes
+about the mesh, as the exports of this package write them. Properties ``device_C`` of vertices are
+device values; comments give the full channel names. Counts in the header are checked against the
+length of the file.
 """
 
 from __future__ import annotations
 
 import re
+import struct
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,11 +42,13 @@ if TYPE_CHECKING:
 __all__ = ["looks_like_ply", "ply_mesh"]
 
 MAX_NUMBERS = 24_000_000
-"""Numbers of a text at most, of all elements: 3 million vertices of 6, 1 million faces of 4 and 2
+"""Maximum number of numbers in a text: 3 million vertices of 6, 1 million faces of 4, and 2 million
 more. They take 190 MB."""
 
 MAX_WALKED = 2_000_000
-"""Numbers and lists that are read one by one at most, where rows differ in length: about 1 s."""
+"""Maximum number of values that are read one by one because rows differ in length: about 1 s."""
+
+_STRUCT_CODES = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f8": "d"}
 
 
 def looks_like_ply(data: bytes) -> bool:
@@ -76,19 +79,19 @@ def ply_mesh(data: bytes) -> GamutMesh:
     Raises
     ------
     MalformedFileError
-        The header or the elements are broken; the error names the line of the header or text.
+        The header or the elements are broken. ``where`` has the line of the header, or of the text.
     SampleLimitError, InvalidPointsError
         As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`.
     """
     header = ply_header(data)
-    reader = _TextRows(data, header) if not header.order else _BinaryRows(data, header)
+    reader = _Rows(data if header.order else _as_binary(data, header), header)
     vertices: FloatArray | None = None
     faces: LongArray | None = None
     device: dict[str, FloatArray] = {}
     unread = False
     for element in header.elements:
         if vertices is not None and faces is not None:
-            break  # whatever comes after them is not needed
+            break
         columns = reader.columns(element)
         if element.name == "vertex" and vertices is None:
             vertices = _positions(element, columns)
@@ -121,15 +124,30 @@ def ply_mesh(data: bytes) -> GamutMesh:
 
 
 class _Columns:
-    """Values of an element: a column of numbers for each property, and for lists their lengths."""
+    """Values of an element: the numbers of each property, and the lengths of its lists."""
 
     def __init__(self) -> None:
         self.values: dict[str, FloatArray] = {}
         self.lengths: dict[str, LongArray] = {}
 
 
-class _BinaryRows:
-    """Elements of a binary file, from the first on."""
+def _as_binary(data: bytes, header: Header) -> bytes:
+    """Return the numbers of a text as 64-bit floats, and change the header to say so."""
+    numbers = numbers_of(data[header.size :], header.lines + 1, MAX_NUMBERS + 1)
+    if len(numbers) > MAX_NUMBERS:
+        raise SampleLimitError(
+            f"The file has more than {MAX_NUMBERS} numbers.",
+            remedy="Send the mesh alone, without further elements.",
+        )
+    for element in header.elements:
+        for prop in element.properties:
+            prop.kind, prop.length = "f8", prop.length and "f8"
+    header.order, header.size = "<", 0
+    return np.asarray(numbers, "<f8").tobytes()
+
+
+class _Rows:
+    """Rows of the elements of a binary file, in their order."""
 
     def __init__(self, data: bytes, header: Header) -> None:
         self.data, self.order, self.place = data, header.order, header.size
@@ -137,75 +155,51 @@ class _BinaryRows:
 
     def columns(self, element: Element) -> _Columns:
         """Return the values of the next element."""
-        properties = element.properties
-        found = _Columns()
-        if not properties or not element.count:
-            return found
-        # first as if all lists had the length of the first row's, which is nearly always so
+        if not element.properties or not element.count:
+            return _Columns()
         lengths = self._first_lengths(element)
-        kind = np.dtype(
-            [
-                part
-                for prop, length in zip(properties, lengths, strict=True)
-                for part in (
-                    ([(f"#{prop.name}", self.order + prop.length)] if prop.length else [])
-                    + [
-                        (f"={prop.name}", self.order + prop.kind, (length,))
-                        if prop.length
-                        else (f"={prop.name}", self.order + prop.kind)
-                    ]
-                )
-            ]
-        )
-        lists = [prop for prop in properties if prop.length]
-        if self.place + element.count * kind.itemsize <= len(self.data):
-            rows = np.frombuffer(self.data, kind, element.count, self.place)
-            if all(
-                (rows[f"#{prop.name}"] == length).all()
-                for prop, length in zip(properties, lengths, strict=True)
-                if prop.length
-            ):
-                self.place += element.count * kind.itemsize
-                for prop, length in zip(properties, lengths, strict=True):
-                    if prop.kept:
-                        found.values[prop.name] = _doubles(rows[f"={prop.name}"].ravel())
-                        if prop.length:
-                            found.lengths[prop.name] = np.full(element.count, length, np.int64)
-                return found
-        if not lists:
+        found = self._equal_rows(element, lengths)
+        if found is not None:
+            return found
+        if not any(prop.length for prop in element.properties):
             raise self._cut_off(element)
-        return self._row_by_row(element)
+        return self._unequal_rows(element)
 
     def _first_lengths(self, element: Element) -> list[int]:
+        """Return the lengths of the lists in the first row; 1 for single numbers."""
         place, lengths = self.place, []
         for prop in element.properties:
-            length = 1
-            if prop.length:
-                length = self._length(prop, place, element)
-                place += int(prop.length[1])
+            length = self._length(prop, place, element) if prop.length else 1
             lengths.append(length)
-            place += length * int(prop.kind[1])
+            place += (int(prop.length[1]) if prop.length else 0) + length * int(prop.kind[1])
             if place > len(self.data):
                 raise self._cut_off(element)
         return lengths
 
-    def _length(self, prop: Property, place: int, element: Element) -> int:
-        size = int(prop.length[1])
-        raw = self.data[place : place + size]
-        if len(raw) < size:
-            raise self._cut_off(element)
-        length = int.from_bytes(
-            raw, "little" if self.order == "<" else "big", signed=prop.length.startswith("i")
-        )
-        if length < 0:
-            raise MalformedFileError(
-                f"A list of the element {element.name} has the length {length}.",
-                where={"field": prop.name, "byte": place},
-                remedy="Lengths are 0 or more.",
-            )
-        return length
+    def _equal_rows(self, element: Element, lengths: list[int]) -> _Columns | None:
+        """Return the values if every row has lists of the same lengths as the first one."""
+        fields: list[tuple[str, str] | tuple[str, str, tuple[int]]] = []
+        for prop, length in zip(element.properties, lengths, strict=True):
+            if prop.length:
+                fields.append((f"#{prop.name}", self.order + prop.length))
+            fields.append((f"={prop.name}", self.order + prop.kind, (length,)))
+        kind = np.dtype(fields)
+        end = self.place + element.count * kind.itemsize
+        if end > len(self.data):
+            return None
+        rows = np.frombuffer(self.data, kind, element.count, self.place)
+        found = _Columns()
+        for prop, length in zip(element.properties, lengths, strict=True):
+            if prop.length:
+                if not (rows[f"#{prop.name}"] == length).all():
+                    return None
+                found.lengths[prop.name] = np.full(element.count, length, np.int64)
+            if prop.kept:
+                found.values[prop.name] = _doubles(rows[f"={prop.name}"].ravel())
+        self.place = end
+        return found
 
-    def _row_by_row(self, element: Element) -> _Columns:
+    def _unequal_rows(self, element: Element) -> _Columns:
         self.walked = _walked(self.walked, element)
         pieces: dict[str, list[bytes]] = {prop.name: [] for prop in element.properties}
         lengths: dict[str, list[int]] = {prop.name: [] for prop in element.properties}
@@ -226,113 +220,27 @@ class _BinaryRows:
         self.place = place
         found = _Columns()
         for prop in element.properties:
+            if prop.length:
+                found.lengths[prop.name] = np.array(lengths[prop.name], np.int64)
             if prop.kept:
                 joined = b"".join(pieces[prop.name])
                 found.values[prop.name] = _doubles(np.frombuffer(joined, self.order + prop.kind))
-                if prop.length:
-                    found.lengths[prop.name] = np.array(lengths[prop.name], np.int64)
         return found
-
-    def _cut_off(self, element: Element) -> MalformedFileError:
-        return MalformedFileError(
-            f"The file ends within the {element.count} rows of the element {element.name}.",
-            where={"field": element.name, "byte": len(self.data)},
-            remedy="Send the whole file.",
-        )
-
-
-class _TextRows:
-    """Elements of a text file, from the first on."""
-
-    def __init__(self, data: bytes, header: Header) -> None:
-        self.numbers = numbers_of(data[header.size :], header.lines + 1, MAX_NUMBERS + 1)
-        if len(self.numbers) > MAX_NUMBERS:
-            raise SampleLimitError(
-                f"The file has more than {MAX_NUMBERS} numbers.",
-                remedy="Send the mesh alone, without further elements.",
-            )
-        self.place = 0
-        self.walked = 0
-
-    def columns(self, element: Element) -> _Columns:
-        """Return the values of the next element."""
-        found = _Columns()
-        properties, count = element.properties, element.count
-        if not properties or not count:
-            return found
-        width, starts, lengths = self._row(element)
-        rest = self.numbers[self.place : self.place + count * width]
-        if len(rest) == count * width:
-            rows = rest.reshape(count, width)
-            if all((rows[:, starts[name] - 1] == length).all() for name, length in lengths.items()):
-                self.place += count * width
-                for prop in properties:
-                    start = starts[prop.name]
-                    if not prop.kept:
-                        continue
-                    if prop.length:
-                        length = lengths[prop.name]
-                        found.lengths[prop.name] = np.full(count, length, np.int64)
-                        found.values[prop.name] = rows[:, start : start + length].ravel()
-                    else:
-                        found.values[prop.name] = rows[:, start].copy()
-                return found
-        if not lengths:
-            raise self._cut_off(element)
-        return self._row_by_row(element)
-
-    def _row(self, element: Element) -> tuple[int, dict[str, int], dict[str, int]]:
-        """Return the first row's width, where its properties start, and its lists' lengths."""
-        width, starts, lengths = 0, {}, {}
-        for prop in element.properties:
-            length = 1
-            if prop.length:
-                length = self._length(prop, self.place + width, element)
-                lengths[prop.name] = length
-                width += 1
-            starts[prop.name] = width
-            width += length
-            if self.place + width > len(self.numbers):
-                raise self._cut_off(element)
-        return width, starts, lengths
 
     def _length(self, prop: Property, place: int, element: Element) -> int:
-        if place >= len(self.numbers):
+        if place + int(prop.length[1]) > len(self.data):
             raise self._cut_off(element)
-        length = float(self.numbers[place])
-        if not (0 <= length <= len(self.numbers) and length == int(length)):
+        code = self.order + _STRUCT_CODES[prop.length]
+        (length,) = struct.unpack_from(code, self.data, place)
+        if length > len(self.data):
+            raise self._cut_off(element)
+        if not length >= 0 or length != int(length):
             raise MalformedFileError(
                 f"A list of the element {element.name} has the length {length:g}.",
-                where={"field": prop.name},
-                remedy="Lengths are whole numbers, and the list follows.",
+                where={"field": prop.name, "line": element.line},
+                remedy="The length of a list is a whole number, 0 or more, and the list follows.",
             )
         return int(length)
-
-    def _row_by_row(self, element: Element) -> _Columns:
-        self.walked = _walked(self.walked, element)
-        pieces: dict[str, list[FloatArray]] = {prop.name: [] for prop in element.properties}
-        lengths: dict[str, list[int]] = {prop.name: [] for prop in element.properties}
-        place, numbers = self.place, self.numbers
-        for _ in range(element.count):
-            for prop in element.properties:
-                length = 1
-                if prop.length:
-                    length = self._length(prop, place, element)
-                    lengths[prop.name].append(length)
-                    place += 1
-                if prop.kept:
-                    pieces[prop.name].append(numbers[place : place + length])
-                place += length
-            if place > len(numbers):
-                raise self._cut_off(element)
-        self.place = place
-        found = _Columns()
-        for prop in element.properties:
-            if prop.kept:
-                found.values[prop.name] = np.concatenate(pieces[prop.name])
-                if prop.length:
-                    found.lengths[prop.name] = np.array(lengths[prop.name], np.int64)
-        return found
 
     def _cut_off(self, element: Element) -> MalformedFileError:
         return MalformedFileError(
@@ -343,7 +251,7 @@ class _TextRows:
 
 
 def _walked(before: int, element: Element) -> int:
-    """Return how much is read one by one with an element's rows; refuse what is too much."""
+    """Return the number of values read one by one, including an element's; refuse too many."""
     walked = before + element.count * len(element.properties)
     if walked > MAX_WALKED:
         raise SampleLimitError(
@@ -364,7 +272,7 @@ def _positions(element: Element, columns: _Columns) -> FloatArray:
         return np.empty((0, 3))
     if any(name not in columns.values or name in columns.lengths for name in "xyz"):
         raise MalformedFileError(
-            "The vertices have not the properties x, y and z.",
+            "The vertices do not have the properties x, y and z.",
             where={"line": element.line, "field": "vertex"},
             remedy="x, y and z are L*, a* and b*.",
         )
@@ -386,7 +294,7 @@ def _triangles(element: Element, columns: _Columns) -> LongArray:
     whole = np.abs(corners) < 2**31
     if not (whole.all() and (corners == np.rint(corners)).all()):
         raise MalformedFileError(
-            "A face names a vertex by what is no whole number.",
+            "A face has a vertex index that is not a whole number.",
             where={"field": "face"},
             remedy="Vertices are numbered from 0.",
         )

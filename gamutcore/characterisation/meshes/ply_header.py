@@ -1,4 +1,4 @@
-"""The header of a PLY file: its elements with their properties, and what its comments say."""
+"""The header of a PLY file: elements with their properties, and the notes in its comments."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = [
 ]
 
 MAX_HEADER = 64 * 1024
-"""Bytes of a header at most; a real one has some hundred."""
+"""Maximum size of a header in bytes. Real headers have some hundred."""
 
 _TYPES = {
     **dict.fromkeys(("char", "int8"), "i1"),
@@ -54,22 +54,25 @@ class Property:
     ----------
     name : str
     kind : str
-        Type of its numbers, as NumPy has it without the order of bytes.
+        NumPy type of its numbers, without the byte order.
     length : str
-        Type of a list's length; empty for a single number.
+        NumPy type of the length of its lists; empty for single numbers.
     kept : bool
-        Whether its values are wanted.
+        Whether its values are needed.
+    device : bool
+        Whether its values are device values: floats of vertices.
     """
 
     name: str
     kind: str
     length: str = ""
     kept: bool = False
+    device: bool = False
 
 
 @dataclass
 class Element:
-    """An element: its name, how many rows it has, the header's line, and its properties."""
+    """An element: its name, number of rows, line in the header, and properties."""
 
     name: str
     count: int
@@ -79,10 +82,7 @@ class Element:
 
 @dataclass
 class Header:
-    """A header: order of bytes, elements, notes of the comments, its lines, and its bytes.
-
-    The order is empty for a text.
-    """
+    """A header: byte order (empty for text), elements, notes, number of lines, and size."""
 
     order: str
     elements: list[Element]
@@ -106,7 +106,7 @@ def ply_header(data: bytes) -> Header:
     Raises
     ------
     MalformedFileError
-        A line is broken; the error names it.
+        A line is malformed; ``where`` has its number.
     SampleLimitError
         An element has too many rows.
     """
@@ -136,20 +136,27 @@ def ply_header(data: bytes) -> Header:
         elif words[0] == "property" and elements and _property(words) is not None:
             elements[-1].properties.append(_property(words) or Property("", ""))
         else:
-            raise _broken(line, f"{content[:60]!r} is no line of a PLY header.")
+            raise _broken(line, f"{content[:60]!r} is not a line of a PLY header.")
     if order is None:
         raise _broken(1, "The header has no format.")
     _check(elements)
-    for element in elements:
-        device = device_properties(element)
-        reads = reads_device_values(element.count, len(device))
-        for prop in element.properties:
-            prop.kept = prop.name in _WANTED or (reads and prop.name in device)
+    _mark_properties(elements)
     return Header(order, elements, said, len(lines) + 1, end.end())
 
 
+def _mark_properties(elements: list[Element]) -> None:
+    """Mark the properties that hold device values, and those that are needed."""
+    for element in elements:
+        for prop in element.properties:
+            fraction = prop.kind.startswith("f") and not prop.length
+            prop.device = element.name == "vertex" and prop.name.startswith(DEVICE) and fraction
+        reads = reads_device_values(element.count, len(device_properties(element)))
+        for prop in element.properties:
+            prop.kept = prop.name in _WANTED or (reads and prop.device)
+
+
 def device_properties(element: Element) -> list[str]:
-    """Return the names of the properties that are device values: of vertices, and fractions.
+    """Return the names of the properties that are device values.
 
     Parameters
     ----------
@@ -159,19 +166,16 @@ def device_properties(element: Element) -> list[str]:
     -------
     list of str
     """
-    return [
-        prop.name
-        for prop in element.properties
-        if prop.name.startswith(DEVICE) and prop.kind.startswith("f") and not prop.length
-        if element.name == "vertex"
-    ]
+    return [prop.name for prop in element.properties if prop.device]
 
 
 def _check(elements: list[Element]) -> None:
     for element in elements:
         names = [prop.name for prop in element.properties]
         if len(set(names)) < len(names):
-            raise _broken(element.line, f"The element {element.name} has two properties of a name.")
+            raise _broken(
+                element.line, f"The element {element.name} has two properties with one name."
+            )
         if element.count > _MOST.get(element.name, MAX_VERTICES):
             refuse_too_many(
                 *((element.count, 0) if element.name == "vertex" else (0, element.count)),

@@ -1,12 +1,11 @@
-"""Pictures as characterisation data: the colours of their pixels, from PNG, TIFF and JPEG files.
+"""Pictures as characterisation data: the colours of their pixels.
 
-`picture` tells the format by its first bytes, and returns a `Picture`: distinct values of its
-pixels with their numbers, and what they mean (a profile, or an `Encoding` that is stated or
-assumed). Sizes are checked against what a file can hold before anything is decoded.
+`picture_format` recognises a picture by its first bytes, and `read_picture` returns a `Picture`:
+the distinct values of its pixels, their counts, and a profile or `Encoding`. OpenImageIO decodes.
 """
 
 from gamutcore.characterisation.pictures.encoding import Encoding
-from gamutcore.characterisation.pictures.formats import looks_like_picture, picture
-from gamutcore.characterisation.pictures.raster import Picture
+from gamutcore.characterisation.pictures.picture import Picture, read_picture
+from gamutcore.characterisation.pictures.signatures import picture_format
 
-__all__ = ["Encoding", "Picture", "looks_like_picture", "picture"]
+__all__ = ["Encoding", "Picture", "picture_format", "read_picture"]

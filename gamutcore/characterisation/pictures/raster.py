@@ -1,415 +1,472 @@
-"""A picture as data: what all formats are read into, with the checks that they share."""
+"""Rasters: the pixels and metadata of a picture file, read by OpenImageIO.
+
+The header is read first, and its size is checked before any pixel is decoded. Pixels are then
+decoded some rows at a time. Pillow decodes CMYK JPEG, because OpenImageIO converts it to RGB.
+OpenImageIO decodes in native code: a hostile file may exhaust memory or crash the process, so
+callers decode in a worker process with limits.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import io
+import re
+import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from PIL.JpegImagePlugin import JpegImageFile
 
-from gamutcore.arrays import FloatArray
-from gamutcore.characterisation.icc import IccProfile, icc_profile
-from gamutcore.characterisation.pictures.bounds import (
-    BYTES_PER_VALUE,
-    FREELY_DISTINCT,
-    FREELY_EVALUATED,
-    FREELY_SORTED,
-    SORTED_RATIO,
-    malformed,
+from gamutcore.characterisation.pictures.encoding import Encoding
+from gamutcore.characterisation.pictures.metadata import (
+    declared_encoding,
+    embedded_profile,
+    is_narrow_range,
+    refuse_film_densities,
 )
-from gamutcore.characterisation.pictures.encoding import LINEAR, SRGB, Encoding
-from gamutcore.characterisation.pictures.values import (
-    MAX_VALUES,
-    TooManyValuesError,
-    distinct_values,
-)
-from gamutcore.characterisation.samples import JSON, IntArray
 from gamutcore.errors import (
-    InvalidPointsError,
-    MalformedProfileError,
+    MalformedFileError,
     PictureSizeError,
     UnsupportedPictureError,
-    UnsupportedProfileError,
+    Where,
 )
+from gamutcore.limits import current_limits
 
 __all__ = [
-    "CHANNELS",
-    "MAX_PROFILE_BYTES",
-    "Picture",
+    "EXTENSIONS",
+    "MAX_DECODED_BYTES",
+    "MODELS",
+    "Band",
     "Raster",
-    "picture_of_raster",
+    "malformed_picture",
+    "open_raster",
 ]
 
-MAX_PROFILE_BYTES = 2**25
-"""Bytes of an unpacked profile at most; the largest press profiles have some 10 MB."""
+MAX_DECODED_BYTES = 2**29
+"""Maximum size of the decoded pixels in bytes. A picture of 24 megapixels in CMYK or RGBA has
+192 MB in 16 bits and 384 MB in 32-bit floats."""
 
-CHANNELS: dict[str, tuple[str, ...]] = {
+BAND_BYTES = 2**22
+"""Bytes of pixels that are decoded at a time."""
+
+MAX_CHANNELS = 64
+
+MODELS: dict[str, tuple[str, ...]] = {
     "gray": ("gray",),
     "RGB": ("R", "G", "B"),
     "CMYK": ("C", "M", "Y", "K"),
     "Lab": ("L*", "a*", "b*"),
 }
-"""Colour models that are read, and their channels."""
+"""Colour models and their channels."""
 
-ROOT_STEPS = 16384
-"""Steps per unit of cube roots, which linear light is rounded in: 0.007 L* at most."""
+_TIFF_WHITE_IS_ZERO, _TIFF_BLACK_IS_ZERO = 0, 1
+_TIFF_CMYK, _TIFF_CIELAB, _TIFF_ICCLAB = 5, 8, 9
+_TIFF_RAW = {_TIFF_CMYK: "CMYK", _TIFF_CIELAB: "Lab", _TIFF_ICCLAB: "Lab"}
+"""Values of the TIFF tag PhotometricInterpretation that OpenImageIO must not convert to RGB."""
 
-_BAND_PIXELS = 2**20
+EXTENSIONS = {
+    "png": ".png",
+    "jpeg": ".jpg",
+    "tiff": ".tif",
+    "exr": ".exr",
+    "hdr": ".hdr",
+    "jpeg-xl": ".jxl",
+    "jpeg-2000": ".jp2",
+    "webp": ".webp",
+    "dpx": ".dpx",
+}
+"""Extensions by which OpenImageIO chooses its decoder."""
 
+_UNSUPPORTED = re.compile(r"unsupported|not supported|no support|not configured", re.IGNORECASE)
+"""Words in the messages of decoders about files that are intact, but of an unsupported kind."""
 
-@dataclass(frozen=True, eq=False)
-class Picture:
-    """The colours of a picture.
+_REMEDY = "Send the whole picture, or save it again."
 
-    Parameters
-    ----------
-    format : str
-        ``"png"``, ``"tiff"`` or ``"jpeg"``.
-    model : str
-        One of `CHANNELS`.
-    values : (m, k) float
-        Distinct channel values: 0 to 1, −8 to 8 for linear light, or L*, a*, b* for Lab.
-    counts : (m,) int64
-        Pixels of each.
-    meaning : IccProfile, Encoding or None
-        What the values mean; None for Lab.
-    provenance : dict
-        Size, depth, pixels, distinct values and so on; JSON-able.
-    warnings : tuple of str
-        What was assumed or tolerated in reading.
-    """
-
-    format: str
-    model: str
-    values: FloatArray
-    counts: IntArray
-    meaning: IccProfile | Encoding | None
-    provenance: dict[str, JSON] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
-
-    def __len__(self) -> int:
-        return len(self.values)
-
-
-def _as_they_are(samples: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    return samples
+Band = tuple[int, npt.NDArray[Any], npt.NDArray[Any] | None]
+"""First row, colours (n, k) and alpha (n,) of some pixels. Alpha is None without such a channel."""
 
 
 @dataclass(eq=False)
 class Raster:
-    """A picture that is being decoded, before its colours are sorted out.
+    """A picture during decoding.
 
     Parameters
     ----------
     format : str
+        Name of the file format.
     model : str
-        One of `CHANNELS`.
+        A key of `MODELS`.
     width, height : int
-    parts : iterator of (int, (rows, columns, samples) array)
-        The samples of the pixels, of every pixel once, with their first row in the picture. They
-        are decoded on the way, so that memory need not hold all of them.
     dtype : dtype
-        uint8, uint16 or float, of what `colours` returns.
-    packed : int
-        Bytes that the pixels have in the file.
-    full : int
-        The largest value of integers: 255 or 65535, or less for fewer bits.
+        ``uint8`` (full scale 255), ``uint16`` (full scale 65535) or a float type. Integer Lab has
+        L* 100 at 255 or 65280, and a* and b* with an offset of half the range (ICC.1:2001-04,
+        annex A).
     bits : int
-        Bits of a channel value in the file.
-    colours : callable
-        From samples, as of `parts`, to (rows, columns, k) channel values. Lab in whole numbers has
-        a* and b* offset by 128, and 100 L* at 255 or 65280 (ICC.1:2001-04, annex A); floats are as
-        they are.
-    palette : (n, 3) uint8 or uint16, or None
-        The colours that `colours`, of one channel, are numbers of; `full` is of these.
-    palette_alpha : (n,) array or None
-        Of each of them; 0 is transparent.
-    alpha : callable or None
-        From samples to (rows, columns) alpha; 0 is transparent.
-    alpha_full : float
-        The alpha of what is opaque.
+        Bits per channel in the file.
+    bands : iterator of Band
+        All pixels, some rows at a time.
     premultiplied : bool
-        Whether the pixels were multiplied by alpha.
+        Whether the colours are multiplied by alpha.
     profile : bytes
-        The embedded profile; empty without one.
+        The embedded ICC profile; empty without one.
     encoding : Encoding or None
-        What the file says in place of a profile.
-    said : list of str
-        Warnings.
-    notes : dict
-        What else belongs to the provenance.
+        The encoding that the file declares.
+    warnings : list of str
     """
 
     format: str
     model: str
     width: int
     height: int
-    parts: Iterator[tuple[int, npt.NDArray[Any]]]
     dtype: np.dtype[Any]
-    packed: int
-    full: int
     bits: int
-    colours: Callable[[npt.NDArray[Any]], npt.NDArray[Any]] = _as_they_are
-    palette: npt.NDArray[Any] | None = None
-    palette_alpha: npt.NDArray[Any] | None = None
-    alpha: Callable[[npt.NDArray[Any]], npt.NDArray[Any]] | None = None
-    alpha_full: float = 1.0
+    bands: Iterator[Band]
     premultiplied: bool = False
     profile: bytes = b""
     encoding: Encoding | None = None
-    said: list[str] = field(default_factory=list)
-    notes: dict[str, JSON] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
 
 
-def picture_of_raster(raster: Raster) -> Picture:
-    """Return the distinct colours of a decoded picture, with their meaning.
+def malformed_picture(
+    message: str, where: Where | None = None, remedy: str = _REMEDY
+) -> MalformedFileError:
+    """Return the error for a picture that breaks its format.
 
     Parameters
     ----------
-    raster : Raster
+    message : str
+    where : dict, optional
+    remedy : str, optional
 
     Returns
     -------
-    Picture
+    MalformedFileError
+    """
+    return MalformedFileError(message, where=where, remedy=remedy)
+
+
+@contextlib.contextmanager
+def open_raster(data: bytes, file_format: str) -> Iterator[Raster]:
+    """Read the header of a picture, and yield its raster while the file is open.
+
+    Parameters
+    ----------
+    data : bytes
+        The file.
+    file_format : str
+        Name of its format.
+
+    Yields
+    ------
+    Raster
 
     Raises
     ------
-    InvalidPointsError
-        A value is not a finite number, or every pixel is transparent.
     MalformedFileError
-        The profile is for another colour model.
-    MalformedProfileError, UnsupportedProfileError
-        The embedded profile is broken, or not evaluated.
+        The file breaks its format or ends early. Reading the bands may raise it too.
+    PictureSizeError
+        The picture has too many pixels or bytes.
     UnsupportedPictureError
-        The picture is CMYK, and no profile says what its inks look like.
+        The picture has channels, sample types or a colour encoding that are not supported.
     """
-    meaning, said = _meaning(raster)
-    width, height = raster.width, raster.height
-    channels = 1 if raster.palette is not None else len(CHANNELS[raster.model])
-    floats = raster.dtype.kind == "f"
-    linear = floats and isinstance(meaning, Encoding)
-    clipped = [0]
-    bands = _bands(raster, linear=linear, clipped=clipped)
-    depth = 8 if raster.dtype == np.uint8 else 16
-    fewer = max(FREELY_DISTINCT, raster.packed)
-    try:
-        found = distinct_values(
-            bands,
-            width * height,
-            channels,
-            depth,
-            most=min(MAX_VALUES, max(FREELY_EVALUATED, raster.packed // BYTES_PER_VALUE)),
-            sorted_bytes=max(FREELY_SORTED, raster.packed * SORTED_RATIO),
-            fewer=fewer,
+    with contextlib.ExitStack() as stack:
+        # OpenImageIO for Python reads only files. It chooses the decoder by the extension.
+        file = stack.enter_context(tempfile.NamedTemporaryFile(suffix=EXTENSIONS[file_format]))
+        file.write(data)
+        file.flush()
+        path = file.name
+        source = stack.enter_context(_open(path, file_format, raw=file_format == "tiff"))
+        photometric = source.spec().get_int_attribute("tiff:PhotometricInterpretation", -1)
+        raw_model = _TIFF_RAW.get(photometric)
+        if file_format == "tiff" and raw_model is None:
+            source = stack.enter_context(_open(path, file_format))
+        spec = source.spec()
+        _check_size(spec.width, spec.height, spec.nchannels * spec.format.size())
+        if spec.deep or spec.depth > 1:
+            raise _unsupported("The picture is deep or has several layers of depth.", "format")
+        if spec.get_string_attribute("jpeg:ColorSpace") in {"CMYK", "YCCK", "YCbCrK"}:
+            yield _cmyk_jpeg(data, spec)
+            return
+        channels, model = _colour_channels(spec, raw_model)
+        if file_format == "tiff" and photometric in {_TIFF_WHITE_IS_ZERO, _TIFF_BLACK_IS_ZERO}:
+            channels, model = [0], "gray"  # OpenImageIO takes further channels for RGB
+        raster = Raster(
+            file_format,
+            model,
+            spec.width,
+            spec.height,
+            _sample_type(spec, model),
+            _bits(spec, data, file_format),
+            iter(()),
+            profile=embedded_profile(spec, data, file_format),
         )
-    except TooManyValuesError as error:
-        raise PictureSizeError(
-            f"The {raster.packed} bytes of the picture unpack to more than {fewer} distinct "
-            "values.",
-            where={"field": "size"},
-            remedy=f"Beyond {FREELY_DISTINCT}, large pictures need a byte for each; send a smaller "
-            "copy, or one of 8 bits.",
-        ) from error
-    whole, counts, distinct = found.values, found.counts, found.distinct
-    if raster.palette is not None:
-        whole, counts = _looked_up(whole[:, 0], counts, raster)
-        distinct = len(whole)
-    used = int(counts.sum())
-    values = whole.astype(np.float64)
-    rounding: JSON = None
-    if linear:
-        values = ((values - 2 * ROOT_STEPS) / ROOT_STEPS) ** 3
-        rounding = f"cube roots to 1/{ROOT_STEPS}"
-    elif raster.model == "Lab":
-        full = 255.0 if depth == 8 else 65280.0
-        offset, step = (128, 1.0) if depth == 8 else (32768, 256.0)
-        values = np.column_stack([values[:, 0] / full * 100, (values[:, 1:] - offset) / step])
-        rounding = "16 bits" if floats else None
-    else:
-        values /= 65535.0 if floats else raster.full
-        rounding = "16 bits" if floats else None
-    if clipped[0]:
-        said.append(f"{clipped[0]} channel values beyond the encoding's range were cut off.")
-    provenance: dict[str, JSON] = {
-        "format": raster.format,
-        "channels": list[JSON](CHANNELS[raster.model]),
-        "size": [width, height],
-        "bit_depth": raster.bits,
-        "sample_format": "float" if floats else "integer",
-        "colour_model": raster.model,
-        "pixels": {"read": width * height, "transparent": width * height - used, "used": used},
-        "distinct_values": distinct,
-        **raster.notes,
-    }
-    if rounding is not None:
-        provenance["rounding"] = rounding
-    if found.levels is not None:
-        provenance["lattice"] = {"levels": found.levels, "values": len(values)}
-        said.append(
-            f"Of {distinct} distinct values, {len(values)} were used: the outermost in each "
-            f"cell of {found.levels} levels per channel."
+        refuse_film_densities(spec)
+        raster.encoding, said = declared_encoding(
+            spec, data, file_format, has_profile=bool(raster.profile)
         )
-    if isinstance(meaning, IccProfile):
-        provenance["profile"] = meaning.provenance
-    elif isinstance(meaning, Encoding):
-        provenance["encoding"] = {
-            "name": meaning.name,
-            "from": "assumed" if raster.encoding is None else "the file",
-        }
-    return Picture(
-        raster.format,
-        raster.model,
-        values,
-        counts,
-        meaning,
-        provenance,
-        (*raster.said, *said),
-    )
-
-
-def _meaning(raster: Raster) -> tuple[IccProfile | Encoding | None, list[str]]:
-    if raster.model == "Lab":
-        said = ["CIELAB is taken to be relative to D50, which the file does not state."]
-        if raster.profile:
-            said.append("The embedded profile is not needed for CIELAB, and was not used.")
-        return None, said
-    if raster.profile:
-        profile = _embedded_profile(raster.profile)
-        fitting = {"gray": {"gray", "RGB"}, "RGB": {"RGB"}, "CMYK": {"CMYK"}}[raster.model]
-        space = "".join(profile.channels)
-        if space not in fitting:
-            raise malformed(
-                f"The picture is {raster.model}, and its embedded profile is for {space}.",
-                {"field": "profile"},
-                "Embed the profile that the values were made for.",
+        raster.warnings += said
+        unused = spec.nchannels - len(channels)
+        alpha = spec.alpha_channel if spec.alpha_channel not in channels else -1
+        if alpha >= 0:
+            unused -= 1
+            # JPEG XL stores straight alpha unless its header says otherwise; OpenImageIO returns
+            # the stored values.
+            raster.premultiplied = file_format != "jpeg-xl" and not spec.get_int_attribute(
+                "oiio:UnassociatedAlpha"
             )
-        return profile, [f"The embedded profile: {warning}" for warning in profile.warnings]
-    if raster.encoding is not None:
-        return raster.encoding, []
-    if raster.model == "CMYK":
-        raise UnsupportedPictureError(
-            "The picture is CMYK and has no embedded profile, so its colours are not known.",
-            where={"field": "profile"},
-            remedy="Embed the profile of the printing condition.",
-        )
-    if raster.dtype.kind == "f":
-        return LINEAR, ["No profile is embedded: linear light of sRGB's primaries is assumed."]
-    return SRGB, ["No profile is embedded: sRGB is assumed."]
+        if raster.premultiplied and model == "Lab":
+            raise _unsupported("Lab colours are multiplied by alpha.", "alpha")
+        if unused:
+            raster.warnings.append(f"{unused} further channels of the picture are not used.")
+        convert: Callable[[npt.NDArray[Any]], npt.NDArray[Any]] | None = None
+        if raw_model == "Lab" and photometric == _TIFF_CIELAB:
+            convert = _offset_lab
+        elif file_format == "tiff" and photometric == _TIFF_WHITE_IS_ZERO:
+            # OpenImageIO inverts 8 bits only.
+            convert = _inverted if raster.dtype != np.uint8 else None
+        elif is_narrow_range(spec, file_format):
+            convert, raster.dtype = _full_range, np.dtype(np.uint16)
+        blocks = _blocks(source, spec, _sample_type(spec, model), path, raster.warnings)
+        raster.bands = _bands(blocks, channels, alpha, convert)
+        if source.seek_subimage(1, 0):
+            raster.warnings.append("The file holds several pictures; the first is used.")
+        source.seek_subimage(0, 0)
+        source.geterror()  # clear the error of a seek beyond the only picture
+        yield raster
 
 
-def _embedded_profile(data: bytes) -> IccProfile:
-    if len(data) > MAX_PROFILE_BYTES:
-        raise MalformedProfileError(
-            f"The embedded profile has {len(data)} bytes.",
-            where={"field": "profile"},
-            remedy=f"At most {MAX_PROFILE_BYTES} bytes are read.",
-        )
-    if data[36:40] != b"acsp":
-        raise MalformedProfileError(
-            "The embedded profile is no ICC profile: acsp is not at byte 36.",
-            where={"field": "profile"},
-            remedy="Embed the profile anew.",
-        )
+@cache
+def _openimageio() -> Any:  # noqa: ANN401 (a module)
+    """Import OpenImageIO on first use (0.2 s, 20 MB), and set its limits for this process."""
+    import OpenImageIO  # noqa: PLC0415
+
+    for name, value in (
+        ("threads", 1),
+        ("exr_threads", 1),
+        ("limits:channels", MAX_CHANNELS),
+        # Some decoders work when the file is opened. OpenImageIO checks this limit before.
+        ("limits:imagesize_MB", MAX_DECODED_BYTES >> 20),
+    ):
+        OpenImageIO.attribute(name, value)
+    return OpenImageIO
+
+
+@contextlib.contextmanager
+def _open(path: str, file_format: str, *, raw: bool = False) -> Iterator[Any]:
+    oiio = _openimageio()
+    config = oiio.ImageSpec()
+    config.attribute("oiio:UnassociatedAlpha", 1)
+    if raw:
+        config.attribute("oiio:RawColor", 1)
+    source = oiio.ImageInput.open(path, config)
+    if source is None:
+        problem = oiio.geterror()
+        if "exceeds" in problem and "limit" in problem:
+            raise PictureSizeError(
+                f"The decoded picture would exceed {MAX_DECODED_BYTES / 1e6:.0f} MB.",
+                where={"field": "size"},
+                remedy="Send a smaller copy.",
+            )
+        message = f"The {file_format} picture cannot be opened{_detail(problem, path)}."
+        if _UNSUPPORTED.search(problem):
+            raise _unsupported(message, "header")
+        raise malformed_picture(message, {"field": "header"})
     try:
-        return icc_profile(data)
-    except (MalformedProfileError, UnsupportedProfileError) as error:
-        raise type(error)(
-            f"The embedded profile: {error.message}", where=error.where, remedy=error.remedy
-        ) from error
+        yield source
+    finally:
+        source.close()
 
 
-def _bands(raster: Raster, *, linear: bool, clipped: list[int]) -> Iterator[npt.NDArray[Any]]:
-    """Yield the opaque pixels as whole numbers, some rows at a time."""
-    seen = 0
-    for row, band, alpha in _pieces(raster):
-        if alpha is not None:
-            opaque = alpha > 0
-            band, alpha = band[opaque], alpha[opaque]  # noqa: PLW2901
-            if raster.premultiplied:
-                band = _divided(band, alpha, raster)  # noqa: PLW2901
-        if band.dtype.kind == "f":
-            _refuse_not_finite(band, row)
-            band = _whole(band, raster.model, clipped, linear=linear)  # noqa: PLW2901
-        seen += len(band)
-        yield band
-    if not seen:
-        raise _invisible()
+def _detail(problem: str, path: str) -> str:
+    """Return the first line of a decoder's message as part of a sentence."""
+    lines = problem.replace(f' ("{path}")', "").replace(path, "the file").strip().splitlines()
+    return f": {lines[0].strip().rstrip('.')[:200]}" if lines else ""
 
 
-def _pieces(
-    raster: Raster,
-) -> Iterator[tuple[int, npt.NDArray[Any], npt.NDArray[Any] | None]]:
-    """Yield the first row, the colours (n, k) and the alpha (n,) of few pixels at a time."""
-    for top, part in raster.parts:
-        rows = max(1, _BAND_PIXELS // part.shape[1])
-        for start in range(0, len(part), rows):
-            samples = part[start : start + rows]
-            colours = raster.colours(samples)
-            alpha = None if raster.alpha is None else raster.alpha(samples).reshape(-1)
-            yield top + start, colours.reshape(-1, colours.shape[2]), alpha
+def _check_size(width: int, height: int, pixel_bytes: int) -> None:
+    if width <= 0 or height <= 0:
+        raise malformed_picture(f"The picture has {width} × {height} pixels.", {"field": "size"})
+    most, size = current_limits().pixels, width * height * pixel_bytes
+    if width * height > most or size > MAX_DECODED_BYTES:
+        raise PictureSizeError(
+            f"The picture has {width} × {height} pixels, {size / 1e6:.0f} MB when decoded.",
+            where={"field": "size"},
+            remedy=f"At most {most / 1e6:g} million pixels and {MAX_DECODED_BYTES / 1e6:.0f} MB "
+            "are decoded. Send a smaller copy.",
+        )
 
 
-def _invisible() -> InvalidPointsError:
-    return InvalidPointsError(
-        "Every pixel of the picture is transparent.",
-        where={"field": "alpha"},
-        remedy="Send a picture with pixels that can be seen.",
+def _unsupported(message: str, field: str, remedy: str = "") -> UnsupportedPictureError:
+    return UnsupportedPictureError(
+        message,
+        where={"field": field},
+        remedy=remedy or "Send gray, RGB, CMYK or CIELAB pixels of 8 or 16 bits, or floats.",
     )
 
 
-def _looked_up(
-    numbers: npt.NDArray[np.uint16], counts: IntArray, raster: Raster
-) -> tuple[npt.NDArray[Any], IntArray]:
-    """Return the distinct colours of a palette that pixels have, and their numbers of pixels."""
-    assert raster.palette is not None  # noqa: S101 (this is called for indexed pictures)
-    largest = int(numbers.max())
-    if largest >= len(raster.palette):
-        raise malformed(
-            f"A pixel has the colour number {largest}; there are {len(raster.palette)} colours.",
-            {"field": "palette"},
+def _colour_channels(spec: Any, raw_model: str | None) -> tuple[list[int], str]:  # noqa: ANN401
+    """Return the indices of the colour channels, and the colour model."""
+    names = [name.rpartition(".")[2].upper() for name in spec.channelnames]
+    if raw_model is not None:
+        if raw_model == "CMYK" and names[:4] != list("CMYK"):
+            raise _unsupported("The inks of the picture are not C, M, Y, K.", "channels")
+        if len(names) < len(MODELS[raw_model]):
+            raise malformed_picture(
+                f"The picture has {len(names)} channels; {raw_model} needs "
+                f"{len(MODELS[raw_model])}.",
+                {"field": "channels"},
+            )
+        return list(range(len(MODELS[raw_model]))), raw_model
+    if {"R", "G", "B"} <= set(names):
+        return [names.index(name) for name in "RGB"], "RGB"
+    if "RY" not in names and "CB" not in names:
+        for name in ("Y", "Y'", "L", "I"):
+            if name in names:
+                return [names.index(name)], "gray"
+        if len(set(names) - {"A"}) == 1 and names[0] != "Z":
+            return [0 if names[0] != "A" else 1], "gray"
+    shown = ", ".join(spec.channelnames[:8])
+    raise _unsupported(f"The picture has the channels {shown[:100]}.", "channels")
+
+
+def _sample_type(spec: Any, model: str) -> np.dtype[Any]:  # noqa: ANN401 (an ImageSpec)
+    """Return the type that samples are read as.
+
+    64-bit floats are refused: OpenImageIO 3.2 returns undefined values for them in TIFF files
+    without compression.
+    """
+    stored = str(spec.format)
+    known = {
+        "uint8": "uint8",
+        "uint16": "uint16",
+        "uint": "uint16",
+        "half": "float32",
+        "float": "float32",
+    }
+    if model == "Lab":
+        # Some writers declare all channels of Lab as signed, because a* and b* are.
+        known |= {"int8": "uint8", "int16": "uint16"}
+        known.pop("uint")
+    if stored not in known:
+        raise _unsupported(f"The samples of the picture have the type {stored}.", "bits")
+    return np.dtype(known[stored])
+
+
+def _bits(spec: Any, data: bytes, file_format: str) -> int:  # noqa: ANN401 (an ImageSpec)
+    if file_format == "png":
+        return data[24]
+    return int(spec.get_int_attribute("oiio:BitsPerSample", 8 * spec.format.size()))
+
+
+def _blocks(
+    source: Any,  # noqa: ANN401 (an ImageInput)
+    spec: Any,  # noqa: ANN401 (an ImageSpec)
+    dtype: np.dtype[Any],
+    path: str,
+    said: list[str],
+) -> Iterator[tuple[int, npt.NDArray[Any]]]:
+    """Yield the first row and the samples (rows, columns, channels) of some rows at a time."""
+    stored = str(spec.format)
+    wanted = stored if stored.startswith("int") else dtype.name.replace("float32", "float")
+    step = max(1, BAND_BYTES // (spec.width * spec.nchannels * dtype.itemsize))
+    chunk = spec.tile_height or 1
+    step = max(chunk, step // chunk * chunk)
+    right, bottom = spec.x + spec.width, spec.y + spec.height
+    for top in range(spec.y, bottom, step):
+        end = min(top + step, bottom)
+        if spec.tile_width:
+            block = source.read_tiles(
+                0, 0, spec.x, right, top, end, 0, 1, 0, spec.nchannels, wanted
+            )
+        else:
+            block = source.read_scanlines(0, 0, top, end, 0, 0, spec.nchannels, wanted)
+        problem = source.geterror()
+        row = top - spec.y + 1
+        if block is None or "Premature end" in problem:
+            message = f"The pixels from row {row} on cannot be decoded{_detail(problem, path)}."
+            if _UNSUPPORTED.search(problem):
+                raise _unsupported(message, "data")
+            raise malformed_picture(message, {"row": row})
+        if problem and not said:
+            said.append(f"The decoder reports damage near row {row}{_detail(problem, path)}.")
+        yield top - spec.y, block.reshape(end - top, spec.width, spec.nchannels).view(dtype)
+
+
+def _bands(
+    blocks: Iterator[tuple[int, npt.NDArray[Any]]],
+    channels: list[int],
+    alpha: int,
+    convert: Callable[[npt.NDArray[Any]], npt.NDArray[Any]] | None,
+) -> Iterator[Band]:
+    for top, block in blocks:
+        samples = block.reshape(-1, block.shape[2])
+        # A slice is a view; a list of channels would copy.
+        whole = channels == list(range(channels[0], channels[0] + len(channels)))
+        colours = samples[:, channels[0] : channels[-1] + 1] if whole else samples[:, channels]
+        yield (
+            top,
+            colours if convert is None else convert(colours),
+            None if alpha < 0 else samples[:, alpha],
         )
-    if raster.palette_alpha is not None:
-        opaque = raster.palette_alpha[numbers] > 0
-        numbers, counts = numbers[opaque], counts[opaque]
-    if not len(numbers):
-        raise _invisible()
-    colours, places = np.unique(raster.palette[numbers], axis=0, return_inverse=True)
-    return colours, np.bincount(places.reshape(-1), counts).astype(np.int64)
 
 
-def _divided(band: npt.NDArray[Any], alpha: npt.NDArray[Any], raster: Raster) -> npt.NDArray[Any]:
-    """Return colours that were multiplied by alpha as they were before."""
-    colours = band * (raster.alpha_full / alpha.astype(np.float64))[:, np.newaxis]
-    if band.dtype.kind == "f":
+def _offset_lab(colours: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return CIELAB with signed a* and b* as ICCLAB, which has offsets."""
+    if colours.dtype.kind == "f":
         return colours
-    return np.minimum(np.round(colours), raster.full).astype(band.dtype)
+    offset = colours.copy()
+    offset[:, 1:] ^= 0x80 if offset.dtype == np.uint8 else 0x8000
+    if offset.dtype == np.uint16:  # L* 100 is 65535 in CIELAB and 65280 in ICCLAB
+        offset[:, 0] = np.round(offset[:, 0] * (65280 / 65535)).astype(np.uint16)
+    return offset
 
 
-def _refuse_not_finite(band: npt.NDArray[Any], row: int) -> None:
-    finite = np.isfinite(band).all(axis=1)
-    if not finite.all():
-        value = float(band[~finite][0].sum())
-        raise InvalidPointsError(
-            f"{int((~finite).sum())} pixels from row {row + 1} on hold values that are not finite "
-            f"numbers, such as {value}.",
-            where={"row": row + 1},
-            remedy="Every value must be a finite number; make what is no picture transparent.",
-        )
+def _inverted(colours: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    full: Any = 1.0 if colours.dtype.kind == "f" else np.iinfo(colours.dtype).max
+    inverted: npt.NDArray[Any] = full - colours
+    return inverted
 
 
-def _whole(
-    band: npt.NDArray[Any], model: str, clipped: list[int], *, linear: bool
-) -> npt.NDArray[np.uint16]:
-    values = band.astype(np.float64)
-    if linear:
-        values = np.cbrt(values) * ROOT_STEPS + 2 * ROOT_STEPS
-    elif model == "Lab":
-        values = values * np.array([652.8, 256.0, 256.0]) + np.array([0.0, 32768.0, 32768.0])
-    else:
-        values = values * 65535.0
-    whole = np.round(values)
-    kept = np.clip(whole, 0, 65535)
-    clipped[0] += int(np.count_nonzero(whole != kept))
-    return kept.astype(np.uint16)
+def _full_range(colours: npt.NDArray[Any]) -> npt.NDArray[np.uint16]:
+    """Return narrow-range values (16 to 235 of 8 bits) as full-range values of 16 bits."""
+    unit = 1 if colours.dtype == np.uint8 else 256
+    table = (np.arange(256 * unit) / unit - 16) / 219 * 65535
+    wide: npt.NDArray[np.uint16] = np.clip(np.round(table), 0, 65535).astype(np.uint16)[colours]
+    return wide
+
+
+def _cmyk_jpeg(data: bytes, spec: Any) -> Raster:  # noqa: ANN401 (an ImageSpec)
+    """Return the raster of a CMYK JPEG, decoded by Pillow."""
+    try:
+        # The class does not warn of large pictures, as PIL.Image.open does.
+        decoded: Any = JpegImageFile(io.BytesIO(data))
+        decoded.load()
+    except (OSError, SyntaxError, ValueError, TypeError, LookupError) as error:
+        raise malformed_picture(
+            "The pixels are damaged or end early.", {"field": "data"}
+        ) from error
+    said = []
+    if "adobe" not in decoded.info:
+        said.append("CMYK without Adobe's marker: 0 is assumed to be full ink, as Adobe writes it.")
+    rows = max(1, BAND_BYTES // (4 * spec.width))
+
+    def bands() -> Iterator[Band]:
+        for top in range(0, spec.height, rows):
+            box = (0, top, spec.width, min(top + rows, spec.height))
+            yield top, np.asarray(decoded.crop(box)).reshape(-1, 4), None
+
+    return Raster(
+        "jpeg",
+        "CMYK",
+        spec.width,
+        spec.height,
+        np.dtype(np.uint8),
+        8,
+        bands(),
+        profile=embedded_profile(spec, data, "jpeg"),
+        warnings=said,
+    )

@@ -1,9 +1,9 @@
 """Device values that cover the surface of a device's cube of lights or inks.
 
-The colours at a gamut's boundary come from device values of which all but two channels are at one
-end of their range: the two-dimensional faces of the n-cube, 6 for RGB, 24 for CMYK,
-C(n,2)·2^(n-2) for n channels. Each face is sampled by one uniform grid; edges and corners, which
-faces share, are taken once.
+The colours at a gamut's boundary come from device values with all but two channels at an end of
+their range. These are the two-dimensional faces of the n-cube: 6 for RGB, 24 for CMYK,
+C(n,2)·2^(n-2) for n channels. Each face has one uniform grid of points. Shared edges and corners
+are taken once.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ convex hull takes gigabytes."""
 
 
 def cube_surface_count(channels: int, steps: int) -> int:
-    """Return the number of points on all two-dimensional faces, shared ones counted once.
+    """Return the number of points on all two-dimensional faces, with shared points counted once.
 
     Parameters
     ----------
     channels : int
-        Channels n of the device, at least 1.
+        Number n of channels, at least 1.
     steps : int
         Points m along each edge, at least 2.
 
@@ -42,7 +42,12 @@ def cube_surface_count(channels: int, steps: int) -> int:
     -------
     int
         2^n corners, n·2^(n-1) edges with m - 2 points each, C(n,2)·2^(n-2) faces with (m - 2)²
-        each: for RGB, 6m² - 12m + 8.
+        each; 6m² - 12m + 8 for RGB.
+
+    Examples
+    --------
+    >>> cube_surface_count(3, 2), cube_surface_count(3, 3)
+    (8, 26)
     """
     inner = steps - 2
     edges = channels << (channels - 1)
@@ -54,14 +59,14 @@ def _faces(channels: int) -> int:
 
 
 def surface_steps(channels: int, surface_samples: int) -> int:
-    """Return the points along each edge, as many as keep the total within what is asked for.
+    """Return the largest number of points along each edge that keeps the total within a limit.
 
     Parameters
     ----------
     channels : int
-        Channels of the device, 1 to 15.
+        Number of channels, 1 to 15.
     surface_samples : int
-        Points wanted at most. With 2 steps, the corners alone are left, however many they are.
+        Largest number of points. Two steps give the corners alone, however many there are.
 
     Returns
     -------
@@ -78,9 +83,9 @@ def surface_steps(channels: int, surface_samples: int) -> int:
     check_option("surface_samples", surface_samples, SURFACE_SAMPLES)
     if not 1 <= channels <= MAX_CHANNELS:
         raise SampleLimitError(
-            f"A device of {channels} channels is not sampled.",
+            f"The device has {channels} channels.",
             where={"field": "channels"},
-            remedy=f"Devices have 1 to {MAX_CHANNELS} channels.",
+            remedy=f"Give a device of 1 to {MAX_CHANNELS} channels.",
         )
     if channels == 1:
         return surface_samples
@@ -96,14 +101,14 @@ def cube_surface(channels: int, steps: int) -> FloatArray:
     Parameters
     ----------
     channels : int
-        Channels n of the device.
+        Number n of channels.
     steps : int
         Points m along each edge, at least 2.
 
     Returns
     -------
     (count, n) float
-        Device values from 0 to 1, each once: the corners, then edge by edge, then face by face.
+        Distinct device values from 0 to 1: the corners, then edge by edge, then face by face.
         `count` is `cube_surface_count(channels, steps)`.
     """
     inner = np.linspace(0.0, 1.0, steps)[1:-1]
@@ -120,13 +125,13 @@ def cube_surface(channels: int, steps: int) -> FloatArray:
 
 
 def _fill(points: FloatArray, start: int, free: tuple[int, ...], values: FloatArray) -> int:
-    """Write `values` on the free axes, for all corners of the other axes; return the next row."""
+    """Write `values` on the free axes for all corners of the other axes; return the next row."""
     fixed = [axis for axis in range(points.shape[1]) if axis not in free]
     corners = 1 << len(fixed)
     block = points[start : start + corners * len(values)]
     view = block.reshape(corners, len(values), points.shape[1])
     for bit, axis in enumerate(fixed):
         view[:, :, axis] = ((np.arange(corners) >> bit) & 1)[:, np.newaxis]
-    for place, axis in enumerate(free):
-        view[:, :, axis] = values[:, place]
+    for column, axis in enumerate(free):
+        view[:, :, axis] = values[:, column]
     return start + len(block)

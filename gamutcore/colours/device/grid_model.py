@@ -1,8 +1,8 @@
-"""A device model from a complete grid of samples: linear interpolation in every dimension.
+"""A device model from a complete grid of samples: multilinear interpolation.
 
-Measurements whose device values are all combinations of some levels of each channel, however far
-apart these are, need nothing fitted. Between neighbouring levels the colours are interpolated as in
-the lookup tables of profiles, by the same kernel.
+A grid is complete if the device values are all combinations of some levels of each channel. The
+levels may be unevenly spaced. Colours between neighbouring levels are interpolated as in the lookup
+tables of profiles, by the same kernel.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["GridModel", "grid_model"]
 
 _APART = 1e-6
-"""Part of a channel's range within which values are one level."""
+"""Distance of two levels of a channel as a fraction of its range; closer values are one level."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,9 +32,9 @@ class GridModel:
     Parameters
     ----------
     levels : tuple of (l,) float
-        Rising levels of each of k channels; a single one where a channel never varies.
+        Ascending levels of each of k channels; one level for a constant channel.
     table : (product of levels, 3) float32
-        Colours at the nodes, the last channel varying fastest. Single precision is 10⁻⁵ ΔE, far
+        Colours at the nodes; the last channel varies fastest. Single precision is 10⁻⁵ ΔE, far
         below the noise of measurements.
     """
 
@@ -43,7 +43,7 @@ class GridModel:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Levels per channel."""
+        """Number of levels of each channel."""
         return tuple(len(levels) for levels in self.levels)
 
     def colours(self, device: FloatArray) -> FloatArray:
@@ -52,7 +52,7 @@ class GridModel:
         Parameters
         ----------
         device : (m, k) float
-            Device values; beyond the outermost levels they are cut off.
+            Device values, clipped to the outermost levels.
 
         Returns
         -------
@@ -62,12 +62,12 @@ class GridModel:
         Raises
         ------
         OptionError
-            So many values lie between the levels of so many channels that this would take too long.
+            Interpolation of so many values in so many channels would take too long.
         """
         positions = np.empty(device.shape)
         for channel, levels in enumerate(self.levels):
-            places = np.linspace(0.0, 1.0, len(levels))
-            positions[:, channel] = np.interp(device[:, channel], levels, places)
+            fractions = np.linspace(0.0, 1.0, len(levels))
+            positions[:, channel] = np.interp(device[:, channel], levels, fractions)
         try:
             positions, steps, strides = checked_positions(positions, self.shape)
         except UnsupportedProfileError as error:
@@ -77,17 +77,17 @@ class GridModel:
         return colours
 
     def leave_out_errors(self) -> FloatArray:
-        """Return the errors at nodes that are left out.
+        """Return the interpolation errors at nodes that are left out.
 
-        Every second level of each channel but its last is left out at once, and the nodes that
-        are gone with them are interpolated between those that stay. Where colours bend evenly,
-        halving the steps quarters the errors: those of the whole grid are two to four times smaller
-        (docs/decisions/device-model.md).
+        Every second level of each channel is left out at once, except the last one. The missing
+        nodes are interpolated between the remaining ones. The errors of the whole grid are two to
+        four times smaller: halving the steps quarters the errors of smooth colours
+        (``docs/decisions/device-model.md``).
 
         Returns
         -------
         (m,) float
-            Distance of each left-out node from what is interpolated there; none if no channel has
+            Distance of each left-out node from its interpolated colour; empty if no channel has
             more than two levels.
         """
         shape = self.shape
@@ -99,9 +99,9 @@ class GridModel:
             tuple(levels[some] for levels, some in zip(self.levels, kept, strict=True)),
             np.ascontiguousarray(self.table[~left_out]),
         )
-        places = np.unravel_index(np.flatnonzero(left_out), shape)
+        indices = np.unravel_index(np.flatnonzero(left_out), shape)
         device = np.column_stack(
-            [levels[place] for levels, place in zip(self.levels, places, strict=True)]
+            [levels[index] for levels, index in zip(self.levels, indices, strict=True)]
         )
         errors: FloatArray = np.linalg.norm(coarse.colours(device) - self.table[left_out], axis=1)
         return errors
@@ -120,13 +120,18 @@ def grid_model(device: FloatArray, colours: FloatArray) -> GridModel | None:
     Returns
     -------
     GridModel or None
-        None if combinations of levels are missing, or samples lie beside the grid; or if there is
-        only one of them.
+        None if a combination of levels is missing or there are fewer than two samples.
+
+    Examples
+    --------
+    >>> square = np.array([(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)])
+    >>> grid_model(square, np.eye(4, 3)).shape
+    (2, 2)
     """
     count = len(device)
     if count < 2:
         return None
-    levels, places = [], []
+    levels, indices = [], []
     nodes = 1
     for values in device.T:
         order = np.argsort(values, kind="stable")
@@ -134,15 +139,15 @@ def grid_model(device: FloatArray, colours: FloatArray) -> GridModel | None:
         first = np.concatenate([[True], np.diff(ranked) > _APART])
         levels.append(ranked[first])
         nodes *= len(levels[-1])
-        # Scattered samples have far more combinations than there are samples.
+        # scattered samples have far more combinations of levels than samples
         if nodes > count:
             return None
-        place = np.empty(count, dtype=np.int64)
-        place[order] = np.cumsum(first) - 1
-        places.append(place)
+        index = np.empty(count, dtype=np.int64)
+        index[order] = np.cumsum(first) - 1
+        indices.append(index)
     if nodes < count:
         return None
-    row = np.ravel_multi_index(tuple(places), tuple(len(some) for some in levels))
+    row = np.ravel_multi_index(tuple(indices), tuple(len(some) for some in levels))
     if len(np.unique(row)) < count:
         return None
     table = np.empty((count, 3), dtype=np.float32)

@@ -1,10 +1,10 @@
-"""The cube of a device's values, cut by ink limits, as the patches of its surface.
+"""The cube of a device's values, cut by ink limits, as patches of its surface.
 
-A press does not print all inks in full: a total ink limit cuts the corner of the cube beyond a
-plane of equal sums off, a black limit shortens one axis. The colours at the boundary of what is
-left come from its two-dimensional faces: those of the cube, clipped at the plane, and those that
-the plane makes of the cube's three-dimensional faces (triangles to hexagons). Each is divided into
-trapezoids here, which a lattice covers without gaps.
+A press does not print all inks in full. A total ink limit cuts off the corner of the cube beyond a
+plane of equal sums, and a black limit shortens one axis. The colours at the boundary of the rest
+come from its two-dimensional faces. These are the cube's own faces, clipped at the plane, and the
+intersections of the plane with the cube's three-dimensional faces (triangles to hexagons). Each
+face is divided into trapezoids, which a lattice covers without gaps.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ if TYPE_CHECKING:
 __all__ = ["InkCube", "Patches", "surface_corners", "surface_patches"]
 
 _TINY = 1e-9
-"""Part of full ink below which a piece of a face is nothing."""
+"""Smallest extent of a piece of a face, as a fraction of full ink."""
 
 
 @dataclass(frozen=True, eq=False)
 class InkCube:
-    """The device values that are used.
+    """The printable device values.
 
     Parameters
     ----------
     lowest, highest : (n,) float
-        Ends of the range of each of n channels, all of them apart.
+        Range of each of n channels; no range is empty.
     total : float or None
         Largest sum of a device value; None without a limit.
     """
@@ -45,12 +45,12 @@ class InkCube:
 
     @property
     def cut(self) -> bool:
-        """Whether the limit of the sum cuts something off."""
+        """Whether the limit of the sum cuts off a part of the cube."""
         return self.total is not None and self.total < float(self.highest.sum()) - _TINY
 
     @property
     def largest_sum(self) -> float:
-        """The largest sum of a device value that is used."""
+        """The largest sum of a printable device value."""
         return min(float(self.highest.sum()), _limit(self))
 
 
@@ -63,8 +63,7 @@ class Patches:
     corners : (p, 2, 2, n) float
         Device values at s, t of (0, 0), (0, 1), (1, 0), (1, 1).
     axes : (p, 2) int
-        The channel that alone changes, over its whole range, along s and along t; -1 where it is
-        not so.
+        The channel that alone changes, over its whole range, along s and along t; -1 otherwise.
     """
 
     corners: FloatArray
@@ -79,12 +78,17 @@ def surface_patches(cube: InkCube, most: int | None = None) -> Patches | None:
     cube : InkCube
         Of n ≥ 2 channels.
     most : int, optional
-        Trapezoids that are wanted at most: fifteen inks have 860,160 faces.
+        Largest number of trapezoids: fifteen inks have 860,160 faces.
 
     Returns
     -------
     Patches or None
-        For a cube without a cut: its C(n, 2)·2^(n-2) faces. None if there are more than `most`.
+        C(n, 2)·2^(n-2) patches for a cube without a cut. None if there are more than `most`.
+
+    Examples
+    --------
+    >>> len(surface_patches(InkCube(np.zeros(3), np.ones(3))).corners)
+    6
     """
     corners, axes, count = [], [], 0
     for some, their_axes in chain(_clipped_faces(cube), _cutting_faces(cube) if cube.cut else ()):
@@ -97,7 +101,7 @@ def surface_patches(cube: InkCube, most: int | None = None) -> Patches | None:
 
 
 def surface_corners(cube: InkCube) -> FloatArray:
-    """Return the corners of a cut cube: where only one point can be taken of each face or less.
+    """Return the corners of a cut cube.
 
     Parameters
     ----------
@@ -106,7 +110,12 @@ def surface_corners(cube: InkCube) -> FloatArray:
     Returns
     -------
     (m, n) float
-        Corners of the cube within the limit, and where its edges go through it.
+        Corners of the cube within the limit, and the points where its edges meet the limit.
+
+    Examples
+    --------
+    >>> len(surface_corners(InkCube(np.zeros(3), np.ones(3), total=2.5)))
+    10
     """
     n = len(cube.lowest)
     own = _cube_corners(cube, tuple(range(n)))
@@ -128,7 +137,7 @@ def _limit(cube: InkCube) -> float:
 
 
 def _cube_corners(cube: InkCube, axes: tuple[int, ...]) -> FloatArray:
-    """Return all corners of the cube in `axes`, (2^k, n), with the other channels at 0."""
+    """All corners of the cube in `axes`, (2^k, n), with the other channels at 0."""
     points = np.zeros((1 << len(axes), len(cube.lowest)))
     for bit, axis in enumerate(axes):
         high = ((np.arange(len(points)) >> bit) & 1).astype(bool)
@@ -137,7 +146,7 @@ def _cube_corners(cube: InkCube, axes: tuple[int, ...]) -> FloatArray:
 
 
 def _within(cube: InkCube, fixed: FloatArray) -> FloatArray:
-    """Return those of some corners that leave something of the limit for the other channels."""
+    """The corners that leave room below the limit for the other channels."""
     kept: FloatArray = fixed[fixed.sum(axis=1) < _limit(cube)]
     return kept
 
@@ -149,8 +158,8 @@ def _others(cube: InkCube, *axes: int) -> tuple[int, ...]:
 def _clipped_faces(cube: InkCube) -> Iterator[tuple[FloatArray, IntArray]]:
     """Yield the parts of the cube's own faces that are within the limit.
 
-    From b at its lowest, a face is a rectangle up to where the highest a meets the limit, and from
-    there on a trapezoid, one side of which lies on the limit.
+    A face is a rectangle from the lowest b to the value where the highest a meets the limit.
+    Beyond, it is a trapezoid with one side on the limit.
     """
     for a, b in combinations(range(len(cube.lowest)), 2):
         fixed = _within(cube, _cube_corners(cube, _others(cube, a, b)))
@@ -159,7 +168,7 @@ def _clipped_faces(cube: InkCube) -> Iterator[tuple[FloatArray, IntArray]]:
         bends = np.clip(rest - cube.highest[a], low, high)
         stops = [np.full(len(fixed), low), bends, np.clip(rest - cube.lowest[a], low, high)]
         least = np.full(len(fixed), cube.lowest[a])
-        # Where even the lowest b is too much, both strips are of no height.
+        # if even the lowest b exceeds the limit, both strips have no height
         most = [np.minimum(cube.highest[a], rest - stop) for stop in stops]
         for i in (0, 1):
             ends = np.stack([least, most[i], least, most[i + 1]], axis=1)
@@ -169,8 +178,8 @@ def _clipped_faces(cube: InkCube) -> Iterator[tuple[FloatArray, IntArray]]:
 def _cutting_faces(cube: InkCube) -> Iterator[tuple[FloatArray, IntArray]]:
     """Yield the parts of the limiting plane within the cube's three-dimensional faces.
 
-    With a and b free, the third channel c is what is left of the limit. The range of a has two
-    kinks along b, so that there are up to three trapezoids.
+    a and b are free, and the third channel c is the rest of the limit. The range of a has two kinks
+    along b, so there are up to three trapezoids.
     """
     for a, b, c in combinations(range(len(cube.lowest)), 3):
         fixed = _within(cube, _cube_corners(cube, _others(cube, a, b, c)))
@@ -196,7 +205,7 @@ def _trapezoids(
     stops: tuple[FloatArray, FloatArray],
     ends: FloatArray,
 ) -> tuple[FloatArray, IntArray]:
-    """Return trapezoids between two values of b, with the ends of a at both; none of no area."""
+    """Trapezoids between two values of b, with the ends of a at both; none without area."""
     a, b = axes
     spans = ends[:, [1, 3]] - ends[:, [0, 2]]
     real = (stops[1] - stops[0] > _TINY) & (spans.max(axis=1) > _TINY)

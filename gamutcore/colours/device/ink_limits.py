@@ -1,8 +1,8 @@
-"""Limits of ink: how much of the device cube of a press is used.
+"""Ink limits: the part of a press's device cube that is printable.
 
-A total limit is the largest sum of all inks that is printed (240 % on newsprint, 300 to 340 % on
-coated paper), a black limit the most of the black ink alone. Black stays an ink like the others
-below it: gamuts without black are up to a fifth smaller.
+A total limit is the largest sum of all inks (240 % on newsprint, 300 to 340 % on coated paper). A
+black limit is the largest amount of the black ink. Below the limit, black is an ink like the
+others: gamuts without black are up to a fifth smaller.
 """
 
 from __future__ import annotations
@@ -25,22 +25,22 @@ if TYPE_CHECKING:
 __all__ = ["BLACK_NAMES", "InkLimits", "LimitedCube", "limited_cube"]
 
 BLACK_NAMES = frozenset({"k", "black", "process black", "schwarz", "noir", "nero", "negro"})
-"""Names, in lower case, of the channel that is the black ink."""
+"""Names, in lower case, of the channel of the black ink."""
 
 _APART = 1e-6
-"""Part of full ink below which a channel is taken not to vary."""
+"""Smallest range of a varying channel, as a fraction of full ink."""
 
 
 @dataclass(frozen=True)
 class InkLimits:
-    """What is printed at most.
+    """Largest amounts of ink.
 
     Parameters
     ----------
     total : float or None
-        Sum of all inks, in per cent of one full ink; None without a limit.
+        Sum of all inks in per cent of one full ink; None without a limit.
     black : float or None
-        The black ink, in per cent; None without a limit.
+        Black ink in per cent; None without a limit.
     """
 
     total: float | None = None
@@ -55,7 +55,7 @@ class InkLimits:
         Parameters
         ----------
         why : str
-            What the data is, as a sentence.
+            The kind of data, as a sentence.
 
         Returns
         -------
@@ -71,16 +71,16 @@ class InkLimits:
 
 @dataclass(frozen=True, eq=False)
 class LimitedCube:
-    """The device values that are used, and the channels that stay at one value.
+    """The printable device values, and the channels that are constant.
 
     Parameters
     ----------
     cube : InkCube
         Of the channels that vary.
     free : (n,) bool
-        Which of the device's n channels vary.
+        Whether each of the device's n channels varies.
     base : (n,) float
-        Values of the others.
+        Values of the constant channels.
     provenance : dict or None
         The limits; None for devices without inks.
     """
@@ -91,7 +91,7 @@ class LimitedCube:
     provenance: dict[str, JSON] | None
 
     def device(self, values: FloatArray) -> FloatArray:
-        """Return whole device values from those of the channels that vary.
+        """Return complete device values from the values of the channels that vary.
 
         Parameters
         ----------
@@ -116,14 +116,14 @@ def limited_cube(
     *,
     inks: bool,
 ) -> LimitedCube:
-    """Return the part of a device's cube that is within the limits of ink.
+    """Return the part of a device's cube that is within the ink limits.
 
     Parameters
     ----------
     channels : sequence of str
         Names of the n channels.
     lowest, highest : (n,) float
-        Ends of each channel's range, 0 to 1.
+        Range of each channel, 0 to 1.
     limits : InkLimits
     inks : bool
         Whether the channels are inks.
@@ -135,11 +135,11 @@ def limited_cube(
     Raises
     ------
     OptionError
-        There are limits, and the device has no inks, no channel known for black, or nothing is left
-        within them.
+        There are limits, and the device has no inks or no black channel, or no device value is
+        within the limits.
     """
     if limits and not inks:
-        raise limits.refusal(f"the device's channels are {', '.join(channels)}, which are no inks.")
+        raise limits.refusal(f"the channels {', '.join(channels)} are not inks.")
     lowest, highest = np.array(lowest, dtype=np.float64), np.array(highest, dtype=np.float64)
     provenance: dict[str, JSON] | None = None
     if inks:
@@ -155,7 +155,7 @@ def limited_cube(
         total = limits.total / 100 - float(lowest[~free].sum())
         if total <= float(lowest[free].sum()) + _APART:
             raise _nothing_left("ink_limit", limits.total, f"{100 * lowest.sum():.4g}")
-        # A limit below an ink's own range shortens that range.
+        # a limit below the range of a single ink shortens that range
         room = total - (float(lowest[free].sum()) - lowest[free])
         highest[free] = np.minimum(highest[free], room)
     cube = InkCube(lowest[free], highest[free], total)
@@ -164,9 +164,9 @@ def limited_cube(
 
 def _nothing_left(field: str, value: float, least: str) -> OptionError:
     return OptionError(
-        f"{field} is {value:g} %, and the data begins at {least} %.",
+        f"{field} is {value:g} %, but the lowest amount in the data is {least} %.",
         where={"field": field},
-        remedy=f"More than {least} %.",
+        remedy=f"Give more than {least} %.",
     )
 
 
@@ -175,7 +175,7 @@ def _black_channel(channels: Sequence[str]) -> int:
         if name.strip().lower() in BLACK_NAMES:
             return number
     raise OptionError(
-        f"black_limit does not apply: none of the inks {', '.join(channels)} is known for black.",
+        f"black_limit does not apply: none of the inks {', '.join(channels)} is named as black.",
         where={"field": "black_limit"},
-        remedy="Leave it out; the black ink is known by the name K or Black.",
+        remedy="Leave it out, or name the black ink K or Black.",
     )

@@ -1,9 +1,8 @@
-"""The device model of measured samples: which one they get, and how far it can be trusted.
+"""The device model of measured samples: its kind, and its estimated error.
 
-Complete grids are interpolated linearly between their nodes; scattered samples are fitted. Coarse
-grids of smooth devices can be fitted better than they are interpolated: the provenance says so
-where it is the case, and who builds a gamut can choose. What was measured:
-docs/decisions/device-model.md.
+Complete grids are interpolated linearly between their nodes, and scattered samples are fitted. A
+fit can be more accurate for coarse grids of smooth devices. The provenance then says so, and the
+option ``device_model`` chooses. Measurements: ``docs/decisions/device-model.md``.
 """
 
 from __future__ import annotations
@@ -34,28 +33,28 @@ if TYPE_CHECKING:
 __all__ = ["DEVICE_MODELS", "DeviceModel", "device_model"]
 
 DEVICE_MODELS = ("interpolation", "fit")
-"""What can be asked for: n-linear interpolation, of complete grids, or a fit to the samples."""
+"""Kinds of models: multilinear interpolation of complete grids, or a fit to the samples."""
 
 _COMPARED = 1000
-"""Nodes of a grid up to which the error of a fit is estimated as well: that takes 0.1 s at most."""
+"""Largest grid whose fit is estimated as well; the fit of so many nodes takes 0.1 s."""
 
 _STEPS_DOUBLED = 4.0
-"""How many times as large errors of linear interpolation are over steps of twice the length, where
-colours bend evenly: the most by which the estimate of a grid's error is too large."""
+"""Ratio of the errors of linear interpolation when the step is doubled, for colours of constant
+curvature. The estimate of a grid's error is too large by at most this factor."""
 
 _NOTICEABLE = 1.0
-"""Mean ΔE*ab of a grid's estimate below which it does not matter which model is used: the errors
-themselves are then a half to a quarter of that."""
+"""Mean ΔE*ab of a grid's estimate below which the choice of the model does not matter. The errors
+themselves are a half to a quarter of the estimate."""
 
 
 @dataclass(frozen=True, eq=False)
 class DeviceModel:
-    """Device value to colour, as it follows from measured samples.
+    """Device value to colour, from measured samples.
 
     Parameters
     ----------
     device : (n, k) float
-        Device values of the samples that are used.
+        Device values of the samples used.
     lab : (n, 3) float
         Their colours.
     colours : callable or None
@@ -63,13 +62,13 @@ class DeviceModel:
     provenance : dict
         Kind of the model and its error, JSON-able.
     mean_error : float or None
-        Mean ΔE*ab of samples that are left out; None if none can be.
+        Mean ΔE*ab of left-out samples; None if none can be left out.
     nodes : (k, l) float or None
-        Levels of each channel between which the model has no kinks, if all have equally many.
+        Levels of each channel between which the model is smooth, if all channels have equally many.
     degenerate : str
         Why no model can be fitted.
     warnings : tuple of str
-        What is to be known of the model.
+        Warnings about the accuracy of the model.
     """
 
     device: FloatArray
@@ -83,7 +82,7 @@ class DeviceModel:
 
 
 def device_model(device: FloatArray, lab: FloatArray, kind: str | None = None) -> DeviceModel:
-    """Return the model that samples get.
+    """Return the device model of samples.
 
     Parameters
     ----------
@@ -92,64 +91,61 @@ def device_model(device: FloatArray, lab: FloatArray, kind: str | None = None) -
     lab : (n, 3) float
         Their colours.
     kind : str, optional
-        One of `DEVICE_MODELS`; unless given, interpolation of complete grids, and a fit to other
+        One of `DEVICE_MODELS`. Unless given: interpolation of complete grids, a fit to other
         samples.
 
     Returns
     -------
     DeviceModel
-        Of all the samples of a grid that is interpolated, else of `MAX_MODEL_SAMPLES` at most.
+        Of all samples of an interpolated grid, else of at most `MAX_MODEL_SAMPLES`.
 
     Raises
     ------
     OptionError
-        Interpolation is asked for of samples that are no complete grid.
+        Interpolation is requested, and the samples are not a complete grid.
     """
     grid = None if kind == "fit" else grid_model(device, lab)
     if grid is not None:
-        return _of_grid(grid, device, lab)
+        return _interpolation(grid, device, lab)
     if kind == "interpolation":
-        raise _no_grid(device)
-    device, lab = _thinned(device, lab)
-    fitted = _fitted(device, lab)
+        raise _incomplete_grid(device)
+    device, lab = _sample_subset(device, lab)
+    fitted = _fit(device, lab)
     if isinstance(fitted, DegenerateSamplesError):
         none: dict[str, JSON] = {"name": "none: the samples' own colours"}
-        why = str(fitted) if len(device) > 1 else "there is one distinct device value only"
+        why = str(fitted) if len(device) > 1 else "there is only one distinct device value"
         return DeviceModel(device, lab, None, none, degenerate=why)
-    return _of_scattered(fitted, device, lab)
+    return _fit_model(fitted, device, lab)
 
 
-def _no_grid(device: FloatArray) -> OptionError:
+def _incomplete_grid(device: FloatArray) -> OptionError:
     levels = [len(np.unique(values)) for values in device.T]
     if len(device) > 1:
         why = (
-            f"the {len(device)} distinct device values are no complete grid; one of "
+            f"the {len(device)} distinct device values are not a complete grid; a grid of "
             f"{' · '.join(map(str, levels))} levels has {math.prod(levels):.6g}"
         )
-        remedy = (
-            "Ask for 'fit', or send all combinations of some levels of each channel, and nothing "
-            "beside them."
-        )
+        remedy = "Give 'fit', or send exactly all combinations of some levels of each channel."
     else:
-        why = "there is one distinct device value only, and nothing to interpolate between"
+        why = "there is only one distinct device value"
         remedy = "Send all combinations of two or more levels of each channel."
     return OptionError.not_applicable("device_model", "interpolation", why, remedy)
 
 
-def _fitted(device: FloatArray, lab: FloatArray) -> ScatteredModel | DegenerateSamplesError:
-    """Return the fit over the channels that vary, or why there is none."""
+def _fit(device: FloatArray, lab: FloatArray) -> ScatteredModel | DegenerateSamplesError:
+    """Fit over the channels that vary, or the reason why there is none."""
     try:
-        return scattered_model(device[:, _varied(device)], lab)
+        return scattered_model(device[:, _varying_channels(device)], lab)
     except DegenerateSamplesError as error:
         return error
 
 
-def _varied(device: FloatArray) -> npt.NDArray[np.bool_]:
+def _varying_channels(device: FloatArray) -> npt.NDArray[np.bool_]:
     varied: npt.NDArray[np.bool_] = np.ptp(device, axis=0) > 1e-6
     return varied
 
 
-def _of_grid(grid: GridModel, device: FloatArray, lab: FloatArray) -> DeviceModel:
+def _interpolation(grid: GridModel, device: FloatArray, lab: FloatArray) -> DeviceModel:
     errors = grid.leave_out_errors()
     provenance: dict[str, JSON] = {
         "name": "n-linear interpolation of a complete grid",
@@ -168,7 +164,7 @@ def _of_grid(grid: GridModel, device: FloatArray, lab: FloatArray) -> DeviceMode
             "of": "every second level, interpolated between the others; the whole grid's errors "
             "are about two to four times smaller",
         }
-        fitted = _fitted(device, lab) if len(device) <= _COMPARED else None
+        fitted = _fit(device, lab) if len(device) <= _COMPARED else None
         if isinstance(fitted, ScatteredModel):
             other, other_high = _figures(fitted.leave_out_errors)
             provenance["fit"] = {
@@ -183,14 +179,14 @@ def _of_grid(grid: GridModel, device: FloatArray, lab: FloatArray) -> DeviceMode
                 )
     else:
         warnings.append(
-            "The error of the device model is not known: a grid of two levels per channel has none "
-            "that could be left out."
+            "The error of the device model is unknown: a grid of two levels per channel has no "
+            "level that could be left out."
         )
     nodes = np.stack(grid.levels) if len(set(grid.shape)) == 1 else None
     return DeviceModel(device, lab, grid.colours, provenance, mean, nodes, warnings=tuple(warnings))
 
 
-def _of_scattered(model: ScatteredModel, device: FloatArray, lab: FloatArray) -> DeviceModel:
+def _fit_model(model: ScatteredModel, device: FloatArray, lab: FloatArray) -> DeviceModel:
     mean, high = _figures(model.leave_out_errors)
     provenance: dict[str, JSON] = {
         "name": "radial basis functions",
@@ -199,23 +195,23 @@ def _of_scattered(model: ScatteredModel, device: FloatArray, lab: FloatArray) ->
         "samples": len(device),
         "leave_out_error": {"unit": "ΔE*ab", "mean": mean, "percentile_95": high},
     }
-    varied = _varied(device)
+    varied = _varying_channels(device)
     return DeviceModel(
         device, lab, lambda values: model.colours(values[:, varied]), provenance, mean
     )
 
 
 def _figures(errors: FloatArray) -> tuple[float, float]:
-    """Return the mean and the 95th percentile of errors."""
+    """Mean and 95th percentile of errors."""
     return round(float(errors.mean()), 4), round(float(np.percentile(errors, 95)), 4)
 
 
-def _thinned(device: FloatArray, lab: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return at most `MAX_MODEL_SAMPLES` samples: the cube's corners and a fixed random choice."""
+def _sample_subset(device: FloatArray, lab: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """At most `MAX_MODEL_SAMPLES` samples: the cube's corners and a fixed random choice."""
     if len(device) <= MAX_MODEL_SAMPLES:
         return device, lab
     corners = ((device == 0) | (device == 1)).all(axis=1)
-    # A fixed seed: the same file must give the same gamut.
+    # a fixed seed: the same file must give the same gamut
     rank = np.random.default_rng(0).permutation(len(device)) + len(device) * ~corners
     kept = np.sort(np.argsort(rank, kind="stable")[:MAX_MODEL_SAMPLES])
     return device[kept], lab[kept]

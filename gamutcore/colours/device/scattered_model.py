@@ -1,9 +1,9 @@
 """A device model from scattered samples: cubic radial basis functions with a linear part.
 
-The interpolant is scipy's ``RBFInterpolator(kernel="cubic", smoothing=1e-3)`` on device values
-from 0 to 1. It is solved here, because its system, once the linear part is projected out, is
-positive definite: one Cholesky factorisation gives the coefficients and, in closed form, the error
-that every sample would have if it were left out. Evaluation is a kernel over plain arrays.
+The model is that of SciPy's ``RBFInterpolator(kernel="cubic", degree=1, smoothing=1e-3)`` on device
+values from 0 to 1. The system is solved here, because it is positive definite once the linear part
+is projected out. One Cholesky factorisation gives the coefficients and, in closed form, the
+leave-one-out error of every sample. Evaluation is a kernel over plain arrays.
 """
 
 from __future__ import annotations
@@ -23,37 +23,37 @@ __all__ = [
     "SMOOTHING",
     "DegenerateSamplesError",
     "ScatteredModel",
-    "cubed_distances",
-    "cubic_sums",
+    "add_cubic_sums",
+    "fill_cubed_distances",
     "scattered_model",
 ]
 
 SMOOTHING = 1e-3
-"""Added to the diagonal: takes up measurement noise. Held-out errors of presses and displays were
-2-4 times lower than with polynomials or linear interpolation (docs/decisions/device-model.md)."""
+"""Added to the diagonal for the noise of measurements. Held-out errors of presses and displays
+were 2 to 4 times lower than with polynomials or linear interpolation
+(``docs/decisions/device-model.md``)."""
 
 MAX_MODEL_SAMPLES = 5000
-"""Samples that a model is fitted to at most: its matrix takes N² · 8 bytes and N³ operations."""
+"""Largest number N of samples of a fit: the matrix takes N² · 8 bytes and N³ operations."""
 
 
 _BLOCK = 64
-"""Points that are evaluated at once: small enough that all of them stay in the nearest cache."""
+"""Number of points that are evaluated together: all of them stay in the first-level cache."""
 
 
 class DegenerateSamplesError(ValueError):
-    """The device values do not spread in all directions, so that no model can be fitted."""
+    """The device values do not spread in all directions, so no model can be fitted."""
 
 
 @kernel
-def cubed_distances(points: FloatArray, centres: FloatArray, out: FloatArray) -> None:
-    """Cubed distances of points from centres.
+def fill_cubed_distances(points: FloatArray, centres: FloatArray, out: FloatArray) -> None:
+    """Compute the cubed distances of points from centres.
 
     Parameters
     ----------
     points : (m, k) float
-        Points.
     centres : (k, n) float
-        Centres, one row per dimension.
+        One row per dimension.
     out : (m, n) float
         Receives |point - centre|³.
     """
@@ -72,7 +72,7 @@ def cubed_distances(points: FloatArray, centres: FloatArray, out: FloatArray) ->
 
 
 @kernel
-def cubic_sums(
+def add_cubic_sums(
     points: FloatArray, centres: FloatArray, weights: FloatArray, out: FloatArray
 ) -> None:
     """Add the weighted sums of cubed distances to `out`.
@@ -80,7 +80,7 @@ def cubic_sums(
     Parameters
     ----------
     points : (k, m) float
-        Where to evaluate, one row per dimension.
+        Points of evaluation, one row per dimension.
     centres : (n, k) float
         Centres of the basis functions.
     weights : (n, 3) float
@@ -91,8 +91,8 @@ def cubic_sums(
     dimensions, count = points.shape
     squares = np.empty(_BLOCK)
     for start in range(0, count, _BLOCK):
-        # Along points rather than centres: every loop writes to as many places as it reads, so
-        # that it becomes vector instructions without the order of any sum being changed.
+        # The inner loops run over points, not centres: they become vector instructions without
+        # changing the order of any sum.
         stop = min(start + _BLOCK, count)
         size = stop - start
         first, second, third = out[0, start:stop], out[1, start:stop], out[2, start:stop]
@@ -129,8 +129,7 @@ class ScatteredModel:
     linear : (k + 1, 3) float
         The constant and the linear part.
     leave_out_errors : (n,) float
-        Distance (ΔE*ab where colours are CIELAB) of each sample from what the other samples
-        predict for it.
+        Distance of each sample from its prediction by the other samples (ΔE*ab in CIELAB).
     """
 
     centres: FloatArray
@@ -149,10 +148,10 @@ class ScatteredModel:
         Returns
         -------
         (m, 3) float
-            In the space of the samples that the model was fitted to.
+            In the space of the samples.
         """
         sums = np.zeros((3, len(device)))
-        cubic_sums(np.ascontiguousarray(device.T), self.centres, self.weights, sums)
+        add_cubic_sums(np.ascontiguousarray(device.T), self.centres, self.weights, sums)
         colours: FloatArray = self.linear[0] + device @ self.linear[1:] + sums.T
         return colours
 
@@ -174,15 +173,15 @@ def scattered_model(device: FloatArray, colours: FloatArray) -> ScatteredModel:
     Raises
     ------
     DegenerateSamplesError
-        There are no more than k + 1 samples, or their device values lie in a plane.
+        There are at most k + 1 samples, or their device values lie in a plane.
 
     Notes
     -----
-    With P the linear part's columns (1, device) and Q its null space (from a QR decomposition),
-    Qᵀ(Φ + λ)Q = LLᵀ is positive definite for the cubic kernel (Wendland, Scattered Data
-    Approximation, 2005, section 8.5). The weights are M·colours with M = Q(LLᵀ)⁻¹Qᵀ, and sample i,
-    left out, is missed by weights_i / M_ii (Rippa, Advances in Computational Mathematics 11,
-    1999, 193-210, equation 3).
+    P has the columns (1, device) of the linear part, and Q is its null space (from a QR
+    decomposition). Qᵀ(Φ + λ)Q = LLᵀ is positive definite for the cubic kernel (Wendland, Scattered
+    Data Approximation, 2005, section 8.5). The weights are M·colours with M = Q(LLᵀ)⁻¹Qᵀ. The
+    leave-one-out error of sample i is weights_i / M_ii (Rippa, Advances in Computational
+    Mathematics 11, 1999, 193-210, equation 3).
     """
     # scipy.linalg takes 0.2 s and 15 MB to import, and only fits need it. Import it here first:
     # threadpool_limits affects only the BLAS libraries that are loaded already.
@@ -192,10 +191,10 @@ def scattered_model(device: FloatArray, colours: FloatArray) -> ScatteredModel:
     # One BLAS thread: the division of a sum among threads changes its last bits, and a rerun must
     # give the same gamut. Concurrent builds also share the cores better.
     with threadpool_limits(limits=1, user_api="blas"):
-        return _fitted(device, colours)
+        return _solution(device, colours)
 
 
-def _fitted(device: FloatArray, colours: FloatArray) -> ScatteredModel:
+def _solution(device: FloatArray, colours: FloatArray) -> ScatteredModel:
     from scipy import linalg  # noqa: PLC0415  # see scattered_model
 
     count, channels = device.shape
@@ -210,16 +209,15 @@ def _fitted(device: FloatArray, colours: FloatArray) -> ScatteredModel:
     if diagonal.min() < 1e-6 * diagonal.max():
         raise DegenerateSamplesError("the device values lie in a plane")
 
-    # All of this is done in place, in the one matrix of n by n. Householder reflections from both
-    # sides take two passes over it, where products with an explicit Q would take two
-    # multiplications of matrices.
+    # All steps work in place, in one n by n matrix. Householder reflections from both sides take
+    # two passes over it; an explicit Q would take two matrix products.
     matrix = np.empty((count, count))
-    cubed_distances(np.ascontiguousarray(device), np.ascontiguousarray(device.T), matrix)
+    fill_cubed_distances(np.ascontiguousarray(device), np.ascontiguousarray(device.T), matrix)
     matrix.flat[:: count + 1] += SMOOTHING
-    matrix = _reflected(matrix.T, reflectors, scales, "L", transposed=True)
-    matrix = _reflected(matrix, reflectors, scales, "R", transposed=False)
+    matrix = _reflection(matrix.T, reflectors, scales, "L", transposed=True)
+    matrix = _reflection(matrix, reflectors, scales, "R", transposed=False)
     head = matrix[:order].copy()
-    # The linear part's rows become those of an identity, which the factor and its inverse keep.
+    # rows of the linear part become rows of an identity, which the factor and its inverse keep
     matrix[:order] = matrix[:, :order] = 0.0
     matrix.flat[: order * count : count + 1] = 1.0
     try:
@@ -228,16 +226,15 @@ def _fitted(device: FloatArray, colours: FloatArray) -> ScatteredModel:
         raise DegenerateSamplesError("the samples' system is singular") from None
     matrix, _ = linalg.lapack.dtrtri(matrix, lower=1, overwrite_c=1)
     matrix[:order, :order] = 0.0
-    # L⁻¹ Qᵀ, of which M is the square.
-    spread = _reflected(matrix, reflectors, scales, "R", transposed=True)
+    # spread = L⁻¹ Qᵀ, and M = spreadᵀ spread
+    spread = _reflection(matrix, reflectors, scales, "R", transposed=True)
     weights = spread.T @ (spread @ colours)
     errors = weights / np.einsum("ij,ij->j", spread, spread)[:, np.newaxis]
-    # The first rows of Qᵀ(Φ + λ)·weights + Qᵀ·basis·linear = Qᵀ·colours; of Qᵀ·basis only the
-    # triangle is left there.
-    turned = _reflected(
+    # The first rows of Qᵀ(Φ + λ)·weights + Qᵀ·basis·linear = Qᵀ·colours; Qᵀ·basis is a triangle.
+    rotated = _reflection(
         np.column_stack([weights, colours]), reflectors, scales, "L", transposed=True
     )
-    remainder = turned[:order, 3:] - head @ turned[:, :3]
+    remainder = rotated[:order, 3:] - head @ rotated[:, :3]
     linear = linalg.solve_triangular(triangle[:order], remainder, check_finite=False)
     return ScatteredModel(
         centres=np.ascontiguousarray(device),
@@ -247,7 +244,7 @@ def _fitted(device: FloatArray, colours: FloatArray) -> ScatteredModel:
     )
 
 
-def _reflected(
+def _reflection(
     matrix: FloatArray, reflectors: FloatArray, scales: FloatArray, side: str, *, transposed: bool
 ) -> FloatArray:
     from scipy.linalg import lapack  # noqa: PLC0415  # see scattered_model
@@ -255,7 +252,7 @@ def _reflected(
     matrix = np.asfortranarray(matrix)
     product: FloatArray
     trans = "T" if transposed else "N"
-    # Even the question for the size of the workspace copies the matrix where it may not touch it.
+    # without overwrite_c, even the query of the workspace size would copy the matrix
     _, work, _ = lapack.dormqr(side, trans, reflectors, scales, matrix, lwork=-1, overwrite_c=1)
     product, _, _ = lapack.dormqr(
         side, trans, reflectors, scales, matrix, lwork=int(work[0]), overwrite_c=1

@@ -1,9 +1,9 @@
-"""Device values at the surface of a device's (cut) cube, denser where their colours curve.
+"""Device values at the surface of a device's cut cube, denser where the colours curve.
 
-A first, coarse look at every face measures how far its colours bend away from flat pieces, and how
-near they lie to the outside. Points are then shared out so that the volume between the gamut and
-the flat pieces through its points is as small as their number allows. Where there are too few
-points for that, each face has the same lattice.
+A coarse first pass measures the curvature of the colours on every face, and how near they are to
+the outside of the gamut. The points are then distributed to minimise the volume between the gamut
+and the flat pieces through the points. With too few points for that, each face has the same
+lattice.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ if TYPE_CHECKING:
 __all__ = ["MAX_PATCHES", "DeviceSurface", "device_surface", "distinct_rows"]
 
 _COARSE = 12
-"""Cells along an edge in the first look, where the model has no grid of its own."""
+"""Cells along an edge in the first pass, for a model without a grid of its own."""
 _FEWEST = 2
-"""Cells along an edge at least, or the first look says too little."""
+"""Smallest useful number of cells along an edge in the first pass."""
 _BINS = (24, 48)
-"""Polar and azimuth directions that tell what lies outside."""
+"""Numbers of polar and azimuth bins that tell the outside."""
 _INSIDE, _OUTSIDE = 0.8, 0.95
-"""Parts of the largest radius in a direction at which a colour counts for nothing, and fully."""
+"""Fractions of the largest radius in a direction at which a colour has no and full weight."""
 MAX_PATCHES = 200_000
-"""Pieces of the surface at most; with more, of 13 inks and more, only the corners are taken."""
+"""Largest number of patches; above it (13 inks and more), only the corners are sampled."""
 _BLOCK = 1 << 15
-"""Points that are made at once, so that what is needed on the way stays small."""
+"""Number of points that are computed at once, to limit the memory of intermediate results."""
 _EVENLY = 0.1
-"""Part of the mean bending that every place is taken to have: it may not have been seen."""
+"""Share of the mean curvature that every cell is given, because the first pass may miss some."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,15 +72,14 @@ def device_surface(
     colours : callable
         The device model: (m, n) device values to (m, 3) colours.
     surface_samples : int
-        Points at most, unless the cube has more corners.
+        Largest number of points, unless the cube has more corners.
     nodes : (n, k) float, optional
-        Values of each channel, rising from its lowest to its highest, between which the model has
-        no kinks.
+        Ascending values of each channel over its whole range, between which the model is smooth.
 
     Returns
     -------
     DeviceSurface
-        The same for the same model, cube and number.
+        Deterministic: the same for the same model, cube and number.
     """
     channels = len(cube.lowest)
     if channels == 1:
@@ -93,8 +92,8 @@ def device_surface(
     cells = (isqrt(surface_samples // len(patches.corners)) - 1) // 2
     if cells < _FEWEST:
         if cube.cut:
-            return _evenly(cube, patches, surface_samples)
-        return _uniform(cube, surface_samples)
+            return _even_surface(cube, patches, surface_samples)
+        return _uniform_surface(cube, surface_samples)
     if nodes is not None and nodes.shape[1] - 1 <= cells:
         knots = _knots(patches, cube, nodes)
     else:
@@ -104,7 +103,7 @@ def device_surface(
     return DeviceSurface(lattice.points(weights, aspect, surface_samples), "by curvature")
 
 
-def _uniform(cube: InkCube, surface_samples: int) -> DeviceSurface:
+def _uniform_surface(cube: InkCube, surface_samples: int) -> DeviceSurface:
     channels = len(cube.lowest)
     steps = surface_steps(channels, surface_samples)
     unit = cube_surface(channels, steps)
@@ -113,7 +112,7 @@ def _uniform(cube: InkCube, surface_samples: int) -> DeviceSurface:
     return DeviceSurface(device, "corners" if few else "uniform")
 
 
-def _evenly(cube: InkCube, patches: Patches, surface_samples: int) -> DeviceSurface:
+def _even_surface(cube: InkCube, patches: Patches, surface_samples: int) -> DeviceSurface:
     lattice = _Lattice(patches, np.tile([0.0, 1.0], (len(patches.corners), 2, 1)))
     if lattice.count(np.ones((len(patches.corners), 1, 1, 2), dtype=np.int64)) > surface_samples:
         return DeviceSurface(surface_corners(cube), "corners")
@@ -122,45 +121,45 @@ def _evenly(cube: InkCube, patches: Patches, surface_samples: int) -> DeviceSurf
 
 
 def _knots(patches: Patches, cube: InkCube, nodes: FloatArray | None, cells: int = 0) -> FloatArray:
-    """Return (p, 2, k + 1) places of the coarse lattice's lines along s and t, from 0 to 1."""
+    """Lines of the coarse lattice along s and t, (p, 2, k + 1), from 0 to 1."""
     count = len(patches.corners)
     if nodes is None:
         return np.tile(np.linspace(0.0, 1.0, cells + 1), (count, 2, 1))
-    places = (nodes - cube.lowest[:, np.newaxis]) / (cube.highest - cube.lowest)[:, np.newaxis]
-    regular = np.linspace(0.0, 1.0, places.shape[1])
-    every = np.concatenate([places, regular[np.newaxis]])  # the last one is for -1
+    fractions = (nodes - cube.lowest[:, np.newaxis]) / (cube.highest - cube.lowest)[:, np.newaxis]
+    regular = np.linspace(0.0, 1.0, fractions.shape[1])
+    every = np.concatenate([fractions, regular[np.newaxis]])  # the last one is for -1
     knots: FloatArray = every[patches.axes]
     return knots
 
 
 class _Lattice:
-    """The coarse cells of all patches, each of which can be divided into more."""
+    """The coarse cells of all patches, each of which can be subdivided."""
 
     def __init__(self, patches: Patches, knots: FloatArray) -> None:
         self.corners = patches.corners
         self.knots = knots
         self.cells = knots.shape[2] - 1
-        self.vertices, places = distinct_rows(
+        self.vertices, indices = distinct_rows(
             np.round(self.corners.reshape(-1, self.corners.shape[3]), 9) + 0.0
         )
-        corner = places.reshape(-1, 2, 2)
-        # The edges of each patch: t = 0, t = 1 (along s), s = 0, s = 1 (along t).
+        corner = indices.reshape(-1, 2, 2)
+        # edges of each patch: t = 0, t = 1 (along s), s = 0, s = 1 (along t)
         ends = np.stack(
             [corner[:, :, 0], corner[:, :, 1], corner[:, 0, :], corner[:, 1, :]], axis=1
         )
-        self.turned = ends[..., 0] > ends[..., 1]
+        self.is_reversed = ends[..., 0] > ends[..., 1]
         keys = np.sort(ends, axis=2).reshape(-1, 2) @ [len(self.vertices), 1]
         found, first, which = np.unique(keys, return_index=True, return_inverse=True)
         edges = np.column_stack(np.divmod(found, len(self.vertices)))
         self.edges, self.which = edges, which.reshape(-1, 4)
         self.collapsed = edges[:, 0] == edges[:, 1]
         along = np.stack([knots[:, 0], knots[:, 0], knots[:, 1], knots[:, 1]], axis=1)
-        turned = self.turned[..., np.newaxis]
-        along = np.where(turned, 1.0 - along[..., ::-1], along)
+        is_reversed = self.is_reversed[..., np.newaxis]
+        along = np.where(is_reversed, 1.0 - along[..., ::-1], along)
         self.edge_knots = along.reshape(-1, self.cells + 1)[first]
 
     def device(self, patch: IntArray, s: FloatArray, t: FloatArray) -> FloatArray:
-        """Return device values at places of patches."""
+        """Device values at the positions (s, t) of patches."""
         values = np.empty((len(patch), self.corners.shape[3]))
         for start in range(0, len(patch), _BLOCK):
             rows = slice(start, start + _BLOCK)
@@ -171,64 +170,64 @@ class _Lattice:
             values[rows] = near * (1 - at_s) + far * at_s
         return values
 
-    def divided(self, weights: FloatArray, aspect: FloatArray, scale: float) -> IntArray:
-        """Return (p, k, k, 2) parts of each cell along s and t."""
+    def parts(self, weights: FloatArray, aspect: FloatArray, scale: float) -> IntArray:
+        """Numbers of parts of each cell along s and t, (p, k, k, 2)."""
         wanted = np.maximum(weights * scale, 1.0)
         along = np.clip(np.rint(np.sqrt(wanted * aspect)), 1, None)
         across = np.clip(np.rint(wanted / along), 1, None)
         return np.stack([along, across], axis=-1).astype(np.int64)
 
     def edge_parts(self, parts: IntArray) -> IntArray:
-        """Return (edges, k) parts of each piece of each edge: the most of the cells beside it."""
+        """Numbers of parts of the pieces of each edge, (edges, k): those of the finer cell."""
         beside = np.stack(
             [parts[:, :, 0, 0], parts[:, :, -1, 0], parts[:, 0, :, 1], parts[:, -1, :, 1]], axis=1
         )
-        beside = np.where(self.turned[..., np.newaxis], beside[..., ::-1], beside)
+        beside = np.where(self.is_reversed[..., np.newaxis], beside[..., ::-1], beside)
         most = np.ones((len(self.edges), self.cells), dtype=np.int64)
         np.maximum.at(most, self.which.reshape(-1), beside.reshape(-1, self.cells))
         most[self.collapsed] = 0
         return most
 
     def count(self, parts: IntArray) -> int:
-        """Return how many points there are with so many parts."""
+        """Number of points for given numbers of parts."""
         along, across = parts[..., 0], parts[..., 1]
         inner = int((along * across).sum())
-        # Points on the patch's own edges belong to the edges.
+        # points on the edges of a patch belong to the edges
         inner -= int(across[:, 0, :].sum() + along[:, :, 0].sum()) - len(parts)
         edge_parts = self.edge_parts(parts)
         on_edges = int(edge_parts.sum()) - int((~self.collapsed).sum())
         return len(self.vertices) + on_edges + inner
 
     def points(self, weights: FloatArray, aspect: FloatArray, wanted: int) -> FloatArray:
-        """Return as many points as fit into `wanted`, shared out by weight."""
+        """At most `wanted` points, distributed by weight."""
         low, high = 0.0, 1.0 + 2.0 * wanted / max(float(weights.sum()), 1e-300)
         for _ in range(24):
             middle = (low + high) / 2
-            if self.count(self.divided(weights, aspect, middle)) <= wanted:
+            if self.count(self.parts(weights, aspect, middle)) <= wanted:
                 low = middle
             else:
                 high = middle
-        parts = self.divided(weights, aspect, low)
+        parts = self.parts(weights, aspect, low)
         return np.concatenate([self.vertices, self._on_edges(parts), self._inside(parts)])
 
     def _on_edges(self, parts: IntArray) -> FloatArray:
         counts = self.edge_parts(parts)
-        cell, place = _places(counts.reshape(-1))
+        cell, number = _points_in_cells(counts.reshape(-1))
         edge, piece = np.divmod(cell, self.cells)
-        fraction = place / counts.reshape(-1)[cell]
+        fraction = number / counts.reshape(-1)[cell]
         start, end = self.edge_knots[edge, piece], self.edge_knots[edge, piece + 1]
         at = (start + fraction * (end - start))[:, np.newaxis]
-        kept = (piece > 0) | (place > 0)
+        kept = (piece > 0) | (number > 0)
         ends = self.vertices[self.edges[edge]]
         values: FloatArray = (ends[:, 0] * (1 - at) + ends[:, 1] * at)[kept]
         return values
 
     def _inside(self, parts: IntArray) -> FloatArray:
         along, across = parts[..., 0].reshape(-1), parts[..., 1].reshape(-1)
-        cell, place = _places(along * across)
+        cell, number = _points_in_cells(along * across)
         patch, rest = np.divmod(cell, self.cells**2)
         i, j = np.divmod(rest, self.cells)
-        di, dj = np.divmod(place, across[cell])
+        di, dj = np.divmod(number, across[cell])
         kept = ((i > 0) | (di > 0)) & ((j > 0) | (dj > 0))
         patch, i, j, cell, di, dj = (a[kept] for a in (patch, i, j, cell, di, dj))
         s = self._between(patch, 0, i, di / along[cell])
@@ -244,7 +243,7 @@ class _Lattice:
 
 
 def distinct_rows(rows: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Return the distinct rows of an array, in order, and for each row which of them it is.
+    """Return the distinct rows of an array in order, and the index of each row among them.
 
     Parameters
     ----------
@@ -254,28 +253,33 @@ def distinct_rows(rows: FloatArray) -> tuple[FloatArray, IntArray]:
     Returns
     -------
     distinct : (k, n) float
-    places : (m,) int
+    indices : (m,) int
 
     Notes
     -----
-    `numpy.unique` along an axis compares whole rows, of which twelve inks with a limit have half a
-    million: two seconds. Sums of their bits by odd factors tell nearly all of them apart, and what
-    they do not is seen by comparing.
+    `numpy.unique` along an axis compares whole rows, which takes two seconds for the half million
+    rows of twelve inks with a limit. A hash of the bits tells nearly all rows apart; collisions are
+    found by comparison.
+
+    Examples
+    --------
+    >>> distinct_rows(np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 0.0]]))[1].tolist()
+    [1, 0, 1]
     """
     bits = np.ascontiguousarray(rows).view(np.uint64)
-    # Any odd factors with bits all over will do; the low bits of short fractions are all zero.
+    # random odd factors; the low bits of short fractions are all zero, so mix in the high bits
     factors = np.random.default_rng(0).integers(2**63, size=rows.shape[1], dtype=np.uint64) * 2 + 1
     keys = ((bits ^ (bits >> np.uint64(29))) * factors).sum(axis=1, dtype=np.uint64)
     _, first, group = np.unique(keys, return_index=True, return_inverse=True)
     few = rows[first]
     if not np.array_equal(few[group], rows):
         few, group = rows, np.arange(len(rows))
-    distinct, places = np.unique(few, axis=0, return_inverse=True)
-    return distinct, places.reshape(-1)[group]
+    distinct, indices = np.unique(few, axis=0, return_inverse=True)
+    return distinct, indices.reshape(-1)[group]
 
 
-def _places(counts: IntArray) -> tuple[IntArray, IntArray]:
-    """Return for each of sum(counts) points the cell that it is in, and its place there."""
+def _points_in_cells(counts: IntArray) -> tuple[IntArray, IntArray]:
+    """For each of sum(counts) points, its cell and its number within the cell."""
     cell = np.repeat(np.arange(len(counts)), counts)
     starts = np.cumsum(counts) - counts
     return cell, np.arange(len(cell)) - starts[cell]
@@ -284,10 +288,10 @@ def _places(counts: IntArray) -> tuple[IntArray, IntArray]:
 def _weights(
     lattice: _Lattice, colours: Callable[[FloatArray], FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return (p, k, k) shares of the points, and the parts along s for one along t, squared.
+    """Share of the points of each cell, (p, k, k), and the squared ratio of parts along s and t.
 
-    A cell of the area A, which bends by e away from flat, is off by A·e/N in volume if it has N
-    points. The sum over all cells is least if N is proportional to √(A·e).
+    A cell of area A with deviation e from a flat piece has a volume error of A·e/N with N points.
+    The sum over all cells is least if N is proportional to √(A·e).
     """
     count, fine = len(lattice.corners), 2 * lattice.cells + 1
     halves = (lattice.knots[..., 1:] + lattice.knots[..., :-1]) / 2
@@ -305,22 +309,22 @@ def _weights(
     area = np.linalg.norm(normal, axis=-1)
     normal /= np.maximum(area, 1e-12)[..., np.newaxis]
 
-    def bent(*deviations: FloatArray) -> FloatArray:
+    def deviation(*deviations: FloatArray) -> FloatArray:
         heights = [np.abs(np.einsum("...i,...i->...", d, normal)) for d in deviations]
         highest: FloatArray = np.max(heights, axis=0)
         return highest
 
-    along = bent(
+    along = deviation(
         grid[:, middle, first] - (low + right) / 2,
         grid[:, middle, middle] - (grid[:, first, middle] + grid[:, last, middle]) / 2,
         grid[:, middle, last] - (left + high) / 2,
     )
-    across = bent(
+    across = deviation(
         grid[:, first, middle] - (low + left) / 2,
         grid[:, middle, middle] - (grid[:, middle, first] + grid[:, middle, last]) / 2,
         grid[:, last, middle] - (right + high) / 2,
     )
-    twist = bent((low + high - left - right) / 4)
+    twist = deviation((low + high - left - right) / 4)
     outside = _outside(grid)
     bending = along + across + twist
     mean = float((area * outside * bending).sum() / max(float((area * outside).sum()), 1e-300))
@@ -331,7 +335,7 @@ def _weights(
 
 
 def _outside(grid: FloatArray) -> FloatArray:
-    """Return (p, k, k) how much each cell counts, by how far out it is among those seen near it."""
+    """Weight of each cell, (p, k, k), by its radius relative to the largest in its direction."""
     flat = grid.reshape(-1, 3)
     offset = grid - (flat.min(axis=0) + flat.max(axis=0)) / 2
     radius = np.linalg.norm(offset, axis=-1)
@@ -351,4 +355,4 @@ def _outside(grid: FloatArray) -> FloatArray:
 
 
 _NEAR = ((0, 0), (0, 1), (1, 0), (1, 1))
-"""Of the nine places of a cell that were looked at, those whose distance is compared."""
+"""The positions, of the nine in a cell, whose radii are compared."""

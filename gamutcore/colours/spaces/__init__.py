@@ -1,5 +1,5 @@
 """Colour spaces: their formulas, parameters and white points; CIELAB and sRGB."""
 
-from gamutcore.colours.spaces.definitions import CIELAB, SPACES, ColourSpace, colours_in_space
+from gamutcore.colours.spaces.definitions import CIELAB, SPACES, ColourSpace
 
-__all__ = ["CIELAB", "SPACES", "ColourSpace", "colours_in_space"]
+__all__ = ["CIELAB", "SPACES", "ColourSpace"]

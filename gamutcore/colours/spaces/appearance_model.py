@@ -1,10 +1,10 @@
-"""CIECAM02 and CAM16, and the uniform spaces CAM02-UCS and CAM16-UCS on top of them.
+"""CIECAM02 and CAM16, and their uniform spaces CAM02-UCS and CAM16-UCS.
 
-Both models are one: responses are adapted to the white, compressed and made opponent. CIECAM02
-adapts in the space of CAT02 and compresses in that of the cones; CAM16 does both in the space of
-CAT16, which spares it CIECAM02's breakdowns for saturated blues. The inverse is in closed form (Li
-et al. 2017, appendix B), and both directions are finite for all finite colours: where the model has
-no answer, its nearest one is taken and counted.
+Both models have the same structure: responses are adapted to the white, compressed and made
+opponent. CIECAM02 adapts in the space of CAT02 and compresses in that of the cones. CAM16 does both
+in the space of CAT16, which avoids the failures of CIECAM02 for saturated blues. The inverse is in
+closed form (Li et al. 2017, appendix B). Both directions are finite for all finite colours: outside
+of the domain of the model, the nearest value in the domain is taken and reported.
 """
 
 from __future__ import annotations
@@ -31,13 +31,14 @@ _CONES = np.array([(0.38971, 0.68898, -0.07868), (-0.22981, 1.18340, 0.04641), (
 """XYZ to the cones of Hunt, Pointer and Estévez, equal energy normalised (CIE 159:2004, 8.5)."""
 
 _C1, _C2 = 0.007, 0.0228
-"""Of the uniform spaces (Luo, Cui and Li 2006, table 2; Li et al. 2017, equation 4)."""
+"""Constants of the uniform spaces (Luo, Cui and Li 2006, table 2; Li et al. 2017, equation 4)."""
 
 _OFFSET = 0.305
-"""The response to no light of (2R + G + B/20), with 0.1 in each."""
+"""The value of 2R + G + B/20 without light, where each response is 0.1."""
 
 _LEAST_SUM = 1e-3
-"""Of R + G + 21/20 B, which chroma is divided by; no light has 0.305, and real colours more."""
+"""Smallest R + G + 21/20 B, the divisor of chroma. It is 0.305 without light, and more for
+colours."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,9 +87,9 @@ class AppearanceModel:
         hue : (n,) float
             h in radians, −π to π.
         outside : (n,) bool
-            Where the model has no answer and its nearest one was taken.
+            Whether the colour was outside the domain of the model.
         """
-        red, green, blue = self._compressed(xyz @ self._to_adapted.T).T
+        red, green, blue = self._compression(xyz @ self._to_adapted.T).T
         a = red - 12.0 * green / 11.0 + blue / 11.0
         b = (red + green - 2.0 * blue) / 9.0
         achromatic = (2.0 * red + green + blue / 20.0 - _OFFSET) * self._background_induction
@@ -102,7 +103,7 @@ class AppearanceModel:
         return lightness, chroma * self._luminance_level**0.25, hue, outside
 
     def uniform(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Return J', a', b' of colours in the model's uniform space, and where it has no answer.
+        """Return J', a', b' of colours in the model's uniform space.
 
         Parameters
         ----------
@@ -113,6 +114,7 @@ class AppearanceModel:
         -------
         coordinates : (n, 3) float
         outside : (n,) bool
+            Whether the colour was outside the domain of the model.
         """
         lightness, colourfulness, hue, outside = self.correlates(xyz)
         radius = np.log1p(_C2 * colourfulness) / _C2
@@ -132,7 +134,7 @@ class AppearanceModel:
         Parameters
         ----------
         coordinates : (n, 3) float
-            All below J' 200; beyond what the model reaches, the nearest colour that it does.
+            J' below 200. Values outside the range of the model become the nearest in it.
 
         Returns
         -------
@@ -168,7 +170,7 @@ class AppearanceModel:
             )
             / 1403.0
         )
-        xyz: FloatArray = self._expanded(compressed) @ np.linalg.inv(self._to_adapted).T
+        xyz: FloatArray = self._expansion(compressed) @ np.linalg.inv(self._to_adapted).T
         return xyz
 
     @cached_property
@@ -195,7 +197,7 @@ class AppearanceModel:
 
     @cached_property
     def _to_adapted(self) -> FloatArray:
-        """XYZ to the adapted responses that are compressed, (3, 3)."""
+        """Matrix from XYZ to the adapted responses before compression, (3, 3)."""
         factor, _, _ = SURROUNDS[self.surround]
         degree = factor * (1.0 - np.exp((-self.adapting_luminance - 42.0) / 92.0) / 3.6)
         degree = min(max(float(degree), 0.0), 1.0)
@@ -209,16 +211,16 @@ class AppearanceModel:
 
     @cached_property
     def _white_response(self) -> float:
-        red, green, blue = self._compressed(self._to_adapted @ self.white)
+        red, green, blue = self._compression(self._to_adapted @ self.white)
         return float((2.0 * red + green + blue / 20.0 - _OFFSET) * self._background_induction)
 
-    def _compressed(self, responses: FloatArray) -> FloatArray:
+    def _compression(self, responses: FloatArray) -> FloatArray:
         powers = (self._luminance_level * np.abs(responses) / 100.0) ** 0.42
         compressed: FloatArray = np.sign(responses) * 400.0 * powers / (powers + 27.13) + 0.1
         return compressed
 
-    def _expanded(self, compressed: FloatArray) -> FloatArray:
-        """Invert `_compressed` of values that are without its 0.1."""
+    def _expansion(self, compressed: FloatArray) -> FloatArray:
+        """Inverse of `_compression`, for values without the offset of 0.1."""
         sizes = np.minimum(np.abs(compressed), 399.0)
         powers = (27.13 * sizes / (400.0 - sizes)) ** (1.0 / 0.42)
         expanded: FloatArray = np.sign(compressed) * 100.0 / self._luminance_level * powers

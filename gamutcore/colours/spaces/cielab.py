@@ -1,8 +1,8 @@
-"""CIEXYZ to CIELAB and back, by colour-science, relative to the D50 of ICC profiles.
+"""CIEXYZ to CIELAB and back, relative to the D50 of ICC profiles, and adaptation to that white.
 
-One D50 serves everywhere: the ICC's (X 0.9642, Y 1, Z 0.8249), which differs from colour-science's
-own in the fourth digit. colour-science takes most of a second to import, so this is the one place
-that does so, on first use; it also undoes what that import leaves behind in `sys.modules`.
+The D50 of the ICC (X 0.9642, Y 1, Z 0.8249) is used everywhere. It differs from that of
+colour-science in the fourth digit. colour-science has the tables of illuminants and observers. It
+takes 1.2 s and 80 MB to import, so only this module imports it, for data that needs the tables.
 """
 
 from __future__ import annotations
@@ -16,13 +16,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gamutcore.colours.spaces.formulas import Cielab
+from gamutcore.colours.spaces.white_points import adaptation_matrix
+
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
 
-__all__ = ["ICC_D50", "colour_science", "lab_to_xyz", "white_of", "xyz_to_lab"]
+__all__ = [
+    "ICC_D50",
+    "adaptation_to_d50",
+    "colour_science",
+    "lab_to_xyz",
+    "white_of",
+    "xyz_to_lab",
+]
 
 ICC_D50: FloatArray = np.array([0.9642, 1.0, 0.8249])
-"""XYZ of the profile connection space's illuminant (ICC.1:2022, 7.2.16), Y = 1."""
+"""XYZ of the illuminant of the profile connection space (ICC.1:2022, 7.2.16), Y = 1."""
 ICC_D50.setflags(write=False)
 
 _IMPORT = Lock()
@@ -38,9 +48,9 @@ def colour_science() -> ModuleType:
 
     Notes
     -----
-    Where matplotlib is missing, colour-science 0.4 puts MagicMock objects in its place in
-    `sys.modules`, after which every other package believes it to be there. They are removed again;
-    colour-science keeps its own references. Its warning about matplotlib is of no concern here.
+    Without matplotlib, colour-science 0.4 puts MagicMock objects in its place in `sys.modules`, and
+    other packages then take it as installed. They are removed here; colour-science keeps its own
+    references. Its warning about matplotlib is suppressed.
     """
     from unittest.mock import MagicMock  # noqa: PLC0415  # colour-science imports it as well
 
@@ -63,20 +73,25 @@ def xyz_to_lab(xyz: FloatArray, white: FloatArray = ICC_D50) -> FloatArray:
     xyz : (..., 3) float
         X, Y, Z, with Y = 1 for the white.
     white : (3,) float
-        The reference white's X, Y, Z; ICC's D50 by default.
+        X, Y, Z of the reference white; ICC's D50 by default.
 
     Returns
     -------
     (..., 3) float
-        L* (0 to 100), a*, b*. Slightly negative tristimulus values, which measurements have, go
-        on along CIELAB's straight part.
+        L* (0 to 100), a*, b*. The linear part of CIELAB continues for negative tristimulus values.
 
     Notes
     -----
     CIE 15:2018, equations 8.3 to 8.8.
+
+    Examples
+    --------
+    >>> xyz_to_lab(ICC_D50).round(3).tolist()
+    [100.0, 0.0, 0.0]
     """
-    lab = colour_science().XYZ_to_Lab(np.asarray(xyz, dtype=np.float64), _xy(white))
-    return np.ascontiguousarray(lab, dtype=np.float64)
+    values = np.asarray(xyz, np.float64)
+    lab, _ = Cielab(white / white[1]).coordinates(values.reshape(-1, 3))
+    return lab.reshape(values.shape)
 
 
 def lab_to_xyz(lab: FloatArray, white: FloatArray = ICC_D50) -> FloatArray:
@@ -87,7 +102,7 @@ def lab_to_xyz(lab: FloatArray, white: FloatArray = ICC_D50) -> FloatArray:
     lab : (..., 3) float
         L* (0 to 100), a*, b*.
     white : (3,) float
-        The reference white's X, Y, Z; ICC's D50 by default.
+        X, Y, Z of the reference white; ICC's D50 by default.
 
     Returns
     -------
@@ -98,8 +113,31 @@ def lab_to_xyz(lab: FloatArray, white: FloatArray = ICC_D50) -> FloatArray:
     -----
     CIE 15:2018, equations 8.9 to 8.14.
     """
-    xyz = colour_science().Lab_to_XYZ(np.asarray(lab, dtype=np.float64), _xy(white))
-    return np.ascontiguousarray(xyz, dtype=np.float64)
+    values = np.asarray(lab, np.float64)
+    return Cielab(white / white[1]).xyz(values.reshape(-1, 3)).reshape(values.shape)
+
+
+def adaptation_to_d50(xyz: FloatArray, white: FloatArray, adaptation: str) -> FloatArray:
+    """Return colours adapted from a white to ICC's D50.
+
+    Parameters
+    ----------
+    xyz : (n, 3) float
+        Tristimulus values.
+    white : (3,) float
+        The white under which they were seen, in the same scale.
+    adaptation : str
+        A key of `gamutcore.colours.spaces.white_points.ADAPTATIONS`.
+
+    Returns
+    -------
+    (n, 3) float
+        Y = 1 for that white.
+    """
+    adapted: FloatArray = (
+        xyz / white[1] @ adaptation_matrix(white / white[1], ICC_D50, adaptation).T
+    )
+    return adapted
 
 
 def white_of(illuminant: str, observer: str) -> FloatArray | None:
@@ -127,7 +165,3 @@ def white_of(illuminant: str, observer: str) -> FloatArray | None:
         return None
     x, y = (float(value) for value in chromaticity)
     return np.array([x / y, 1.0, (1 - x - y) / y])
-
-
-def _xy(white: FloatArray) -> FloatArray:
-    return np.array([white[0], white[1]]) / float(white.sum())

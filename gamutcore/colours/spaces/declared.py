@@ -1,8 +1,9 @@
-"""The colour space that a mesh file states, and whether it is the one that is asked for.
+"""The colour space that a mesh file declares, compared with the requested space.
 
-Exports of this package state their space and all that its coordinates depend on. Such a mesh is a
-boundary in that space and in no other: its faces would not be plane elsewhere. So it is accepted
-where exactly that space is asked for, and a mesh that states nothing is taken to be in whichever.
+Exports of this package declare their space with all its parameters. Such a mesh is a boundary in
+that space only, because its faces would not be plane in another space. It is therefore accepted
+only if exactly that space is requested. A mesh without a declaration is taken to be in the
+requested space.
 """
 
 from __future__ import annotations
@@ -37,19 +38,19 @@ __all__ = [
 ]
 
 LARGEST_COORDINATE = 1e4
-"""No colour has a coordinate beyond this in any space of scale 1."""
+"""No colour has a larger coordinate in any space of scale 1."""
 
 SMALLEST_CIELAB = 5.0
-"""A gamut within so many units of CIELAB in every direction is rather one of Oklab, XYZ or the
-like, whose coordinates are about 1."""
+"""A gamut with a smaller extent is hardly in CIELAB, but in a space such as Oklab or XYZ, whose
+coordinates are about 1."""
 
 
-def declared_luminance(said: Mapping[str, str]) -> float | None:
-    """Return the luminance of the device's white in cd/m² that notes of a file state, or None.
+def declared_luminance(notes: Mapping[str, str]) -> float | None:
+    """Return the luminance of the device's white in cd/m² that the notes of a file declare.
 
     Parameters
     ----------
-    said : mapping of str to str
+    notes : mapping of str to str
         Names in lower case.
 
     Returns
@@ -57,54 +58,59 @@ def declared_luminance(said: Mapping[str, str]) -> float | None:
     float or None
     """
     try:
-        return finite_number(float(said["white_luminance"]))
+        return finite_number(float(notes["white_luminance"]))
     except (KeyError, ValueError):
         return None
 
 
-def declared_space(said: Mapping[str, str]) -> ColourSpace | None:
-    """Return the space that the notes of a mesh file state.
+def declared_space(notes: Mapping[str, str]) -> ColourSpace | None:
+    """Return the space that the notes of a mesh file declare.
 
     Parameters
     ----------
-    said : mapping of str to str
-        Names in lower case, to text: ``space``, and the options of spaces by their names.
+    notes : mapping of str to str
+        Names in lower case, to text: ``space``, and the parameters of spaces by their names.
 
     Returns
     -------
     ColourSpace or None
-        None where the notes name no space.
+        None if the notes name no space.
 
     Raises
     ------
     MeshError
-        There is no such space, or it has no such parameter.
+        There is no such space, or it does not have such a parameter.
+
+    Examples
+    --------
+    >>> declared_space({"space": "OKLab", "scale": "100"}).scale
+    100.0
     """
-    if "space" not in said:
+    if "space" not in notes:
         return None
-    name = " ".join(said["space"].split())
+    name = " ".join(notes["space"].split())
     space = SPACE.canonical(name)
     if not isinstance(space, str):
         raise MeshError(
             f"The mesh is in the colour space {name[:40]!r}.",
             where={"field": "space"},
-            remedy=f"Meshes are read in {', '.join(SPACES)}.",
+            remedy=f"Send a mesh in one of {', '.join(SPACES)}.",
         )
     allowed = {"reference_white", "adaptation", "scale", *SPACES[space].parameters}
     given = {
-        parameter: _value(said[parameter])
+        parameter: _value(notes[parameter])
         for parameter in SPACE_PARAMETERS
-        if parameter in allowed and parameter in said
+        if parameter in allowed and parameter in notes
     }
     if given.get("adaptation") not in tuple(ADAPTATIONS):
-        given.pop("adaptation", None)  # a sentence on how the colours were found
+        given.pop("adaptation", None)  # a sentence on the colours, in exports of this package
     try:
         parameters = space_parameters(space, given)
         if parameters["luminance"] == MEASURED:
-            parameters["luminance"] = measured_luminance(declared_luminance(said))
+            parameters["luminance"] = measured_luminance(declared_luminance(notes))
     except OptionError as error:
         raise MeshError(
-            f"The mesh states what the space {space} cannot have: {error.message}.",
+            f"The mesh declares an invalid parameter of the space {space}: {error.message}",
             where=dict(error.where),
             remedy=error.remedy,
         ) from None
@@ -112,7 +118,7 @@ def declared_space(said: Mapping[str, str]) -> ColourSpace | None:
 
 
 def _value(text: str) -> object:
-    """Return a number, three numbers, or the text."""
+    """A number, three numbers, or the text."""
     try:
         numbers = [float(word) for word in text.split()]
     except ValueError:
@@ -120,44 +126,46 @@ def _value(text: str) -> object:
     return numbers[0] if len(numbers) == 1 else numbers
 
 
-def refuse_other_space(stated: ColourSpace, asked: ColourSpace) -> None:
-    """Refuse to take a mesh for one in another space than it states.
+def refuse_other_space(declared: ColourSpace, requested: ColourSpace) -> None:
+    """Refuse a mesh that declares another space than the requested one.
 
     Parameters
     ----------
-    stated, asked : ColourSpace
+    declared, requested : ColourSpace
+        The declared and the requested space.
 
     Raises
     ------
     OptionError
-        They differ; the error names the first option that does, and all that would be right.
+        They differ. The error names the first differing option, and all that are needed.
     """
-    if stated.is_icc_cielab and asked.is_icc_cielab:
-        return  # no adaptation takes part
-    told, wanted = _settled(stated), _settled(asked)
-    names = [name for name in told if not _same(told[name], wanted.get(name))]
+    if declared.is_icc_cielab and requested.is_icc_cielab:
+        return  # no adaptation is involved
+    given, wanted = _all_parameters(declared), _all_parameters(requested)
+    names = [name for name in given if not _same(given[name], wanted.get(name))]
     if not names:
         return
     first = names[0]
-    defaults = _settled(ColourSpace(stated.name))
+    defaults = _all_parameters(ColourSpace(declared.name))
     needed = {
         name: value
-        for name, value in told.items()
+        for name, value in given.items()
         if name == "space" or not _same(value, defaults[name])
     }
     raise OptionError(
-        f"{first} is {_shown(wanted.get(first))}, and the file says {_shown(told[first])}",
+        f"{first} is {_text_of(wanted.get(first))}, and {_text_of(given[first])} in the file.",
         where={"field": first},
-        remedy="a mesh is a boundary in its own space only: ask for "
-        + ", ".join(f"{name} {_shown(value)}" for name, value in needed.items()),
+        remedy="A mesh is a boundary in its own space only. Give "
+        + ", ".join(f"{name} {_text_of(value)}" for name, value in needed.items())
+        + ".",
     )
 
 
-def _settled(space: ColourSpace) -> dict[str, object]:
-    """Return all that coordinates depend on, by the names of the options."""
+def _all_parameters(space: ColourSpace) -> dict[str, object]:
+    """All that coordinates depend on, by the names of the options."""
     given = {name: getattr(space, name) for name in SPACE_PARAMETERS}
     settled = space_parameters(space.name, given)
-    # those of CIELAB have None for their defaults
+    # the defaults of CIELAB are None
     settled["reference_white"] = settled["reference_white"] or space.definition.white
     settled["adaptation"] = settled["adaptation"] or "Bradford"
     settled["scale"] = settled["scale"] or 1.0
@@ -175,7 +183,7 @@ def _same(one: object, other: object) -> bool:
     return bool(np.allclose(first, second, rtol=0, atol=1e-12))
 
 
-def _shown(value: object) -> str:
+def _text_of(value: object) -> str:
     return repr(list(value) if isinstance(value, tuple) else value)
 
 
@@ -197,12 +205,12 @@ def refuse_far_vertices(vertices: FloatArray, space: ColourSpace) -> None:
         raise InvalidPointsError(
             f"Vertex {vertex} is at {[float(value) for value in vertices[vertex]]}.",
             where={"field": "vertices", "vertex": vertex},
-            remedy=f"Coordinates of colours in {space.name}, times its scale.",
+            remedy=f"Send coordinates of colours in {space.name}, multiplied by its scale.",
         )
 
 
 def assumption_warnings(vertices: FloatArray, space: ColourSpace) -> list[str]:
-    """Return a warning if a mesh that states no space is hardly in the one that is assumed.
+    """Return a warning if a mesh without a declared space is hardly in the assumed one.
 
     Parameters
     ----------
@@ -217,7 +225,7 @@ def assumption_warnings(vertices: FloatArray, space: ColourSpace) -> list[str]:
     if space.name != "CIELAB" or extent >= SMALLEST_CIELAB * (space.scale or 1.0):
         return []
     warning = (
-        f"The file states no colour space and was taken for CIELAB, but extends over {extent:.3g} "
-        "units only; ask for its space with the option space."
+        f"The file declares no colour space and was taken as CIELAB, but its extent is only "
+        f"{extent:.3g} units. Give its space with the option space."
     )
     return [warning]

@@ -1,15 +1,15 @@
-"""The colour spaces that a boundary can live in: their whites, scales, luminances and conditions.
+"""The colour spaces of boundaries: their whites, scales, luminances and viewing conditions.
 
-One table names them all. A `ColourSpace` is a space with everything that its coordinates depend on
-settled; it takes the colours of devices, which are CIELAB relative to ICC's D50, to its coordinates
-and back. CIELAB with D50 is the identity. See docs/colour-spaces.md for what to choose, and
-docs/decisions/colour-spaces.md for why these spaces and these defaults.
+One table names them all. A `ColourSpace` has a value for everything that its coordinates depend on.
+It converts the colours of devices, which are CIELAB relative to ICC's D50, to its coordinates and
+back. CIELAB with D50 is the identity. ``docs/colour-spaces.md`` helps to choose a space, and
+``docs/decisions/colour-spaces.md`` has the reasons for these spaces and defaults.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -37,50 +37,48 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from gamutcore.arrays import FloatArray, PositionArray
-    from gamutcore.colours.surface import SurfaceColours
 
 __all__ = [
     "CIELAB",
     "SPACES",
     "ColourSpace",
     "SpaceDefinition",
-    "colours_in_space",
 ]
 
 DEFAULT_LUMINANCE = 203.0
-"""Luminance in cd/m² of a reference white in high dynamic range (ITU-R BT.2408-7, 2.2; CSS Color
-HDR has the same)."""
+"""Luminance in cd/m² of a reference white in high dynamic range (ITU-R BT.2408-7, 2.2; also CSS
+Color HDR)."""
 
 DEFAULT_ADAPTING_LUMINANCE = 64.0 / math.pi / 5.0
-"""L_A in cd/m², a fifth of the white that 64 lx make: the encoding ambient of sRGB (IEC 61966-2-1,
-table 4), and the default of other software."""
+"""L_A in cd/m²: a fifth of a white under 64 lx, the encoding ambient of sRGB (IEC 61966-2-1,
+table 4). It is also the default of other software."""
 
 DEFAULT_BACKGROUND = 20.0
 """Y_b in per cent of the white: gray (CIE 159:2004, 7)."""
 
 LIGHTNESS_UPWARDS = (0.7071067811865476, 0.7071067811865476, 0.0, 0.0)
-"""Quaternion (x, y, z, w) of the half turn that takes (L*, a*, b*) to glTF's (a*, L*, −b*):
-L* upwards, a* to the right, b* away from the viewer."""
+"""Quaternion (x, y, z, w) of the half turn from (L*, a*, b*) to glTF's (a*, L*, −b*): L*
+upwards, a* to the right, b* away from the viewer."""
 
 
 @dataclass(frozen=True, eq=False)
 class SpaceDefinition:
-    """A colour space before its parameters are settled.
+    """A colour space before its parameters have values.
 
     Attributes
     ----------
     axes : tuple of three str
-        What the coordinates are called.
+        Names of the coordinates.
     white : str
-        The white that it is for: of its definition, or D50 where it takes any.
+        The white of its definition, or D50 if the definition allows any.
     parameters : mapping of str
-        Default values of those parameters that not every space has.
+        Default values of the parameters that not every space has.
     formula : callable
         From a `ColourSpace` to its `Formula`.
     source : str
-        Where it is defined.
+        Publication of the definition.
     lightness : int
-        Which of the axes is lightness, or luminance.
+        The axis of lightness or luminance.
     """
 
     axes: tuple[str, str, str]
@@ -201,25 +199,31 @@ SPACES: Mapping[str, SpaceDefinition] = MappingProxyType(
 
 @dataclass(frozen=True)
 class ColourSpace:
-    """A colour space with everything settled that its coordinates depend on.
+    """A colour space with values of all its parameters.
 
     Attributes
     ----------
     name : str
         A key of `SPACES`.
     reference_white : str or three floats, optional
-        The white that colours are adapted to, and that formulas with a white are relative to: a key
-        of `WHITES`, or X, Y, Z with Y = 1. None for the space's own.
+        The white that colours are adapted to, and of formulas with a white: a key of `WHITES`, or
+        X, Y, Z with Y = 1. None for the space's own.
     adaptation : str, optional
-        How colours get there from D50, a key of `ADAPTATIONS`; None for Bradford.
+        Adaptation from D50, a key of `ADAPTATIONS`; None for Bradford.
     scale : float, optional
-        What all coordinates are multiplied by; None for 1.
+        Factor of all coordinates; None for 1.
     luminance : float, optional
-        Of the white in cd/m², for spaces that are absolute.
+        Of the white in cd/m², for absolute spaces.
     adapting_luminance, background : float, optional
         L_A in cd/m² and Y_b in per cent of the white, for appearance models.
     surround : str, optional
         A key of `SURROUNDS`, for appearance models.
+
+    Examples
+    --------
+    >>> space = ColourSpace("Oklab")
+    >>> space.coordinates(np.array([[100.0, 0.0, 0.0]]))[0].round(3)[0, 0].item()
+    1.0
     """
 
     name: str = "CIELAB"
@@ -233,12 +237,12 @@ class ColourSpace:
 
     @property
     def definition(self) -> SpaceDefinition:
-        """Its row of the table."""
+        """The row of `SPACES`."""
         return SPACES[self.name]
 
     @property
     def axes(self) -> tuple[str, str, str]:
-        """What the coordinates are called."""
+        """Names of the coordinates."""
         return self.definition.axes
 
     @property
@@ -252,12 +256,12 @@ class ColourSpace:
 
     @property
     def rotation(self) -> tuple[float, float, float, float]:
-        """Quaternion (x, y, z, w) that shows lightness along glTF's y, upwards."""
+        """Quaternion (x, y, z, w) that turns lightness to the y axis of glTF, upwards."""
         return LIGHTNESS_UPWARDS if self.definition.lightness == 0 else (0.0, 0.0, 0.0, 1.0)
 
     @cached_property
     def is_icc_cielab(self) -> bool:
-        """Whether it is CIELAB relative to ICC's D50, unscaled: what device colours come in."""
+        """Whether it is unscaled CIELAB relative to ICC's D50, the space of device colours."""
         white = white_point("D50")
         return (
             self.name == "CIELAB"
@@ -273,23 +277,23 @@ class ColourSpace:
         lab : (n, 3) float
             L*, a*, b* relative to ICC's D50.
         as_measured : bool
-            Whether the tristimulus values behind them were measured so and are not to be adapted.
+            Whether the tristimulus values are a device's own and must not be adapted.
 
         Returns
         -------
         coordinates : (n, 3) float
         moved : int
-            How many colours the space has no coordinates for, so that those of the nearest colour
-            in the formula's sense were taken.
+            Number of colours outside the domain of the formula, which were moved to the nearest in
+            it.
 
         Raises
         ------
         InvalidPointsError
-            Coordinates are not finite: the colours are far from any that there are.
+            Coordinates are not finite, because the colours are far from all real ones.
         """
         if self.is_icc_cielab:
             return lab, 0
-        with np.errstate(all="ignore"):  # what comes of it is looked at below
+        with np.errstate(all="ignore"):  # the result is checked below
             xyz = Cielab(white_point("D50")).xyz(np.asarray(lab, np.float64))
             if not as_measured:
                 xyz = xyz @ self._from_d50(self.adaptation or "Bradford").T
@@ -299,15 +303,15 @@ class ColourSpace:
         if faulty.size:
             row = int(faulty[0])
             raise InvalidPointsError(
-                f"{faulty.size} of {len(lab)} colours have no coordinates in {self.name}, the first"
-                f" of them number {row}: L*, a*, b* {np.asarray(lab)[row].tolist()}",
+                f"{faulty.size} of {len(lab)} colours have no coordinates in {self.name}. The first"
+                f" is colour {row}: L*, a*, b* {np.asarray(lab)[row].tolist()}.",
                 where={"row": row},
-                remedy="colours that exist, or the space CIELAB",
+                remedy="Send colours that exist, or give the space CIELAB.",
             )
         return np.ascontiguousarray(coordinates), int(moved.sum())
 
     def appearance_lab(self, coordinates: PositionArray) -> PositionArray:
-        """Return L*, a*, b* relative to ICC's D50 of what is to be shown of coordinates.
+        """Return L*, a*, b* relative to ICC's D50 for the display of coordinates.
 
         Parameters
         ----------
@@ -316,8 +320,8 @@ class ColourSpace:
         Returns
         -------
         (n, 3) float
-            As an eye sees them that is adapted to the reference white, which is white; finite for
-            all finite coordinates. The coordinates themselves in ICC's CIELAB, else float32.
+            As seen by an eye adapted to the reference white; finite for all finite coordinates. The
+            coordinates themselves in ICC's CIELAB, else float32.
         """
         if self.is_icc_cielab:
             return coordinates
@@ -330,7 +334,7 @@ class ColourSpace:
         return np.ascontiguousarray(lab, np.float32)
 
     def description(self) -> dict[str, JSON]:
-        """Return all that the coordinates depend on, JSON-able."""
+        """Return everything that the coordinates depend on, JSON-able."""
         white, _ = self._formula.coordinates(self.white[np.newaxis])
         named = self.reference_white or self.definition.white
         parameters: dict[str, JSON] = {}
@@ -362,50 +366,3 @@ class ColourSpace:
 
 CIELAB = ColourSpace()
 """CIELAB relative to ICC's D50."""
-
-
-def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColours:
-    """Return a device's colours in a space, with the space in their provenance.
-
-    Parameters
-    ----------
-    colours : SurfaceColours
-        In ICC's CIELAB.
-    space : ColourSpace
-
-    Returns
-    -------
-    SurfaceColours
-        Its points are the space's coordinates.
-
-    Raises
-    ------
-    InvalidPointsError
-        As `ColourSpace.coordinates`.
-    """
-    lab = colours.points
-    if colours.own_values is not None and not space.is_icc_cielab:
-        icc = Cielab(white_point("D50"))
-        lab, _ = icc.coordinates(icc.xyz(lab) @ colours.own_values.T)
-    points, moved = space.coordinates(lab, as_measured=colours.as_measured)
-    described = space.description()
-    if space.is_icc_cielab:
-        described["adaptation"] = "none: the colours are relative to D50"
-    elif colours.own_values is not None:
-        described["adaptation"] = "none: the display's own colours, from before adaptation to D50"
-    elif colours.as_measured:
-        described["adaptation"] = "none: the colours are as measured"
-    given = colours.provenance.get("warnings")
-    warnings = list(given) if isinstance(given, list) else []
-    if moved:
-        warnings.append(
-            f"{moved} of {len(points)} colours have no coordinates in {space.name}, such as those "
-            "with negative tristimulus values; they were moved to the nearest that have."
-        )
-    provenance = {
-        **colours.provenance,
-        "colour_space": described,
-        "axes": " ".join(space.axes),
-        "warnings": warnings,
-    }
-    return replace(colours, points=points, provenance=provenance)

@@ -1,10 +1,10 @@
 """The formulas of the colour spaces: tristimulus values to coordinates, and back.
 
 Every class is one kind of space. `coordinates` takes X, Y, Z that are adapted to the space's white,
-with Y = 1 for it, and says where a formula has no answer and its nearest one was taken; `xyz` is
-the inverse. Both are finite for all finite input of reasonable size, which measured colours do not
-grant by themselves: noise makes tristimulus values negative, of which most roots and logarithms
-know nothing.
+with Y = 1 for it. It reports colours outside of the domain of a formula, for which the nearest
+value in the domain is taken; `xyz` is the inverse. Both are finite for all finite input of
+reasonable size. Noise makes some measured tristimulus values negative, where most roots and
+logarithms are undefined.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ __all__ = [
 ]
 
 _SLIGHT = 1e-9
-"""Tristimulus values this little below zero are rounding, not colours that a space cannot hold."""
+"""Tristimulus values this little below zero are rounding errors, not colours outside the domain."""
 
 
 class Formula(Protocol):
-    """What a colour space computes; arrays are (n, 3) float, rows are colours."""
+    """Interface of the colour spaces. Arrays are (n, 3) float, and rows are colours."""
 
     def coordinates(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Return the coordinates of colours, and which of them, (n,), were moved to have any."""
+        """Return the coordinates of colours, and whether each, (n,), was outside the domain."""
 
     def xyz(self, coordinates: FloatArray) -> FloatArray:
         """Return the tristimulus values of coordinates."""
@@ -77,7 +77,7 @@ class Ciexyz:
 
 @dataclass(frozen=True, eq=False)
 class Cielab:
-    """CIE 1976 L*a*b* (CIE 15:2018, 8.2.1); its straight part goes on below zero."""
+    """CIE 1976 L*a*b* (CIE 15:2018, 8.2.1); the linear part continues below zero."""
 
     white: FloatArray
 
@@ -100,7 +100,7 @@ class Cielab:
 
 @dataclass(frozen=True, eq=False)
 class Cieluv:
-    """CIE 1976 L*u*v* (CIE 15:2018, 8.2.2); tristimulus values below zero are raised to it."""
+    """CIE 1976 L*u*v* (CIE 15:2018, 8.2.2); negative tristimulus values are raised to zero."""
 
     white: FloatArray
 
@@ -127,13 +127,13 @@ class Cieluv:
         scale = 13 * np.where(lit, lightness, 1.0)
         u0, v0 = self._white_chromaticity()
         u = np.where(lit, u / scale, 0.0) + u0
-        v = np.maximum(np.where(lit, v / scale, 0.0) + v0, 1e-4)  # no colour has v' 0
+        v = np.maximum(np.where(lit, v / scale, 0.0) + v0, 1e-4)  # no colour has v' = 0
         y = np.where(lightness > 8, ((lightness + 16) / 116) ** 3, lightness * (3 / 29) ** 3)
         y = np.where(lit, y, 0.0) * self.white[1]
         return np.stack([y * 9 * u / (4 * v), y, y * (12 - 3 * u - 20 * v) / (4 * v)], axis=1)
 
     def _white_chromaticity(self) -> tuple[float, float]:
-        """Return u' and v' of the white."""
+        """The chromaticity u′, v′ of the white."""
         x, y, z = self.white
         total = x + 15 * y + 3 * z
         return float(4 * x / total), float(9 * y / total)
@@ -149,7 +149,7 @@ class Din99:
     FLATTENING = 0.83
     LIGHTNESS = 0.0039
     LIGHTNESS_SCALE = 100.0 / np.log1p(0.39)
-    """303.67 in the standard, which is rounded from what makes the white's lightness 100."""
+    """303.67 in the standard, rounded from the factor that gives white a lightness of 100."""
     CHROMA, CHROMA_SCALE = 0.075, 1.0 / 0.0435
 
     def coordinates(self, xyz: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -178,7 +178,7 @@ class Din99:
 
 @dataclass(frozen=True, eq=False)
 class PowerOpponent:
-    """Cone responses raised to a power, with their sign, and made opponent by a matrix."""
+    """Cone responses raised to a power with their sign, and made opponent by a matrix."""
 
     cones: FloatArray
     exponent: float
@@ -241,7 +241,7 @@ def pq_signal(luminance: FloatArray, exponent: float = _M2) -> FloatArray:
     luminance : array of float
         In cd/m², 0 or more; the signal is 1 for 10,000.
     exponent : float
-        The outer one; another for Jzazbz.
+        The outer exponent; Jzazbz has another one.
 
     Returns
     -------
@@ -250,6 +250,11 @@ def pq_signal(luminance: FloatArray, exponent: float = _M2) -> FloatArray:
     Notes
     -----
     SMPTE ST 2084:2014, equation 5.2; ITU-R BT.2100-2, table 4.
+
+    Examples
+    --------
+    >>> float(pq_signal(np.array(10_000.0)))
+    1.0
     """
     powers = (luminance / _PEAK) ** _M1
     signal: FloatArray = ((_C1 + _C2 * powers) / (1.0 + _C3 * powers)) ** exponent
@@ -262,7 +267,7 @@ def pq_luminance(signal: FloatArray, exponent: float = _M2) -> FloatArray:
     Parameters
     ----------
     signal : array of float
-        Those below the signal of no light are taken for it; at most about twice the largest.
+        Values below the signal of zero luminance are taken as that signal; at most about 2.
     exponent : float
 
     Returns
@@ -281,7 +286,7 @@ def pq_luminance(signal: FloatArray, exponent: float = _M2) -> FloatArray:
 class PerceptualQuantizer:
     """Cone responses in cd/m² through the perceptual quantizer, made opponent by a matrix.
 
-    Negative responses are raised to zero: the quantizer is for light.
+    Negative responses are raised to zero, because the quantizer is defined for light only.
     """
 
     cones: FloatArray
@@ -302,14 +307,14 @@ class PerceptualQuantizer:
 
 
 def ictcp(luminance: float, *, itp: bool = False) -> PerceptualQuantizer:
-    """Return ICtCp for PQ, or the space whose distances are ΔE_ITP.
+    """Return ICtCp for PQ, or the space with ΔE_ITP as its distance.
 
     Parameters
     ----------
     luminance : float
         Of the white, in cd/m².
     itp : bool
-        Whether T is half of Ct and all is scaled by 720.
+        Whether T is half of Ct and all coordinates are scaled by 720.
 
     Returns
     -------
@@ -317,8 +322,8 @@ def ictcp(luminance: float, *, itp: bool = False) -> PerceptualQuantizer:
 
     Notes
     -----
-    ITU-R BT.2100-2, table 7; ΔE_ITP is that of ITU-R BT.2124-0, annex 1. The way from tristimulus
-    values leads over the primaries of BT.2020 with D65.
+    ITU-R BT.2100-2, table 7; ΔE_ITP is that of ITU-R BT.2124-0, annex 1. Tristimulus values are
+    first converted to the primaries of BT.2020 with D65.
     """
     chromaticities = np.array([(0.708, 0.292), (0.170, 0.797), (0.131, 0.046)])
     x, y = chromaticities.T
@@ -378,7 +383,7 @@ class Jzazbz:
 
 @dataclass(frozen=True, eq=False)
 class UniformAppearance:
-    """The uniform space of an appearance model; tristimulus values below zero are raised to it."""
+    """The uniform space of an appearance model; negative tristimulus values are raised to zero."""
 
     model: AppearanceModel
 

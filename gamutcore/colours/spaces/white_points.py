@@ -1,11 +1,11 @@
-"""White points by name, and chromatic adaptation from one to another.
+"""White points by name, and chromatic adaptation from one white to another.
 
-Colours reach the spaces of `gamutcore.colours.spaces` relative to ICC's D50, and each space has a
-white of its own. What takes them there is a linear von Kries transform: cone-like responses are
-scaled by the ratio of the whites'. Such transforms with one matrix compose, so going through D50 is
-the same as going from the measured white to the space's in one step.
+Colours arrive relative to ICC's D50, and each space has its own white. They are adapted by a linear
+von Kries transform, which scales cone-like responses by the ratio of those of the whites. Such
+transforms with one matrix compose, so adaptation by way of D50 equals adaptation in one step from
+the measured white.
 
-Nothing here needs colour-science: serving meshes of these spaces must not wait for its import.
+This module does not use colour-science: the service imports it to serve meshes.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ ADAPTATIONS: Mapping[str, tuple[tuple[float, float, float], ...] | None] = Mappi
 )
 """Matrices from tristimulus values to cone-like responses. Bradford: ICC.1:2022, annex E. CAT02:
 CIE 159:2004. CAT16: Li et al. 2017. von Kries: Hunt, Pointer and Estévez's cones, D65 normalised
-(Fairchild 2013, chapter 9). None takes the values as they are."""
+(Fairchild 2013, chapter 9). None leaves the values unchanged."""
 
 
 def white_point(name: str) -> FloatArray:
@@ -82,6 +82,11 @@ def white_point(name: str) -> FloatArray:
     -------
     (3,) float
         X, Y, Z with Y = 1; ICC's values for D50.
+
+    Examples
+    --------
+    >>> white_point("D50").tolist()
+    [0.9642, 1.0, 0.8249]
     """
     if name == "D50":
         return np.array(_ICC_D50)
@@ -102,7 +107,7 @@ def adaptation_matrix(source: FloatArray, target: FloatArray, adaptation: str) -
     Returns
     -------
     (3, 3) float
-        To be multiplied from the left: ``matrix @ xyz``. The identity for "none".
+        For multiplication from the left: ``matrix @ xyz``. The identity for "none".
     """
     cones = ADAPTATIONS[adaptation]
     if cones is None or np.array_equal(source, target):

@@ -1,4 +1,4 @@
-"""Point sets that are hard to wrap, and the checks that every boundary has to pass."""
+"""Difficult point sets, and the checks that every boundary must pass."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.history import build_history
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def hard_cloud() -> Callable[[str, int], np.ndarray]:
 
 @pytest.fixture(scope="session")
 def times_around() -> Callable[[TriangleMesh, np.ndarray], float]:
-    """Return how often a mesh goes round a point: its solid angle by 4π.
+    """Return the winding number of a mesh about a point: its solid angle ÷ 4π.
 
     Van Oosterom & Strackee, "The solid angle of a plane triangle" (1983).
     """
@@ -75,7 +75,7 @@ def assert_decimates(
         mesh = boundary.mesh
         assert_every_invariant(mesh, boundary.centre, mesh.triangles)
         assert times_around(mesh, boundary.centre) == pytest.approx(1.0, abs=1e-9)
-        history = build_history(decimated(mesh, boundary.centre))
+        history = build_history(decimate(mesh, boundary.centre))
         assert history.triangles == mesh.triangles
         np.testing.assert_array_equal(
             np.sort(history.full().vertices, axis=0), np.sort(mesh.vertices, axis=0)

@@ -1,4 +1,4 @@
-"""The points and the centre that boundaries start from; refusals are tested with the hull."""
+"""Points and centre of boundaries; refusals are tested with the hull."""
 
 import numpy as np
 import pytest

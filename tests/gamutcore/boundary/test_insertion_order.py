@@ -6,10 +6,10 @@ import pytest
 from gamutcore.boundary.insertion_order import (
     CURVE_BITS,
     LAST_ROUND,
-    _hilbert_place,
+    _hilbert_position,
     _rounds,
+    curve_positions,
     insertion_order,
-    places_on_curve,
 )
 
 
@@ -22,7 +22,7 @@ def directions(count, seed=0):
 def test_the_curve_visits_every_cell_and_steps_to_a_neighbour():
     # an aligned block of cells is a run of the curve at any level
     cells = np.array([(column, row) for column in range(32) for row in range(32)])
-    places = np.array([_hilbert_place(int(column), int(row)) for column, row in cells])
+    places = np.array([_hilbert_position(int(column), int(row)) for column, row in cells])
     np.testing.assert_array_equal(np.sort(places), np.arange(1024))
     steps = np.diff(cells[np.argsort(places)], axis=0)
     np.testing.assert_array_equal(np.abs(steps).sum(axis=1), 1)
@@ -32,7 +32,7 @@ def test_near_in_place_is_near_in_direction():
     # 20,000 directions are about 0.025 apart; the sphere is cut open along edges of an octahedron,
     # yet the curve itself has no jump
     found = directions(20_000)
-    ordered = found[np.argsort(places_on_curve(found))]
+    ordered = found[np.argsort(curve_positions(found))]
     steps = np.linalg.norm(np.diff(ordered, axis=0), axis=1)
     assert np.median(steps) < 0.04
     assert steps.max() < 0.3
@@ -40,13 +40,13 @@ def test_near_in_place_is_near_in_direction():
 
 def test_only_the_direction_counts():
     found = directions(100)
-    np.testing.assert_array_equal(places_on_curve(found), places_on_curve(found * 2.0**-40))
+    np.testing.assert_array_equal(curve_positions(found), curve_positions(found * 2.0**-40))
 
 
 @pytest.mark.parametrize("axis", range(3))
 def test_places_are_within_range_at_the_poles_and_the_centre(axis):
     points = np.array([np.eye(3)[axis], -np.eye(3)[axis], np.zeros(3), -np.zeros(3)])
-    places = places_on_curve(points)
+    places = curve_positions(points)
     assert places.min() >= 0
     assert places.max() < 4**CURVE_BITS
     assert places[0] != places[1]
@@ -61,7 +61,7 @@ def test_rounds_grow_fourfold():
 
 
 def test_the_order_is_by_round_and_within_rounds_along_the_curve():
-    places = places_on_curve(directions(5000))
+    places = curve_positions(directions(5000))
     order = insertion_order(places)
     np.testing.assert_array_equal(np.sort(order), np.arange(5000))
     rounds = _rounds(5000)[order]
@@ -71,6 +71,6 @@ def test_the_order_is_by_round_and_within_rounds_along_the_curve():
 
 
 def test_further_points_do_not_change_the_order_of_the_first():
-    places = places_on_curve(directions(3000))
+    places = curve_positions(directions(3000))
     order = insertion_order(places)
     np.testing.assert_array_equal(order[order < 1000], insertion_order(places[:1000]))

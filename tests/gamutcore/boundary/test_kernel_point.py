@@ -1,4 +1,4 @@
-"""The point that all faces see from furthest inside, of bodies where geometry gives it."""
+"""The point farthest inside of all faces, for bodies with a known answer."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def test_of_many_faces_it_needs_only_a_few_of_them(scale):
 
 
 def test_of_a_prism_over_an_l_the_corner_decides():
-    """Only the square at the corner of an L is seen from everywhere: its middle is furthest."""
+    """All faces of an L see only the square at its corner: its middle is the answer."""
     outline = [(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)]
     triangles = [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5)]
     low, high = [(x, y, 0) for x, y in outline], [(x, y, 1) for x, y in outline]
@@ -53,7 +53,7 @@ def test_of_a_prism_over_an_l_the_corner_decides():
 
 
 def test_of_a_body_without_a_kernel_the_margin_is_negative():
-    """A ring: its far side does not see the near side's inside."""
+    """A ring has no point that all faces see from inside."""
     body = trimesh.creation.torus(3, 1)
     found = kernel_point(mesh(body.vertices, body.faces))
     assert found.margin < 0

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from gamutcore.boundary import mesh_boundary
 from gamutcore.characterisation import GamutMesh
 from gamutcore.colours.spaces.cielab import lab_to_xyz
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.errors import CentreError, MeshError
 from gamutcore.grid import mesh_grid_step
 
@@ -39,7 +39,7 @@ def test_a_ball_is_a_boundary_that_is_decimated(ball):
     assert provenance["mesh"]["centre"]["from"].startswith("found")
     assert 38 < provenance["mesh"]["centre"]["margin"] < 40
     assert provenance["warnings"] == []
-    result = decimated(boundary.mesh, boundary.centre)
+    result = decimate(boundary.mesh, boundary.centre)
     # nothing was rounded again
     assert result.step == mesh_grid_step(boundary.mesh.vertices)
 
@@ -131,7 +131,7 @@ def test_slivers_on_the_grid_are_refused():
 
 
 def test_what_is_not_star_shaped_is_refused_with_the_places():
-    """A ball with a long spike that is bent sideways."""
+    """A ball with a long, bent spike."""
     body = trimesh.creation.icosphere(3, 40.0)
     top = int(np.argmax(body.vertices[:, 2]))
     ring = {int(v) for face in body.faces if top in face for v in face} - {top}

@@ -1,4 +1,4 @@
-"""The table of boundary methods: every entry wraps, by its defaults and about one centre."""
+"""The table of boundary methods: every entry gives a valid boundary about the same centre."""
 
 import inspect
 

@@ -1,4 +1,4 @@
-"""The modified convex hull: published volumes, its definition, and all that may be thrown at it."""
+"""The modified convex hull: published volumes, its definition, and arbitrary input."""
 
 import itertools
 import sys
@@ -125,7 +125,7 @@ def cube_surface(steps):
 
 class TestDefinition:
     @pytest.mark.parametrize("gamma", [0.05, 0.2, 0.5, 1.0])
-    def test_with_raised_radii_no_point_is_outside_of_any_face(self, random_cloud, gamma):
+    def test_radii_to_power_no_point_is_outside_of_any_face(self, random_cloud, gamma):
         points = random_cloud(3, 500)
         centre = np.array([48.0, 1.0, -2.0])
         boundary = modified_convex_hull(points, gamma, centre)
@@ -293,7 +293,7 @@ def boundary_or_error(points, gamma, centre):
 
 
 def assert_valid_or_named(points, gamma, centre, assert_every_invariant):
-    """Check that there is a boundary with all invariants, or an error that says what to do."""
+    """Check for a boundary with all invariants, or an error with a remedy."""
     outcome = boundary_or_error(points, gamma, centre)
     if isinstance(outcome, GamutError):
         assert outcome.message

@@ -28,7 +28,7 @@ def exact(position, one, two, three, point):
 
 
 def assert_as_exact(position):
-    """Check both directions of the claim: above is certain, and only a hair is ever missed."""
+    """Check both directions: "above" is always right, and only tiny heights are missed."""
     determinant, size = exact(position, 0, 1, 2, 3)
     for compute in (is_above, _is_above_in_pairs):
         answers = {compute(position, *corners, 3) for corners in ((0, 1, 2), (1, 2, 0), (2, 0, 1))}

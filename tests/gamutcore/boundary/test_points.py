@@ -1,4 +1,4 @@
-"""What the segment methods share: rounded points, checked centres, the farthest of each segment."""
+"""Helpers of the segment methods: points, centres, the farthest point of each segment."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The hull against Qhull, against its definition, and on what rounding makes difficult."""
+"""The hull against Qhull, against its definition, and for input that is difficult to round."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial import ConvexHull
 
-from gamutcore.boundary.insertion_order import insertion_order, places_on_curve
+from gamutcore.boundary.insertion_order import curve_positions, insertion_order
 from gamutcore.boundary.radial_hull import CLEARANCE, Hull, _face_in_direction, radial_hull
 from gamutcore.corner_table import opposite_corners
 from gamutcore.mesh import TriangleMesh
@@ -42,7 +42,7 @@ def rim(count, height=0.0):
 
 def hull(points):
     """Return the ordered points and their hull's faces."""
-    ordered = np.ascontiguousarray(points[insertion_order(places_on_curve(points))])
+    ordered = np.ascontiguousarray(points[insertion_order(curve_positions(points))])
     return ordered, radial_hull(ordered)
 
 
@@ -51,7 +51,7 @@ def volume(points, faces):
 
 
 def greatest_height(points, faces):
-    """Return by how much a point is above the plane of a face, at most."""
+    """Return the largest height of a point above the plane of a face."""
     one, two, three = (points[faces[:, corner]] for corner in range(3))
     normals = np.cross(two - one, three - one)
     normals /= np.linalg.norm(normals, axis=1)[:, np.newaxis]

@@ -1,4 +1,4 @@
-"""Segment maxima: the definition, empty segments, and all that may be thrown at it."""
+"""Segment maxima: the definition, empty segments, and arbitrary input."""
 
 import math
 
@@ -34,7 +34,7 @@ def polar_and_azimuth(positions):
 class TestDefinition:
     @pytest.mark.parametrize("segments", [(6, 9), (16, 16), (40, 70)])
     def test_maxima_of_a_sphere_are_on_the_sphere(self, icosphere, segments):
-        """Poles and empty segments too: a membrane between equal radii has that radius."""
+        """Interpolation between equal radii gives that radius, also at poles and empty segments."""
         sphere = icosphere(6, 40.0, (50.0, 5.0, -5.0)).vertices
         boundary = segment_maxima(sphere, segments, (50.0, 5.0, -5.0))
         radii = np.linalg.norm(boundary.mesh.vertices - boundary.centre, axis=1)
@@ -75,7 +75,7 @@ class TestDefinition:
         assert boundary.mesh.triangles == 2 * segments[0] * segments[1]
 
     def test_more_segments_come_nearer_to_a_smooth_body(self, icosphere):
-        """On smooth sides the mismatch falls as one by the number of triangles."""
+        """On smooth surfaces, the mismatch is proportional to 1 ÷ number of triangles."""
         sphere = icosphere(6, 40.0)
         coarse, fine = (
             mismatch(sphere, segment_maxima(sphere.vertices, (n, n), (0, 0, 0)).mesh)
@@ -85,7 +85,7 @@ class TestDefinition:
 
     @pytest.mark.parametrize("twist", [-20, 20])
     def test_of_two_diagonals_the_outer_one_is_taken(self, twist):
-        """A square antiprism's sides are convex along one of the diagonals that it could have."""
+        """The sides of a square antiprism are convex along one of their two diagonals."""
         turn = np.radians(np.arange(45, 360, 90))
         rings = [
             [(x, 50 * math.cos(angle), 50 * math.sin(angle)) for angle in turn + shift]
@@ -204,7 +204,7 @@ class TestAnything:
         assert_every_invariant(boundary.mesh, boundary.centre, 2 * 180 * 360)
 
     def test_maxima_in_bad_position_are_turned_and_say_so(self, times_around):
-        """Three segments of 120°, and maxima 220° apart: the fan at the pole would be turned over.
+        """Three segments of 120° with maxima 220° apart: the fan at the pole would be inverted.
 
         The columns' maxima stand at 5°, 225° and 355°, a gap of 220° between the first two.
         """

@@ -1,4 +1,4 @@
-"""USV: its segments, its counts, published figures, and all that may be thrown at it."""
+"""USV: its segments, counts, published figures, and arbitrary input."""
 
 import itertools
 import math
@@ -55,7 +55,7 @@ class TestSegments:
     @pytest.mark.parametrize("subdivisions", [0, 1, 3, 6])
     @pytest.mark.parametrize("basis", FACES)
     def test_the_walk_ends_in_the_triangle_that_holds_the_direction(self, basis, subdivisions):
-        """With the axes, corners and halves of sides among them, which lie on several borders."""
+        """The directions include axes, corners and midpoints, which lie on several borders."""
         random = np.random.default_rng(0).normal(size=(2000, 3))
         corners, levels = sphere_triangles(basis, subdivisions)
         directions = np.vstack([random, np.eye(3), -np.eye(3), corners[:500]])
@@ -142,7 +142,7 @@ class TestAnything:
     def test_is_a_gamut_at_every_level(
         self, hard_cloud, assert_decimates, kind, seed, basis, level
     ):
-        """With 64 segments or more the farthest colours of these surround the centre."""
+        """With 64 segments or more, their farthest colours surround the centre."""
         assert_decimates(usv(hard_cloud(kind, seed), basis, level))
 
     @settings(max_examples=40)

@@ -7,8 +7,14 @@ import numpy as np
 import pytest
 
 from gamutcore.characterisation import characterisation, measurements_of
-from gamutcore.colours.measured_colours import bradford_to_d50, measured_colours
-from gamutcore.colours.spaces.cielab import ICC_D50, lab_to_xyz, white_of, xyz_to_lab
+from gamutcore.colours.measured_colours import measured_colours
+from gamutcore.colours.spaces.cielab import (
+    ICC_D50,
+    adaptation_to_d50,
+    lab_to_xyz,
+    white_of,
+    xyz_to_lab,
+)
 from gamutcore.errors import InvalidPointsError, OptionError
 
 D65 = np.array([0.95047, 1.0, 1.08883])
@@ -35,7 +41,9 @@ def press(columns="CMYK_C CMYK_M CMYK_Y CMYK_K XYZ_X XYZ_Y XYZ_Z", scale=100.0, 
 
 
 def test_bradford_is_that_of_the_rgb_working_spaces():
-    np.testing.assert_allclose(bradford_to_d50(RED_D65[np.newaxis], D65), [RED_D50], atol=3e-4)
+    np.testing.assert_allclose(
+        adaptation_to_d50(RED_D65[np.newaxis], D65, "Bradford"), [RED_D50], atol=3e-4
+    )
 
 
 @pytest.mark.parametrize("scale", [1.0, 100.0, 250.0])
@@ -98,7 +106,7 @@ def test_without_a_white_patch_the_lightest_is_taken_and_said():
     assert medium.lab[1, 0] == pytest.approx(100)
 
 
-def test_a_stated_white_wins():
+def test_a_declared_white_wins():
     data = samples("R G B X Y Z", [[255, 0, 0, *(RED_D65 * 80)]], white=list(D65 * 80))
     np.testing.assert_allclose(
         measured_colours(data, "relative").lab, [[54.29, 80.81, 69.89]], atol=0.05

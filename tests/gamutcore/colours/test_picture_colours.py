@@ -11,10 +11,10 @@ from gamutcore.characterisation.pictures.encoding import (
     SRGB,
     code_point_encoding,
 )
-from gamutcore.colours import surface_colours
+from gamutcore.colours import colours_in_space, surface_colours
 from gamutcore.colours.picture_colours import POPULARITY_CELL, picture_colours, popular
 from gamutcore.colours.profile_colours import profile_colours
-from gamutcore.colours.spaces import ColourSpace, colours_in_space
+from gamutcore.colours.spaces import ColourSpace
 from gamutcore.colours.spaces.white_points import ADAPTATIONS
 from gamutcore.errors import OptionError
 
@@ -48,7 +48,7 @@ def test_a_profile_makes_the_colours():
     ],
 )
 def test_encodings_agree_with_the_profiles_of_their_names(encoding, name, folder, request):
-    """Compact ICC profiles: rounded numbers and curves, all but the darkest colours."""
+    """Compact ICC profiles have rounded numbers and curves; the darkest colours are excluded."""
     if folder is None:
         reference = profile(name)
     else:
@@ -81,7 +81,7 @@ SRGB_TO_XYZ = np.array(  # IEC 61966-2-1, 5.2
 
 @pytest.mark.parametrize("adaptation", ADAPTATIONS)
 def test_in_a_space_of_its_white_a_picture_has_its_own_tristimulus_values(adaptation):
-    """Whichever way goes to D50 is gone back."""
+    """The adaptation to D50 is undone by the same adaptation."""
     space = ColourSpace("CIEXYZ", "D65", adaptation)
     found = surface_colours(picture(CORNERS, SRGB), adaptation=adaptation)
     np.testing.assert_allclose(
@@ -106,7 +106,7 @@ def test_a_picture_with_a_profile_has_its_absolute_colours(small_profile):
 
 
 def test_the_white_is_in_the_provenance(small_profile):
-    """Of the profile as the profile alone has it; of sRGB, D65."""
+    """The white of a profile, and D65 for sRGB."""
     device = characterisation(small_profile("sRGB-v2-magic.icc"))
     found = surface_colours(picture(CORNERS, device)).provenance
     assert found["white"] == surface_colours(device, surface_samples=8).provenance["white"]

@@ -5,9 +5,9 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from gamutcore.characterisation import characterisation, measurements_of
-from gamutcore.colours import surface_colours
+from gamutcore.colours import colours_in_space, surface_colours
 from gamutcore.colours.profile_colours import profile_colours
-from gamutcore.colours.spaces import ColourSpace, colours_in_space
+from gamutcore.colours.spaces import ColourSpace
 from gamutcore.colours.spaces.cielab import xyz_to_lab
 from gamutcore.colours.spaces.formulas import oklab
 
@@ -56,14 +56,13 @@ def test_srgb_is_srgb(small_profile, name):
 
 def test_srgb_by_another_way(small_profile):
     # IEC 61966-2-1 by colour-science: decoding, matrix, Bradford from D65 to D50.
-    from gamutcore.colours.measured_colours import bradford_to_d50
-    from gamutcore.colours.spaces.cielab import colour_science
+    from gamutcore.colours.spaces.cielab import adaptation_to_d50, colour_science
 
     colour = colour_science()
     device = np.random.default_rng(0).random((200, 3))
     space = colour.RGB_COLOURSPACES["sRGB"]
     xyz = colour.models.eotf_sRGB(device) @ space.matrix_RGB_to_XYZ.T
-    expected = xyz_to_lab(bradford_to_d50(xyz, space.matrix_RGB_to_XYZ.sum(axis=1)))
+    expected = xyz_to_lab(adaptation_to_d50(xyz, space.matrix_RGB_to_XYZ.sum(axis=1), "Bradford"))
     profile = characterisation(small_profile("sRGB-v4.icc"))
     errors = np.linalg.norm(profile_colours(profile, device, "relative").lab - expected, axis=1)
     assert errors.max() < 0.05
@@ -80,7 +79,7 @@ def test_white_is_white_and_absolute_is_the_medium(small_profile):
 @pytest.mark.parametrize("name", ["sRGB-v2-magic.icc", "sRGB-v4.icc"])
 @pytest.mark.parametrize("space", ["CIEXYZ", "Oklab"])
 def test_in_a_space_of_its_white_absolute_colours_of_srgb_are_srgb(small_profile, name, space):
-    """Version 2 says that they are not adapted, version 4 that they are: the same comes of it."""
+    """Version 2 declares unadapted colours, version 4 adapted ones; the result is the same."""
     found = surface_colours(
         characterisation(small_profile(name)), intent="absolute", surface_samples=8
     )
@@ -97,7 +96,7 @@ def test_absolute_colours_of_prints_stay_relative_to_d50(shared_data):
 
 
 def test_a_display_and_its_own_measurements_are_of_one_size_in_absolute_colours(shared_data):
-    """As they are in relative ones, where nothing depends on how white is dealt with."""
+    """Compared with relative colours, which do not depend on the treatment of the white."""
     profile = characterisation((shared_data / "display" / "Acer_XB271HU.icc").read_bytes())
 
     def ratio(intent):

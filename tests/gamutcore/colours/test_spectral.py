@@ -62,7 +62,7 @@ def test_weights_are_linear_and_kept():
     np.array([380, 395, 420, *range(430, 735, 10)], float),
 ])  # fmt: skip
 def test_a_smooth_spectrum_has_one_colour_however_it_is_sampled(bands):
-    """ASTM E308 itself is said to be good to a few hundredths of ΔE for smooth spectra."""
+    """ASTM E308 itself is accurate to a few hundredths of ΔE for smooth spectra."""
 
     def smooth(wavelengths):
         return 0.1 + 0.8 / (1 + np.exp(-(np.asarray(wavelengths) - 580) / 30))

@@ -1,21 +1,25 @@
-"""Fixtures for the tests of decimation's parts."""
+"""Fixtures of the tests of decimation."""
 
 import numpy as np
 import pytest
 
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.corner_table import opposite_corners
-from gamutcore.decimation.costs import finest
+from gamutcore.decimation.candidates import Grid
+from gamutcore.decimation.costs import cost_named
+from gamutcore.decimation.costs.dispatch import cost_state
+from gamutcore.decimation.costs.samples import LARGEST_SHARE, SAMPLES, empty_deviation, take_samples
+from gamutcore.decimation.edge_collapse import collapse_edge, empty_workspace
 from gamutcore.decimation.edge_queue import fill_queue
 from gamutcore.decimation.record import empty_record
-from gamutcore.decimation.samples import LARGEST_SHARE, no_deviation, take_samples
 from gamutcore.decimation.star import (
     keeps_star_shape,
     link_condition_holds,
-    ring_faces,
     surface_of,
+    write_edge_link,
 )
-from gamutcore.decimation.workspace import collapse_edge, workspace
+
+FINEST = cost_named("finest").parameters
 
 
 @pytest.fixture(scope="session")
@@ -32,7 +36,7 @@ def surface_from():
 
 @pytest.fixture(scope="session")
 def bumpy_mesh(random_cloud):
-    """Return a function from a seed to positions relative to a centre, and faces, of a boundary."""
+    """Return a function from a seed to positions about a centre and faces of a boundary."""
 
     def make(seed, count=60):
         boundary = modified_convex_hull(random_cloud(seed, count))
@@ -81,7 +85,7 @@ def corner_of():
 
 @pytest.fixture(scope="session")
 def faces_left():
-    """Return a function from a surface to the numbers of its faces that are left, and to them."""
+    """Return a function from a surface to the numbers and vertices of its remaining faces."""
 
     def left(surface):
         corners = surface.corner_facing[surface.corner_facing >= 0]
@@ -93,7 +97,7 @@ def faces_left():
 
 def _workspace(surface):
     edges = len(surface.corner_facing)
-    work = workspace(edges, len(surface.position), np.zeros(1, np.int64), np.zeros(2), np.empty(0))
+    work = empty_workspace(edges, len(surface.position), np.zeros(1, np.int64), np.empty(0))
     work.queue.heap[:] = np.arange(edges)
     work.queue.priority[:] = np.arange(edges)
     fill_queue(work.queue, edges)
@@ -102,22 +106,22 @@ def _workspace(surface):
 
 @pytest.fixture(scope="session")
 def workspace_for():
-    """Return a function from a surface to a workspace, its edges queued by their numbers."""
+    """Return a function from a surface to a workspace whose edges are queued by their ids."""
     return _workspace
 
 
 @pytest.fixture(scope="session")
 def random_collapses():
-    """Return a generator of collapses of random edges, each to somewhere near its midpoint.
+    """Return a generator that collapses random edges to positions near their midpoints.
 
-    It takes a cost's state, a surface, a seed and how many collapses are wanted, and yields the
-    vertex that each leads to, after it.
+    Its arguments are a state, a surface, a seed and the number of collapses. It yields the kept
+    vertex after each collapse.
     """
 
     def collapses(cost, surface, seed, wanted):
         random = np.random.default_rng(seed)
-        delivered = surface.position.astype(np.float32)
-        record, work = empty_record(len(delivered)), _workspace(surface)
+        grid = Grid(surface.position.astype(np.float32), np.zeros(3), 1.0)
+        record, work = empty_record(len(grid.position)), _workspace(surface)
         ring, done = np.empty((200, 2), np.int32), 0
         for query, edge in enumerate(random.permutation(len(surface.corner_facing)).tolist()):
             if done == wanted:
@@ -127,14 +131,14 @@ def random_collapses():
                 continue
             one, two = _ends(surface, corner)
             middle = (surface.position[one] + surface.position[two]) / 2
-            work.place[:] = middle * random.uniform(0.95, 1.05)
-            count = ring_faces(surface, one, two, ring)
+            work.point[:] = middle * random.uniform(0.95, 1.05)
+            count = write_edge_link(surface, one, two, ring)
             if not link_condition_holds(surface, one, two, query) or not keeps_star_shape(
-                surface.position, ring, count, *work.place
+                surface.position, ring, count, *work.point
             ):
                 continue
-            work.rounded[:] = work.place
-            kept = collapse_edge(cost, surface, delivered, record, work, edge, done)
+            work.rounded[:] = work.point
+            kept = collapse_edge(cost, surface, grid, record, work, edge, done)
             done += 1
             yield int(kept)
 
@@ -143,10 +147,10 @@ def random_collapses():
 
 @pytest.fixture(scope="session")
 def by_hand():
-    """Return a function that finds for points the face whose cone they are in, and w |1 − t³|.
+    """Return a function that finds the face whose cone contains each point, and w |1 − t³|.
 
-    By solving p = α a + β b + γ c for every point p and every face (a, b, c): all three are
-    positive in the face's cone, and 1 ÷ t is their sum.
+    It solves p = α a + β b + γ c for every point p and every face (a, b, c). All three coefficients
+    are positive in the cone of the face, and 1 ÷ t is their sum.
     """
 
     def compute(positions, faces, points, weights):
@@ -161,13 +165,13 @@ def by_hand():
 
 @pytest.fixture(scope="session")
 def samples_in():
-    """Return a function from a deviation and a face to where the samples of the face are."""
+    """Return a function from a deviation and a face to the indices of the face's samples."""
     return lambda deviation, face: list(range(deviation.begin[face], deviation.end[face]))
 
 
 @pytest.fixture(scope="session")
 def points_of():
-    """Return a function from a deviation and where samples are to their points."""
+    """Return a function from a deviation and indices of samples to their points."""
 
     def points(deviation, samples):
         return np.stack([deviation.x[samples], deviation.y[samples], deviation.z[samples]], axis=1)
@@ -177,7 +181,7 @@ def points_of():
 
 @pytest.fixture(scope="session")
 def all_samples(samples_in):
-    """Return a function from a deviation to where all samples are that are in faces."""
+    """Return a function from a deviation to the indices of all assigned samples."""
 
     def listed(deviation):
         faces = range(len(deviation.begin))
@@ -188,9 +192,9 @@ def all_samples(samples_in):
 
 @pytest.fixture(scope="session")
 def assert_in_their_faces(faces_left, by_hand, samples_in, points_of):
-    """Return a check that each sample in use is in its cone's face, and that all errors are right.
+    """Return a check of the assignment of all samples and of the errors of all faces.
 
-    It takes a deviation and its surface, and returns where the samples are.
+    Its arguments are a deviation and its surface. It returns the indices of the samples.
     """
 
     def check(deviation, surface):
@@ -198,7 +202,7 @@ def assert_in_their_faces(faces_left, by_hand, samples_in, points_of):
         lists = [samples_in(deviation, int(number)) for number in numbers]
         samples = np.array([sample for face in lists for sample in face])
         owners = np.repeat(np.arange(len(lists)), [len(face) for face in lists])
-        assert len(set(samples.tolist())) == len(samples) == deviation.counts[2]
+        assert len(set(samples.tolist())) == len(samples) == deviation.counts[SAMPLES]
         points, weights = points_of(deviation, samples), deviation.weight[samples]
         inside, shares = by_hand(surface.position, faces, points, weights)
         # a sample on an edge between two faces may be in either
@@ -221,14 +225,14 @@ def assert_in_their_faces(faces_left, by_hand, samples_in, points_of):
 
 @pytest.fixture(scope="session")
 def deviating(bumpy_mesh, surface_from, random_collapses):
-    """Return a function from a seed to a deviation and a surface that has moved away from it."""
+    """Return a function from a seed to a deviation and a decimated surface."""
 
     def make(seed, count=50, collapses=15):
         positions, faces = bumpy_mesh(seed, count)
         surface = surface_from(positions, faces)
-        deviation = no_deviation(len(positions) + len(faces), len(faces))
+        deviation = empty_deviation(len(positions) + len(faces), len(faces))
         take_samples(deviation, surface, 1, True)
-        state = finest.state(positions, faces)._replace(deviation=deviation)
+        state = cost_state(FINEST, positions, faces)._replace(deviation=deviation)
         for _ in random_collapses(state, surface, seed, collapses):
             pass
         return deviation, surface

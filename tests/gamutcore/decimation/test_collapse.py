@@ -1,19 +1,20 @@
-"""The whole way down: the cheapest valid collapse first, the account of the volume, the record."""
+"""All collapses of a boundary: their order, the volume deficit, and the record."""
 
 import numpy as np
 import pytest
 
 from gamutcore.corner_table import opposite_corners
-from gamutcore.decimation.collapse import collapse_all
-from gamutcore.decimation.costs import COSTS, cost_module
-from gamutcore.decimation.record import empty_record
-from gamutcore.decimation.star import keeps_star_shape, surface_of
+from gamutcore.decimation.candidates import Grid
+from gamutcore.decimation.costs import COSTS, cost_named
+from gamutcore.decimation.costs.dispatch import cost_state
+from gamutcore.decimation.stages import Stage, run_stage
+from gamutcore.decimation.star import DEFICIT_NOW, keeps_star_shape, surface_of
 from gamutcore.grid import grid_step, nearest_grid_points
 
 
 @pytest.fixture(scope="module")
 def run(bumpy_mesh):
-    """Return a function that makes all collapses of a bumpy surface by a cost."""
+    """Return a function that makes all collapses of a bumpy surface with a cost."""
 
     def make(cost, seed, count=80):
         rough, faces = bumpy_mesh(seed, count)
@@ -22,15 +23,17 @@ def run(bumpy_mesh):
         faces = np.ascontiguousarray(faces, np.int32)
         surface = surface_of(positions, faces, opposite_corners(faces, len(positions)))
         delivered = positions.astype(np.float32)
-        state = cost_module(cost).state(positions, faces)
-        record = empty_record(len(positions))
-        done = np.zeros(1, np.int64)
-        way = np.zeros(2)
-        record = collapse_all(
-            state, surface, delivered, np.zeros(3), step, record, done, way, np.empty(0), 4, True
+        stage = Stage(
+            cost_state(cost_named(cost).parameters, positions, faces),
+            surface,
+            Grid(delivered, np.zeros(3), step),
+            np.arange(len(positions), dtype=np.int32),
+            np.arange(len(faces), dtype=np.int32),
         )
+        counter = np.zeros(1, np.int64)
+        record = run_stage(stage, 4, counter).record
         collapses = len(record.kept)
-        assert done[0] == collapses
+        assert counter[0] == collapses
         return positions, faces, surface, delivered, collapses, record
 
     return make
@@ -50,7 +53,7 @@ def test_four_faces_are_left(run, faces_left, cost, seed):
 
 
 @pytest.mark.parametrize("cost", COSTS)
-def test_the_record_is_cut_to_what_is_in_use(run, cost):
+def test_the_record_has_no_unused_entries(run, cost):
     *_, record = run(cost, 1)
     assert len(record.moved) == record.moved_end[-1]
     assert len(record.shifted) == len(record.shift) == record.shifted_end[-1]
@@ -59,13 +62,13 @@ def test_the_record_is_cut_to_what_is_in_use(run, cost):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_what_is_missing_is_on_account(run, faces_left, seed):
-    """The account is what rounding has lost, to a few of its own roundings."""
+def test_the_deficit_is_the_missing_volume(run, faces_left, seed):
+    """To a few roundings of the deficit itself."""
     positions, faces, surface, *_ = run("volume", seed)
     before = np.linalg.det(positions[faces]).sum()
     _, left = faces_left(surface)
     missing = before - np.linalg.det(surface.position[left]).sum()
-    assert surface.deficit[0] == pytest.approx(missing, abs=1e-9 * before)
+    assert surface.deficit[DEFICIT_NOW] == pytest.approx(missing, abs=1e-9 * before)
     assert abs(missing) <= 1e-5 * before
 
 
@@ -78,7 +81,7 @@ def planes_of(positions, faces):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_the_cheapest_edge_goes_first(run, ends_of, surface_from, seed):
-    """By Garland and Heckbert's formula, with the sums over planes written out."""
+    """By the formula of Garland and Heckbert, with explicit sums over planes."""
     positions, faces, _, _, _, record = run("quadric", seed)
     surface = surface_from(positions, faces)
     normals, offsets = planes_of(positions, faces)

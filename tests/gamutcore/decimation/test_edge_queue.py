@@ -1,4 +1,4 @@
-"""The queue of edges, against Python's own heap and a plain dictionary."""
+"""The queue of edges, compared with Python's heap and a dictionary."""
 
 import heapq
 
@@ -14,7 +14,7 @@ PRIORITIES = st.one_of(
 )
 
 
-def drained(queue):
+def drain(queue):
     """Edges in the order in which they leave."""
     edges = []
     while queue.size[0]:
@@ -24,16 +24,16 @@ def drained(queue):
 
 
 def assert_consistent(queue, queued):
-    """Check the heap's order and that every edge knows its place in it."""
+    """Check the order of the heap and the index of every edge in it."""
     size = int(queue.size[0])
     assert set(queue.heap[:size].tolist()) == set(queued)
     for position, edge in enumerate(queue.heap[:size].tolist()):
-        assert queue.place[edge] == position
+        assert queue.heap_index[edge] == position
         assert queue.priority[edge] == queued[edge]
         if position:
             above = int(queue.heap[(position - 1) // 4])
             assert (queued[above], above) < (queued[edge], edge)
-    assert (queue.place >= 0).sum() == size
+    assert (queue.heap_index >= 0).sum() == size
 
 
 @given(st.lists(PRIORITIES, min_size=1, max_size=80))
@@ -45,7 +45,7 @@ def test_edges_leave_by_priority_then_by_number(priorities):
     assert_consistent(queue, dict(enumerate(priorities)))
     heap = [(priority, edge) for edge, priority in enumerate(priorities)]
     heapq.heapify(heap)
-    assert drained(queue) == [heapq.heappop(heap)[1] for _ in priorities]
+    assert drain(queue) == [heapq.heappop(heap)[1] for _ in priorities]
 
 
 @given(st.lists(PRIORITIES, min_size=1, max_size=80), st.randoms(use_true_random=False))
@@ -56,7 +56,7 @@ def test_some_of_the_edges_may_be_queued_in_any_order(priorities, random):
     queue.heap[: len(edges)] = edges
     fill_queue(queue, len(edges))
     assert_consistent(queue, {edge: priorities[edge] for edge in edges})
-    assert drained(queue) == sorted(edges, key=lambda edge: (priorities[edge], edge))
+    assert drain(queue) == sorted(edges, key=lambda edge: (priorities[edge], edge))
 
 
 @given(
@@ -80,15 +80,15 @@ def test_any_sequence_of_changes_is_that_of_a_dictionary(changes):
             dequeue(queue, first)
             del queued[first]
         assert_consistent(queue, queued)
-    assert drained(queue) == sorted(queued, key=lambda key: (queued[key], key))
+    assert drain(queue) == sorted(queued, key=lambda key: (queued[key], key))
 
 
 @given(st.permutations(range(30)))
-def test_the_order_of_leaving_does_not_depend_on_the_order_of_coming(order):
+def test_the_order_of_departure_does_not_depend_on_the_order_of_arrival(order):
     queue = empty_queue(30)
     for edge in order:
         enqueue(queue, edge, float(edge % 3))
-    assert drained(queue) == sorted(range(30), key=lambda edge: (edge % 3, edge))
+    assert drain(queue) == sorted(range(30), key=lambda edge: (edge % 3, edge))
 
 
 def test_a_new_queue_is_empty():
@@ -96,4 +96,4 @@ def test_a_new_queue_is_empty():
     assert queue.size[0] == 0
     dequeue(queue, 1)
     assert queue.size[0] == 0
-    assert drained(queue) == []
+    assert drain(queue) == []

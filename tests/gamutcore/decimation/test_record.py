@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.decimation import COSTS, decimated
+from gamutcore.decimation import COSTS, decimate
 from gamutcore.decimation.record import (
     empty_record,
+    extend_record,
     has_room,
-    in_use,
     record_moved_corners,
     record_shift,
-    with_room,
+    trim_record,
 )
 
 
@@ -19,7 +19,7 @@ from gamutcore.decimation.record import (
 def run(request, random_cloud):
     """Return a boundary and its decimation."""
     boundary = modified_convex_hull(random_cloud(20, 150))
-    return boundary.mesh, decimated(boundary.mesh, boundary.centre, request.param)
+    return boundary.mesh, decimate(boundary.mesh, boundary.centre, request.param)
 
 
 def degree(faces, vertex):
@@ -81,9 +81,9 @@ class TestRecord:
 
 
 def counter_clockwise(faces, vertex, start, end):
-    """Return the corners at a vertex from the face after a neighbour on to the one before another.
+    """Return the corners at a vertex between two neighbours, counter-clockwise.
 
-    Seen from outside, and without the two faces that name both.
+    Seen from outside, without the two faces that contain both vertices of the edge.
     """
     follower = {}
     for number, face in faces.items():
@@ -126,7 +126,7 @@ def partly_filled():
     return record
 
 
-def test_a_record_says_whether_there_is_room(partly_filled):
+def test_has_room_compares_with_the_length(partly_filled):
     assert len(partly_filled.moved) == 40
     assert len(partly_filled.shifted) == len(partly_filled.shift) == 16
     assert [has_room(partly_filled, 3, changes) for changes in (1, 11, 12)] == [True, True, False]
@@ -136,12 +136,12 @@ def test_a_record_says_whether_there_is_room(partly_filled):
 
 
 @pytest.mark.parametrize("changes", [1, 12, 34, 1000])
-def test_room_is_made_where_there_is_none(partly_filled, changes):
-    longer = with_room(partly_filled, 3, changes)
+def test_an_extended_record_has_room(partly_filled, changes):
+    longer = extend_record(partly_filled, 3, changes)
     assert has_room(longer, 3, changes)
     assert (len(longer.moved) > 40) == (changes > 33)
     assert (len(longer.shifted) > 16) == (changes > 11)
-    assert_same_in_use(in_use(longer, 3))
+    assert_same_in_use(trim_record(longer, 3))
 
 
 def assert_same_in_use(record):
@@ -152,7 +152,7 @@ def assert_same_in_use(record):
     np.testing.assert_array_equal(record.shift[:, 1], delivered[record.shifted])
 
 
-def test_what_is_in_use_is_cut_out(partly_filled):
-    assert_same_in_use(in_use(partly_filled, 3))
-    nothing = in_use(partly_filled, 0)
+def test_a_trimmed_record_has_no_unused_entries(partly_filled):
+    assert_same_in_use(trim_record(partly_filled, 3))
+    nothing = trim_record(partly_filled, 0)
     assert len(nothing.moved) == len(nothing.shifted) == len(nothing.shift) == 0

@@ -1,23 +1,29 @@
-"""The fine end in sweeps: levels are as valid, and the coarse ones as good, as in strict order."""
+"""Sweeps of fine levels: validity, and accuracy of the coarse levels."""
 
 import numpy as np
 import pytest
 
 from gamutcore.corner_table import opposite_corners
-from gamutcore.decimation import decimated
-from gamutcore.decimation.costs import volume
-from gamutcore.decimation.record import empty_record, with_room
-from gamutcore.decimation.star import surface_of
-from gamutcore.decimation.sweeps import SWEPT_DOWN_TO, begun_sweeps, collapse_in_sweeps
+from gamutcore.decimation import decimate
+from gamutcore.decimation.candidates import Grid
+from gamutcore.decimation.costs import cost_named
+from gamutcore.decimation.costs.dispatch import cost_state
+from gamutcore.decimation.costs.parameters import SWEPT_DOWN_TO
+from gamutcore.decimation.edge_collapse import COLLAPSES, new_loop
+from gamutcore.decimation.record import empty_record, extend_record
+from gamutcore.decimation.star import LARGEST_LINK, surface_of
+from gamutcore.decimation.sweeps import begin_sweeps, collapse_in_sweeps
 from gamutcore.history import build_history
 from gamutcore.metric import mismatch
+
+VOLUME = cost_named("volume").parameters
 
 CENTRE = (50.0, 0.0, 0.0)
 
 
 @pytest.fixture(scope="module")
 def large(icosphere):
-    """Return a sphere of 40,962 vertices, most of whose collapses are made in sweeps."""
+    """Return a sphere of 40,962 vertices. Most of its collapses are made in sweeps."""
     mesh = icosphere(6, 40.0, CENTRE)
     assert len(mesh.vertices) == 40_962 > SWEPT_DOWN_TO + 20_000
     return mesh
@@ -26,7 +32,7 @@ def large(icosphere):
 @pytest.fixture(scope="module")
 def run(large):
     """Return its decimation."""
-    return decimated(large, CENTRE)
+    return decimate(large, CENTRE)
 
 
 class TestLargeBoundary:
@@ -39,7 +45,7 @@ class TestLargeBoundary:
             assert_every_invariant(level, CENTRE, triangles)
             assert level.volume == pytest.approx(full.volume, rel=1e-5)
 
-    def test_every_collapse_in_a_sweep_is_written_down(self, run):
+    def test_every_collapse_in_a_sweep_is_recorded(self, run):
         swept = len(run.positions) - SWEPT_DOWN_TO
         assert len(set(run.record.dead.tolist())) == len(run.record.dead)
         assert (run.record.shifted_end[:swept] == 0).all()
@@ -47,11 +53,11 @@ class TestLargeBoundary:
 
     @pytest.mark.parametrize("triangles", [500, 1000])
     def test_coarse_levels_are_as_good_as_of_smaller_spheres(self, large, run, triangles):
-        """3.0 ÷ n is what is asked of 10,000 vertices; the limit for n → ∞ is 2.127 ÷ n."""
+        """The bound for 10,000 vertices is 3.0 ÷ n. The limit for n → ∞ is 2.127 ÷ n."""
         assert triangles * mismatch(large, build_history(run).level(triangles)) <= 3.0
 
     def test_reruns_are_bit_identical(self, large, run):
-        again = decimated(large, CENTRE)
+        again = decimate(large, CENTRE)
         for one, other in zip(
             (*run.record, run.vertex, run.positions),
             (*again.record, again.vertex, again.positions),
@@ -62,42 +68,32 @@ class TestLargeBoundary:
 
 @pytest.fixture(scope="module")
 def swept(icosphere, workspace_for):
-    """Return a function that makes so many collapses in sweeps on a sphere of 2562 vertices."""
+    """Return a function that makes collapses in sweeps on a sphere of 2562 vertices."""
 
     def make(wanted, room=None):
         mesh = icosphere(4, 40.0, CENTRE)
         positions = mesh.vertices.astype(np.float64) - CENTRE
         faces = np.ascontiguousarray(mesh.faces, np.int32)
         surface = surface_of(positions, faces, opposite_corners(faces, len(positions)))
-        state, record = volume.state(positions, faces), empty_record(len(positions))
-        work, ring = workspace_for(surface), np.empty((64, 2), np.int32)
-        for edge in range(len(work.queue.place)):
-            work.queue.place[edge] = -1
+        state, record = cost_state(VOLUME, positions, faces), empty_record(len(positions))
+        work, loop, calls = workspace_for(surface), new_loop(), 1
+        work.queue.heap_index[:] = -1
         work.queue.size[0] = 0
         if room is not None:
             record = record._replace(moved=record.moved[:room])
-        sweeps, calls = begun_sweeps(state, surface, work), 1
-        while not collapse_in_sweeps(
-            state,
-            surface,
-            mesh.vertices.copy(),
-            np.array(CENTRE),
-            2.0**-11,
-            record,
-            work,
-            sweeps,
-            ring,
-            wanted,
-        ):
-            record, calls = with_room(record, sweeps.counts[0], len(ring)), calls + 1
+        grid = Grid(mesh.vertices.copy(), np.array(CENTRE), 2.0**-11)
+        begin_sweeps(state, surface, work, loop)
+        assert (work.queue.heap_index == -1).all()
+        while not collapse_in_sweeps(state, surface, grid, record, work, loop, wanted):
+            record, calls = extend_record(record, loop.counts[COLLAPSES], LARGEST_LINK), calls + 1
         assert (calls > 1) == (room is not None)
-        return int(sweeps.counts[0]), surface, record
+        return int(loop.counts[COLLAPSES]), surface, record
 
     return make
 
 
 @pytest.mark.parametrize("wanted", [1, 10, 300])
-def test_as_many_collapses_are_made_as_are_wanted(swept, faces_left, wanted):
+def test_the_wanted_number_of_collapses_is_made(swept, faces_left, wanted):
     collapses, surface, record = swept(wanted)
     assert collapses == wanted
     _, faces = faces_left(surface)
@@ -107,8 +103,8 @@ def test_as_many_collapses_are_made_as_are_wanted(swept, faces_left, wanted):
     assert record.moved_end[wanted - 1] <= len(record.moved)
 
 
-def test_room_is_asked_for_when_the_record_is_full(swept):
-    """Going on afterwards makes the same number of collapses; none is lost or written twice."""
+def test_sweeps_continue_after_the_record_was_full(swept):
+    """No collapse is lost or recorded twice."""
     collapses, surface, record = swept(500, room=200)
     assert collapses == 500
     assert len(set(record.dead[:500].tolist())) == 500
@@ -117,7 +113,7 @@ def test_room_is_asked_for_when_the_record_is_full(swept):
 
 
 def test_sweeps_stop_where_all_errors_change(swept, faces_left):
-    """That is at the first of the levels that are tracked, where strict order has to go on."""
+    """They change at the first compared level, where strict order continues."""
     collapses, surface, _ = swept(2000)
-    assert collapses == 2562 - volume.TRACKED_VERTICES
-    assert len(np.unique(faces_left(surface)[1])) == volume.TRACKED_VERTICES
+    assert collapses == 2562 - VOLUME.compared_vertices
+    assert len(np.unique(faces_left(surface)[1])) == VOLUME.compared_vertices

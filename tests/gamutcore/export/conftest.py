@@ -11,7 +11,7 @@ PROVENANCE = {
 
 @pytest.fixture(scope="session")
 def provenance():
-    """Return entries with all that text may hold: line breaks, other scripts, a format's words."""
+    """Return entries with difficult text: line breaks, other scripts, keywords of formats."""
     return dict(PROVENANCE)
 
 

@@ -1,4 +1,4 @@
-"""Names that mesh files have for device channels."""
+"""Names of device channels in mesh files."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""GLB and glTF: valid to Khronos' validator, and carrying what the design says a mesh carries."""
+"""GLB and glTF: accepted by Khronos' validator, with all elements of the design."""
 
 import io
 import json
@@ -10,9 +10,8 @@ import pytest
 import trimesh
 
 from gamutcore.colours.spaces import SPACES, ColourSpace
-from gamutcore.device_values import DeviceValues
 from gamutcore.export import mesh_file
-from gamutcore.mesh import TriangleMesh
+from gamutcore.mesh import DeviceValues, TriangleMesh
 
 
 def asset_of(data, kind):
@@ -80,7 +79,7 @@ class TestGeometry:
 
 
 class TestAnotherReader:
-    """trimesh reads what is written here as it is meant."""
+    """trimesh reads the files correctly."""
 
     def read(self, written, kind):
         scene = trimesh.load_scene(io.BytesIO(written), file_type=kind, process=False)
@@ -152,7 +151,7 @@ class TestProvenance:
 
 
 class TestDeviceValues:
-    """Scalars of 32 bits for each channel, and the mesh's extras say which is which."""
+    """Each channel is a 32-bit scalar attribute, named in the extras of the mesh."""
 
     def test_are_attributes(self, fogra39_gamut, kind, provenance, gltf_accessor):
         level = fogra39_gamut.level(1000)

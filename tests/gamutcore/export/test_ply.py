@@ -1,4 +1,4 @@
-"""PLY: positions bit for bit, sRGB in eight bits, provenance as comments that break nothing."""
+"""PLY: exact positions, 8-bit sRGB, provenance in comments."""
 
 import io
 import re
@@ -10,10 +10,9 @@ import pytest
 import trimesh
 
 from gamutcore.colours.spaces import SPACES, ColourSpace
-from gamutcore.device_values import DeviceValues
 from gamutcore.export import mesh_file
 from gamutcore.export.ply import comment_lines
-from gamutcore.mesh import TriangleMesh
+from gamutcore.mesh import DeviceValues, TriangleMesh
 
 
 def header_lines(data):
@@ -40,7 +39,7 @@ def test_the_header_says_what_the_design_says(level, written):
 
 
 def test_the_arrays_are_where_the_header_puts_them(level, written):
-    """A reader of a dozen lines: fixed records of vertices, then of faces."""
+    """A minimal reader: fixed records of vertices, then of faces."""
     body = written[written.index(b"end_header\n") + len("end_header\n") :]
     vertex = np.dtype([("position", "<f4", 3), ("colour", "u1", 3)])
     face = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
@@ -113,7 +112,7 @@ def test_vertices_have_the_same_colours_in_every_space(fogra39_gamut, displayed,
 
 
 class TestDeviceValues:
-    """A float property for each channel, behind the colours, and comments with their full names."""
+    """Each channel is a float property after the colours, with its name in a comment."""
 
     def test_are_properties(self, fogra39_gamut, provenance):
         level = fogra39_gamut.level(1000)

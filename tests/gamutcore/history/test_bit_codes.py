@@ -1,4 +1,4 @@
-"""Codes of bits: examples worked out by hand, and that what is written is read."""
+"""Codes of bits: examples worked out by hand, and what is written is read."""
 
 import numpy as np
 import pytest
@@ -9,16 +9,16 @@ from gamutcore.history.bit_codes import (
     LONGEST_CODE,
     BitWriter,
     Contexts,
+    bit_reader,
     read_adaptive,
     read_below,
     read_bits,
     read_differences,
-    reader_of,
+    stream_bytes,
     write_adaptive,
     write_below,
     write_bits,
     write_differences,
-    written,
 )
 
 
@@ -31,12 +31,12 @@ def contexts(count=2, total=0):
 
 
 def bits_of(written_to):
-    length = int(written_to.place[0])
+    length = int(written_to.position[0])
     return "".join(map(str, np.unpackbits(written_to.data)[:length]))
 
 
 def reader(bits):
-    return reader_of(np.packbits(np.array([int(bit) for bit in bits], np.uint8)))
+    return bit_reader(np.packbits(np.array([int(bit) for bit in bits], np.uint8)))
 
 
 class TestPlainBits:
@@ -45,7 +45,7 @@ class TestPlainBits:
         out = writer()
         for value, count in numbers:
             write_bits(out, value % (1 << count), count)
-        source = reader_of(written(out))
+        source = bit_reader(stream_bytes(out))
         assert [read_bits(source, count) for _, count in numbers] == [
             value % (1 << count) for value, count in numbers
         ]
@@ -54,20 +54,20 @@ class TestPlainBits:
         out = writer()
         write_bits(out, 0b1011, 4)
         write_bits(out, 1, 6)
-        assert written(out).tolist() == [0b10110000, 0b01000000]
+        assert stream_bytes(out).tolist() == [0b10110000, 0b01000000]
 
     @pytest.mark.parametrize("size", range(10))
     def test_beyond_the_end(self, size):
-        source = reader_of(np.full(size, 255, np.uint8))
+        source = bit_reader(np.full(size, 255, np.uint8))
         for _ in range(8 * size):
             assert read_bits(source, 1) == 1
-        assert source.place[0] == source.length
+        assert source.position[0] == source.length
         for count in (0, 1, 32, 0):
             assert read_bits(source, count) == 0
-        assert source.place[0] > source.length
+        assert source.position[0] > source.length
         assert read_below(source, 2**31) == 0
         read_adaptive(source, contexts(), 0)
-        assert source.place[0] > source.length
+        assert source.position[0] > source.length
 
 
 class TestTruncatedBinary:
@@ -94,7 +94,7 @@ class TestTruncatedBinary:
         value = int(part * limit)
         out = writer(8)
         write_below(out, value, limit)
-        assert read_below(reader_of(written(out)), limit) == value
+        assert read_below(bit_reader(stream_bytes(out)), limit) == value
 
 
 class TestAdaptiveCode:
@@ -119,7 +119,7 @@ class TestAdaptiveCode:
         out = writer()
         write_adaptive(out, contexts(), 0, 24)
         assert bits_of(out) == "0" * 24 + f"{24:032b}"
-        assert out.place[0] == LONGEST_CODE
+        assert out.position[0] == LONGEST_CODE
 
     def test_a_context_forgets_half_after_64_numbers(self):
         seen = contexts()
@@ -142,10 +142,10 @@ class TestAdaptiveCode:
     def test_what_is_written_is_read(self, numbers):
         out, seen = writer(), contexts(5, 100)
         for context, value in numbers:
-            before = int(out.place[0])
+            before = int(out.position[0])
             write_adaptive(out, seen, context, value)
-            assert out.place[0] - before <= LONGEST_CODE
-        source, again = reader_of(written(out)), contexts(5, 100)
+            assert out.position[0] - before <= LONGEST_CODE
+        source, again = bit_reader(stream_bytes(out)), contexts(5, 100)
         for context, value in numbers:
             assert read_adaptive(source, again, context) == value
         np.testing.assert_array_equal(again.totals, seen.totals)
@@ -154,7 +154,7 @@ class TestAdaptiveCode:
     def test_numbers_of_either_sign(self, one, two, three):
         out = writer()
         write_differences(out, contexts(), 0, 1, one, two, three)
-        found = read_differences(reader_of(written(out)), contexts(), 0, 1)
+        found = read_differences(bit_reader(stream_bytes(out)), contexts(), 0, 1)
         assert found == (one, two, three)
 
     def test_the_order_of_signed_numbers(self):

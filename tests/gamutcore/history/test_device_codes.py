@@ -5,10 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gamutcore.history.bit_codes import reader_of, written
+from gamutcore.history.bit_codes import bit_reader, stream_bytes
 from gamutcore.history.device_codes import (
-    LENGTHS,
-    NearestValues,
+    LENGTH_CLASSES,
     SplitEdges,
     SplitValues,
     collapse_values,
@@ -46,7 +45,7 @@ def forests(draw):
     edges = SplitEdges(
         parent,
         random.choice([0.0, 1.0, 0.5, *random.random(5)], splits),
-        random.integers(0, LENGTHS, splits).astype(np.uint8),
+        random.integers(0, LENGTH_CLASSES, splits).astype(np.uint8),
         np.cumsum([len(slots) for slots in moved]).astype(np.int32),
         np.concatenate([*moved, np.empty(0, np.int32)]),
         draw(st.integers(0, splits)),
@@ -54,11 +53,17 @@ def forests(draw):
     some = [0, LARGEST, *random.integers(0, LARGEST + 1, 6)]
     values = random.choice(some, (vertices, channels)).astype(np.int16)
     empty = columns(edges, channels)
-    nearest = NearestValues(
-        random.choice(some, (edges.corrected, channels)).astype(np.int16),
-        random.choice(some, empty.shifted_fine.shape).astype(np.int16),
-    )
-    return values, edges, nearest
+    nearest = random.choice(some, (edges.corrected, channels)).astype(np.int16)
+    empty.shifted_coarse[:] = random.choice(some, empty.shifted_coarse.shape)
+    return values, edges, (nearest, empty.shifted_coarse)
+
+
+def collapsed(values, edges, nearest):
+    """Return the values of all splits, and those of the coarsest level in the first four rows."""
+    splits, coarsest = columns(edges, values.shape[1]), values.copy()
+    splits.shifted_coarse[:] = nearest[1]
+    collapse_values(coarsest, edges, nearest[0], splits)
+    return splits, coarsest
 
 
 def levels_of(values, edges, nearest):
@@ -70,12 +75,12 @@ def levels_of(values, edges, nearest):
         level = level.copy()
         parent = edges.parent[split]
         change = level[slot] - level[parent]
-        level[parent] += np.floor(edges.place[split] * change + 0.5).astype(int)
+        level[parent] += np.floor(edges.fraction[split] * change + 0.5).astype(int)
         if split < edges.corrected:
-            level[parent] = nearest.parent[split]
+            level[parent] = nearest[0][split]
             begin = edges.shifted_end[split - 1] if split else 0
             for index in range(begin, edges.shifted_end[split]):
-                level[edges.shifted[index]] = nearest.shifted[index]
+                level[edges.shifted[index]] = nearest[1][index]
         level = level[:slot]
         yield level
 
@@ -84,8 +89,7 @@ class TestLevels:
     @given(forests())
     def test_every_level_is_the_one_before_with_an_edge_collapsed(self, forest):
         values, edges, nearest = forest
-        splits, coarsest = columns(edges, values.shape[1]), values.copy()
-        collapse_values(coarsest, edges, nearest, splits)
+        splits, coarsest = collapsed(values, edges, nearest)
         refined = np.empty_like(values)
         refined[:4] = coarsest[:4]
         for level in reversed(list(levels_of(values, edges, nearest))):
@@ -108,18 +112,17 @@ class TestCode:
     def test_is_read_back(self, forest, data):
         values, edges, nearest = forest
         vertices, channels = values.shape
-        splits, coarsest = columns(edges, channels), values.copy()
-        collapse_values(coarsest, edges, nearest, splits)
+        splits, coarsest = collapsed(values, edges, nearest)
         cut = data.draw(st.integers(4, vertices))
         writing, reading = first_value_contexts(channels), first_value_contexts(channels)
         read, found = np.empty_like(values), columns(edges, channels)
         read[:4] = coarsest[:4]
         for start, end in ((4, cut), (cut, vertices)):
             writer = write_values(writing, edges, LARGEST, splits, start, end)
-            reader = reader_of(written(writer))
+            reader = bit_reader(stream_bytes(writer))
             faulty = read_values(reader, reading, edges, LARGEST, read, found, start, end)
             assert faulty == 0
-            assert reader.place[0] == writer.place[0]
+            assert reader.position[0] == writer.position[0]
         np.testing.assert_array_equal(read, values)
         for one, other in zip(found, splits, strict=True):
             np.testing.assert_array_equal(one, other)
@@ -137,7 +140,7 @@ class TestCode:
             corrected,
         )
         faulty = read_values(
-            reader_of(np.frombuffer(data, np.uint8)),
+            bit_reader(np.frombuffer(data, np.uint8)),
             first_value_contexts(2),
             edges,
             LARGEST,

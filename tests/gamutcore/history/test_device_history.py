@@ -14,12 +14,12 @@ from gamutcore.boundary import modified_convex_hull, vertex_device_values
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.colours.profile_colours import profile_colours
-from gamutcore.decimation import decimated
-from gamutcore.device_values import DeviceValues
+from gamutcore.decimation import decimate
 from gamutcore.errors import HistoryFileError, MeshError, TriangleCountError
 from gamutcore.gamut import Gamut, Options, build_gamut
 from gamutcore.history import History, build_history, history_bytes, history_from_bytes
 from gamutcore.history.device_history import CORRECTED, FULL_SCALE, build_device_history
+from gamutcore.mesh import DeviceValues
 
 CHANNELS = ("Cyan", "Größe 🎨")
 
@@ -31,7 +31,7 @@ def inked(random_cloud):
     random = np.random.default_rng(2)
     values = random.choice([0.0, 1.0, 0.37, 0.123456], (len(boundary.mesh.vertices), 2))
     device = DeviceValues(CHANNELS, values)
-    return build_history(decimated(boundary.mesh, boundary.centre), device), boundary, values
+    return build_history(decimate(boundary.mesh, boundary.centre), device), boundary, values
 
 
 TRACES = ("x", "y", "z")
@@ -48,7 +48,7 @@ def tracing(icosphere):
     mesh = icosphere(3, 60.0, (50.0, 0.0, 0.0))
     boundary = modified_convex_hull(mesh.vertices)
     device = DeviceValues(TRACES, traced(boundary.mesh.vertices))
-    return build_history(decimated(boundary.mesh, boundary.centre), device)
+    return build_history(decimate(boundary.mesh, boundary.centre), device)
 
 
 @pytest.fixture(scope="module")
@@ -124,7 +124,7 @@ class TestFullBoundary:
 
     def test_one_row_for_each_vertex(self, random_cloud):
         boundary = modified_convex_hull(random_cloud(1))
-        decimation = decimated(boundary.mesh, boundary.centre)
+        decimation = decimate(boundary.mesh, boundary.centre)
         with pytest.raises(MeshError):
             build_history(decimation, DeviceValues(CHANNELS, np.zeros((3, 2))))
 
@@ -242,7 +242,7 @@ class TestFile:
         corners = [(50, 0, 40), (50, 40, -20), (50, -40, -20), (90, 0, 0)]
         boundary = modified_convex_hull(corners, centre=(60, 0, 0))
         device = DeviceValues(("W",), np.array([[0.0], [0.25], [0.5], [1.0]]))
-        built = build_history(decimated(boundary.mesh, boundary.centre), device)
+        built = build_history(decimate(boundary.mesh, boundary.centre), device)
         history, _ = history_from_bytes(history_bytes(built))
         np.testing.assert_array_equal(history.device_values(4).values, device.values)
 

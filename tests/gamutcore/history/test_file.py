@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.errors import GamutError, HistoryFileError
 from gamutcore.history import (
     History,
@@ -123,7 +123,7 @@ class TestRoundTrip:
             boundary = modified_convex_hull((points + 50 * offset) * scale)
         except GamutError:  # four random points seldom surround a centre
             return
-        history = build_history(decimated(boundary.mesh, boundary.centre))
+        history = build_history(decimate(boundary.mesh, boundary.centre))
         read, _ = history_from_bytes(history_bytes(history))
         assert_same_history(read, history)
         assert_readable(read)
@@ -142,7 +142,7 @@ class TestRoundTrip:
             [np.stack([around, after, north], axis=1), np.stack([after, around, south], axis=1)]
         )
         mesh = TriangleMesh(np.rint(vertices * 4096).astype(np.float32), faces.astype(np.int32))
-        history = build_history(decimated(mesh, np.zeros(3), cost))
+        history = build_history(decimate(mesh, np.zeros(3), cost))
         read, _ = history_from_bytes(history_bytes(history))
         assert_same_history(read, history)
 
@@ -345,7 +345,7 @@ class TestReaderInJavaScript:
         assert_same_levels(levels, small_history.levels())
 
     def test_vertices_with_thousands_of_neighbours(self, javascript_levels, double_pyramid):
-        history = build_history(decimated(double_pyramid(2000), np.zeros(3)))
+        history = build_history(decimate(double_pyramid(2000), np.zeros(3)))
         counts = [4, 100, 500, 600, 2000, history.triangles]
         levels = javascript_levels(history_bytes(history), counts)
         assert_same_levels(levels, map(history.level, counts))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.decimation import COSTS, decimated
+from gamutcore.decimation import COSTS, decimate
 from gamutcore.errors import TriangleCountError
 from gamutcore.export import mesh_file
 from gamutcore.history import MINIMUM_TRIANGLES, History, build_history
@@ -143,7 +143,7 @@ class TestArrays:
             assert slot in fine.faces[-2]
 
     def test_reruns_are_bit_identical(self, fogra39_boundary, fogra39_gamut):
-        again = build_history(decimated(fogra39_boundary.mesh, fogra39_boundary.centre))
+        again = build_history(decimate(fogra39_boundary.mesh, fogra39_boundary.centre))
         for one, other in zip(again.splits, fogra39_gamut.history.splits, strict=True):
             assert one.tobytes() == other.tobytes()
 
@@ -152,7 +152,7 @@ class TestArrays:
 def test_levels_are_the_collapses_played_forward(random_cloud, cost):
     """From the full boundary down, by renaming vertices in plain lists, without slots."""
     boundary = modified_convex_hull(random_cloud(40, 80))
-    decimation = decimated(boundary.mesh, boundary.centre, cost)
+    decimation = decimate(boundary.mesh, boundary.centre, cost)
     history = build_history(decimation)
     positions, faces = boundary.mesh.vertices.copy(), boundary.mesh.faces.tolist()
 
@@ -206,7 +206,7 @@ class TestWorkFollowsTheLevel:
 
 def test_a_history_of_a_tetrahedron_has_one_level(assert_every_invariant):
     boundary = modified_convex_hull(np.vstack([np.zeros(3), np.eye(3)]))
-    history = build_history(decimated(boundary.mesh, boundary.centre))
+    history = build_history(decimate(boundary.mesh, boundary.centre))
     (level,) = history.levels()
     assert_every_invariant(level, history.centre, 4)
     assert history.level(4) == history.full() == level

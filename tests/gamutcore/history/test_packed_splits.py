@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from gamutcore.errors import HistoryFileError
 from gamutcore.history import history_bytes, history_from_bytes, packed_splits
-from gamutcore.history.groups import groups_of
+from gamutcore.history.prefix_order import group_ranges
 
 
 def opened(data):
@@ -19,7 +19,7 @@ def opened(data):
 
 def groups_unpacked(history):
     """By what it says of every level."""
-    ends = [2 * end - 4 for _, end in groups_of(history.vertices)]
+    ends = [2 * end - 4 for _, end in group_ranges(history.vertices)]
     known = [history.is_unpacked(end) for end in ends]
     assert known == sorted(known, reverse=True)
     return sum(known)
@@ -43,7 +43,7 @@ class TestUnpacking:
         built, data = large
         history = opened(data)
         sizes = [history.nbytes]
-        for number, (start, end) in enumerate(groups_of(built.vertices)):
+        for number, (start, end) in enumerate(group_ranges(built.vertices)):
             assert not history.is_unpacked(2 * start - 2)
             history.unpack(2 * start - 2)
             assert groups_unpacked(history) == number + 1
@@ -85,7 +85,7 @@ class TestDamage:
     def test_leaves_coarser_levels(self, small_history, damaged):
         data, group = damaged
         history = opened(data)
-        good = 2 * groups_of(history.vertices)[group][0] - 4
+        good = 2 * group_ranges(history.vertices)[group][0] - 4
         for _ in range(2):
             with pytest.raises(HistoryFileError) as caught:
                 history.full()

@@ -4,16 +4,40 @@ import numpy as np
 import pytest
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.decimation import COSTS, decimated
-from gamutcore.history.prefix_order import ascending_in_parts, splits_in_prefix_order
+from gamutcore.decimation import COSTS, decimate
+from gamutcore.history.prefix_order import (
+    ascending_order,
+    group_count,
+    group_ranges,
+    prefix_order_splits,
+    vertex_slots,
+)
+
+
+@pytest.mark.parametrize("vertices", [4, 5, 7, 8, 9, 16, 17, 1000, 2**25])
+def test_groups_double_the_vertices_and_leave_none_out(vertices):
+    groups = group_ranges(vertices)
+    assert [start for start, _ in groups] == [4 * 2**number for number in range(len(groups))]
+    assert [end for _, end in groups[:-1]] == [start for start, _ in groups[1:]]
+    assert (groups[-1][1] if groups else 4) == vertices
+
+
+def test_a_level_needs_the_fewest_groups_that_reach_it():
+    ends = [4, *(end for _, end in group_ranges(2**25))]
+    near = (end + step for end in ends for step in (-1, 0, 1))
+    for vertices in (*range(4, 300), *(count for count in near if 4 <= count <= 2**25)):
+        groups = group_count(vertices)
+        assert ends[groups] >= vertices
+        assert groups == 0 or ends[groups - 1] < vertices
+        assert groups == len(group_ranges(vertices))
 
 
 @pytest.fixture(scope="module", params=COSTS)
 def both(request, random_cloud):
     """Return a decimation and its splits."""
     boundary = modified_convex_hull(random_cloud(50, 120))
-    decimation = decimated(boundary.mesh, boundary.centre, request.param)
-    return decimation, splits_in_prefix_order(decimation)
+    decimation = decimate(boundary.mesh, boundary.centre, request.param)
+    return decimation, prefix_order_splits(decimation, vertex_slots(decimation))
 
 
 def test_types_and_shapes(both):
@@ -118,12 +142,13 @@ def test_the_base_positions_are_those_after_the_last_collapse(both):
 def test_moved_neighbours_ascend_within_their_splits():
     ends = np.array([0, 3, 3, 5], np.int32)
     slots = np.array([7, 2, 5, 9, 1], np.int32)
-    order = ascending_in_parts(ends, slots)
+    order = ascending_order(ends, slots)
     assert slots[order].tolist() == [2, 5, 7, 1, 9]
 
 
 def test_a_boundary_of_four_faces_has_no_splits():
     boundary = modified_convex_hull(np.vstack([np.zeros(3), np.eye(3)]))
-    splits = splits_in_prefix_order(decimated(boundary.mesh, boundary.centre))
+    decimation = decimate(boundary.mesh, boundary.centre)
+    splits = prefix_order_splits(decimation, vertex_slots(decimation))
     assert splits.vertices == 4
     assert [len(array) for array in splits] == [4, 4] + [0] * 11

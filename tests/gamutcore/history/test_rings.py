@@ -3,20 +3,20 @@
 import numpy as np
 import pytest
 
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.history import build_history
-from gamutcore.history.replay import star_sees_centre
+from gamutcore.history.prediction import star_sees_centre
 from gamutcore.history.rings import (
     LINKED,
     LONGEST_LIST,
     VISITED,
     copy_ring,
+    first_replay,
+    grow_replay,
     has_room,
-    replay_for,
-    replay_of,
-    ring_of,
+    larger_replay,
+    ring_start,
     split_slot,
-    with_room,
 )
 
 TETRAHEDRON = np.array([(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)], np.int32)
@@ -59,7 +59,7 @@ def turned(ring):
 def assert_rings(replay, faces):
     for slot, ring in rings_of(faces).items():
         assert turned(ring_in(replay, slot)) == ring
-        degree, lowest = ring_of(replay, slot)
+        degree, lowest = ring_start(replay, slot)
         copied = np.empty((degree, 2), np.int32)
         copy_ring(replay, slot, lowest, copied)
         assert [tuple(entry) for entry in copied.tolist()] == ring
@@ -69,37 +69,37 @@ def replayed(replay, splits, until, since=4):
     """Apply the splits up to a number of vertices, and yield what leads to each."""
     for split in range(since - 4, until - 4):
         slot, parent = split + 4, int(splits.parent[split])
-        degree, _ = ring_of(replay, parent)
+        degree, _ = ring_start(replay, parent)
         neighbours = [neighbour for _, neighbour in ring_in(replay, parent)]
         ring = np.empty((degree, 2), np.int32)
         copy_ring(replay, parent, neighbours.index(splits.faces[split, 0, 2]), ring)
         start = int(splits.moved_end[split - 1]) if split else 0
         kept = degree - (int(splits.moved_end[split]) - start)
         if not has_room(replay, ring, degree, kept):
-            replay = with_room(replay, ring, degree, kept)
+            replay = grow_replay(replay, ring, degree, kept)
         split_slot(replay, parent, slot, ring, degree, kept)
         yield replay, ring, degree, kept
 
 
 def test_the_coarsest_level():
-    replay = replay_of(np.zeros((4, 3), np.int32), TETRAHEDRON, 9)
+    replay = first_replay(np.zeros((4, 3), np.int32), TETRAHEDRON, 9)
     assert_rings(replay, TETRAHEDRON)
     assert len(replay.position) == 9
 
 
 def test_room_for_more_is_made_between_splits(small_history):
     splits = small_history.splits
-    replay = replay_of(np.zeros((4, 3), np.int32), splits.base_faces)
+    replay = first_replay(np.zeros((4, 3), np.int32), splits.base_faces)
     for slot in range(4, splits.vertices):
         if slot == len(replay.position):
-            replay = replay_for(replay, min(2 * slot, splits.vertices))
+            replay = larger_replay(replay, min(2 * slot, splits.vertices))
         for replay, *_ in replayed(replay, splits, slot + 1, slot):  # noqa: B020
             assert_rings(replay, small_history.level(2 * slot - 2).faces)
 
 
 def test_rings_agree_with_the_faces_of_every_level(small_history):
     splits = small_history.splits
-    replay = replay_of(np.zeros((4, 3), np.int32), splits.base_faces, splits.vertices)
+    replay = first_replay(np.zeros((4, 3), np.int32), splits.base_faces, splits.vertices)
     for replay, *_ in replayed(replay, splits, splits.vertices):  # noqa: B020
         assert ring_in(replay, 0)
     assert_rings(replay, small_history.full().faces)
@@ -108,7 +108,7 @@ def test_rings_agree_with_the_faces_of_every_level(small_history):
 @pytest.mark.parametrize("vertices", [5, 6, 10, 50])
 def test_rings_agree_with_the_faces_of_a_level(small_history, vertices):
     splits = small_history.splits
-    replay = replay_of(np.zeros((4, 3), np.int32), splits.base_faces, splits.vertices)
+    replay = first_replay(np.zeros((4, 3), np.int32), splits.base_faces, splits.vertices)
     for replay, *_ in replayed(replay, splits, vertices):  # noqa: B007, B020
         pass
     assert_rings(replay, small_history.level(2 * vertices - 4).faces)
@@ -116,18 +116,18 @@ def test_rings_agree_with_the_faces_of_a_level(small_history, vertices):
 
 def with_slot_0_split(replay, slot):
     """Split slot 0, which keeps all but one of its faces; with its ring before."""
-    degree, lowest = ring_of(replay, 0)
+    degree, lowest = ring_start(replay, 0)
     ring = np.empty((degree, 2), np.int32)
     copy_ring(replay, 0, lowest, ring)
     if not has_room(replay, ring, degree, degree - 1):
-        replay = with_room(replay, ring, degree, degree - 1)
+        replay = grow_replay(replay, ring, degree, degree - 1)
     split_slot(replay, 0, slot, ring, degree, degree - 1)
     return replay, ring
 
 
 def test_rings_that_outgrow_their_room():
     """Slot 0 keeps all but one of its faces, again and again."""
-    replay = replay_of(np.zeros((4, 3), np.int32), TETRAHEDRON, 400)
+    replay = first_replay(np.zeros((4, 3), np.int32), TETRAHEDRON, 400)
     replay = replay._replace(entries=replay.entries[:80].copy())
     faces = [list(face) for face in TETRAHEDRON.tolist()]
     for slot in range(4, 400):
@@ -135,7 +135,7 @@ def test_rings_that_outgrow_their_room():
         corner = ring[-1, 0]
         faces[corner // 3][corner % 3] = slot
         faces += [[0, slot, ring[0, 1]], [slot, 0, ring[-1, 1]]]
-    assert ring_of(replay, 0)[0] == 399
+    assert ring_start(replay, 0)[0] == 399
     assert replay.used[0] <= len(replay.entries)
     assert_rings(replay, np.array(faces))
 
@@ -146,19 +146,19 @@ def random_splits(random, until):
     The parent keeps all but one of its faces, so that its ring grows; slot 0 now and then keeps a
     third of them.
     """
-    replay = replay_of(np.zeros((4, 3), np.int32), TETRAHEDRON)
+    replay = first_replay(np.zeros((4, 3), np.int32), TETRAHEDRON)
     faces = [list(face) for face in TETRAHEDRON.tolist()]
     for slot in range(4, until):
         if slot == len(replay.position):
-            replay = replay_for(replay, min(2 * slot, until))
+            replay = larger_replay(replay, min(2 * slot, until))
         cut = slot % 1000 == 999
         parent = 0 if cut or random.random() < 0.5 else int(random.integers(slot))
-        degree, lowest = ring_of(replay, parent)
+        degree, lowest = ring_start(replay, parent)
         ring = np.empty((degree, 2), np.int32)
         copy_ring(replay, parent, int(lowest + random.integers(degree)) % degree, ring)
         kept = degree // 3 if cut else degree - 1
         if not has_room(replay, ring, degree, kept):
-            replay = with_room(replay, ring, degree, kept)
+            replay = grow_replay(replay, ring, degree, kept)
         split_slot(replay, parent, slot, ring, degree, kept)
         for corner in ring[kept:, 0].tolist():
             faces[corner // 3][corner % 3] = slot
@@ -185,7 +185,7 @@ def test_rings_agree_with_the_faces_as_they_become_long_and_short_again(seed):
 def test_a_long_ring_sees_the_centre_as_a_list_of_it_would():
     """A pyramid whose apex has all other slots around it; its base is below the centre."""
     count = 2 * LONGEST_LIST
-    replay = replay_of(np.zeros((4, 3), np.int32), TETRAHEDRON, count)
+    replay = first_replay(np.zeros((4, 3), np.int32), TETRAHEDRON, count)
     for slot in range(4, count):
         replay, _ = with_slot_0_split(replay, slot)
     ring = [slot for _, slot in ring_in(replay, 0)]
@@ -208,8 +208,8 @@ def test_what_is_looked_at_grows_with_the_slots_not_with_their_neighbours(double
     """Each split beside two vertices that all others are neighbours of, in both directions."""
     visited = []
     for rim in (1000, 4000):
-        splits = build_history(decimated(double_pyramid(rim), np.zeros(3), "volume")).splits
-        replay = replay_of(np.zeros((4, 3), np.int32), splits.base_faces, splits.vertices)
+        splits = build_history(decimate(double_pyramid(rim), np.zeros(3), "volume")).splits
+        replay = first_replay(np.zeros((4, 3), np.int32), splits.base_faces, splits.vertices)
         for replay, *_ in replayed(replay, splits, splits.vertices):  # noqa: B007, B020
             pass
         assert replay.span[: splits.vertices, 1].max() >= rim

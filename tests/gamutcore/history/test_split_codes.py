@@ -3,7 +3,7 @@
 import numpy as np
 
 from gamutcore.history import split_codes
-from gamutcore.history.replay import CLASSES
+from gamutcore.history.prediction import CLASSES
 from gamutcore.history.split_codes import LARGEST_COORDINATE, first_contexts
 
 

@@ -5,12 +5,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gamutcore.history.bit_codes import BitWriter, reader_of, write_adaptive, write_below, written
+from gamutcore.history.bit_codes import (
+    BitWriter,
+    bit_reader,
+    stream_bytes,
+    write_adaptive,
+    write_below,
+)
 from gamutcore.history.history import History
 from gamutcore.history.prefix_order import Splits
-from gamutcore.history.rings import MOST_VISITED, VISITED, VISITED_PER_VERTEX, replay_of
+from gamutcore.history.rings import MOST_WORK, VISITED, WORK_PER_VERTEX, first_replay
 from gamutcore.history.split_codes import KEPT, first_contexts
-from gamutcore.history.split_reader import FAULTS, MOVED, SHIFTED, empty_columns, read_group
+from gamutcore.history.split_reader import FAULTS, MOVED, SHIFTED, read_group
 
 POSITIONS = np.array(
     [(0, 0, 90_000), (80_000, 0, -30_000), (-40_000, 70_000, -30_000), (-40_000, -70_000, -30_000)],
@@ -22,35 +28,43 @@ STEP = 2.0**-11
 
 
 def decoded(stream, vertices, visited=0):
-    """Fault, slot, columns in use and the bits that were read."""
-    fixed, growing = empty_columns(vertices - 4)
-    reader = reader_of(np.frombuffer(stream, np.uint8))
-    replay = replay_of(POSITIONS, FACES, vertices)
-    replay.used[VISITED] = visited
-    fault, slot, _, growing = read_group(
-        reader, first_contexts(), replay, fixed, growing, 4, vertices, vertices, CENTRE, STEP
-    )
-    return fault, slot, fixed, growing, int(reader.place[0])
-
-
-def history_of_first(slots, fixed, growing):
-    """Return the history of the splits before a slot."""
-    count = slots - 4
-    moved = int(fixed.moved_end[count - 1]) if count else 0
-    shifted = int(fixed.shifted_end[count - 1]) if count else 0
+    """Fault, slot, splits with room behind those in use, rows in use, and the bits read."""
+    count, used = vertices - 4, np.zeros(2, np.int64)
     splits = Splits(
         np.float32(POSITIONS * STEP),
         FACES,
-        *(column[:count] for column in fixed[:4]),
-        fixed.faces[:count].reshape(-1, 2, 3),
-        fixed.moved_end[:count],
-        growing.moved[:moved],
-        fixed.shifted_end[:count],
-        growing.shifted[:shifted],
-        growing.shifted_coarse[:shifted],
-        growing.shifted_fine[:shifted],
+        np.empty(count, np.int32),
+        *np.empty((3, count, 3), np.float32),
+        np.empty((count, 2, 3), np.int32),
+        np.empty(count, np.int32),
+        np.empty(64, np.int32),
+        np.empty(count, np.int32),
+        np.empty(0, np.int32),
+        *np.empty((2, 0, 3), np.float32),
     )
-    return History(splits, CENTRE, STEP)
+    reader = bit_reader(np.frombuffer(stream, np.uint8))
+    replay = first_replay(POSITIONS, FACES, vertices)
+    replay.used[VISITED] = visited
+    fault, slot, _, splits = read_group(
+        reader, first_contexts(), replay, splits, used, 4, vertices, vertices, CENTRE, STEP
+    )
+    return fault, slot, splits, used, int(reader.position[0])
+
+
+def history_of_first(slots, splits):
+    """Return the history of the splits before a slot."""
+    count = slots - 4
+    moved = int(splits.moved_end[count - 1]) if count else 0
+    shifted = int(splits.shifted_end[count - 1]) if count else 0
+    rows = ("parent", "coarse", "fine", "added", "faces", "moved_end", "shifted_end")
+    cut = splits._replace(
+        moved=splits.moved[:moved],
+        shifted=splits.shifted[:shifted],
+        shifted_coarse=splits.shifted_coarse[:shifted],
+        shifted_fine=splits.shifted_fine[:shifted],
+        **{name: getattr(splits, name)[:count] for name in rows},
+    )
+    return History(cut, CENTRE, STEP)
 
 
 @settings(max_examples=300)
@@ -59,14 +73,14 @@ def test_any_bits(stream, dense):
     """All splits before the faulty one are valid. Bits that are mostly ones have small numbers."""
     if dense:
         stream = bytes(byte | 0x88 for byte in stream)
-    fault, slot, fixed, growing, _ = decoded(stream, 100)
+    fault, slot, splits, used, _ = decoded(stream, 100)
     assert fault in FAULTS  # 100 vertices do not fit into so few bytes
-    history = history_of_first(slot, fixed, growing)
+    history = history_of_first(slot, splits)
     assert history.vertices == slot
     for level in history.levels():
         assert level.validity(CENTRE).is_gamut
-    assert growing.used[MOVED] <= growing.moved.size
-    assert growing.used[SHIFTED] <= growing.shifted.size
+    assert used[MOVED] <= splits.moved.size
+    assert used[SHIFTED] <= splits.shifted.size
 
 
 def test_some_random_bits_are_splits():
@@ -95,15 +109,9 @@ def test_a_parent_that_keeps_too_much():
     write_below(writer, 0, 4)
     write_below(writer, 0, 3)
     write_adaptive(writer, first_contexts(), KEPT, 2)  # 0 and 1 are 2 and 1 of 3 faces
-    fault, slot, *_ = decoded(written(writer).tobytes() + b"\xff" * 50, 50)
+    fault, slot, *_ = decoded(stream_bytes(writer).tobytes() + b"\xff" * 50, 50)
     assert "keeps more" in FAULTS[fault]
     assert slot == 4
-
-
-def test_columns_begin_empty():
-    fixed, growing = empty_columns(5)
-    assert {len(column) for column in fixed} == {5}
-    assert not growing.used.any()
 
 
 def test_walks_along_rings_that_take_too_long_end():
@@ -111,7 +119,7 @@ def test_walks_along_rings_that_take_too_long_end():
     random = np.random.default_rng(3)
     stream = max((random.bytes(100) for _ in range(200)), key=lambda bits: decoded(bits, 100)[1])
     assert decoded(stream, 100)[1] >= 6
-    allowed = MOST_VISITED + VISITED_PER_VERTEX * 100
+    allowed = MOST_WORK + WORK_PER_VERTEX * 100
     fault, slot, *_ = decoded(stream, 100, allowed - 150)
     assert "too many neighbours" in FAULTS[fault]
     assert slot == 5

@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.errors import HistoryFileError, NeighbourLimitError
 from gamutcore.history import History, build_history, file, history_bytes, history_from_bytes
-from gamutcore.history.bit_codes import written
-from gamutcore.history.groups import groups_of
-from gamutcore.history.prefix_order import Splits
-from gamutcore.history.rings import VISITED, replay_of
+from gamutcore.history.bit_codes import stream_bytes
+from gamutcore.history.prefix_order import Splits, group_ranges
+from gamutcore.history.rings import VISITED, first_replay
 from gamutcore.history.split_codes import first_contexts
 from gamutcore.history.split_writer import write_group
 
@@ -42,7 +41,7 @@ def one_split():
 
 def test_a_split_by_hand():
     splits = one_split()
-    replay = replay_of(splits.base_positions, splits.base_faces, 5)
+    replay = first_replay(splits.base_positions, splits.base_faces, 5)
     writer, faulty, _ = write_group(first_contexts(), replay, splits, 4, 5)
     assert faulty == 0
     # Relative to slot 0 the ring, from the left slot on, is 2: (-8, 8, -8), 3: (-8, -8, -8) and
@@ -67,9 +66,9 @@ def test_a_split_by_hand():
         "1000"
     )
     expected = expected[: -len("10001000")] + "100" + "1000"
-    bits = "".join(map(str, np.unpackbits(written(writer))))
-    assert bits[: int(writer.place[0])] == expected
-    assert set(bits[int(writer.place[0]) :]) <= {"0"}
+    bits = "".join(map(str, np.unpackbits(stream_bytes(writer))))
+    assert bits[: int(writer.position[0])] == expected
+    assert set(bits[int(writer.position[0]) :]) <= {"0"}
 
 
 @pytest.mark.parametrize(
@@ -88,7 +87,7 @@ def test_a_split_by_hand():
 def test_splits_that_do_not_fit_are_not_written(name, change):
     splits = one_split()
     splits = splits._replace(**{name: np.ascontiguousarray(change(getattr(splits, name)))})
-    replay = replay_of(splits.base_positions, splits.base_faces, 5)
+    replay = first_replay(splits.base_positions, splits.base_faces, 5)
     assert write_group(first_contexts(), replay, splits, 4, 5)[1] == 4
 
 
@@ -117,9 +116,9 @@ def test_a_shift_of_a_slot_that_is_no_neighbour_is_not_written(shifting_history)
 
 
 def test_what_readers_would_refuse_is_not_written(small_history, monkeypatch):
-    monkeypatch.setattr(file, "MOST_VISITED", 0)
+    monkeypatch.setattr(file, "MOST_WORK", 0)
     assert history_bytes(small_history)
-    monkeypatch.setattr(file, "VISITED_PER_VERTEX", 1)
+    monkeypatch.setattr(file, "WORK_PER_VERTEX", 1)
     with pytest.raises(NeighbourLimitError, match="triangles meet") as caught:
         history_bytes(small_history)
     assert 3 <= caught.value.where["neighbours"] < small_history.vertices
@@ -133,7 +132,7 @@ def test_what_readers_would_refuse_is_not_written(small_history, monkeypatch):
 def test_writers_count_what_readers_do(name, request):
     made = request.getfixturevalue(name)
     if name == "double_pyramid":
-        made = build_history(decimated(made(600), np.zeros(3), "finest"))
+        made = build_history(decimate(made(600), np.zeros(3), "finest"))
     splits, step = made.splits, made.step
     data = history_bytes(made)
     history, _ = history_from_bytes(data)
@@ -145,9 +144,9 @@ def test_writers_count_what_readers_do(name, request):
             if array.dtype == np.float32
         }
     )
-    replay = replay_of(in_steps.base_positions, in_steps.base_faces, splits.vertices)
+    replay = first_replay(in_steps.base_positions, in_steps.base_faces, splits.vertices)
     contexts = first_contexts()
-    for start, end in groups_of(splits.vertices):
+    for start, end in group_ranges(splits.vertices):
         _, faulty, replay = write_group(contexts, replay, in_steps, start, end)
         assert faulty == 0
         packed.unpack()

@@ -3,25 +3,27 @@
 import numpy as np
 import pytest
 
-from gamutcore.metric.clipping import begin, clipping, next_piece
-from gamutcore.metric.cones import MOVES, cones_of
-from gamutcore.metric.distance_bound import faces_of
+from gamutcore.metric.clipping import clipping_workspace, pop_piece, push_face
+from gamutcore.metric.cones import MOVES, compute_cones
+from gamutcore.metric.distance_bound import make_surface
 
 CENTRE = (50.0, 0.0, 0.0)
 
 
 def surface_of(mesh, centre=CENTRE):
-    return faces_of(mesh.vertices.astype(np.float64) - centre, mesh.faces.astype(np.int32).ravel())
+    return make_surface(
+        mesh.vertices.astype(np.float64) - centre, mesh.faces.astype(np.int32).ravel()
+    )
 
 
 def pieces_of(triangle, cones, start=0, moves=MOVES):
     """Return all pieces: face, and corners as u, v, N · p − 1."""
     position = np.array(triangle, np.float64)
-    work = clipping()
+    work = clipping_workspace()
     reach = float(np.linalg.norm(position, axis=1).max())
-    top, pieces = begin(work, position, 0, 1, 2, start), []
+    top, pieces = push_face(work, position, 0, 1, 2, start), []
     while True:
-        face, count, top = next_piece(work, top, cones, reach, moves)
+        face, count, top = pop_piece(work, top, cones, reach, moves)
         if face < 0:
             return pieces
         pieces.append((face, work.piece[:count].copy()))
@@ -41,7 +43,7 @@ def area_by_face(pieces, faces):
 
 @pytest.fixture(scope="module")
 def cones(star_shaped):
-    return cones_of(surface_of(star_shaped(21)))
+    return compute_cones(surface_of(star_shaped(21)))
 
 
 @pytest.mark.parametrize("moves", [MOVES, 3, 0, -1])
@@ -78,7 +80,7 @@ def test_it_does_not_matter_where_one_starts_or_how_one_walks(cones):
 def test_a_face_over_thousands_of_others_is_cut_into_all_of_them(icosphere):
     """An octant over a fine sphere: parts with many corners, and a stack that runs full."""
     sphere = icosphere(5)
-    cones = cones_of(surface_of(sphere, (0, 0, 0)))
+    cones = compute_cones(surface_of(sphere, (0, 0, 0)))
     triangle = np.diag((1.5, 1.5, 1.5))
     pieces = pieces_of(triangle, cones)
     areas = area_by_face(pieces, sphere.triangles)

@@ -10,7 +10,7 @@ from hypothesis.extra.numpy import arrays
 from gamutcore.metric.distance_bound import (
     SLACK,
     STACK,
-    faces_of,
+    make_surface,
     nearest_face,
     raise_bound,
     squared_distance,
@@ -20,7 +20,7 @@ coordinates = st.floats(-100, 100, allow_subnormal=False).map(lambda value: roun
 
 
 def surface_of(mesh):
-    return faces_of(mesh.vertices.astype(np.float64), mesh.faces.astype(np.int32).ravel())
+    return make_surface(mesh.vertices.astype(np.float64), mesh.faces.astype(np.int32).ravel())
 
 
 def distance_to_triangle(point, triangle):
@@ -37,7 +37,7 @@ class TestSquaredDistance:
             (np.ptp(triangle, axis=0) == 0).all()
         ):
             return  # slivers have a test of their own
-        surface = faces_of(triangle, np.arange(3, dtype=np.int32))
+        surface = make_surface(triangle, np.arange(3, dtype=np.int32))
         found = np.sqrt(squared_distance(*point, surface, 0))
         assert found == pytest.approx(distance_to_triangle(point, triangle), rel=1e-6, abs=1e-6)
 
@@ -52,13 +52,13 @@ class TestSquaredDistance:
         if np.linalg.norm(end - start) < 0.1:
             return
         corners = np.roll([start, end, start + share * (end - start) + off], turn, axis=0)
-        surface = faces_of(corners, np.arange(3, dtype=np.int32))
+        surface = make_surface(corners, np.arange(3, dtype=np.int32))
         along = np.clip((point - start) @ (end - start) / np.sum((end - start) ** 2), 0, 1)
         expected = np.linalg.norm(start + along * (end - start) - point)
         assert np.sqrt(squared_distance(*point, surface, 0)) == pytest.approx(expected, abs=1e-5)
 
     def test_of_a_point_thrice_is_that_of_the_point(self):
-        surface = faces_of(np.ones((3, 3)), np.arange(3, dtype=np.int32))
+        surface = make_surface(np.ones((3, 3)), np.arange(3, dtype=np.int32))
         assert squared_distance(1.0, 1.0, 3.0, surface, 0) == 4.0
         assert squared_distance(2.0, 2.0, 2.0, surface, 0) == pytest.approx(3.0)
 
@@ -92,10 +92,10 @@ class TestNearestFace:
 
 
 class TestRaiseBound:
-    def raised(self, surface, triangle, lower=0.0, upper=0.0, face=0, halvings=1e6, off=0.0):
+    def raised(self, surface, triangle, lower=0.0, upper=0.0, face=0, halvings=1e6, deviation=0.0):
         stack = np.empty(STACK)
         stack[0, :9] = np.ravel(triangle)
-        lower, upper, left = raise_bound(stack, surface, face, off, lower, upper, halvings)
+        lower, upper, left = raise_bound(stack, surface, face, deviation, lower, upper, halvings)
         assert 0 <= left <= halvings
         return lower, upper
 
@@ -144,15 +144,15 @@ class TestRaiseBound:
         surface = surface_of(mesh)
         triangle = np.array([(80.0, 30, 20), (81, 30, 20), (80, 31, 20)])
         _, alone = self.raised(surface, triangle)
-        same = surface._replace(off=np.full(mesh.triangles, 2.0))
-        _, upper = self.raised(same, triangle, off=3.0)
+        same = surface._replace(deviation=np.full(mesh.triangles, 2.0))
+        _, upper = self.raised(same, triangle, deviation=3.0)
         assert alone / SLACK + 5 <= upper <= SLACK * (alone + 5)
 
     def test_ends_where_it_cannot_be_tight(self):
         """Two parallel walls, with a triangle from one to the other between them."""
         wall = np.array([(0.0, 0, 0), (10, 0, 0), (0, 10, 0)])
         corners = np.vstack([wall, wall + np.array([0, 0, 8])])
-        surface = faces_of(corners, np.arange(6, dtype=np.int32))
+        surface = make_surface(corners, np.arange(6, dtype=np.int32))
         _, upper = self.raised(surface, [(1, 1, 0), (2, 1, 8), (1, 2, 4)])
         # the furthest point is half way up; the walls do not share a vertex, so one is never left
         assert upper >= 4

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.decimation import COSTS, decimated
+from gamutcore.decimation import COSTS, decimate
 from gamutcore.errors import TriangleCountError
 from gamutcore.history import build_history
 from gamutcore.mesh import TriangleMesh
@@ -127,7 +127,7 @@ class TestOfAnything:
     )
     def test_promises_hold(self, random_cloud, distances_to, seed, count, cost, gamma):
         boundary = modified_convex_hull(random_cloud(seed, count), gamma)
-        history = build_history(decimated(boundary.mesh, boundary.centre, cost))
+        history = build_history(decimate(boundary.mesh, boundary.centre, cost))
         curve = error_curve(history, curve_counts(history.triangles))
         assert_promises_hold(history, curve, distances_to)
 
@@ -148,7 +148,7 @@ class TestOfAnything:
         random = np.random.default_rng(0)
         radii = 10 ** random.uniform(-1, 1, (len(ball.vertices), 1))
         mesh = TriangleMesh(ball.vertices * radii, ball.faces)
-        history = build_history(decimated(mesh, np.zeros(3), cost))
+        history = build_history(decimate(mesh, np.zeros(3), cost))
         curve = error_curve(history, curve_counts(history.triangles))
         full = curve[-1].volume
         assert cost != "quadric" or curve[0].volume < 0.1 * full
@@ -185,7 +185,7 @@ def test_of_a_sphere(icosphere):
     circumradius ρ lies 1 − √(1 − ρ²) deep; with n equal faces of 4π ÷ n that is 4.8 ÷ n.
     """
     sphere = icosphere(5)
-    history = build_history(decimated(sphere, (0, 0, 0)))
+    history = build_history(decimate(sphere, (0, 0, 0)))
     for level in error_curve(history, [100, 1000, 4000]):
         assert level.distance_bound < 4 * 4.8 / level.triangles
         assert level.mismatch == pytest.approx(3 * level.from_full.mean, rel=0.1)

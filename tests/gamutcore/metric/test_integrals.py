@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gamutcore.metric.integrals import CAPACITY, differences, drained, put, put_three, queue
+from gamutcore.metric.integrals import CAPACITY, empty_queue, flush, integrate, push, push_three
 
 
 def by_subdivision(corners, parts=400):
@@ -25,10 +25,10 @@ def by_subdivision(corners, parts=400):
 
 
 def integrals_of(triangles):
-    waiting = queue()
+    waiting = empty_queue()
     for number, corners in enumerate(triangles):
-        put(waiting, number, corners, (1.0, 1.0, 1.0), 1.0)
-    differences(waiting, len(triangles))
+        push(waiting, number, corners, (1.0, 1.0, 1.0), 1.0)
+    integrate(waiting, len(triangles))
     return waiting.integral.reshape(3, CAPACITY)[:, : len(triangles)].T
 
 
@@ -68,11 +68,11 @@ class TestDrained:
         """The first weight times the gap, the second ÷ slope, the third × slope."""
         corners = [(0.1, 0.2, 0.3), (-0.1, 0.2, 0.3)]
         (gap1, mean1, back1), (gap2, mean2, back2) = integrals_of(corners)
-        waiting = queue()
-        count = put(waiting, 0, corners[0], (2.0, 3.0, 5.0), 4.0)
-        count = put(waiting, count, corners[1], (7.0, 11.0, 13.0), 0.5)
+        waiting = empty_queue()
+        count = push(waiting, 0, corners[0], (2.0, 3.0, 5.0), 4.0)
+        count = push(waiting, count, corners[1], (7.0, 11.0, 13.0), 0.5)
         assert count == 2
-        found = drained(waiting, count, 1.0, 10.0, 100.0)
+        found = flush(waiting, count, 1.0, 10.0, 100.0)
         expected = (
             1 + 2 * gap1 + 7 * gap2,
             10 + 3 * mean1 / 4 + 11 * mean2 / 0.5,
@@ -83,17 +83,17 @@ class TestDrained:
     def test_of_three_is_that_of_the_parts_one_by_one(self):
         one, two, three, four, five = 0.2, -0.1, 0.3, 0.05, 0.1
         shares, weights, slopes = (0.2, 0.3, 0.5), (2.0, 3.0, 5.0), (4.0, 0.5)
-        waiting = queue()
-        count = put_three(waiting, 0, (one, two, three, four, five), shares, weights, slopes)
+        waiting = empty_queue()
+        count = push_three(waiting, 0, (one, two, three, four, five), shares, weights, slopes)
         assert count == 3
-        found = drained(waiting, count, 0.0, 0.0, 0.0)
-        parts = queue()
+        found = flush(waiting, count, 0.0, 0.0, 0.0)
+        parts = empty_queue()
         for number, corners in enumerate(
             ((one, two, four), (one, four, five), (four, three, five))
         ):
             share, slope = shares[number], slopes[number // 2]
-            put(parts, number, corners, tuple(share * weight for weight in weights), slope)
-        assert found == pytest.approx(drained(parts, 3, 0.0, 0.0, 0.0), rel=1e-12)
+            push(parts, number, corners, tuple(share * weight for weight in weights), slope)
+        assert found == pytest.approx(flush(parts, 3, 0.0, 0.0, 0.0), rel=1e-12)
 
     def test_of_an_empty_queue_adds_nothing(self):
-        assert drained(queue(), 0, 1.0, 2.0, 3.0) == (1.0, 2.0, 3.0)
+        assert flush(empty_queue(), 0, 1.0, 2.0, 3.0) == (1.0, 2.0, 3.0)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.decimation import COSTS, decimated
+from gamutcore.decimation import COSTS, decimate
 from gamutcore.history import build_history
 from gamutcore.metric import level_search, mismatch, radial_difference
 from gamutcore.metric.error_curve import curve_counts, error_curve
@@ -103,7 +103,7 @@ class TestOfEachLevel:
 )
 def test_limits_are_kept_by_anything(random_cloud, distances_to, seed, count, cost, gamma, powers):
     boundary = modified_convex_hull(random_cloud(seed, count), gamma)
-    history = build_history(decimated(boundary.mesh, boundary.centre, cost))
+    history = build_history(decimate(boundary.mesh, boundary.centre, cost))
     choice = LevelSearch(history.triangles, described(history))
     full = history.full()
     for one, other in powers:
@@ -299,20 +299,26 @@ def test_levels_finer_than_all_of_the_curve_are_tried_too(monkeypatch, full):
 
 
 @pytest.mark.parametrize("limits", [Bounds(inf, 1e-8), Bounds(inf, 1e-11), Bounds(1e-6)])
-def test_a_finer_level_with_some_error_does_not_hide_a_coarser_one(limits):
-    """Of a grid of 6 × 6 × 6 colours: most levels are the cube, but a few finer ones are not."""
-    grid = np.arange(0.0, 101.0, 20.0)
-    points = np.array(np.meshgrid(grid, grid, grid)).reshape(3, -1).T
-    boundary = modified_convex_hull(points)
-    history = build_history(decimated(boundary.mesh, boundary.centre))
-    errors = {
-        count: radial_difference(history.full(), history.level(count), history.centre).mismatch
-        for count in range(4, history.triangles, 2)
-    }
-    kept = min(count for count, error in errors.items() if error < 1e-12)
-    assert max(error for count, error in errors.items() if count > kept) > 1e-8
-    chosen = LevelSearch(history.triangles, described(history)).find(history, limits)
-    assert chosen.triangles <= kept
+def test_a_finer_level_with_some_error_does_not_hide_a_coarser_one(monkeypatch, limits):
+    """Levels from 12 triangles on are exact, as of a cube, but a few between those of the curve."""
+    full, coarsest, rounded = 300, 12, range(152, 180)
+    assert not set(rounded) & set(curve_counts(full))
+
+    def error(count):
+        if count < coarsest:
+            return Bounds(10.0, 1.0)
+        return Bounds(1e-5, 1e-7) if count in rounded else Bounds(0.0, 0.0)
+
+    class MadeUp:
+        def __init__(self, _history):
+            pass
+
+        def bounds(self, count):
+            return error(count)
+
+    monkeypatch.setattr(level_search, "FullBoundary", MadeUp)
+    levels = described_of(error, full, 1.0)
+    assert LevelSearch(full, levels).find(None, limits).triangles == coarsest
 
 
 @pytest.mark.parametrize("cost", sorted(COSTS))
@@ -325,7 +331,7 @@ def test_of_flat_bodies_bounds_are_tight_too(cost, thickness, distances_to, samp
     points = np.random.default_rng(3).normal(size=(400, 3))
     points *= (thickness, 60, 60) / np.linalg.norm(points, axis=1)[:, None]
     boundary = modified_convex_hull(points + np.array([50.0, 0.0, 0.0]))
-    history = build_history(decimated(boundary.mesh, boundary.centre, cost))
+    history = build_history(decimate(boundary.mesh, boundary.centre, cost))
     full, whole = history.full(), FullBoundary(history)
     for count in (40, 100, 160):
         level = history.level(count)

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.errors import MeshError
 from gamutcore.history import build_history
 from gamutcore.mesh import TriangleMesh
@@ -123,7 +123,7 @@ def copies(fogra39_points):
 
     @functools.cache
     def histories(cost):
-        return [build_history(decimated(each.mesh, each.centre, cost)) for each in boundaries]
+        return [build_history(decimate(each.mesh, each.centre, cost)) for each in boundaries]
 
     def found(cost, triangles):
         return [100 * mismatch(each.full(), each.level(triangles)) for each in histories(cost)]

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from gamutcore.errors import MeshError
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import intersection_volume, mismatch
-from gamutcore.metric.distance_bound import SLACK, faces_of
-from gamutcore.metric.radial_overlay import overlaid, radial_difference
+from gamutcore.metric.distance_bound import SLACK, make_surface
+from gamutcore.metric.radial_overlay import compare_surfaces, radial_difference
 
 CENTRE = (50.0, 0.0, 0.0)
 
@@ -92,14 +92,14 @@ class TestVolume:
     def test_does_not_depend_on_the_way(self, star_shaped):
         """Cut by the coarser or by the finer one, walking or trying all cones."""
         coarse, fine = (
-            faces_of(mesh.vertices - np.array(CENTRE), mesh.faces.astype(np.int32).ravel())
+            make_surface(mesh.vertices - np.array(CENTRE), mesh.faces.astype(np.int32).ravel())
             for mesh in (star_shaped(1, 50), star_shaped(2, 300))
         )
         found = []
         for one, two, moves in ((fine, coarse, 1000), (coarse, fine, 1000), (fine, coarse, 0)):
             order = np.arange(len(one.position), dtype=np.int32)
             near = np.zeros(len(order), np.int32)
-            found.append(overlaid(one, two, order, near, moves=moves)[0].difference)
+            found.append(compare_surfaces(one, two, order, near, moves=moves)[0].difference)
         np.testing.assert_allclose(found, found[0], rtol=1e-9)
 
 
@@ -108,11 +108,11 @@ def test_a_level_stands_for_the_full_boundary(small_history, distances_to, sampl
 
     def surface(mesh):
         position = mesh.vertices.astype(np.float64) - small_history.centre
-        return faces_of(position, mesh.faces.astype(np.int32).ravel())
+        return make_surface(position, mesh.faces.astype(np.int32).ravel())
 
     def compared(finer, coarser):
         order = np.arange(len(finer.position), dtype=np.int32)
-        return overlaid(finer, coarser, order, np.zeros(len(order), np.int32))
+        return compare_surfaces(finer, coarser, order, np.zeros(len(order), np.int32))
 
     full, middle = small_history.full(), small_history.level(80)
     _, off = compared(surface(full), surface(middle))
@@ -122,7 +122,7 @@ def test_a_level_stands_for_the_full_boundary(small_history, distances_to, sampl
         assert distances_to(points, full).max() <= most + 1e-9
     for count in (8, 20, 40):
         mesh = small_history.level(count)
-        found, _ = compared(surface(middle)._replace(off=off), surface(mesh))
+        found, _ = compared(surface(middle)._replace(deviation=off), surface(mesh))
         alone, _ = compared(surface(middle), surface(mesh))
         assert found.difference == alone.difference
         there = distances_to(np.vstack([full.vertices, sampled(full, 500)]), mesh).max()

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from gamutcore.boundary import modified_convex_hull, segment_maxima, usv
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
-from gamutcore.decimation import decimated
+from gamutcore.decimation import decimate
 from gamutcore.errors import MeshError, OptionError
 from gamutcore.history import build_history
 from gamutcore.mesh import TriangleMesh
@@ -63,17 +63,17 @@ class TestCounting:
 
     @settings(max_examples=30)
     @given(
-        places=st.lists(
+        locations=st.lists(
             st.tuples(*[st.integers(-9, 9).map(lambda n: n / 2)] * 3),
             min_size=6,
             max_size=14,
             unique=True,
         )
     )
-    def test_parts_that_share_sides_share_no_voxel_and_leave_none_out(self, places):
+    def test_parts_that_share_sides_share_no_voxel_and_leave_none_out(self, locations):
         """Cones from the centre to the faces, with corners and sides through centres of voxels."""
         corners = [(x, y, z) for x in (-4.5, 4.5) for y in (-3.5, 3.5) for z in (-2.5, 2.5)]
-        boundary = modified_convex_hull(np.array(places + corners), 0.3)
+        boundary = modified_convex_hull(np.array(locations + corners), 0.3)
         mesh = boundary.mesh
         whole = box(*(np.array([[-1, -1, -1], [1, 1, 1]]) * 5.0))
         total = voxel_mismatch(whole, mesh, 1.0)
@@ -197,7 +197,7 @@ class TestDevices:
         device = characterisation((shared_data / path).read_bytes())
         points = surface_colours(device, surface_samples=20_000).points
         boundary = modified_convex_hull(points)
-        history = build_history(decimated(boundary.mesh, boundary.centre))
+        history = build_history(decimate(boundary.mesh, boundary.centre))
         for other in (
             history.level(100),
             usv(points, subdivisions=2).mesh,

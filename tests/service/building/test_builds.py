@@ -249,7 +249,7 @@ def test_a_job_whose_document_is_damaged_is_built_from_its_input(deployment, tmp
                 assert (await builds.job(JOB)).state == "queued"
                 assert (await builds.wait(JOB, 30.0)).state == "succeeded"
         assert deployment.store.corruptions == 1
-        assert deployment.store.stored(JOB)
+        assert deployment.store.is_stored(JOB)
         damage()
         async with deployment.replica() as builds:
             assert await builds.job(JOB) is None

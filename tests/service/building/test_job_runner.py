@@ -231,7 +231,7 @@ def test_a_job_whose_input_is_gone_fails(runner, accept, store):
     assert outcome.document.problem["code"] == "build-input-lost"
 
 
-@pytest.mark.parametrize("method", ["stored", "publish", "input_path"])
+@pytest.mark.parametrize("method", ["is_stored", "publish", "input_path"])
 @pytest.mark.parametrize(
     ("error", "code"),
     [

@@ -74,6 +74,6 @@ def test_waiting_follows_the_preference():
 
 def test_only_what_was_honoured_is_reported():
     both = Preference(respond_async=True, wait=5)
-    assert both.applied(answered_async=True, longest=300) == "respond-async, wait=5"
-    assert both.applied(answered_async=False, longest=300) == "wait=5"
-    assert Preference(wait=1000).applied(answered_async=True, longest=300) == ""
+    assert both.applied_field(answered_async=True, longest=300) == "respond-async, wait=5"
+    assert both.applied_field(answered_async=False, longest=300) == "wait=5"
+    assert Preference(wait=1000).applied_field(answered_async=True, longest=300) == ""

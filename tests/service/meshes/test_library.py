@@ -46,10 +46,10 @@ def test_a_gamut_is_opened_once_for_all_who_ask(filled_store, built, monkeypatch
 
     async def scenario():
         identity = built[0].id
-        assert library.opened(identity) is None
+        assert library.find_open(identity) is None
         opened = await asyncio.gather(*(library.gamut(identity) for _ in range(20)))
         assert len({id(one) for one in opened}) == 1
-        assert library.opened(identity) is opened[0]
+        assert library.find_open(identity) is opened[0]
         assert reads == [identity]
 
     run(library, scenario())
@@ -60,15 +60,15 @@ def test_no_more_is_kept_than_fits(filled_store, built):
 
     async def scenario():
         opened = [await library.gamut(gamut.id) for gamut in built]
-        assert [library.opened(gamut.id) for gamut in built] == opened
+        assert [library.find_open(gamut.id) for gamut in built] == opened
         await library.unpack(opened[0], built[0].history.triangles)
-        assert [library.opened(gamut.id) is None for gamut in built] == [False, True]
+        assert [library.find_open(gamut.id) is None for gamut in built] == [False, True]
         await library.gamut(built[1].id)
-        assert [library.opened(gamut.id) is None for gamut in built] == [True, False]
+        assert [library.find_open(gamut.id) is None for gamut in built] == [True, False]
         # what is no longer kept can still be read by whoever holds it
         await library.unpack(opened[0], 4)
         assert opened[0].gamut.history.full() == built[0].history.full()
-        assert library.opened(built[0].id) is None
+        assert library.find_open(built[0].id) is None
 
     run(library, scenario())
 
@@ -81,7 +81,7 @@ def test_what_is_deleted_while_it_is_being_opened_is_not_kept(filled_store, buil
         await asyncio.sleep(0)
         library.discard(built[0].id)
         await opening
-        assert library.opened(built[0].id) is None
+        assert library.find_open(built[0].id) is None
 
     run(library, scenario())
 
@@ -111,7 +111,7 @@ def test_a_file_with_a_damaged_stream_is_set_aside_when_that_is_asked_for(filled
         wanted = (library.unpack(opened, triangles) for _ in range(3))
         errors = await asyncio.gather(*wanted, return_exceptions=True)
         assert all(isinstance(error, GamutDamagedError) for error in errors)
-        assert library.opened(record.id) is None
+        assert library.find_open(record.id) is None
         assert list(filled_store.blobs.keys("quarantine/"))
         with pytest.raises(GamutNotStoredError):
             await library.gamut(record.id)
@@ -133,7 +133,7 @@ def test_a_reader_of_a_damaged_gamut_leaves_the_one_that_replaced_it(filled_stor
         mended = await library.gamut(NAME)
         with pytest.raises(GamutDamagedError):
             await library.unpack(damaged, triangles)
-        assert library.opened(NAME) is mended
+        assert library.find_open(NAME) is mended
         assert filled_store.record(NAME) == record
         assert filled_store.corruptions == 1
         await library.unpack(mended, triangles)

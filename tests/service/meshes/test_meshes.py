@@ -3,10 +3,9 @@ import asyncio
 import pytest
 
 from gamutcore.errors import TriangleCountError
-from gamutcore.export import FORMATS
 from gamutcore.metric import radial_difference
 from service.http.compression import CODINGS
-from service.meshes.encoding import MEDIA_TYPES, SUFFIXES, EncodedMesh
+from service.meshes.encoding import EncodedMesh
 from service.meshes.level_search import LevelRequest
 from service.meshes.library import Library
 from service.meshes.meshes import Meshes
@@ -25,11 +24,6 @@ def run(filled_store):
             library.close()
 
     return run_scenario
-
-
-def test_every_format_has_a_media_type_and_a_suffix_of_its_own():
-    assert sorted(MEDIA_TYPES.values()) == sorted(SUFFIXES.values()) == sorted(FORMATS)
-    assert next(iter(MEDIA_TYPES)) == "model/gltf-binary"
 
 
 def test_a_mesh_is_at_hand_once_its_level_is_unpacked(run, built):
@@ -64,11 +58,11 @@ def test_a_coarse_mesh_leaves_the_finer_levels_packed(run, built):
     async def scenario(library, meshes):
         name = built[0].id
         assert triangles(await meshes.mesh(name, LevelRequest(10), "ply")) == 10
-        opened = library.opened(name)
+        opened = library.find_open(name)
         assert not opened.gamut.history.is_unpacked(built[0].history.triangles)
         before = library.cache.nbytes
         await meshes.mesh(name, LevelRequest(built[0].history.triangles), "ply")
-        assert library.opened(name) is opened
+        assert library.find_open(name) is opened
         assert opened.gamut.nbytes == library.cache.nbytes > before
 
     run(scenario)

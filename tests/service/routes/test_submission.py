@@ -50,6 +50,34 @@ def test_without_options_they_have_their_defaults(post):
     assert post(json={"samples": [[50, 0, 0]]}).options == Options()
 
 
+@pytest.mark.parametrize(
+    ("fields", "options"),
+    [
+        ({"ink_limit": "300"}, {"ink_limit": 300}),
+        ({"Ink-Limit": "300", "SPACE": "oklab"}, {"ink_limit": 300, "space": "Oklab"}),
+        ({"centre": "[50, 0, 1]", "options": '{"gamma": 1}'}, {"centre": (50, 0, 1), "gamma": 1}),
+        ({"condition": "M1"}, {"condition": "M1"}),
+    ],
+)
+def test_options_may_be_form_fields(post, fields, options):
+    assert post(files={"file": b"x"}, data=fields).options == Options(**options)
+
+
+@pytest.mark.parametrize(
+    ("fields", "field", "code"),
+    [
+        ({"ink_limit": "much"}, "ink_limit", "invalid-option"),
+        ({"ink_limit": "300", "options": '{"ink_limit": 200}'}, "ink_limit", "invalid-body"),
+        ({"inklimits": "300"}, "inklimits", "invalid-body"),
+    ],
+)
+def test_form_fields_that_are_no_options_are_refused(post, fields, field, code):
+    problem = post(files={"file": b"x"}, data=fields).json()
+    assert problem["code"] == code
+    assert problem["where"]["field"] == field
+    assert "ink_limit" in json.dumps(problem)
+
+
 def test_inline_samples_have_one_form(post):
     samples = {"samples": [[1.0, 2.5, -3e-7]], "columns": ["L", "a", "b"], "maker": "Grün"}
     samples["options"] = {"gamma": 1}

@@ -9,14 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.storage.blobs import (
-    UNVERSIONED,
-    BlobDamagedError,
-    BlobNotFoundError,
-    StoreFullError,
-    seal,
-    unseal,
-)
+from service.storage.blobs import UNVERSIONED, BlobDamagedError, BlobNotFoundError, StoreFullError
+from service.storage.records import seal, unseal
 
 KEY = "jobs/ab/abcd.job"
 

@@ -86,7 +86,7 @@ def test_what_does_not_answer_is_no_proof(local):
     broken = Broken(local, read=fail)
     assert report(broken, broken, output) == 1
     assert "a bad disk" in output.getvalue()
-    assert output.getvalue().endswith("The store will not do.\n")
+    assert output.getvalue().endswith("The store is not suitable.\n")
     local.open()
 
 
@@ -100,7 +100,7 @@ def test_a_directory_is_checked_from_the_command_line(tmp_path, capsys):
 def test_a_bucket_is_checked_from_the_command_line(address, capsys, monkeypatch):
     monkeypatch.setenv("GAMUT_STORE", address("s3"))
     assert main(["store", "check"]) == 0
-    assert "The store will do." in capsys.readouterr().out
+    assert "The store is suitable." in capsys.readouterr().out
 
 
 def test_a_bucket_that_is_not_there_fails(address, capsys):

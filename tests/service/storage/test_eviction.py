@@ -96,7 +96,7 @@ def test_what_cannot_fit_evicts_nothing(limited, publish):
 def test_what_is_being_published_stays(limited, publish):
     """Another's publication, between its record and its answer, must not be evicted."""
     first = publish(limited, 1, bytes(60_000)).id
-    with limited._published_here(first), pytest.raises(StoreFullError):
+    with limited._mark_publishing(first), pytest.raises(StoreFullError):
         publish(limited, 2, bytes(60_000))
     assert stored(limited) == {first}
 

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from service.storage.blobs import BlobNotFoundError, StoreUnavailableError, seal
+from service.storage.blobs import BlobNotFoundError, StoreUnavailableError
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError, GamutStore
 from service.storage.local import LocalBlobs
-from service.storage.records import record_key
+from service.storage.records import record_key, seal
 
 CONTENT = bytes(range(256)) * 40
 
@@ -52,11 +52,11 @@ def test_what_was_never_published_is_not_there(store, identity):
 
 def test_looking_whether_a_gamut_is_stored_is_no_use_of_it(store, publish, identity):
     record = publish(store)
-    assert store.stored(record.id)
-    assert not store.stored(identity(1))
+    assert store.is_stored(record.id)
+    assert not store.is_stored(identity(1))
     (folder,) = {path.parent for path in files(store, record.id)}
     (folder / f"{record.id}.record").write_bytes(b"damaged")
-    assert not store.stored(record.id)
+    assert not store.is_stored(record.id)
     assert (store.hits, store.misses, store.corruptions) == (0, 0, 1)
 
 
@@ -233,7 +233,7 @@ def test_a_sound_gamut_is_not_set_aside_for_what_its_predecessor_was(store, publ
     with pytest.raises(GamutDamagedError):
         store.record(record.id)
     mended = publish(store)
-    store._damaged(record.id, "found by the second reader", None, damaged)
+    store._quarantine_gamut(record.id, "found by the second reader", None, damaged)
     assert isinstance(store.set_aside(record, "found by the second reader"), GamutDamagedError)
     assert store.content(record.id) == (mended, CONTENT)
     assert store.corruptions == 1

@@ -1,3 +1,5 @@
+import hashlib
+
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -59,3 +61,15 @@ def test_no_damage_goes_unnoticed_and_keeping_mends_it(store, identity, unfinish
     assert path.read_bytes() == b"the data of an input"
     path.unlink()
     assert unfinished(store) == []
+
+
+@pytest.mark.parametrize("data", [b"the data of an input", b""])
+def test_inputs_of_earlier_versions_are_read(store, identity, data):
+    # SHA-256 of everything after the first line, a line with the options, the data
+    rest = b'{"gamma":0.2}\n' + data
+    content = hashlib.sha256(rest).hexdigest().encode() + b"\n" + rest
+    store.blobs.create(input_key(identity("early")), content)
+    path = store.input_path(identity("early"))
+    assert path.read_bytes() == data
+    assert store.input_options(identity("early")) == {"gamma": 0.2}
+    path.unlink()

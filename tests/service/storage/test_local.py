@@ -144,7 +144,7 @@ def test_a_part_of_the_disk_stays_free(tmp_path):
 @pytest.mark.parametrize("call", ["fsync", "link", "write", "mkdir"])
 def test_a_failing_disk_leaves_nothing_and_is_recovered_from(local, monkeypatch, number, call):
     """At every step of a write in turn, and at every occurrence of it."""
-    usual = getattr(os, call) if call != "write" else module.LocalBlobs._written
+    usual = getattr(os, call) if call != "write" else module.LocalBlobs._write
     for failing in range(4):
         calls = iter(range(10))
 
@@ -155,7 +155,7 @@ def test_a_failing_disk_leaves_nothing_and_is_recovered_from(local, monkeypatch,
 
         with monkeypatch.context() as patch:
             if call == "write":
-                patch.setattr(module.LocalBlobs, "_written", fails)
+                patch.setattr(module.LocalBlobs, "_write", fails)
             else:
                 patch.setattr(os, call, fails)
             version = None

@@ -72,7 +72,8 @@ def forked(work):
 def test_builds_of_several_processes_are_added(reports):
     # forked before there are threads
     children = [
-        forked(lambda: reports.ended("succeeded", {"metric": 0.5, "total": 1.0})) for _ in range(4)
+        forked(lambda: reports.count_build("succeeded", {"metric": 0.5, "total": 1.0}))
+        for _ in range(4)
     ]
     figures = BuildFigures()
     reports.forward(figures)
@@ -86,7 +87,7 @@ def test_builds_of_several_processes_are_added(reports):
 def test_processes_that_are_killed_in_the_middle_garble_nothing(reports):
     def work():
         while True:
-            reports.ended("succeeded", dict.fromkeys(("boundary", "total"), 0.123456))
+            reports.count_build("succeeded", dict.fromkeys(("boundary", "total"), 0.123456))
 
     children = [forked(work) for _ in range(3)]
     figures = BuildFigures()
@@ -96,7 +97,7 @@ def test_processes_that_are_killed_in_the_middle_garble_nothing(reports):
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
     # those that the last one has written are read, and so is what comes after them
-    reports.ended("cancelled", {"total": 1.0})
+    reports.count_build("cancelled", {"total": 1.0})
     until(lambda: figures.outcomes.get("cancelled") == 1)
     assert set(figures.outcomes) == {"succeeded", "cancelled"}
 
@@ -104,13 +105,13 @@ def test_processes_that_are_killed_in_the_middle_garble_nothing(reports):
 def test_a_pipe_that_nobody_empties_makes_no_build_wait(reports, caplog):
     clock = time.monotonic()
     for _ in range(3000):
-        reports.ended("succeeded", {"total": 1.0})
+        reports.count_build("succeeded", {"total": 1.0})
     assert time.monotonic() - clock < 10
-    assert "a build is not counted" in caplog.text
+    assert "build was not counted" in caplog.text
 
 
 def test_a_line_is_never_longer_than_a_pipe_takes_whole(reports):
-    reports.ended("failed", {f"stage {number}": 1.0 for number in range(1000)})
+    reports.count_build("failed", {f"stage {number}": 1.0 for number in range(1000)})
     figures = BuildFigures()
     reports.forward(figures)
     until(lambda: figures.outcomes == {"failed": 1})

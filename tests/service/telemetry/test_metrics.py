@@ -23,7 +23,7 @@ def test_a_distribution_counts_up_to_each_bound(values, bounds):
 def test_requests_are_counted_by_method_route_and_status():
     figures = RequestFigures()
     for method, status in [("GET", 200), ("GET", 200), ("GET", 404), ("HEAD", 200)]:
-        figures.answered(method, "/v1/gamuts", status, 0.002)
+        figures.count_answer(method, "/v1/gamuts", status, 0.002)
     assert figures.counts == {
         ("GET", "/v1/gamuts", 200): 2,
         ("GET", "/v1/gamuts", 404): 1,
@@ -35,15 +35,15 @@ def test_requests_are_counted_by_method_route_and_status():
 def test_made_up_methods_are_one_series():
     figures = RequestFigures()
     for number in range(50):
-        figures.answered(f"METHOD{number}", "unmatched", 405, 0.001)
+        figures.count_answer(f"METHOD{number}", "unmatched", 405, 0.001)
     assert figures.counts == {("other", "unmatched", 405): 50}
 
 
 def test_builds_are_counted_by_outcome_and_timed_by_stage():
     figures = BuildFigures()
-    figures.ended("succeeded", {"boundary": 1.0, "decimation": 0.5, "total": 1.75})
-    figures.ended("succeeded", {"boundary": 3.0, "decimation": 0.5, "total": 3.75})
-    figures.ended("build-crashed", {})
+    figures.count_build("succeeded", {"boundary": 1.0, "decimation": 0.5, "total": 1.75})
+    figures.count_build("succeeded", {"boundary": 3.0, "decimation": 0.5, "total": 3.75})
+    figures.count_build("build-crashed", {})
     assert figures.outcomes == {"succeeded": 2, "build-crashed": 1}
     assert figures.stages["boundary"].sum == 4.0
     assert set(figures.stages) == {"boundary", "decimation"}

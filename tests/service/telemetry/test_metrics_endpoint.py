@@ -56,8 +56,8 @@ def read(service, accept=""):
 
 @pytest.mark.parametrize("accept", ["", OPENMETRICS])
 def test_the_parsers_read_every_sample(service, accept):
-    service.metrics.requests.answered("GET", '/a"b\\{c}', 200, 0.01)
-    service.metrics.builds.ended("succeeded", {"boundary": 0.5, "total": 1.0})
+    service.metrics.requests.count_answer("GET", '/a"b\\{c}', 200, 0.01)
+    service.metrics.builds.count_build("succeeded", {"boundary": 0.5, "total": 1.0})
     asyncio.run(service.readiness.report())
     found = read(service, accept)
     labels = (("method", "GET"), ("route", '/a"b\\{c}'), ("status", "200"))
@@ -74,8 +74,8 @@ def test_the_parsers_read_every_sample(service, accept):
 
 
 def test_both_formats_say_the_same(service):
-    service.metrics.builds.ended("build-timeout", {"total": 120.0})
-    service.metrics.requests.answered("GET", "/", 200, 0.01)
+    service.metrics.builds.count_build("build-timeout", {"total": 120.0})
+    service.metrics.requests.count_answer("GET", "/", 200, 0.01)
     changing = ("process_", "gamut_worker_")
 
     def steady(found):
@@ -99,7 +99,7 @@ def test_the_format_is_the_one_that_is_asked_for(service, accept, media_type):
 
 def test_a_histogram_counts_what_its_last_bucket_does(service):
     for seconds in (0.0001, 0.03, 0.03, 99.0):
-        service.metrics.requests.answered("GET", "/x", 200, seconds)
+        service.metrics.requests.count_answer("GET", "/x", 200, seconds)
     found = read(service, OPENMETRICS)
     route = ("route", "/x")
     buckets = {
@@ -197,7 +197,7 @@ def test_counting_and_reading_at_the_same_time(service):
         number = 0
         while not reading.done():
             for _ in range(200):
-                service.metrics.requests.answered("GET", f"/{number % 100}", 200, 0.01)
+                service.metrics.requests.count_answer("GET", f"/{number % 100}", 200, 0.01)
                 number += 1
             await asyncio.sleep(0)
         await reading
@@ -207,7 +207,7 @@ def test_counting_and_reading_at_the_same_time(service):
 
 def test_a_worker_elsewhere_serves_its_builds():
     figures = BuildFigures()
-    figures.ended("succeeded", {"boundary": 0.5, "total": 1.0})
+    figures.count_build("succeeded", {"boundary": 0.5, "total": 1.0})
     port, stop = serve_build_figures(figures, "127.0.0.1", 0)
     try:
         address = f"http://127.0.0.1:{port}/metrics"
@@ -215,7 +215,7 @@ def test_a_worker_elsewhere_serves_its_builds():
         for _ in range(2):
             with urllib.request.urlopen(address, timeout=10) as answer:
                 found.append(values(text_families(answer.read().decode())))
-            figures.ended("cancelled", {"total": 2.0})
+            figures.count_build("cancelled", {"total": 2.0})
     finally:
         stop()
     assert found[0]["gamut_builds_total", (("outcome", "succeeded"),)] == 1

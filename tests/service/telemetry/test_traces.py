@@ -140,7 +140,7 @@ class TestBuilds:
         assert carried["traceparent"].split("-")[1] == f"{TRACE_ID:032x}"
 
         elsewhere = InMemorySpanExporter()
-        Traces(SimpleSpanProcessor(elsewhere)).build_ended(
+        Traces(SimpleSpanProcessor(elsewhere)).write_build(
             "f" * 64,
             "succeeded",
             {"boundary": 2.0, "decimation": 1.0},
@@ -162,7 +162,7 @@ class TestBuilds:
 
     @pytest.mark.parametrize("trace", [{}, {"traceparent": "nonsense"}])
     def test_a_build_without_a_trace_begins_one(self, made, exporter, trace):
-        made.build_ended("a", "build-timeout", {}, started=1.0, finished=2.0, trace=trace)
+        made.write_build("a", "build-timeout", {}, started=1.0, finished=2.0, trace=trace)
         (span,) = exporter.get_finished_spans()
         assert span.parent is None
         assert span.status.status_code is StatusCode.ERROR
@@ -219,7 +219,7 @@ class TestSetting:
     def test_the_operator_names_the_service(self, monkeypatch, exporter, stated):
         name = "colour" if stated == "OTEL_SERVICE_NAME" else "service.name=colour"
         monkeypatch.setenv(stated, name)
-        Traces(SimpleSpanProcessor(exporter)).build_ended(
+        Traces(SimpleSpanProcessor(exporter)).write_build(
             "a", "succeeded", {}, started=1.0, finished=2.0, trace={}
         )
         (span,) = exporter.get_finished_spans()
@@ -229,7 +229,7 @@ class TestSetting:
 def test_spans_arrive_at_a_collector(monkeypatch, collector):
     monkeypatch.setenv(ENDPOINT, collector.url)
     made = traces_of("auto")
-    made.build_ended("5a" * 32, "succeeded", {}, started=1.0, finished=2.0, trace={})
+    made.write_build("5a" * 32, "succeeded", {}, started=1.0, finished=2.0, trace={})
     made.close()
     (span,) = (
         span

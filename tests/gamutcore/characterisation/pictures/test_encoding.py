@@ -3,11 +3,13 @@ import pytest
 from gamutcore.characterisation.pictures.encoding import (
     ADOBE_RGB,
     SRGB,
+    chromaticity_encoding,
     code_point_encoding,
-    gamma_encoding,
+    named_encoding,
 )
 
-CHROMATICITIES = (SRGB.white, *SRGB.primaries)
+CHROMATICITIES = [number for pair in (*SRGB.primaries, SRGB.white) for number in pair]
+ACES_AP0 = [0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.077, 0.32168, 0.33767]
 
 
 @pytest.mark.parametrize(
@@ -25,23 +27,48 @@ def test_code_points_that_displays_do_not_have(codes):
 
 
 def test_gamma_and_primaries():
-    assert gamma_encoding(None, CHROMATICITIES).transfer == "sRGB"
-    found = gamma_encoding(2.2, None)
+    assert chromaticity_encoding(CHROMATICITIES).transfer == "sRGB"
+    found = chromaticity_encoding(None, gamma=2.2)
     assert (found.transfer, found.gamma, found.primaries) == ("power", 2.2, SRGB.primaries)
-    adobe = gamma_encoding(2.2, (ADOBE_RGB.white, *ADOBE_RGB.primaries))
-    assert adobe.primaries == ADOBE_RGB.primaries
+    adobe = [*(n for pair in ADOBE_RGB.primaries for n in pair), *ADOBE_RGB.white]
+    assert chromaticity_encoding(adobe, gamma=2.2).primaries == ADOBE_RGB.primaries
+    assert chromaticity_encoding(ACES_AP0, linear=True).transfer == "linear"
 
 
 @pytest.mark.parametrize(
-    ("gamma", "chromaticities"),
+    ("gamma", "place", "pair"),
     [
-        (0.0, None),
-        (50.0, None),
-        (2.2, ((0.31, 0.33), (0.64, 0.33), (0.64, 0.33), (0.15, 0.06))),  # two primaries are one
-        (2.2, ((0.0, 0.0), *SRGB.primaries)),
-        (2.2, ((0.7, 0.29), *SRGB.primaries)),  # the white is no mixture of them
-        (2.2, ((9.0, 9.0), *SRGB.primaries)),
+        (0.0, 0, (0.64, 0.33)),
+        (50.0, 0, (0.64, 0.33)),
+        (2.2, 2, (0.64, 0.33)),  # two primaries are equal
+        (2.2, 6, (0.0, 0.0)),
+        (2.2, 6, (0.7, 0.29)),  # the white is outside the triangle
+        (2.2, 6, (9.0, 9.0)),
+        (2.2, 0, (float("nan"), 0.33)),
     ],
 )
-def test_no_display_has_such(gamma, chromaticities):
-    assert gamma_encoding(gamma, chromaticities) is None
+def test_impossible_chromaticities_and_exponents(gamma, place, pair):
+    numbers = list(CHROMATICITIES)
+    numbers[place : place + 2] = pair
+    assert chromaticity_encoding(numbers, gamma=gamma) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "transfer", "gamma", "red"),
+    [
+        ("lin_ap1_scene", "linear", 1.0, (0.713, 0.293)),
+        ("srgb_rec709_scene", "sRGB", 1.0, (0.64, 0.33)),
+        ("pq_rec2020_display", "PQ", 1.0, (0.708, 0.292)),
+        ("hlg_rec2020_display", "HLG", 1.0, (0.708, 0.292)),
+        ("g24_rec709_display", "power", 2.4, (0.64, 0.33)),
+        ("ocio:lin_p3d65_scene", "linear", 1.0, (0.680, 0.320)),
+    ],
+)
+def test_names_of_the_color_interop_forum(name, transfer, gamma, red):
+    found = named_encoding(name)
+    assert (found.transfer, found.gamma, found.primaries[0]) == (transfer, gamma, red)
+
+
+@pytest.mark.parametrize("name", ["", "lin_ciexyzd65_scene", "KodakLog", "data", "lin_rec709"])
+def test_unknown_names(name):
+    assert named_encoding(name) is None

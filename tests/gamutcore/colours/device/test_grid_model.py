@@ -74,7 +74,7 @@ def test_a_linear_device_leaves_no_error(counts):
 
 
 def test_the_errors_are_those_at_the_nodes_left_out():
-    """x² bends evenly: linear interpolation over steps of 2h is h² off in the middle."""
+    """The error of linear interpolation of x² over steps of 2h is h² in the middle."""
     device = np.linspace(0, 1, 9)[:, np.newaxis]
     colours = np.column_stack([64 * device**2, 0 * device, 0 * device])
     model = grid_model(device, colours)

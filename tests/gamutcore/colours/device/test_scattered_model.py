@@ -9,7 +9,7 @@ from gamutcore.characterisation import characterisation
 from gamutcore.colours.device.scattered_model import (
     SMOOTHING,
     DegenerateSamplesError,
-    cubed_distances,
+    fill_cubed_distances,
     scattered_model,
 )
 
@@ -57,7 +57,7 @@ def test_a_linear_device_is_met_exactly():
 def test_cubed_distances():
     points, centres = np.random.default_rng(3).random((2, 9, 4))
     out = np.empty((9, 9))
-    cubed_distances(points, np.ascontiguousarray(centres.T), out)
+    fill_cubed_distances(points, np.ascontiguousarray(centres.T), out)
     expected = np.linalg.norm(points[:, np.newaxis] - centres, axis=2) ** 3
     np.testing.assert_allclose(out, expected)
 
@@ -96,7 +96,7 @@ def test_held_out_patches_of_a_real_press(fogra39):
 
 
 def test_the_fit_does_not_depend_on_the_number_of_blas_threads():
-    """A rerun gives the same gamut, bit for bit, whatever the environment gives BLAS."""
+    """A rerun gives the same model, bit for bit, with any number of BLAS threads."""
     device, colours = scattered(1500, 4)
     fits = []
     for threads in (1, 2):

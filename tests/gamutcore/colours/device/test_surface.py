@@ -19,7 +19,7 @@ def unit(channels, total=None):
 
 
 def bent(device):
-    """Colours that bend most where the first channel is low."""
+    """Colours with the largest curvature at low values of the first channel."""
     a, b, c = (device[:, i % device.shape[1]] for i in range(3))
     return np.column_stack(
         [50 + 40 * a**0.3, 60 * (a**0.3 - b), 60 * (b - c) + 10 * device.sum(axis=1)]
@@ -151,7 +151,7 @@ def test_distinct_rows_are_those_of_numpy(rows):
 
 
 def test_rows_that_are_not_told_apart_at_once_are_distinct(monkeypatch):
-    """With factors of nothing but the first column, all rows of equal first columns look alike."""
+    """With factors for the first column only, rows with equal first columns collide."""
 
     class Chance:
         def integers(self, *_limits, size, dtype):
@@ -166,7 +166,7 @@ def test_rows_that_are_not_told_apart_at_once_are_distinct(monkeypatch):
 
 @pytest.mark.parametrize(("channels", "total"), [(11, 5.5), (12, 6.0), (13, 3.25)])
 def test_the_cut_of_many_inks_is_sampled_at_its_corners_and_on_its_faces(channels, total):
-    """Half a million corners of trapezoids, which share their vertices and edges."""
+    """Half a million corners of trapezoids that share vertices and edges."""
     surface = device_surface(unit(channels, total), bent, 100_000)
     device = surface.device
     assert surface.density == "uniform"

@@ -44,6 +44,16 @@ def test_a_worked_example():
     np.testing.assert_allclose(lab, [41.52787529, 52.63858304, 26.92317922], atol=1e-6)
 
 
+def test_colour_science_agrees():
+    xyz = np.random.default_rng(1).uniform(-0.01, 1.2, (1000, 3))
+    for white in (ICC_D50, white_of("A", "10")):
+        chromaticity = white[:2] / white.sum()
+        expected = colour_science().XYZ_to_Lab(xyz, chromaticity)
+        np.testing.assert_allclose(xyz_to_lab(xyz, white), expected, atol=1e-10)
+        back = colour_science().Lab_to_XYZ(expected, chromaticity)
+        np.testing.assert_allclose(lab_to_xyz(expected, white), back, atol=1e-12)
+
+
 def test_there_and_back():
     lab = np.random.default_rng(0).uniform([0, -120, -120], [100, 120, 120], (1000, 3))
     np.testing.assert_allclose(xyz_to_lab(lab_to_xyz(lab)), lab, atol=1e-9)

@@ -1,4 +1,4 @@
-"""What mesh files state of their colour space."""
+"""The colour space that mesh files declare."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Colour spaces with their parameters: whites, adaptation, scale, luminance, and the way back."""
+"""Colour spaces with their parameters: whites, adaptation, scale, luminance, and the inverse."""
 
 import contextlib
 import json
@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from gamutcore.characterisation import characterisation
+from gamutcore.colours import colours_in_space
 from gamutcore.colours.measured_colours import measured_colours
 from gamutcore.colours.spaces import (
     CIELAB,
     SPACES,
     ColourSpace,
-    colours_in_space,
 )
 from gamutcore.colours.spaces.cielab import ICC_D50, lab_to_xyz, xyz_to_lab
 from gamutcore.colours.spaces.white_points import ADAPTATIONS, WHITES, white_point
@@ -111,7 +111,7 @@ def parameters(name):
 class TestThereAndBack:
     @given(st.sampled_from(sorted(SPACES)).flatmap(lambda n: st.tuples(st.just(n), parameters(n))))
     def test_real_colours_come_back(self, drawn):
-        """CIECAM02 breaks down for some blues under odd conditions, and is then told of."""
+        """CIECAM02 fails for some blues under unusual conditions, which is reported."""
         name, given_parameters = drawn
         space, lab = ColourSpace(name, **given_parameters), real_colours()
         coordinates, moved = space.coordinates(lab)
@@ -170,7 +170,7 @@ class TestWhite:
 
     @pytest.mark.parametrize("adaptation", sorted(set(ADAPTATIONS) - {"none"}))
     def test_a_display_comes_back_to_its_own_white_exactly(self, adaptation):
-        """D65 to D50 in reading and D50 to D65 in the space: the same transform, nothing lost."""
+        """Adaptation from D65 to D50 and back to D65 is the identity."""
         rgb = np.vstack([np.random.default_rng(1).random((50, 3)), np.ones((1, 3))])
         medium = measured_colours(srgb_display(rgb, 250.0), "relative", adaptation=adaptation)
         space = ColourSpace("CIEXYZ", "D65", adaptation)
@@ -204,7 +204,7 @@ class TestWhite:
 
 
 class TestVolumes:
-    """Volumes of sRGB that depend on nothing but the white and the adaptation."""
+    """Volumes of sRGB, which depend only on the white and the adaptation."""
 
     def lab(self, xyz, adaptation):
         to_d50 = np.linalg.inv(ColourSpace("CIEXYZ", "D65", adaptation)._from_d50(adaptation))

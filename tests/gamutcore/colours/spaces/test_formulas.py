@@ -210,7 +210,7 @@ class TestWorkedExamples:
     "name", sorted(set(FORMULAS) - {"CIEXYZ", "DIN99o", "CAM16-UCS", "CAM02-UCS"})
 )
 def test_agrees_with_colour_science(name):
-    """It has no DIN99o; the appearance models are compared in their own tests."""
+    """colour-science has no DIN99o; the appearance models have tests of their own."""
     colour = colour_science()
     xyz, white = colours(), colour.XYZ_to_xy(D65)
     theirs = {

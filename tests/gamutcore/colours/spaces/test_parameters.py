@@ -1,4 +1,4 @@
-"""Parameters of spaces: defaults made explicit, one form for what means the same, refusals."""
+"""Parameters of spaces: explicit defaults, one canonical form, refusals."""
 
 import contextlib
 import json

@@ -1,4 +1,4 @@
-"""The default cost: the volume at every level, and errors that are changes of the mismatch."""
+"""The default cost: volume of every level, and errors by the change of the mismatch."""
 
 import numpy as np
 import pytest
@@ -6,18 +6,31 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.decimation import decimated
-from gamutcore.decimation.costs import volume
-from gamutcore.decimation.deviation import ask_for_edge, change_at
-from gamutcore.decimation.memoryless import constrained_optimum, error_of_place, memoryless
-from gamutcore.decimation.star import keeps_star_shape, link_condition_holds, ring_faces
+from gamutcore.decimation import decimate
+from gamutcore.decimation.costs import cost_named
+from gamutcore.decimation.costs.deviation import change_at, query_edge
+from gamutcore.decimation.costs.dispatch import cost_state, enter_level, error_at, find_optimum
+from gamutcore.decimation.costs.memoryless_quadrics import constrained_error, constrained_optimum
+from gamutcore.decimation.costs.samples import SAMPLES
+from gamutcore.decimation.star import (
+    DEFICIT_NOW,
+    keeps_star_shape,
+    link_condition_holds,
+    write_edge_link,
+)
 from gamutcore.history import build_history
 from gamutcore.metric import mismatch
+
+VOLUME = cost_named("volume").parameters
+
+
+def memoryless_quadrics(positions, faces):
+    return cost_state(VOLUME, positions, faces).quadrics
 
 
 @pytest.fixture(scope="module")
 def large_boundary():
-    """Return a function from a seed to a boundary of more vertices than are tracked."""
+    """Return a function from a seed to a boundary with more vertices than compared levels."""
 
     def make(seed, count=3300):
         random = np.random.default_rng(seed)
@@ -27,7 +40,7 @@ def large_boundary():
         radii = 40.0 + 2.0 * np.sin(directions @ ways.T * 2.0).sum(axis=1)
         radii *= random.uniform(0.99, 1.0, count)
         boundary = modified_convex_hull(directions * radii[:, np.newaxis] + (50, 0, 0), 0.05)
-        assert len(boundary.mesh.vertices) > 1.2 * volume.TRACKED_VERTICES
+        assert len(boundary.mesh.vertices) > 1.2 * VOLUME.compared_vertices
         return boundary
 
     return make
@@ -36,7 +49,7 @@ def large_boundary():
 @pytest.mark.parametrize("seed", [0, 1])
 def test_every_level_has_the_volume_of_the_boundary(large_boundary, seed):
     boundary = large_boundary(seed)
-    history = build_history(decimated(boundary.mesh, boundary.centre, "volume"))
+    history = build_history(decimate(boundary.mesh, boundary.centre, "volume"))
     for level in history.levels():
         assert level.volume == pytest.approx(boundary.mesh.volume, rel=1e-5)
     assert level.triangles == boundary.mesh.triangles
@@ -46,73 +59,73 @@ def test_every_level_has_the_volume_of_the_boundary(large_boundary, seed):
 @given(seed=st.integers(0, 10**6), count=st.integers(8, 300))
 def test_every_level_of_a_small_boundary_too(random_cloud, seed, count):
     boundary = modified_convex_hull(random_cloud(seed, count))
-    history = build_history(decimated(boundary.mesh, boundary.centre, "volume"))
+    history = build_history(decimate(boundary.mesh, boundary.centre, "volume"))
     for level in history.levels():
         assert level.volume == pytest.approx(boundary.mesh.volume, rel=1e-5)
 
 
 @pytest.mark.parametrize("subdivisions", [2, 3, 4])
 def test_small_spheres_are_as_close_as_large_ones(icosphere, subdivisions):
-    """Samples are taken however few vertices there are from the start: 162, 642 and 2562.
+    """Samples are taken however small the boundary is: 162, 642 and 2562 vertices.
 
-    3.07 ÷ n is what the prototype of this cost reached on a sphere of 20,000 faces, 5.13 ÷ n what
-    accumulated quadrics do.
+    The prototype of this cost reached 3.07 ÷ n on a sphere of 20,000 faces. Accumulated quadrics
+    reach 5.13 ÷ n.
     """
     mesh = icosphere(subdivisions)
-    history = build_history(decimated(mesh, (0, 0, 0)))
+    history = build_history(decimate(mesh, (0, 0, 0)))
     triangles = mesh.triangles // 6 * 2
     assert triangles * mismatch(mesh, history.level(triangles)) <= 5.13
     assert 40 * mismatch(mesh, history.level(40)) <= 3.07
 
 
-def test_above_the_tracked_levels_the_errors_are_those_of_the_planes(
-    large_boundary, surface_from, compiled, random_collapses
+def test_errors_of_fine_levels_are_those_of_the_planes(
+    large_boundary, surface_from, random_collapses
 ):
     boundary = large_boundary(2)
     positions, faces = boundary.mesh.vertices - boundary.centre, boundary.mesh.faces
-    state, surface = volume.state(positions, faces), surface_from(positions, faces)
-    planes = memoryless(positions, faces)
-    assert compiled.reach(state, surface, len(positions)) is False
-    assert compiled.reach(state, surface, volume.TRACKED_VERTICES + 1) is False
-    assert state.deviation.counts[2] == 0
+    state, surface = cost_state(VOLUME, positions, faces), surface_from(positions, faces)
+    planes = memoryless_quadrics(positions, faces)
+    assert enter_level(state, surface, len(positions)) is False
+    assert enter_level(state, surface, VOLUME.compared_vertices + 1) is False
+    assert state.deviation.counts[SAMPLES] == 0
     for corner in surface.corner_facing[::50].tolist():
         here, there = np.empty(3), np.empty(3)
         expected = constrained_optimum(planes, surface, corner, there)
-        assert compiled.optimum(state, surface, corner, here) == pytest.approx(expected, rel=1e-12)
+        assert find_optimum(state, surface, corner, here) == pytest.approx(expected, rel=1e-12)
         np.testing.assert_allclose(here, there, rtol=1e-12)
         there *= 1.01
-        expected = error_of_place(planes, surface, corner, there)
-        assert compiled.error(state, surface, corner, there) == pytest.approx(expected, rel=1e-12)
+        expected = constrained_error(planes, surface, corner, there)
+        assert error_at(state, surface, corner, there) == pytest.approx(expected, rel=1e-12)
     # all errors change where the tracked levels begin, once
     left, begun = len(positions), []
     for seed in range(10):
-        for _ in random_collapses(state, surface, seed, left - volume.TRACKED_VERTICES + 10):
+        for _ in random_collapses(state, surface, seed, left - VOLUME.compared_vertices + 10):
             left -= 1
-            if compiled.reach(state, surface, left):
+            if enter_level(state, surface, left):
                 begun.append(left)
-    assert left == volume.TRACKED_VERTICES - 10
-    assert begun == [volume.TRACKED_VERTICES]
+    assert left == VOLUME.compared_vertices - 10
+    assert begun == [VOLUME.compared_vertices]
 
 
 @pytest.fixture
-def tracked(surface_from, bumpy_mesh, compiled, random_collapses):
-    """Return a function from a seed to a state in the tracked levels, and its surface."""
+def tracked(surface_from, bumpy_mesh, random_collapses):
+    """Return a function from a seed to a state in the compared levels, and its surface."""
 
     def make(seed, count=60, collapses=15):
         positions, faces = bumpy_mesh(seed, count)
-        state, surface = volume.state(positions, faces), surface_from(positions, faces)
-        compiled.reach(state, surface, len(positions))
+        state, surface = cost_state(VOLUME, positions, faces), surface_from(positions, faces)
+        enter_level(state, surface, len(positions))
         left = len(positions)
         for _ in random_collapses(state, surface, seed, collapses):
             left -= 1
-            compiled.reach(state, surface, left)
+            enter_level(state, surface, left)
         return state, surface, left
 
     return make
 
 
 def valid_edges(surface, positions_near=0.0):
-    """Corners that face edges whose midpoint is a valid place, and that place."""
+    """Corners that face edges with a valid midpoint, and the midpoint."""
     ring = np.empty((200, 2), np.int32)
     for query, corner in enumerate(surface.corner_facing.tolist()):
         if corner < 0:
@@ -120,7 +133,7 @@ def valid_edges(surface, positions_near=0.0):
         start = 3 * (corner // 3)
         one, two = (int(surface.vertex[start + (corner + step) % 3]) for step in (1, 2))
         place = (surface.position[one] + surface.position[two]) / 2 * (1 + positions_near)
-        count = ring_faces(surface, one, two, ring)
+        count = write_edge_link(surface, one, two, ring)
         if link_condition_holds(surface, one, two, 10**6 + query) and keeps_star_shape(
             surface.position, ring, count, *place
         ):
@@ -129,13 +142,13 @@ def valid_edges(surface, positions_near=0.0):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_the_error_is_the_change_of_the_samples_mismatch(
-    tracked, compiled, faces_left, by_hand, all_samples, points_of, seed
+    tracked, faces_left, by_hand, all_samples, points_of, seed
 ):
     state, surface, _ = tracked(seed)
     _, faces = faces_left(surface)
     # samples may have been thinned: those in use are those in the faces
     used = all_samples(state.deviation)
-    assert len(used) == state.deviation.counts[2]
+    assert len(used) == state.deviation.counts[SAMPLES]
     points, weights = points_of(state.deviation, used), state.deviation.weight[used]
     before = by_hand(surface.position, faces, points, weights)[1].sum()
     compared = 0
@@ -145,34 +158,32 @@ def test_the_error_is_the_change_of_the_samples_mismatch(
         positions = surface.position.copy()
         positions[one] = place
         after = by_hand(positions, merged, points, weights)[1].sum()
-        value = compiled.error(state, surface, corner, place)
+        value = error_at(state, surface, corner, place)
         assert value == pytest.approx(after - before, rel=1e-7, abs=1e-7 * before)
         compared += 1
     assert compared > 10
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_the_optimum_says_its_own_error_and_preserves_the_volume(
-    tracked, compiled, faces_left, ends_of, seed
-):
+def test_the_optimum_returns_its_error_and_preserves_the_volume(tracked, faces_left, ends_of, seed):
     state, surface, left = tracked(seed)
-    assert left <= volume.REFINED_VERTICES
+    assert left <= VOLUME.refined_vertices
     _, faces = faces_left(surface)
-    wanted = np.linalg.det(surface.position[faces]).sum() + surface.deficit[0]
+    wanted = np.linalg.det(surface.position[faces]).sum() + surface.deficit[DEFICIT_NOW]
     refined = 0
     for corner, *_ in valid_edges(surface):
         place, unrefined = np.empty(3), np.empty(3)
-        value = compiled.optimum(state, surface, corner, place)
+        value = find_optimum(state, surface, corner, place)
         # what makes shorter edges come first, 10⁻⁹ of the area, is that of the last place tried
-        error = compiled.error(state, surface, corner, place)
+        error = error_at(state, surface, corner, place)
         assert value == pytest.approx(error, rel=1e-5, abs=1e-5)
         one, two = ends_of(surface, corner)
         positions = surface.position.copy()
         positions[one] = positions[two] = place
         assert np.linalg.det(positions[faces]).sum() == pytest.approx(wanted, rel=1e-9)
         # moved to where the mismatch is lower, or not at all
-        constrained_optimum(state.planes, surface, corner, unrefined)
-        assert ask_for_edge(state.deviation, surface, corner)
+        constrained_optimum(state.quadrics, surface, corner, unrefined)
+        assert query_edge(state.deviation, surface, corner)
         at_first = change_at(state.deviation, surface, unrefined)
         # but for what makes shorter edges come first
         assert value <= at_first + 1e-8 * abs(at_first)
@@ -180,20 +191,20 @@ def test_the_optimum_says_its_own_error_and_preserves_the_volume(
     assert refined > 0
 
 
-def test_samples_are_thinned_as_levels_become_coarser(icosphere, surface_from, compiled):
+def test_samples_are_thinned_as_levels_become_coarser(icosphere, surface_from):
     mesh = icosphere(3)
     positions = mesh.vertices.astype(np.float64)
-    state, surface = volume.state(positions, mesh.faces), surface_from(positions, mesh.faces)
-    assert compiled.reach(state, surface, len(positions)) is True
-    used = int(state.deviation.counts[2])
-    assert used == pytest.approx(volume.SAMPLES, rel=0.5)
-    assert compiled.reach(state, surface, len(positions)) is False
-    few = (used - 1) // (4 * volume.SAMPLES_PER_FACE)
-    assert compiled.reach(state, surface, few) is True
-    assert state.deviation.counts[2] == 2 * volume.SAMPLES_PER_FACE * few
-    while compiled.reach(state, surface, volume.THINNED_DOWN_TO):
+    state, surface = cost_state(VOLUME, positions, mesh.faces), surface_from(positions, mesh.faces)
+    enter_level(state, surface, len(positions))
+    used = int(state.deviation.counts[SAMPLES])
+    assert used == pytest.approx(VOLUME.samples, rel=0.5)
+    assert enter_level(state, surface, len(positions)) is False
+    few = (used - 1) // (4 * VOLUME.samples_per_face)
+    assert enter_level(state, surface, few) is True
+    assert state.deviation.counts[SAMPLES] == 2 * VOLUME.samples_per_face * few
+    while enter_level(state, surface, VOLUME.thinned_vertices):
         pass
-    left = int(state.deviation.counts[2])
-    assert left == 2 * volume.SAMPLES_PER_FACE * volume.THINNED_DOWN_TO
-    assert compiled.reach(state, surface, 4) is False
-    assert state.deviation.counts[2] == left
+    left = int(state.deviation.counts[SAMPLES])
+    assert left == 2 * VOLUME.samples_per_face * VOLUME.thinned_vertices
+    assert enter_level(state, surface, 4) is False
+    assert state.deviation.counts[SAMPLES] == left

@@ -62,8 +62,8 @@ PLANE = [[i, i, i, i / 3, i % 7, i % 5] for i in range(256)]
     [
         ("R G B L a b", PLANE[9:10], {"device_model": "fit"}, "one distinct device value only"),
         ("R G B L a b", PLANE, {"device_model": "fit"}, "the device values lie in a plane"),
-        ("L a b", [row[3:] for row in PLANE], {"device_model": "fit"}, "has no device values"),
-        ("L a b", [row[3:] for row in PLANE], {"popularity": 0.1}, "the data is no picture"),
+        ("L a b", [row[3:] for row in PLANE], {"device_model": "fit"}, "without device values"),
+        ("L a b", [row[3:] for row in PLANE], {"popularity": 0.1}, "does not apply"),
         ("L a b", [row[3:] for row in PLANE], {"observer": 10}, "the data has no spectra"),
     ],
 )

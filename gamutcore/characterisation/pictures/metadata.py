@@ -1,0 +1,266 @@
+"""Colour metadata of picture files: code points, chromaticities, gamma, Exif, names of spaces.
+
+OpenImageIO reports most metadata as attributes. PNG's chunks sRGB, gAMA and cHRM, and the
+primaries of Radiance HDR, are read here, because OpenImageIO does not report them.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+import struct
+import warnings
+import zlib
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from PIL import ExifTags, Image
+
+from gamutcore.characterisation.pictures.encoding import (
+    ADOBE_RGB,
+    SRGB,
+    Encoding,
+    chromaticity_encoding,
+    code_point_encoding,
+    named_encoding,
+)
+from gamutcore.errors import MalformedProfileError, UnsupportedPictureError
+
+__all__ = [
+    "MAX_PROFILE_BYTES",
+    "declared_encoding",
+    "embedded_profile",
+    "is_narrow_range",
+    "refuse_film_densities",
+]
+
+MAX_PROFILE_BYTES = 2**25
+"""Maximum size of an embedded profile. The largest press profiles have about 10 MB."""
+
+_RADIANCE_PRIMARIES = re.compile(rb"^PRIMARIES=((?:[ \t]*[-+\d.eE]+){8})[ \t]*$", re.MULTILINE)
+_DPX_SPACES = {"Linear": "lin_rec709_scene", "ITU-R 709-4": "g24_rec709_display"}
+_EXIF_UNCALIBRATED = 0xFFFF
+_DPX_LOGARITHMIC = {"Logarithmic", "Printing density", "ADX"}
+
+
+def declared_encoding(
+    spec: Any,  # noqa: ANN401 (an ImageSpec)
+    data: bytes,
+    file_format: str,
+    *,
+    has_profile: bool = False,
+) -> tuple[Encoding | None, list[str]]:
+    """Return the encoding that a picture declares, and warnings.
+
+    Parameters
+    ----------
+    spec : ImageSpec
+        The header, as OpenImageIO reports it.
+    data : bytes
+        The file.
+    file_format : str
+    has_profile : bool, optional
+        Whether the file has an ICC profile. Only code points take precedence over it (W3C PNG,
+        third edition, 4.3).
+
+    Returns
+    -------
+    encoding : Encoding or None
+        None if the file declares none.
+    warnings : list of str
+    """
+    said: list[str] = []
+    code_points = spec.getattribute("CICP")
+    if code_points is not None:
+        primaries, transfer, matrix, _ = (int(number) for number in code_points)
+        encoding = None if matrix else code_point_encoding(primaries, transfer)
+        if encoding is not None:
+            return encoding, said
+        said.append(f"The code points {primaries}, {transfer}, {matrix} are not supported.")
+    if has_profile:
+        return None, said
+    if file_format == "png":
+        encoding, more = _png_encoding(data)
+    elif file_format == "exr":
+        encoding, more = _exr_encoding(spec)
+    elif file_format == "hdr":
+        encoding, more = _hdr_encoding(data)
+    elif file_format == "dpx":
+        name = _DPX_SPACES.get(spec.get_string_attribute("dpx:Transfer"), "")
+        encoding, more = named_encoding(name), []
+    else:
+        encoding, more = _exif_encoding(spec, data), []
+    return encoding, said + more
+
+
+def is_narrow_range(spec: Any, file_format: str) -> bool:  # noqa: ANN401 (an ImageSpec)
+    """Return whether code points state that integers use the narrow range, 16 to 235 of 8 bits.
+
+    Parameters
+    ----------
+    spec : ImageSpec
+    file_format : str
+
+    Returns
+    -------
+    bool
+    """
+    code_points = spec.getattribute("CICP")
+    if file_format != "png" or code_points is None or code_points[3]:
+        return False
+    primaries, transfer, matrix, _ = (int(number) for number in code_points)
+    return not matrix and code_point_encoding(primaries, transfer) is not None
+
+
+def refuse_film_densities(spec: Any) -> None:  # noqa: ANN401 (an ImageSpec)
+    """Refuse DPX with logarithmic film densities, which are not light.
+
+    Parameters
+    ----------
+    spec : ImageSpec
+
+    Raises
+    ------
+    UnsupportedPictureError
+        The transfer characteristic is logarithmic.
+    """
+    transfer = spec.get_string_attribute("dpx:Transfer")
+    if transfer in _DPX_LOGARITHMIC:
+        raise UnsupportedPictureError(
+            f"The DPX picture has values of the kind {transfer}.",
+            where={"field": "transfer"},
+            remedy="Convert it to linear light or to a display encoding.",
+        )
+
+
+def _png_encoding(data: bytes) -> tuple[Encoding | None, list[str]]:
+    """Return the encoding of the chunks sRGB, gAMA and cHRM (W3C PNG, third edition, 11.3.2)."""
+    chunks = dict(_png_chunks(data))
+    if b"sRGB" in chunks:
+        return SRGB, []
+    gamma = chromaticities = None
+    if len(chunks.get(b"gAMA", b"")) == 4:
+        stated = int.from_bytes(chunks[b"gAMA"], "big")
+        gamma = 100_000 / stated if stated else 0.0
+    if len(chunks.get(b"cHRM", b"")) == 32:
+        chromaticities = tuple(value / 100_000 for value in struct.unpack(">8I", chunks[b"cHRM"]))
+    if gamma is None and chromaticities is None:
+        return None, []
+    if chromaticities is not None:  # white first; `chromaticity_encoding` has white last
+        chromaticities = (*chromaticities[2:], *chromaticities[:2])
+    encoding = chromaticity_encoding(chromaticities, gamma=gamma)
+    if encoding is None:
+        return None, ["The chunks gAMA and cHRM state impossible values and are not used."]
+    return encoding, []
+
+
+def _png_chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
+    """Yield the chunks before the pixels."""
+    place = 8
+    while place + 8 <= len(data):
+        size, name = struct.unpack_from(">I4s", data, place)
+        if name == b"IDAT":
+            return
+        yield name, data[place + 8 : place + 8 + size]
+        place += size + 12
+
+
+def _exr_encoding(spec: Any) -> tuple[Encoding | None, list[str]]:  # noqa: ANN401
+    name = spec.get_string_attribute("oiio:ColorSpace")
+    if name:
+        encoding = named_encoding(name)
+        if encoding is not None:
+            return encoding, []
+        return None, [f"The colour space {name[:60]} is not supported and was not used."]
+    stated = spec.getattribute("chromaticities")
+    if stated is None:
+        return None, []
+    encoding = chromaticity_encoding(tuple(float(value) for value in stated), linear=True)
+    if encoding is None:
+        return None, ["The attribute chromaticities states impossible values and is not used."]
+    return encoding, []
+
+
+def _hdr_encoding(data: bytes) -> tuple[Encoding | None, list[str]]:
+    found = _RADIANCE_PRIMARIES.search(data[:4096])
+    if found is None:
+        return None, []
+    try:
+        numbers = tuple(float(word) for word in found[1].split())
+    except ValueError:
+        numbers = ()
+    encoding = chromaticity_encoding(numbers, linear=True) if len(numbers) == 8 else None
+    if encoding is None:
+        return None, ["The line PRIMARIES states impossible values and is not used."]
+    return encoding, []
+
+
+def _exif_encoding(spec: Any, data: bytes) -> Encoding | None:  # noqa: ANN401 (an ImageSpec)
+    """Return sRGB, or the optional colour space of DCF 2.0, Adobe RGB, from Exif."""
+    space = spec.get_int_attribute("Exif:ColorSpace")
+    if space == 1 and spec.nchannels >= 3:
+        return SRGB
+    if space == _EXIF_UNCALIBRATED and spec.nchannels >= 3:
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                exif = Image.open(io.BytesIO(data)).getexif()
+                index = exif.get_ifd(ExifTags.IFD.Interop).get(1, "")
+        except (OSError, SyntaxError, ValueError, TypeError, LookupError, struct.error):
+            return None
+        if str(index).startswith("R03"):
+            return ADOBE_RGB
+    return None
+
+
+def embedded_profile(spec: Any, data: bytes, file_format: str) -> bytes:  # noqa: ANN401
+    """Return the embedded ICC profile of a picture.
+
+    Parameters
+    ----------
+    spec : ImageSpec
+    data : bytes
+        The file.
+    file_format : str
+
+    Returns
+    -------
+    bytes
+        Empty without a profile.
+
+    Raises
+    ------
+    MalformedProfileError
+        A PNG or JPEG file has a profile that is damaged or incomplete. OpenImageIO ignores it, and
+        the colours would be taken for sRGB.
+
+    Notes
+    -----
+    OpenImageIO also ignores the RGB profile of a gray PNG file; it is read here.
+    """
+    profile = spec.getattribute("ICCProfile")
+    if profile is not None:
+        return np.asarray(profile, np.uint8).tobytes()
+    damaged = False
+    if file_format == "png":
+        content = dict(_png_chunks(data)).get(b"iCCP")
+        if content is None:
+            return b""
+        unpacker = zlib.decompressobj()
+        try:
+            found = unpacker.decompress(content[content.index(b"\0") + 2 :], MAX_PROFILE_BYTES)
+        except (zlib.error, ValueError):
+            found = b""
+        if unpacker.eof:
+            return found
+        damaged = True
+    elif file_format == "jpeg":
+        damaged = b"ICC_PROFILE\0" in data[: data.find(b"\xff\xda")]
+    if damaged:
+        raise MalformedProfileError(
+            "The embedded profile is damaged, incomplete or too large.",
+            where={"field": "profile"},
+            remedy="Embed the profile again, or save the picture without a profile.",
+        )
+    return b""

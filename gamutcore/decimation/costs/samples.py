@@ -1,0 +1,348 @@
+"""Samples of a reference surface, each assigned to the face of the current surface that it lies in.
+
+A sample is a point of the reference that represents a part of its volume. All surfaces are
+star-shaped about the centre, so a sample lies in the cone of exactly one face of the current
+surface. In the direction of the sample the two surfaces differ by w |1 − t³|. Here w is the
+sample's share of the reference volume, and t the radius of the surface divided by the radius of the
+sample. The sum over all samples approximates the volume of the symmetric difference.
+
+Data layout: one array per coordinate, with the samples of a face next to each other. A loop over
+them reads consecutive memory and compiles to vector instructions. When faces exchange samples, all
+samples involved are written behind the last ones. The arrays have two halves. When one half is
+full, the samples in use move to the other.
+
+Samples represent nearly equal shares. With one sample per face, the few samples of the large faces
+would carry most of the sum: it came out up to a half below the mismatch of the chosen levels.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gamutcore.arrays import FloatArray, IndexArray, LongArray
+from gamutcore.corner_table import following, preceding
+from gamutcore.decimation.star import LARGEST_LINK, Surface
+from gamutcore.kernels import leaf_kernel
+
+__all__ = [
+    "HALF_BEGIN",
+    "HALF_SIZE",
+    "LANES",
+    "LARGEST_SHARE",
+    "PENALTY_OUTSIDE",
+    "QUERY_AREA",
+    "QUERY_DISTANCE",
+    "QUERY_FACES",
+    "QUERY_PAIRS",
+    "QUERY_SAMPLES",
+    "QUERY_WEIGHT",
+    "SAMPLES",
+    "TOGETHER",
+    "TOP",
+    "TOTAL_WEIGHT",
+    "Deviation",
+    "deviation_on_faces",
+    "empty_deviation",
+    "sample_capacity",
+    "take_samples",
+]
+
+LARGEST_SHARE = 1e12
+"""Bound of |1 − t³|, which keeps sums finite where the surface is nearly edge-on."""
+
+PENALTY_OUTSIDE = 8.0
+"""Value of |1 − t³| for a sample that no face lies in front of. The position is then not valid."""
+
+LANES = 8
+"""Largest number of samples that one vector instruction processes."""
+
+TOGETHER = 4
+"""Number of faces that each sample is compared with in one pass."""
+
+SAMPLES, TOP, HALF_BEGIN, HALF_SIZE = range(4)
+"""Indices into `Deviation.counts`.
+
+Number of samples in use; index behind the last one, 0 while they are not assigned to faces; first
+index of the half in use; length of a half.
+"""
+
+QUERY_PAIRS, QUERY_FACES, QUERY_SAMPLES = range(4, 7)
+"""Indices into `Deviation.counts`, for the current query.
+
+Number of pairs of the link; number of faces; number of samples including the padding.
+"""
+
+QUERY_DISTANCE, QUERY_AREA, QUERY_WEIGHT, TOTAL_WEIGHT = range(4)
+"""Indices into `Deviation.sums`.
+
+For the current query: distances of the samples from their faces, integrated over their area; that
+area; the sum of their weights. `TOTAL_WEIGHT` is the sum over all samples.
+"""
+
+
+class Deviation(NamedTuple):
+    """Samples of a reference and the faces that they lie in; scratch for queries.
+
+    A query asks for the samples around an edge or a vertex (`costs.deviation`).
+
+    Attributes
+    ----------
+    x, y, z : (4 S,) float64
+        The samples, relative to the centre.
+    weight : (4 S,) float64
+        Their shares of the volume of the reference, times six.
+    begin, end : (F,) int64
+        Start and end of each face's samples in these arrays.
+    error : (F,) float64
+        Sum of w |1 − t³| over the samples of a face.
+    cursor : (F,) int64
+        Scratch: where the next sample of a face is written.
+    released : (2, 2) int64
+        Start and end of the samples of the two faces removed last. Empty once they are reassigned.
+    link : (LARGEST_LINK, 2) int32
+        Query: the directed link, in the order of its pairs around the position.
+    plane : (LARGEST_LINK + TOGETHER, 10) float64
+        Query, for the face (p, a, b) of the position p and each pair: p × a; N with N·q = 1 on the
+        face; a × b ÷ det(p, a, b); |N|. The cone of the face lies between its p × a and the next.
+    face_sum : (LARGEST_LINK, 8) float64
+        Query, for each of these faces: two sums over its samples in four partial sums.
+    face : (LARGEST_LINK,) int32
+        Query: the present faces.
+    query_x, query_y, query_z, query_weight : (S + LANES,) float64
+        Query: the samples of the present faces, padded to a multiple of LANES by zero weights.
+    pair : (S + LANES,) int64
+        Query: the pair whose face a sample lies in. Assignment: a corner of the sample's new face.
+    depth, inverse, norm : (S + LANES,) float64
+        Query: depth of a sample in the cone of its face; N·q and |N| of the face.
+    term, other_term, third_term : (S + LANES,) float64
+        Query: terms of sums over samples.
+    counts : (7,) int64
+        Indexed by `SAMPLES`, `TOP`, `HALF_BEGIN`, `HALF_SIZE` and `QUERY_…`.
+    sums : (4,) float64
+        Indexed by `QUERY_DISTANCE`, `QUERY_AREA`, `QUERY_WEIGHT`, `TOTAL_WEIGHT`.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    z: FloatArray
+    weight: FloatArray
+    begin: LongArray
+    end: LongArray
+    error: FloatArray
+    cursor: LongArray
+    released: LongArray
+    link: IndexArray
+    plane: FloatArray
+    face_sum: FloatArray
+    face: IndexArray
+    query_x: FloatArray
+    query_y: FloatArray
+    query_z: FloatArray
+    query_weight: FloatArray
+    pair: LongArray
+    depth: FloatArray
+    inverse: FloatArray
+    norm: FloatArray
+    term: FloatArray
+    other_term: FloatArray
+    third_term: FloatArray
+    counts: LongArray
+    sums: FloatArray
+
+
+def empty_deviation(samples: int, faces: int) -> Deviation:
+    """Return a deviation without samples, with room for `samples` samples on `faces` faces."""
+    of_samples = {name: np.empty(4 * samples) for name in ("x", "y", "z", "weight")}
+    of_query = {
+        name: np.empty(samples + LANES)
+        for name in ("query_x", "query_y", "query_z", "query_weight", "depth", "inverse", "norm")
+    }
+    terms = {name: np.empty(samples + LANES) for name in ("term", "other_term", "third_term")}
+    return Deviation(
+        **of_samples,
+        begin=np.zeros(faces, np.int64),
+        end=np.zeros(faces, np.int64),
+        error=np.zeros(faces),
+        cursor=np.zeros(faces, np.int64),
+        released=np.zeros((2, 2), np.int64),
+        link=np.empty((LARGEST_LINK, 2), np.int32),
+        plane=np.empty((LARGEST_LINK + TOGETHER, 10)),
+        face_sum=np.empty((LARGEST_LINK, 8)),
+        face=np.empty(LARGEST_LINK, np.int32),
+        **of_query,
+        pair=np.empty(samples + LANES, np.int64),
+        **terms,
+        counts=np.zeros(7, np.int64),
+        sums=np.zeros(4),
+    )
+
+
+def sample_capacity(wanted: int, faces: int) -> int:
+    """Upper bound of the number of samples that `take_samples` takes of `faces` faces.
+
+    A face has one sample at least. A face of x > 1 shares has at most (x + ½)² ≤ 16/9 x samples.
+
+    >>> sample_capacity(900, 100)
+    1701
+    """
+    return faces + 16 * wanted // 9 + 1
+
+
+def deviation_on_faces(deviation: Deviation, faces: IndexArray) -> Deviation:
+    """Return the same samples on a surface that consists of some of the faces.
+
+    Parameters
+    ----------
+    deviation : Deviation
+        All its samples lie in these faces, or none is assigned to a face yet.
+    faces : (f,) int32
+
+    Returns
+    -------
+    Deviation
+        With room for the present samples; without samples, with as much room as before.
+    """
+    used = int(deviation.counts[SAMPLES])
+    if used == 0:
+        return empty_deviation(deviation.query_x.size - LANES, len(faces))
+    copy = empty_deviation(used, len(faces))
+    copy.counts[SAMPLES], copy.counts[HALF_SIZE] = used, 2 * used
+    copy.sums[TOTAL_WEIGHT] = deviation.sums[TOTAL_WEIGHT]
+    kept = np.arange(used)
+    if deviation.counts[TOP] > 0:
+        begin, end = deviation.begin[faces], deviation.end[faces]
+        copy.counts[TOP] = used
+        copy.end[:] = np.cumsum(end - begin)
+        copy.begin[1:] = copy.end[:-1]
+        copy.error[:] = deviation.error[faces]
+        kept = np.arange(used) + np.repeat(begin - copy.begin, end - begin)
+    for name in ("x", "y", "z", "weight"):
+        getattr(copy, name)[:used] = getattr(deviation, name)[kept]
+    return copy
+
+
+@leaf_kernel
+def _six_volumes(position: FloatArray, one: int, two: int, three: int) -> float:
+    """Six times the volume of the cone over a face."""
+    ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
+    bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
+    cx, cy, cz = position[three, 0], position[three, 1], position[three, 2]
+    return ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+
+
+@leaf_kernel
+def _add_lattice(
+    deviation: Deviation,
+    position: FloatArray,
+    one: int,
+    two: int,
+    three: int,
+    divisions: int,
+    share: float,
+    passed: float,
+) -> float:
+    """Add the centroids of the `divisions`² equal triangles that a face is divided into.
+
+    With a positive `share`, marks stand a share apart along the line of all weights, and only
+    triangles with a mark are added. `passed` is the distance from the last mark to the beginning of
+    the face. The result is the distance from the last mark to its end.
+    """
+    weight = _six_volumes(position, one, two, three) / (divisions * divisions)
+    for i in range(divisions):
+        for j in range(divisions - i):
+            for turned in range(2 if i + j < divisions - 1 else 1):
+                represented = weight
+                if share > 0.0:
+                    passed += weight
+                    if passed < share:
+                        continue
+                    represented = np.floor(passed / share) * share
+                    passed -= represented
+                u = (i + (1.0 + turned) / 3.0) / divisions
+                v = (j + (1.0 + turned) / 3.0) / divisions
+                w = 1.0 - u - v
+                sample = deviation.counts[SAMPLES]
+                deviation.counts[SAMPLES] += 1
+                deviation.x[sample] = (
+                    u * position[one, 0] + v * position[two, 0] + w * position[three, 0]
+                )
+                deviation.y[sample] = (
+                    u * position[one, 1] + v * position[two, 1] + w * position[three, 1]
+                )
+                deviation.z[sample] = (
+                    u * position[one, 2] + v * position[two, 2] + w * position[three, 2]
+                )
+                deviation.weight[sample] = represented
+    return passed
+
+
+@leaf_kernel
+def take_samples(deviation: Deviation, surface: Surface, wanted: int, in_faces: bool) -> None:
+    """Make the surface the reference and take points of its faces as samples.
+
+    A sample is the centroid of one of the equal parts that its face is divided into. If the samples
+    exceed the room, systematic resampling selects half as many as there is room for, as in
+    `thin_samples`.
+
+    Parameters
+    ----------
+    deviation : Deviation
+        Without samples.
+    surface : Surface
+        At any level.
+    wanted : int
+        Each face is divided into parts of about 1 ÷ `wanted` of the volume, or not divided.
+    in_faces : bool
+        Whether to assign the samples to their faces. Otherwise `assign_samples` does so later.
+    """
+    room = deviation.query_x.size - LANES
+    whole, _ = _scan_faces(deviation, surface, 0.0, 0.0, False)
+    part = whole / wanted
+    _, count = _scan_faces(deviation, surface, part, -1.0, False)
+    share = 0.0 if count <= room else whole / (room // 2)
+    _scan_faces(deviation, surface, part, share, in_faces)
+    deviation.counts[TOP] = deviation.counts[SAMPLES] if in_faces else 0
+    deviation.counts[HALF_SIZE] = 2 * deviation.counts[SAMPLES]
+    deviation.sums[TOTAL_WEIGHT] = whole
+
+
+@leaf_kernel
+def _scan_faces(
+    deviation: Deviation, surface: Surface, part: float, share: float, in_faces: bool
+) -> tuple[float, int]:
+    """Six times the volume and, with a positive `part`, the number of samples of that size.
+
+    With a `share` that is not negative, the samples are added by `_add_lattice`.
+    """
+    vertex, position = surface.vertex, surface.position
+    whole, count, passed = 0.0, 0, 0.5 * share
+    for edge in range(surface.corner_facing.size):
+        corner = int(surface.corner_facing[edge])
+        if corner < 0:
+            continue
+        for side in range(2):
+            at = corner if side == 0 else int(surface.opposite[corner])
+            # visit each face once: at its edge with the least id
+            if edge > min(surface.edge_of[following(at)], surface.edge_of[preceding(at)]):
+                continue
+            one, two, three = (
+                int(vertex[at]),
+                int(vertex[following(at)]),
+                int(vertex[preceding(at)]),
+            )
+            volume = _six_volumes(position, one, two, three)
+            whole += volume
+            if not part > 0.0:
+                continue
+            divisions = max(1, int(np.rint(np.sqrt(volume / part))))
+            count += divisions * divisions
+            if share < 0.0:
+                continue
+            begin = deviation.counts[SAMPLES]
+            passed = _add_lattice(deviation, position, one, two, three, divisions, share, passed)
+            if in_faces:
+                deviation.begin[at // 3] = begin
+                deviation.end[at // 3] = deviation.counts[SAMPLES]
+    return whole, count

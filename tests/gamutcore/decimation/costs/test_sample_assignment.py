@@ -1,0 +1,247 @@
+"""Assignment of samples: no weight is lost, and each sample lies in the cone of its face."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gamutcore.decimation.costs import cost_named
+from gamutcore.decimation.costs.dispatch import cost_state
+from gamutcore.decimation.costs.sample_assignment import (
+    assign_samples,
+    reassign_samples,
+    release_samples,
+    thin_samples,
+)
+from gamutcore.decimation.costs.samples import (
+    SAMPLES,
+    empty_deviation,
+    sample_capacity,
+    take_samples,
+)
+from gamutcore.decimation.star import LARGEST_LINK
+from gamutcore.mesh import TriangleMesh
+from gamutcore.metric import mismatch
+
+FINEST = cost_named("finest").parameters
+
+
+def start_at_centroids(deviation, surface):
+    take_samples(deviation, surface, 1, True)
+
+
+def start_at_parts(deviation, surface):
+    take_samples(deviation, surface, PARTS * len(surface.vertex) // 3, True)
+
+
+PARTS = 9
+STARTS = (start_at_centroids, start_at_parts)
+
+
+def six_volumes(positions, faces):
+    return np.linalg.det(positions[faces])
+
+
+class Tracked:
+    """A deviation and a surface whose random edges are collapsed."""
+
+    def __init__(self, start, positions, faces, surface):
+        self.surface = surface
+        # the cost that does nothing about the samples but hand them over and redistribute them
+        self.state = cost_state(FINEST, positions, faces)
+        room = empty_deviation(sample_capacity(PARTS * len(faces), len(faces)), len(faces))
+        self.state = self.state._replace(deviation=room)
+        self.deviation = room
+        start(room, surface)
+
+
+@pytest.fixture(scope="session")
+def tracked(bumpy_mesh, surface_from):
+    """Return a function from a sampling method, a seed and a number of points to a `Tracked`."""
+
+    def make(start, seed, count=50):
+        positions, faces = bumpy_mesh(seed, count)
+        return Tracked(start, positions, faces, surface_from(positions, faces))
+
+    return make
+
+
+@pytest.mark.parametrize("start", STARTS)
+@settings(max_examples=6)
+@given(seed=st.integers(0, 10**6))
+def test_samples_follow_random_collapses(
+    tracked, random_collapses, faces_left, assert_in_their_faces, start, seed
+):
+    case = tracked(start, seed)
+    deviation, surface = case.deviation, case.surface
+    _numbers, faces = faces_left(surface)
+    whole = six_volumes(surface.position, faces).sum()
+    count = int(deviation.counts[SAMPLES])
+    assert count == len(faces) if start is start_at_centroids else count > 2 * len(faces)
+    for _ in random_collapses(case.state, surface, seed, 25):
+        samples = assert_in_their_faces(deviation, surface)
+        assert len(samples) == count
+        # the share of the reference's volume, whatever the surface is now
+        assert deviation.weight[samples].sum() == pytest.approx(whole, rel=1e-12)
+    assert len(faces_left(surface)[1]) < len(faces)
+    assert deviation.error.sum() > 0
+
+
+@pytest.mark.parametrize("start", STARTS)
+def test_a_surface_does_not_deviate_from_itself(tracked, faces_left, assert_in_their_faces, start):
+    case = tracked(start, 3)
+    samples = assert_in_their_faces(case.deviation, case.surface)
+    whole = six_volumes(case.surface.position, faces_left(case.surface)[1]).sum()
+    assert case.deviation.weight[samples].sum() == pytest.approx(whole, rel=1e-12)
+    assert case.deviation.error.sum() <= 1e-12 * whole
+
+
+@pytest.mark.parametrize("start", STARTS)
+def test_samples_follow_moves(tracked, assert_in_their_faces, start):
+    case = tracked(start, 6)
+    random = np.random.default_rng(0)
+    for vertex in range(0, len(case.surface.position), 3):
+        case.surface.position[vertex] *= random.uniform(0.9, 1.1)
+        reassign_samples(case.deviation, case.surface, vertex)
+        assert_in_their_faces(case.deviation, case.surface)
+    assert case.deviation.error.sum() > 0
+
+
+@pytest.mark.parametrize("start", STARTS)
+@settings(max_examples=10)
+@given(seed=st.integers(0, 10**6), part=st.floats(0.02, 1))
+def test_thinned_samples_have_equal_shares(
+    tracked,
+    random_collapses,
+    faces_left,
+    samples_in,
+    points_of,
+    assert_in_their_faces,
+    start,
+    seed,
+    part,
+):
+    case = tracked(start, seed, 100)
+    deviation, surface = case.deviation, case.surface
+    for _ in random_collapses(case.state, surface, 1, 60):
+        pass
+    count = int(deviation.counts[SAMPLES])
+    before = assert_in_their_faces(deviation, surface)
+    # by their points, for those that stay move up
+    weights = dict(
+        zip(map(tuple, points_of(deviation, before)), deviation.weight[before], strict=True)
+    )
+    whole = deviation.weight[before].sum()
+    numbers, _ = faces_left(surface)
+    in_faces = [deviation.weight[samples_in(deviation, int(face))].sum() for face in numbers]
+    assert thin_samples(deviation, surface, count) is False
+    np.testing.assert_array_equal(assert_in_their_faces(deviation, surface), before)
+    most = max(2, int(part * (count - 1)))
+    assert thin_samples(deviation, surface, most) is True
+    after = assert_in_their_faces(deviation, surface)
+    assert 0 < len(after) == int(deviation.counts[SAMPLES]) <= most // 2
+    share = whole / (most // 2)
+    marks = deviation.weight[after] / share
+    np.testing.assert_allclose(marks, np.rint(marks), rtol=1e-9)
+    # one mark, or as many as its share was worth before
+    worth = np.array([weights[tuple(point)] for point in points_of(deviation, after)]) / share
+    assert (np.abs(marks - worth) < 1 + 1e-9).all()
+    # no weight is lost, and no face has a share more or less than it had
+    assert deviation.weight[after].sum() == pytest.approx(whole, rel=1e-9)
+    now = [deviation.weight[samples_in(deviation, int(face))].sum() for face in numbers]
+    assert np.abs(np.subtract(now, in_faces)).max() <= share * (1 + 1e-9)
+
+
+def test_samples_of_removed_faces_are_released(tracked, samples_in):
+    case = tracked(start_at_parts, 9)
+    corner = int(case.surface.corner_facing[17])
+    gone = [corner // 3, int(case.surface.opposite[corner]) // 3]
+    before = [samples_in(case.deviation, face) for face in gone]
+    release_samples(case.deviation, case.surface, corner)
+    for face, samples, waiting in zip(gone, before, case.deviation.released, strict=True):
+        assert samples
+        assert samples_in(case.deviation, face) == []
+        assert case.deviation.error[face] == 0.0
+        assert list(range(*waiting)) == samples
+
+
+@settings(max_examples=10)
+@given(seed=st.integers(0, 10**6))
+def test_samples_taken_earlier_are_found_at_any_level(
+    tracked, random_collapses, assert_in_their_faces, seed
+):
+    case = tracked(start_at_centroids, seed, 100)
+    loose = empty_deviation(len(case.deviation.pair), len(case.deviation.begin))
+    take_samples(loose, case.surface, 500, False)
+    whole = loose.weight[: loose.counts[SAMPLES]].sum()
+    for _ in random_collapses(case.state, case.surface, seed, 60):
+        pass
+    assign_samples(loose, case.surface)
+    samples = assert_in_their_faces(loose, case.surface)
+    assert loose.weight[samples].sum() == pytest.approx(whole, rel=1e-12)
+
+
+def test_samples_are_assigned_where_walks_cycle(surface_from, faces_left, assert_in_their_faces):
+    """A fan of slivers around an axis, where walks from some faces cycle."""
+    random = np.random.default_rng(5)
+    for sides in (5, 30, 400):
+        turn = np.linspace(0, 2 * np.pi, sides, endpoint=False)
+        rim = np.stack([np.cos(turn), np.sin(turn), random.uniform(-3, 3, sides)], axis=1)
+        rim /= np.linalg.norm(rim, axis=1)[:, np.newaxis]
+        positions = np.vstack([rim, [[0, 0, 9], [0, 0, -9]]])
+        after = (np.arange(sides) + 1) % sides
+        above = np.stack([np.arange(sides), after, np.full(sides, sides)], axis=1)
+        below = np.stack([after, np.arange(sides), np.full(sides, sides + 1)], axis=1)
+        surface = surface_from(positions, np.vstack([above, below]))
+        assert np.linalg.det(positions[faces_left(surface)[1]]).min() > 0
+        deviation = empty_deviation(sample_capacity(3000, 2 * sides), 2 * sides)
+        take_samples(deviation, surface, 3000, False)
+        count = int(deviation.counts[SAMPLES])
+        order = random.permutation(count)
+        for array in (deviation.x, deviation.y, deviation.z, deviation.weight):
+            array[:count] = array[order]
+        assign_samples(deviation, surface)
+        assert len(assert_in_their_faces(deviation, surface)) == count
+
+
+def test_reassignment_has_no_limit_of_degree(surface_from, assert_in_their_faces):
+    """A vertex may have more faces than the longest link that is evaluated."""
+    sides = LARGEST_LINK + 50
+    turn = np.linspace(0, 2 * np.pi, sides, endpoint=False)
+    rim = np.stack([np.cos(turn), np.sin(turn), np.zeros(sides)], axis=1)
+    positions = np.vstack([rim, [[0, 0, 1], [0, 0, -1]]])
+    after = (np.arange(sides) + 1) % sides
+    above = np.stack([np.arange(sides), after, np.full(sides, sides)], axis=1)
+    below = np.stack([after, np.arange(sides), np.full(sides, sides + 1)], axis=1)
+    surface = surface_from(positions, np.vstack([above, below]))
+    deviation = empty_deviation(3 * len(positions), 2 * sides)
+    take_samples(deviation, surface, 1, True)
+    surface.position[sides] = (0.2, 0.1, 0.8)
+    reassign_samples(deviation, surface, sides)
+    assert_in_their_faces(deviation, surface)
+    assert deviation.error.sum() > 0
+
+
+@pytest.mark.parametrize("start", STARTS)
+def test_the_sum_of_the_errors_is_the_mismatch(
+    start, icosphere, surface_from, random_collapses, faces_left
+):
+    """Compared with exact boolean operations, on a sphere of 2562 vertices decimated to 300."""
+    mesh = icosphere(4)
+    positions = mesh.vertices.astype(np.float64)
+    case = Tracked(start, positions, mesh.faces, surface_from(positions, mesh.faces))
+    wanted = len(positions) - 300
+    rounds = 0
+    while wanted > 0 and rounds < 20:
+        done = sum(1 for _ in random_collapses(case.state, case.surface, rounds, wanted))
+        wanted, rounds = wanted - done, rounds + 1
+    _, faces = faces_left(case.surface)
+    assert len(faces) <= 2 * 320
+    kept, renamed = np.unique(faces, return_inverse=True)
+    level = TriangleMesh(
+        case.surface.position[kept].astype(np.float32), renamed.reshape(-1, 3).astype(np.int32)
+    )
+    exact = mismatch(mesh, level)
+    assert exact > 0.02
+    summed = case.deviation.error.sum() / 6 / mesh.volume
+    assert summed == pytest.approx(exact, rel=0.05)
