@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, TypeAlias
@@ -315,31 +315,26 @@ class Options:
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, object]) -> Options:
-        """Return options from names and values, such as parsed JSON; see `from_pairs`."""
-        return cls.from_pairs(mapping.items())
-
-    @classmethod
-    def from_pairs(cls, pairs: Iterable[tuple[str, object]]) -> Options:
-        """Return options from pairs of name and value. A name may come twice with the same value.
+        """Return options from names and values, such as parsed JSON.
 
         Parameters
         ----------
-        pairs : iterable of (str, object)
+        mapping : mapping of str to object
             Names in any letter case, with ``-`` or ``_``.
 
         Returns
         -------
         Options
-            Options without a pair have their defaults.
+            Options that are not in the mapping have their defaults.
 
         Raises
         ------
         OptionError
-            A name is unknown or occurs with different values, or a value is not accepted.
+            A name is unknown or occurs twice, or a value is not accepted.
 
         Examples
         --------
-        >>> Options.from_pairs([("Ink-Limit", 300), ("ink_limit", 300.0)]).ink_limit
+        >>> Options.from_mapping({"Ink-Limit": 300}).ink_limit
         300.0
         """
         values: dict[str, Any] = {}
@@ -347,10 +342,13 @@ class Options:
             name = option_name(given)
             if name in values:
                 raise OptionError(
-                    f"The option {name} is given twice: as {_shown(other)} and as {_shown(value)}.",
+                    f"The option {name} is given twice.",
                     where={"field": name},
                     remedy="Give each option once.",
                 )
+            if value is None:  # to the constructor, None means that there is no value
+                raise OptionError.refusal(name, value, "a value, or leave it out for the default")
+            values[name] = value
         return cls(**values)
 
     def to_mapping(self) -> dict[str, object]:
@@ -447,7 +445,7 @@ def option_value(name: str, text: str) -> object:
     Parameters
     ----------
     name : str
-        Name of the option, in any letter case, with ``-`` or ``_``.
+        A key of `OPTIONS`.
     text : str
 
     Returns
@@ -459,13 +457,8 @@ def option_value(name: str, text: str) -> object:
     --------
     >>> option_value("gamma", "0.2"), option_value("cost", "finest")
     (0.2, 'finest')
-
-    Raises
-    ------
-    OptionError
-        There is no such option.
     """
-    if any(each.canonical(text) is not None for each in OPTIONS[_known_name(name)].types):
+    if any(each.canonical(text) is not None for each in OPTIONS[name].types):
         return text
     try:
         return json.loads(text)

@@ -49,6 +49,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     serve.add_argument("--host", help="address to listen on")
     serve.add_argument("--port", type=int, help="port to listen on; 0 takes a free one")
     serve.add_argument("--store", help="location of the store: a directory, or s3://, gs://, az://")
+    serve.add_argument(
+        "--print-settings",
+        action="store_true",
+        help="print the settings in force as GAMUT_NAME=value lines, and exit",
+    )
     worker = commands.add_parser(
         "worker", help="build the jobs of a broker (GAMUT_BROKER, GAMUT_STORE)"
     )

@@ -234,7 +234,7 @@ class Settings(BaseSettings):
         description="Largest number of pixels in a picture.",
     )
     max_form_parts: int = Field(
-        default=10,
+        default=40,
         ge=2,
         description="Largest number of fields, and of files, in a form; more are answered with"
         " 413.",

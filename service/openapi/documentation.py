@@ -265,6 +265,10 @@ MESH_HEADERS: dict[str, Any] = {
         "Strong entity tag: SHA-256 of the body in its content coding.", f'"{EXAMPLE_ID}"'
     ),
     "Cache-Control": header("The content is immutable.", "public, max-age=31536000, immutable"),
+    "Content-Disposition": header(
+        "File name: the first 12 characters of the gamut's id, the triangle count and the suffix.",
+        f'inline; filename="{EXAMPLE_ID[:12]}-510.glb"',
+    ),
     "Vary": header("Request fields that select the content.", "Accept, Accept-Encoding"),
 }
 
@@ -281,20 +285,19 @@ BATCH_RESPONSE: dict[str, Any] = {
             "The content is immutable. `no-store` if meshes are missing.",
             "public, max-age=31536000, immutable",
         ),
+        "Content-Disposition": header(
+            "File name of a zip archive. It starts with the first 12 characters of the gamut's id "
+            "if all meshes are of one gamut.",
+            f'attachment; filename="{EXAMPLE_ID[:12]}-meshes.zip"',
+        ),
         "Vary": header("Request fields that select the content.", "Accept"),
     },
-    "content": {
-        "application/zip": {
-            "schema": {"type": "string", "format": "binary"},
-            "examples": {
-                "zip": {"summary": "GAMUT/TRIANGLES.SUFFIX for each mesh, and index.json"}
-            },
-        },
-        "multipart/mixed": {
-            "schema": {"type": "string", "format": "binary"},
-            "examples": {"multipart": {"summary": "One part per mesh or problem"}},
-        },
-    },
+    "content": binary_content(
+        {
+            "application/zip": "GAMUT/TRIANGLES.SUFFIX for each mesh, and index.json",
+            "multipart/mixed": "One part for each mesh or problem",
+        }
+    ),
 }
 
 

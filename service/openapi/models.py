@@ -137,8 +137,8 @@ class GamutDescription(GamutSummary):
         float, Field(description="All coordinates are integer multiples of this power of two.")
     ]
     area: float
-    centre: Triple
-    bounds: Annotated[list[Triple], Field(description="Smallest and largest coordinates.")]
+    centre: Coordinates
+    bounds: Annotated[list[Coordinates], Field(description="Smallest and largest coordinates.")]
     levels: Annotated[list[Level], Field(description="Error curve of the levels.")]
 
 

@@ -109,7 +109,10 @@ class InlineSamples(BaseModel):
     ] = None
     conditions: Annotated[
         dict[str, str | float] | SkipJsonSchema[None],
-        Field(description="Measurement conditions by keyword, stored in the provenance."),
+        Field(
+            description="Measurement conditions by keyword, stored in the provenance.",
+            json_schema_extra=without_default,
+        ),
     ] = None
     options: Annotated[
         GamutOptions,
@@ -130,8 +133,7 @@ def _form_field(option: Option) -> tuple[Any, Any]:
         annotation = reduce(or_, map(_annotation, option.types))
         described = option.documentation
     field = Field(description=described, json_schema_extra=without_default)
-    optional = annotation | SkipJsonSchema[None]
-    return Annotated[optional, field], None
+    return Annotated[annotation | SkipJsonSchema[None], field], None  # type: ignore[misc]
 
 
 _form_fields: dict[str, Any] = {name: _form_field(option) for name, option in OPTIONS.items()}
@@ -155,6 +157,6 @@ class MultipartSubmission(_OptionFields):  # type: ignore[misc, valid-type]  # f
         Field(
             description="How the gamut is built. Options can also be form fields of their own "
             "names, such as `ink_limit=300`, with numbers and lists as in JSON.",
-            json_schema_extra=_without_nulls,
+            json_schema_extra=without_default,
         ),
     ] = GamutOptions()

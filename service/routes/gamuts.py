@@ -343,6 +343,7 @@ async def describe_levels(request: Request, gamut_id: GamutId) -> Response:
             "headers": {
                 **_ENTITY_HEADERS,
                 "Accept-Ranges": header("Ranges are supported.", "bytes"),
+                "Content-Disposition": _HISTORY_NAME,
             },
         },
         206: {
@@ -356,6 +357,7 @@ async def describe_levels(request: Request, gamut_id: GamutId) -> Response:
             "headers": {
                 **_ENTITY_HEADERS,
                 "Content-Range": header("Range of the part.", "bytes 0-1023/3603856"),
+                "Content-Disposition": _HISTORY_NAME,
             },
         },
         **_NOT_MODIFIED,

@@ -47,14 +47,9 @@ _EXAMPLE_EVENT = (
 )
 
 _EVENT_SCHEMA = {
-    "type": "object",
-    "description": "One event of the stream, by field name.",
-    "properties": {
-        "id": {"type": "string"},
-        "event": {"type": "string", "enum": ["progress", "finished"]},
-        "data": {"type": "string", "description": "The job as JSON."},
-    },
-    "required": ["id", "event", "data"],
+    "type": "string",
+    "description": "Events in the event stream format of HTML, with the fields `id`, `event` "
+    "(`progress` or `finished`) and `data` (the job as JSON).",
 }
 
 

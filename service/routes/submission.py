@@ -16,18 +16,19 @@ from dataclasses import dataclass
 from tempfile import SpooledTemporaryFile
 from typing import TYPE_CHECKING, Any, BinaryIO, NoReturn, TypeAlias, cast
 
-from starlette.datastructures import FormData, UploadFile
+from starlette.datastructures import UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
 
 from gamutcore.characterisation.json_samples import MAX_JSON_SAMPLES, json_samples
 from gamutcore.errors import OptionError
 from gamutcore.gamut import Options, gamut_id
-from gamutcore.options import option_name, option_value
+from gamutcore.option_types import check_option
+from gamutcore.options import OPTIONS, option_name, option_value
 from service.problems.problem import Problem, ProblemError
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Awaitable, Callable
+    from collections.abc import AsyncIterator, Awaitable, Callable, Iterable
     from pathlib import Path
 
     from fastapi import Request
@@ -41,9 +42,6 @@ _MOST_VALUES = 8_000_000
 
 _OPTIONS_BYTES = 64 * 1024
 """Largest size of the part ``options``, a hundred times that of all options."""
-
-_PARTS = ("file", "options")
-"""Parts of a form besides the fields of single options."""
 
 _CHECKED_BYTES = 16 * 1024
 """Inline samples up to this size are validated before the answer, in about a millisecond. So
@@ -73,9 +71,6 @@ class Submission:
         """The id of the gamut that the data and the options define."""
         return gamut_id(self.options, self.sha256)
 
-
-_Pairs: TypeAlias = "list[tuple[str, Any]]"
-"""Names and values of options."""
 
 _Read: TypeAlias = "Callable[[UploadFile | str], Awaitable[bytes]]"
 """Reads the part with the data into memory."""
@@ -157,14 +152,14 @@ async def _read_submission(
         )
     media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     if media_type == "multipart/form-data":
-        data, pairs = await _multipart(request, settings.max_form_parts, scratch, read)
+        data, mapping = await _multipart(request, settings.max_form_parts, scratch, read)
     elif media_type == "application/json":
         body = await _inline_body(request, settings.max_inline_bytes)
-        data, pairs = await asyncio.to_thread(_inline, body)
+        data, mapping = await asyncio.to_thread(_inline, body)
     else:
         detail = f"The media type of the body is {media_type[:100] or 'not given'}."
         raise ProblemError(Problem("unsupported-media-type", detail, {"header": "Content-Type"}))
-    options = Options.from_pairs(pairs)
+    options = Options.from_mapping(mapping)
     if options.surface_samples > settings.max_surface_samples:
         raise ProblemError(
             Problem(
@@ -201,7 +196,7 @@ async def _inline_body(request: Request, limit: int) -> bytes:
 
 async def _multipart(
     request: Request, most_parts: int, scratch: Path, read: _Read
-) -> tuple[bytes, _Pairs]:
+) -> tuple[bytes, dict[str, Any]]:
     parser = _Parser(
         request.headers,
         request.stream(),
@@ -219,7 +214,7 @@ async def _multipart(
                     "body-too-large",
                     f"The form is too large: {error.message}",
                     {"limit": most_parts if error.message[0] == "T" else _OPTIONS_BYTES},
-                    "Send the part `file` and, optionally, the part `options`.",
+                    "Send the data as the part `file` with a file name, and options as fields.",
                 )
             ) from error
         raise ProblemError(
@@ -238,14 +233,24 @@ async def _multipart(
         if isinstance(options, UploadFile) and (options.size or 0) > _OPTIONS_BYTES:
             _refuse(f"The options are larger than {_OPTIONS_BYTES} bytes.", "options")
         mapping = _options(_parse_json(await _read_part(options), "options"))
-        for given, part in fields:
-            name, value = _option_field(given, part)
-            if name in mapping:
-                _refuse(f"The option {name} is given twice.", name)
-            mapping[name] = value
-        return await read(file), mapping
+        given = [(option_name(name), value) for name, value in mapping.items()]
+        given += [_option_field(name, part) for name, part in fields]
+        return await read(file), _merge_options(given)
     finally:
         await form.close()
+
+
+def _merge_options(given: Iterable[tuple[str, object]]) -> dict[str, object]:
+    """Return options by name. An option may occur several times with the same value."""
+    options: dict[str, object] = {}
+    for name, value in given:
+        other = options.setdefault(name, value)
+        if other != value:
+            types = OPTIONS[name].types
+            if check_option(name, other, *types) != check_option(name, value, *types):
+                shown = f"as {str(other)[:40]!r} and as {str(value)[:40]!r}"
+                _refuse(f"The option {name} is given with different values: {shown}.", name)
+    return options
 
 
 def _option_field(given: str, part: UploadFile | str) -> tuple[str, object]:
@@ -272,9 +277,9 @@ def _inline(body: bytes) -> tuple[bytes, dict[str, Any]]:
         _refuse("The JSON is not an object.", "samples")
     if "samples" not in document:
         _refuse("The JSON object has no member samples.", "samples")
-    pairs = _options(document.pop("options", {}))
+    mapping = _options(document.pop("options", {}))
     for name in document:
-        if name in _OPTION_NAMES:
+        if name in OPTIONS:
             # It would count as a measurement condition, and the option would keep its default.
             detail = f"The option {name} is beside `options`, not inside."
             remedy = (
@@ -290,12 +295,12 @@ def _inline(body: bytes) -> tuple[bytes, dict[str, Any]]:
         # 1e999 is valid JSON, but infinite as a double.
         problem = Problem("malformed-body", "A number in the JSON is out of range.")
         raise ProblemError(problem) from error
-    return canonical.encode(), pairs
+    return canonical.encode(), mapping
 
 
-def _options(mapping: object) -> _Pairs:
+def _options(mapping: object) -> dict[str, Any]:
     if isinstance(mapping, dict):
-        return list(mapping.items())
+        return mapping
     raise ProblemError(
         Problem(
             "invalid-option",
