@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, create_model
 from pydantic.json_schema import SkipJsonSchema
 from typing_extensions import TypeAliasType
 
+from gamutcore.characterisation.formats import format_summary
 from gamutcore.option_types import (
     Choice,
     Number,
@@ -146,9 +147,7 @@ class MultipartSubmission(_OptionFields):  # type: ignore[misc, valid-type]  # f
     file: Annotated[
         bytes,
         Field(
-            description="CGATS or IT8 text, CxF3, CSV, JSON, a NumPy array (.npy), an ICC "
-            "profile, a picture (PNG, TIFF, JPEG), or a gamut mesh (PLY, glTF, Argyll's .gam, STL, "
-            "OBJ); recognised by its content.",
+            description=f"A file, recognised by its content: {format_summary()}.",
             json_schema_extra={"format": "binary"},
         ),
     ]

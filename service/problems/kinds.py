@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from gamutcore import errors
+from gamutcore.characterisation.formats import format_summary
 
 __all__ = ["BUILD_PROBLEMS", "KINDS", "Kind"]
 
@@ -51,10 +52,7 @@ def _core(
     return Kind(error.code, 422, title, remedy, detail, where)
 
 
-_READ = (
-    "CGATS and IT8 text, CxF3, CSV, JSON, NumPy arrays (.npy), ICC profiles and pictures (PNG, "
-    "TIFF, JPEG) are read."
-)
+_READ = f"Send {format_summary()}."
 
 _CORE_ROWS = (
     _core(
@@ -120,8 +118,8 @@ _CORE_ROWS = (
     _core(
         errors.UnsupportedPictureError,
         "The picture is not supported",
-        "Send PNG, baseline or progressive JPEG, or TIFF without compression, with LZW, deflate, "
-        "PackBits or JPEG; CMYK with its profile embedded.",
+        "Send gray, RGB, CMYK or CIELAB pixels of 8 or 16 bits, or floats; CMYK with its profile "
+        "embedded.",
         "The picture is CMYK without an embedded profile, so its colours are unknown.",
         field="profile",
     ),

@@ -126,6 +126,7 @@ def test_helm_finds_nothing_to_complain_about(helm, case):
 
 
 @pytest.mark.parametrize("case", CASES)
+@pytest.mark.slow
 def test_every_object_is_one_that_kubernetes_takes(rendered, case):
     """The own kinds of KEDA and of the Prometheus operator are not among the schemas."""
     schemas = package("kubernetes_validate")

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from gamutcore.arrays import FloatArray
 from gamutcore.characterisation.icc import IccProfile, icc_profile
-from gamutcore.characterisation.pictures.distinct_values import distinct_values
+from gamutcore.characterisation.pictures.distinct_values import MAX_VALUES, distinct_values
 from gamutcore.characterisation.pictures.encoding import LINEAR, SRGB, Encoding
 from gamutcore.characterisation.pictures.raster import (
     MODELS,
@@ -32,6 +32,12 @@ from gamutcore.errors import (
 )
 
 __all__ = ["Picture", "read_picture"]
+
+FREE_VALUES = 2**19
+"""Distinct values of any file that are evaluated. Each takes 240 bytes in memory."""
+
+BYTES_PER_VALUE = 2
+"""Size of a file in bytes for each value beyond `FREE_VALUES`. Photographs have 4 to 14."""
 
 ROOT_STEPS = 16384
 """Steps per unit of the cube roots to which linear light is rounded: at most 0.007 L*."""
@@ -98,10 +104,10 @@ def read_picture(data: bytes, file_format: str) -> Picture:
         A value is not finite, or every pixel is transparent.
     """
     with open_raster(data, file_format) as raster:
-        return _picture(raster)
+        return _picture(raster, len(data))
 
 
-def _picture(raster: Raster) -> Picture:
+def _picture(raster: Raster, size: int) -> Picture:
     meaning, said = _meaning(raster)
     floats = raster.dtype.kind == "f"
     linear = floats and isinstance(meaning, Encoding) and meaning.transfer == "linear"
@@ -111,6 +117,7 @@ def _picture(raster: Raster) -> Picture:
         raster.width * raster.height,
         len(MODELS[raster.model]),
         8 if raster.dtype == np.uint8 else 16,
+        most=min(MAX_VALUES, max(FREE_VALUES, size // BYTES_PER_VALUE)),
     )
     values = found.values.astype(np.float64)
     if linear:
