@@ -67,6 +67,7 @@ def loads_and_compilations(folder, cpu, variables):
     return tuple(map(int, output.split()))
 
 
+@pytest.mark.slow
 def test_kernels_for_a_fixed_cpu_load_on_another_and_after_a_copy(folder):
     assert loads_and_compilations(folder, "this", FIXED_CPU) == (0, 1)
     # Copying from one stage of the image to the next may round the times of files.
@@ -74,6 +75,7 @@ def test_kernels_for_a_fixed_cpu_load_on_another_and_after_a_copy(folder):
     assert loads_and_compilations(folder, "another", FIXED_CPU) == (1, 0)
 
 
+@pytest.mark.slow
 def test_kernels_for_the_host_do_not_load_on_another_cpu(folder):
     """The control of the test above."""
     assert loads_and_compilations(folder, "this", {}) == (0, 1)

@@ -103,6 +103,7 @@ def test_ci_runs_the_test_command_that_it_prints():
     assert read.stdout.splitlines() == [commands(FIRST)[1]]
 
 
+@pytest.mark.slow
 def test_the_curl_commands_download_the_gamut_of_a_press_with_1000_triangles(folder, address):
     assert all(ADDRESS in command for command in commands(CURL))
     post, download = (command.replace(ADDRESS, address) for command in commands(CURL))
@@ -121,6 +122,7 @@ def test_the_curl_commands_download_the_gamut_of_a_press_with_1000_triangles(fol
     assert mesh.volume > 0
 
 
+@pytest.mark.slow
 def test_the_python_example_writes_a_closed_mesh(folder):
     (example,) = blocks("python")
     ended = subprocess.run(

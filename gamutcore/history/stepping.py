@@ -21,7 +21,7 @@ from gamutcore.mesh import TriangleMesh
 if TYPE_CHECKING:
     from gamutcore.history.prefix_order import Splits
 
-__all__ = ["LevelCursor", "coarsen", "level_from_snapshot", "refine"]
+__all__ = ["LevelCursor", "level_from_snapshot", "refine"]
 
 # arrays one by one: numba takes three microseconds more for a tuple of them
 _fine_columns = attrgetter(
@@ -56,13 +56,6 @@ def refine(
     _refine(positions, corners, start, end, *_fine_columns(splits))
 
 
-def coarsen(
-    splits: Splits, positions: Float32Array, corners: IndexArray, start: int, end: int
-) -> None:
-    """Collapse a level with `start` vertices until it has `end`, in place; see `refine`."""
-    _coarsen(positions, corners, start, end, *_coarse_columns(splits))
-
-
 class LevelCursor:
     """A level that moves through its history in place.
 
@@ -74,12 +67,14 @@ class LevelCursor:
     """
 
     def __init__(self, splits: Splits, level: TriangleMesh) -> None:
-        self._splits = splits
+        self._most = splits.vertices
+        self._columns = _fine_columns(splits), _coarse_columns(splits)
         self._vertices = len(level.vertices)
         self._positions = np.empty((splits.vertices, 3), np.float32)
         self._faces = np.empty((2 * splits.vertices - 4, 3), np.int32)
         self._positions[: self._vertices] = level.vertices
         self._faces[: level.triangles] = level.faces
+        self._corners = self._faces.reshape(-1)
 
     @property
     def triangles(self) -> int:
@@ -112,14 +107,17 @@ class LevelCursor:
         self._move(self._vertices - steps)
 
     def _move(self, vertices: int) -> None:
-        if not 4 <= vertices <= self._splits.vertices:
+        if not 4 <= vertices <= self._most:
             raise TriangleCountError(
                 f"a level of {2 * vertices - 4} triangles was asked for",
                 where={"field": "steps"},
-                remedy=f"levels of 4 to {2 * self._splits.vertices - 4} triangles",
+                remedy=f"levels of 4 to {2 * self._most - 4} triangles",
             )
-        change = refine if vertices > self._vertices else coarsen
-        change(self._splits, self._positions, self._faces.reshape(-1), self._vertices, vertices)
+        fine, coarse = self._columns
+        if vertices > self._vertices:
+            _refine(self._positions, self._corners, self._vertices, vertices, *fine)
+        else:
+            _coarsen(self._positions, self._corners, self._vertices, vertices, *coarse)
         self._vertices = vertices
 
 

@@ -101,7 +101,7 @@ class LevelSearches:
         return {"comparisons": self._searches, "limits": self._levels}
 
     def find_known(
-        self, gamut_id: str, request: LevelRequest, largest: int | None
+        self, gamut_id: str, request: LevelRequest, opened: OpenGamut | None
     ) -> tuple[int, Bounds | None] | None:
         """Return the triangle count and the bounds of a level without a search.
 
@@ -111,8 +111,8 @@ class LevelSearches:
             The gamut.
         request : LevelRequest
             The level.
-        largest : int or None
-            Triangles of the full boundary; None if the gamut is not open.
+        opened : OpenGamut or None
+            The gamut if it is open.
 
         Returns
         -------
@@ -123,10 +123,11 @@ class LevelSearches:
         if limits is not None:
             level = self._known(gamut_id, limits)
             return None if level is None else (level.triangles, level.bounds)
-        if largest is None:
+        if opened is None:
             # An odd count may exceed the full boundary, which only the open gamut can tell.
             count = request.triangles
             return None if count is None or count % 2 else (count, None)
+        largest = opened.gamut.history.triangles
         count = request.count(largest)
         # Closed meshes have even counts: an odd count names the level below it.
         return (count - count % 2, None) if MINIMUM_TRIANGLES <= count <= largest else None

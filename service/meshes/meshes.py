@@ -75,20 +75,20 @@ class Meshes:
             large, or there is no such level.
         """
         opened = self._library.find_open(gamut_id)
-        largest = None if opened is None else opened.gamut.history.triangles
-        level = self.levels.find_known(gamut_id, request, largest)
+        level = self.levels.find_known(gamut_id, request, opened)
         if level is None:
             return None
-        key = MeshKey(gamut_id, level[0], format_name, coding)
+        triangles, bounds = level
+        key = MeshKey(gamut_id, triangles, format_name, coding)
         mesh = self.cache.get(key)
         if mesh is None:
-            small = key.triangles <= _INLINE_TRIANGLES.get(format_name, 0)
-            if opened is None or not small or not opened.gamut.history.is_unpacked(key.triangles):
+            small = triangles <= _INLINE_TRIANGLES.get(format_name, 0)
+            if opened is None or not small or not opened.gamut.history.is_unpacked(triangles):
                 return None
             made = encode_mesh(opened, key, self.cache.get(key._replace(coding=IDENTITY)))
             self._keep(made)
             mesh = made[key]
-        return mesh if level[1] is None else mesh.with_bounds(level[1])
+        return mesh if bounds is None else mesh.with_bounds(bounds)
 
     async def mesh(
         self, gamut_id: str, request: LevelRequest, format_name: str, coding: str = IDENTITY

@@ -40,7 +40,7 @@ OCTAHEDRON = [(90, 0, 0), (10, 0, 0), (50, 40, 0), (50, -40, 0), (50, 0, 40), (5
 class TestId:
     def test_is_a_sha256_of_what_it_says(self):
         question = f"gamut 11\n{Options().canonical}\n{DIGEST}\n"
-        assert gamutcore.gamut.ALGORITHM_VERSION == 10
+        assert gamutcore.gamut.ALGORITHM_VERSION == 11
         assert gamut_id(Options(), DIGEST) == hashlib.sha256(question.encode()).hexdigest()
 
     def test_is_the_same_for_the_same_question(self):
@@ -75,7 +75,7 @@ class TestId:
     def test_differs_with_the_input_and_the_algorithm(self, monkeypatch):
         before = gamut_id(Options(), DIGEST)
         assert gamut_id(Options(), hashlib.sha256(b"date").hexdigest()) != before
-        monkeypatch.setattr(gamutcore.gamut, "ALGORITHM_VERSION", 11)
+        monkeypatch.setattr(gamutcore.gamut, "ALGORITHM_VERSION", 12)
         assert gamut_id(Options(), DIGEST) != before
 
 
@@ -236,7 +236,7 @@ class TestBuild:
     def test_says_of_all_levels_whether_they_have_the_volume(self):
         """In thin bodies, levels that are not on the error curve may change the volume."""
         said = set()
-        for thickness, seed in ((1.0, 0), (8e-3, 35), (6e-3, 38), (5e-3, 7), (5e-3, 21), (1e-3, 0)):
+        for thickness, seed in ((1.0, 0), (8e-3, 4), (6e-3, 7), (6e-3, 28), (5e-3, 8), (1e-3, 0)):
             points = np.random.default_rng(seed).normal(size=(120, 3))
             points *= (50, 50, 50 * thickness) / np.linalg.norm(points, axis=1)[:, np.newaxis]
             gamut = build_gamut(bare(points + np.array([50.0, 0.0, 0.0])), Options())

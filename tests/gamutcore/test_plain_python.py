@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 
 from gamutcore.boundary import BOUNDARIES, compute_boundary
 from gamutcore.colours.device.scattered_model import scattered_model
@@ -28,6 +29,7 @@ def results():
     return {name: hashlib.sha256(values.tobytes()).hexdigest() for name, values in arrays.items()}
 
 
+@pytest.mark.slow
 def test_plain_python_gives_the_same():
     program = f"import sys; sys.path.insert(0, {os.path.dirname(__file__)!r})\n"  # noqa: PTH120
     program += "import test_plain_python as this; print(this.results())"

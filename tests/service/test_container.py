@@ -148,6 +148,7 @@ def test_what_is_not_installed_is_named(parts):
         _build_engine(Settings(**REMOTE), *parts, None)
 
 
+@pytest.mark.slow
 def test_a_service_without_a_broker_loads_none_of_it():
     code = (
         "import sys, service.application;"

@@ -83,6 +83,7 @@ def working_space():
 
 class TestPublishedVolumes:
     @pytest.mark.parametrize("name", WORKING_SPACES)
+    @pytest.mark.slow
     def test_of_rgb_working_spaces(self, working_space, name):
         boundary = modified_convex_hull(working_space(name)[0], gamma=0.05)
         assert boundary.mesh.volume == pytest.approx(WORKING_SPACES[name][-1], rel=0.0015)

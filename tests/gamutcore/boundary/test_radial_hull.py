@@ -232,6 +232,7 @@ class TestTheWalk:
 
 
 @pytest.mark.parametrize("name", ["circle", "two circles", "moment curve"])
+@pytest.mark.slow
 def test_large_bodies_that_qhull_takes_minutes_for(name):
     # circles in planes that are none in floating point; the hull with the highest degrees
     along = np.linspace(-1, 1, 100_000)

@@ -118,6 +118,7 @@ class TestDefinition:
         boundary = usv(points, "icosahedron", 7, 0.2)
         assert boundary.mesh == modified_convex_hull(points, 0.2).mesh
 
+    @pytest.mark.slow
     def test_more_subdivisions_come_nearer(self, fogra39_points, fogra39_boundary):
         found = [
             mismatch(fogra39_boundary.mesh, usv(fogra39_points, "icosahedron", n).mesh)
@@ -248,6 +249,7 @@ class TestPublishedFigures:
         ("device", "level", "triangles", "published"),
         [("sRGB", 1, 156, 3.08), ("sRGB", 2, 636, 0.785), ("FOGRA39L", 2, 636, 0.758)],
     )
+    @pytest.mark.slow
     def test_is_one_of_the_figures_of_turned_segments(
         self, small_profile, fogra39_points, device, level, triangles, published
     ):

@@ -172,6 +172,7 @@ def test_columns_and_keywords_are_limited(text):
         "BEGIN_DATA_FORMAT END_DATA_FORMAT BEGIN_DATA END_DATA " * 15_000,
     ],
 )
+@pytest.mark.slow
 def test_hostile_texts_end_with_an_error(text):
     with pytest.raises(CharacterisationError):
         cgats_samples(text)

@@ -100,6 +100,7 @@ class TestEveryLevel:
         scale=st.sampled_from([1e-20, 1e-10, 1e-3, 1.0, 50.0, 1e5, 1e9]),
         gamma=st.sampled_from([0.05, 0.2, 1.0]),
     )
+    @pytest.mark.slow
     def test_is_a_gamut_down_to_four_triangles_without_a_gap(
         self, assert_every_invariant, cost, kind, seed, count, scale, gamma
     ):
@@ -124,6 +125,7 @@ class TestEveryLevel:
         count=st.integers(30, 300),
         part=st.sampled_from([0.5, 0.9, 0.97]),
     )
+    @pytest.mark.slow
     def test_of_bodies_whose_centre_is_near_their_surface(
         self, assert_every_invariant, cost, kind, seed, count, part
     ):
@@ -133,7 +135,7 @@ class TestEveryLevel:
         try:
             boundary = modified_convex_hull(points, 0.2, middle + part * (points[0] - middle))
         except GamutError:
-            reject()  # it is outside
+            reject()  # the centre is outside
         history = build_history(decimate(boundary.mesh, boundary.centre, cost))
         counts = []
         for level in history.levels():
@@ -150,6 +152,7 @@ class TestEveryLevel:
     @example(seed=46, count=150)
     @example(seed=66, count=150)
     @example(seed=110, count=150)
+    @pytest.mark.slow
     def test_of_rugged_bodies_as_well(self, assert_every_invariant, cost, radii, seed, count):
         """Boundaries posted as meshes, which no hull has smoothed."""
         mesh = rugged(np.random.default_rng(seed), count, radii)
@@ -157,7 +160,7 @@ class TestEveryLevel:
         try:
             history = build_history(decimate(mesh, centre, cost))
         except MeshError:
-            reject()  # on the grid it is not star-shaped any more
+            reject()  # not star-shaped after rounding
         counts = []
         for level in history.levels():
             counts.append(level.triangles)
@@ -173,6 +176,7 @@ class TestEveryLevel:
         scale=st.sampled_from([1e-10, 1.0, 50.0]),
         shift=st.sampled_from([1.0, 10.0, 30.0, 1000.0]),
     )
+    @pytest.mark.slow
     def test_is_a_gamut_far_from_the_origin(
         self, assert_every_invariant, cost, kind, seed, count, scale, shift
     ):
@@ -187,7 +191,7 @@ class TestEveryLevel:
         try:
             boundary = modified_convex_hull(points)
         except FlatPointsError:
-            reject()  # the grid is so coarse there that nothing is left of a flat body
+            reject()  # the grid is too coarse for the flat body
         history = build_history(decimate(boundary.mesh, boundary.centre, cost))
         rounding = np.sqrt(3) / 2 * history.step
         for level in history.levels():
@@ -224,6 +228,7 @@ class TestEveryLevel:
         assert decimate(boundary.mesh, boundary.centre, cost).volume_error is None
 
     @pytest.mark.parametrize("cost", COSTS)
+    @pytest.mark.slow
     def test_of_a_sphere_of_20480_triangles(self, assert_every_invariant, icosphere, cost):
         mesh = icosphere(5, 40.0, (50.0, 0.0, 0.0))
         history = build_history(decimate(mesh, (50, 0, 0), cost))
@@ -234,6 +239,7 @@ class TestEveryLevel:
                 assert level.volume == pytest.approx(mesh.volume, rel=1e-5)
 
     @pytest.mark.parametrize("cost", COSTS)
+    @pytest.mark.slow
     def test_of_a_random_sphere(self, assert_every_invariant, cost):
         boundary = modified_convex_hull(directions(np.random.default_rng(0), 1000), 1.0, (0, 0, 0))
         history = build_history(decimate(boundary.mesh, boundary.centre, cost))
@@ -355,7 +361,7 @@ class TestStructure:
         history = build_history(decimate(boundary.mesh, boundary.centre, cost))
         for triangles in range(4, history.triangles + 1, 26):
             assert_every_invariant(history.level(triangles), boundary.centre, triangles)
-        # the end of lower degree dies: three corners or so move in a collapse, not a thousand
+        # the end of lower degree is removed, so about three corners move in a collapse
         assert len(history.splits.moved) <= 6 * history.vertices
 
 
@@ -426,7 +432,7 @@ class TestRefusals:
         assert icosphere(1).determinants(centre)[face] <= 1e-6
 
     def test_of_a_flat_face(self):
-        # a side through the centre: its determinant is zero
+        # a face through the centre has a determinant of zero
         mesh = modified_convex_hull(np.vstack([np.zeros(3), np.eye(3)])).mesh
         with pytest.raises(MeshError, match="star-shaped"):
             decimate(mesh, (0.25, 0.25, 0.0))

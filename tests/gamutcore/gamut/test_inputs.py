@@ -95,6 +95,7 @@ def test_what_the_default_gamma_adds_is_what_the_figures_say(path, overshoot):
     assert 100 * (gamut.description["volume"] / volume - 1) == pytest.approx(overshoot, abs=0.03)
 
 
+@pytest.mark.slow
 def test_a_press_profile_and_its_measurements_have_one_gamut(
     shared_data, fogra39, record_property, capsys
 ):
@@ -119,6 +120,7 @@ def cube_surface(step):
 
 @pytest.mark.parametrize("name", ["DisplayP3-v4", "AdobeCompat-v2"])
 @pytest.mark.parametrize("file_format", ["PNG", "TIFF"])
+@pytest.mark.slow
 def test_a_picture_of_all_colours_has_the_gamut_of_its_profile(shared_data, name, file_format):
     profile = (shared_data / "spaces" / f"{name}.icc").read_bytes()
     pixels = cube_surface(3)
@@ -183,6 +185,7 @@ def test_the_least_used_colours_of_a_picture_can_be_left_out():
     ("file", "tag"),
     [("press/ISOcoated_v2_300_bas.icc", "targ"), ("oracle/SWOP2013C3_CRPC5.icc", "CxF")],
 )
+@pytest.mark.slow
 def test_the_measurements_within_a_profile_have_its_gamut(shared_data, file, tag):
     profile = (shared_data / file).read_bytes()
     gamuts = [
@@ -195,6 +198,7 @@ def test_the_measurements_within_a_profile_have_its_gamut(shared_data, file, tag
     assert provenance["model"]["leave_out_error"]["percentile_95"] < 0.5
 
 
+@pytest.mark.slow
 def test_an_ink_limit_takes_a_part_of_the_gamut_away(fogra39):
     volumes = [
         build_gamut(fogra39, Options(surface_samples=20_000, **options)).description["volume"]
@@ -231,6 +235,7 @@ class TestMesh:
 
     @pytest.mark.parametrize("name", FORMATS)
     @pytest.mark.parametrize("triangles", [4, 10, 500, 5000])
+    @pytest.mark.slow
     def test_an_exported_level_is_the_full_boundary(self, fogra39_gamut, name, triangles):
         level = fogra39_gamut.history.level(triangles)
         centre = fogra39_gamut.description["centre"]

@@ -107,6 +107,7 @@ class TestFullBoundary:
         for whole in (100, 255):
             assert FULL_SCALE % whole == 0
 
+    @pytest.mark.slow
     def test_of_a_press(self, fogra39_gamut, fogra39):
         colours = surface_colours(characterisation(fogra39))
         assert colours.channels == ("C", "M", "Y", "K")
@@ -130,6 +131,7 @@ class TestFullBoundary:
 
 
 class TestLevels:
+    @pytest.mark.slow
     def test_coarse_ones_have_what_the_full_boundary_has_nearest(self, tracing):
         """Device values that tell where they are, against the nearest points by trimesh."""
         surface = tracing.full().to_trimesh()

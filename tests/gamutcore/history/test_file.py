@@ -146,6 +146,7 @@ class TestRoundTrip:
         read, _ = history_from_bytes(history_bytes(history))
         assert_same_history(read, history)
 
+    @pytest.mark.slow
     def test_of_a_large_one(self, large_history):
         history, _ = history_from_bytes(history_bytes(large_history))
         assert_same_history(history, large_history)
@@ -276,6 +277,7 @@ class TestDamage:
 
     @settings(max_examples=150)
     @given(place=st.floats(0, 1, exclude_max=True), flip=st.integers(1, 255))
+    @pytest.mark.slow
     def test_a_changed_byte_of_the_arrays_is_refused_or_leaves_all_readable(
         self, file, place, flip
     ):
@@ -334,6 +336,7 @@ class TestReaderInJavaScript:
             assert len(levels) == history.vertices - 3
             assert_same_levels(levels, history.levels())
 
+    @pytest.mark.slow
     def test_levels_of_a_large_one(self, javascript_levels, large_history):
         full = large_history.triangles
         counts = [*range(4, 400, 2), *range(400, 8000, 500), 20_000, 50_000, full]

@@ -37,6 +37,7 @@ class TestEveryLevelOfASmallGamut:
             assert level == history.level(count)
 
     @pytest.mark.parametrize("reader", READERS, ids="-".join)
+    @pytest.mark.slow
     def test_keeps_them_through_files(
         self, small_gamut, mesh_readers, assert_every_invariant, reader
     ):
@@ -54,6 +55,7 @@ class TestEveryLevelOfASmallGamut:
 
 
 class TestLevelsAcrossALargeGamut:
+    @pytest.mark.slow
     def test_keep_every_invariant(self, fogra39_gamut, spread_counts, assert_every_invariant):
         history = fogra39_gamut.history
         for count in spread_counts:
@@ -67,6 +69,7 @@ class TestLevelsAcrossALargeGamut:
             assert_every_invariant(level, fogra39_quadric.centre, count)
 
     @pytest.mark.parametrize("reader", READERS, ids="-".join)
+    @pytest.mark.slow
     def test_keep_them_through_files(
         self, fogra39_gamut, mesh_readers, spread_counts, assert_every_invariant, reader
     ):

@@ -86,6 +86,7 @@ class TestSeeingTheCentre:
         split_slot(replay, 0, 4, ring, 3, 1)
         return replay, ring
 
+    @pytest.mark.slow
     def test_around_both_slots(self, split):
         replay, ring = split
 

@@ -167,6 +167,7 @@ def random_splits(random, until):
 
 
 @pytest.mark.parametrize("seed", range(3))
+@pytest.mark.slow
 def test_rings_agree_with_the_faces_as_they_become_long_and_short_again(seed):
     linked, unlinked = set(), set()
     for replay, faces in random_splits(np.random.default_rng(seed), 3000):

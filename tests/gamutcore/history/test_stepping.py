@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.errors import TriangleCountError
-from gamutcore.history.stepping import coarsen, refine
+from gamutcore.history.stepping import refine
 
 
 def assert_at(cursor, history, triangles):
@@ -117,7 +117,7 @@ class TestCursor:
         assert mesh == small_history.level(40)
 
 
-def test_refining_and_coarsening_plain_arrays(small_history):
+def test_refining_plain_arrays(small_history):
     full = small_history.full()
     positions = np.full((small_history.vertices, 3), np.nan, np.float32)
     corners = np.full(3 * small_history.triangles, -1, np.int32)
@@ -126,6 +126,3 @@ def test_refining_and_coarsening_plain_arrays(small_history):
     refine(small_history.splits, positions, corners, 4, small_history.vertices)
     np.testing.assert_array_equal(positions, full.vertices)
     np.testing.assert_array_equal(corners.reshape(-1, 3), full.faces)
-    coarsen(small_history.splits, positions, corners, small_history.vertices, 4)
-    np.testing.assert_array_equal(positions[:4], level.vertices)
-    np.testing.assert_array_equal(corners[:12].reshape(-1, 3), level.faces)

@@ -40,6 +40,7 @@ def fogra39_curve(fogra39_history):
 
 
 class TestOfFogra39:
+    @pytest.mark.slow
     def test_mismatch_is_within_its_bounds_of_that_against_the_full_boundary(
         self, request, fogra39_history, fogra39_curve
     ):
@@ -68,6 +69,7 @@ class TestOfFogra39:
         full, mesh = fogra39_history.full(), fogra39_history.level(level.triangles)
         assert level.mismatch == pytest.approx(mismatch(full, mesh), rel=0.02)
 
+    @pytest.mark.slow
     def test_no_sample_is_further_away_than_the_bounds(
         self, fogra39_history, fogra39_curve, distances_to, sampled
     ):

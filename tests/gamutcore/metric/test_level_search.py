@@ -51,6 +51,7 @@ class TestOfEachLevel:
     """Of some hundred triangles, of which all levels can be looked at."""
 
     @pytest.mark.parametrize("limits", LIMITS)
+    @pytest.mark.slow
     def test_what_is_chosen_keeps_the_limits(
         self, small_history, small_choice, limits, distances_to, sampled
     ):
@@ -101,6 +102,7 @@ class TestOfEachLevel:
     st.sampled_from([0.1, 0.5, 1.0]),
     st.lists(st.tuples(st.floats(-2, 1.5), st.floats(-4, 0)), min_size=5, max_size=5),
 )
+@pytest.mark.slow
 def test_limits_are_kept_by_anything(random_cloud, distances_to, seed, count, cost, gamma, powers):
     boundary = modified_convex_hull(random_cloud(seed, count), gamma)
     history = build_history(decimate(boundary.mesh, boundary.centre, cost))
@@ -323,6 +325,7 @@ def test_a_finer_level_with_some_error_does_not_hide_a_coarser_one(monkeypatch, 
 
 @pytest.mark.parametrize("cost", sorted(COSTS))
 @pytest.mark.parametrize("thickness", [0.3, 3.0])
+@pytest.mark.slow
 def test_of_flat_bodies_bounds_are_tight_too(cost, thickness, distances_to, sampled):
     """20 and 200 times as wide as high: with few halvings bounds were ten times too large.
 
@@ -387,6 +390,7 @@ class TestOfFogra39:
                 fogra39_gamut.history.triangles / 4
             )
 
+    @pytest.mark.slow
     def test_hardly_any_limit_is_kept_by_a_much_smaller_level(self, fogra39_gamut, fogra39_choice):
         """Of all levels with few triangles, each compared by itself."""
         history, full = fogra39_gamut.history, FullBoundary(fogra39_gamut.history)

@@ -135,31 +135,37 @@ class TestAccuracyOfFogra39:
     """Exact mismatch of levels with the full boundary, against the published figures plus 10 %."""
 
     @pytest.mark.parametrize("triangles", [1000, 500, 100, 50, 20])
+    @pytest.mark.slow
     def test_the_volume_cost_is_no_worse_than_the_published_one(self, fogra39_gamut, triangles):
         history = fogra39_gamut.history
         percent = 100 * mismatch(history.full(), history.level(triangles))
         assert percent <= 1.1 * PUBLISHED[triangles]
 
     @pytest.mark.parametrize("triangles", [1000, 500, 50])
+    @pytest.mark.slow
     def test_the_published_cost_reaches_its_figures(self, fogra39_quadric, triangles):
         percent = 100 * mismatch(fogra39_quadric.full(), fogra39_quadric.level(triangles))
         assert percent <= 1.1 * PUBLISHED[triangles]
 
+    @pytest.mark.slow
     def test_at_10000_triangles_both_costs_follow_the_theory(self, fogra39_gamut, fogra39_quadric):
         """No published figure; on smooth sides mismatch falls as 1/n (Böröczky; Ludwig)."""
         for history in (fogra39_gamut.history, fogra39_quadric):
             percent = 100 * mismatch(history.full(), history.level(10_000))
             assert percent <= 1.1 * PUBLISHED[1000] / 10
 
+    @pytest.mark.slow
     def test_ten_triangles_of_the_volume_cost_on_the_whole(self, copies):
         """Ten triangles are chaotic: points moved by 10⁻⁵ ΔE give anything from 14 to 22 %."""
         assert np.median(copies("volume", 10)) <= 1.1 * PUBLISHED[10]
 
+    @pytest.mark.slow
     def test_a_hundred_triangles_of_the_published_cost_on_the_whole(self, copies):
         """Of 40 moved copies 34 met 1.01 % plus 10 %."""
         assert np.median(copies("quadric", 100)) <= 1.1 * PUBLISHED[100]
 
     @pytest.mark.parametrize("triangles", [20, 10])
+    @pytest.mark.slow
     def test_the_last_levels_of_the_published_cost_are_a_matter_of_chance(self, copies, triangles):
         """At ten triangles moved copies give anything from 17 to 32 %, at twenty from 4.9 to 8.3 %.
 
@@ -169,6 +175,7 @@ class TestAccuracyOfFogra39:
         """
         assert min(copies("quadric", triangles)) <= 1.1 * PUBLISHED[triangles]
 
+    @pytest.mark.slow
     def test_volume_preservation_has_about_three_fifths_of_the_published_error(
         self, fogra39_gamut, fogra39_quadric
     ):

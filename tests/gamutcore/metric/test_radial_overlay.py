@@ -54,6 +54,7 @@ class TestVolume:
         assert found.mismatch == pytest.approx(expected, rel=1e-6)
 
     @pytest.mark.parametrize("triangles", [4, 30, 300, 3000, 20_000])
+    @pytest.mark.slow
     def test_of_real_levels_is_that_of_boolean_operations(
         self, fogra39_gamut, fogra39_quadric, triangles
     ):
@@ -166,6 +167,7 @@ class TestDistances:
             assert distances.maximum <= 2 * furthest
 
     @pytest.mark.parametrize("triangles", [30, 100, 1000])
+    @pytest.mark.slow
     def test_of_real_levels_are_those_of_samples(
         self, fogra39_gamut, fogra39_quadric, distances_to, sampled, triangles
     ):

@@ -44,6 +44,7 @@ def voxels_inside(mesh, edge):
 class TestCounting:
     @settings(max_examples=8)
     @given(seed=st.integers(0, 10**6))
+    @pytest.mark.slow
     def test_is_that_of_voxels_one_by_one(self, random_cloud, seed):
         """Of bumpy, concave bodies; the other one is shifted."""
         one = modified_convex_hull(random_cloud(seed, 60)).mesh
@@ -181,6 +182,7 @@ def agree(reference, other):
 
 class TestDevices:
     @pytest.mark.parametrize("triangles", [10_000, 1000, 100, 20, 4])
+    @pytest.mark.slow
     def test_levels_of_fogra39(self, fogra39_gamut, triangles):
         agree(fogra39_gamut.history.full(), fogra39_gamut.history.level(triangles))
 
@@ -193,6 +195,7 @@ class TestDevices:
             "display/Panasonic-TV_2014.icc",
         ],
     )
+    @pytest.mark.slow
     def test_of_other_devices_and_boundaries(self, shared_data, path):
         device = characterisation((shared_data / path).read_bytes())
         points = surface_colours(device, surface_samples=20_000).points

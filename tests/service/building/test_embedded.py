@@ -231,6 +231,7 @@ def test_what_was_left_is_taken_up_when_the_store_can_be_used_again(
     assert len(looks) == 4
 
 
+@pytest.mark.slow
 def test_elsewhere_a_lease_is_waited_for(run_scenario, accept, book):
     accept("build")
     book.claim("a" * 64, "other host", 1.0)

@@ -319,6 +319,7 @@ def test_a_process_that_stays_large_is_replaced(runner, accept):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells what is in use")
+@pytest.mark.slow
 def test_a_real_build_beyond_its_memory_fails_once_and_a_small_one_is_built(
     runner, book, store, sphere
 ):

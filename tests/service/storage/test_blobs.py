@@ -35,6 +35,7 @@ def find_ready(count, function):
 
 @pytest.mark.parametrize("size", [0, 1, 10_000_000])
 @pytest.mark.parametrize("form", ["bytes", "pieces", "file"])
+@pytest.mark.slow
 def test_what_is_created_is_read_back(blobs, size, form):
     content = bytes(range(256)) * (size // 256) + b"x" * (size % 256)
     pieces = [content[: size // 3], content[size // 3 :]]
@@ -91,6 +92,7 @@ def test_of_simultaneous_replacements_of_a_version_one_succeeds(blobs):
         assert blobs.read(KEY) == (b"%d of turn %d" % (winner, turn), version)
 
 
+@pytest.mark.slow
 def test_no_increment_is_lost_among_threads(blobs):
     blobs.create(KEY, b"0")
 

@@ -15,6 +15,7 @@ def refuted(blobs, another=None):
     return [f"{each.promise} ({each.detail})" for each in found if not each.proved]
 
 
+@pytest.mark.slow
 def test_every_storage_passes_and_is_left_as_it_was(blobs):
     blobs.create("jobs/ab/other.job", b"x")
     assert refuted(blobs) == []
@@ -64,12 +65,13 @@ def lossy(blobs, key):
         ("replace", unconditional, "simultaneous replacements"),
         ("replace", unconditional, "outdated"),
         ("keys", late, "listed"),
-        ("read", lossy, "whole"),
+        ("read", lossy, "complete"),
         ("delete", lambda _blobs, _key: True, "deleted"),
         ("move", lambda _blobs, _key, _to: False, "moved"),
         ("size", lambda _blobs, _key: 0, "large"),
     ],
 )
+@pytest.mark.slow
 def test_a_broken_promise_is_found(local, monkeypatch, name, method, promise):
     monkeypatch.setattr(check, "_ROUNDS", 2)
     monkeypatch.setattr(check, "_WRITERS", 6)
@@ -97,6 +99,7 @@ def test_a_directory_is_checked_from_the_command_line(tmp_path, capsys):
     assert all(promise in output for promise in NOT_PROVED)
 
 
+@pytest.mark.slow
 def test_a_bucket_is_checked_from_the_command_line(address, capsys, monkeypatch):
     monkeypatch.setenv("GAMUT_STORE", address("s3"))
     assert main(["store", "check"]) == 0

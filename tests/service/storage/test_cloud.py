@@ -226,6 +226,7 @@ class TestGamuts:
 
 @pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize("how", ["nobody listens", "nobody answers"])
+@pytest.mark.slow
 def test_a_bucket_that_does_not_answer_is_unavailable_within_its_time(address, monkeypatch, how):
     where = address("s3")
     monkeypatch.setattr(cloud, "_SILENT_SECONDS", 0.3)

@@ -81,6 +81,7 @@ def test_of_concurrent_publishers_one_wins_and_all_are_told_which(store, publish
     assert len(files(store, winner.id)) == 2
 
 
+@pytest.mark.slow
 def test_publishers_deleters_and_readers_never_meet_half_a_gamut(store, publish, identity):
     gamut_id, seen, until = identity(0), set(), time.monotonic() + 1.5
 
@@ -193,6 +194,7 @@ def test_damage_is_noticed_set_aside_and_mended_by_publishing(
 
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
+@pytest.mark.slow
 def test_no_damage_of_any_file_is_served(store, publish, data):
     """Any bit of any file flipped, or any part of its end lost: noticed, counted, and mended."""
     record = publish(store, content=b"history" * 30)

@@ -38,6 +38,7 @@ def test_an_input_stays_until_it_is_dropped(store, identity, unfinished):
 
 @ANY
 @given(st.data())
+@pytest.mark.slow
 def test_no_damage_goes_unnoticed_and_keeping_mends_it(store, identity, unfinished, data):
     gamut_id = identity("damaged")
     store.drop_input(gamut_id)

@@ -58,6 +58,7 @@ def test_the_store_is_as_the_settings_say(tmp_path):
     assert store.keep_inputs is False
 
 
+@pytest.mark.slow
 def test_a_directory_needs_no_optional_package():
     code = (
         "import sys; from service.application import create_app; "

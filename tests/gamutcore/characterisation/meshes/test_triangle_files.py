@@ -77,6 +77,7 @@ def test_obj_states_its_space():
     assert obj_mesh(data.encode()).space_notes == {"space": "CIEXYZ"}
 
 
+@pytest.mark.slow
 def test_too_many_triangles_are_refused():
     count = 1_000_001
     with pytest.raises(SampleLimitError):

@@ -93,6 +93,7 @@ def test_a_fit_of_a_grid_can_be_asked_for():
     assert "device_model 'fit'" in said
 
 
+@pytest.mark.slow
 def test_a_fit_of_a_large_grid_is_of_some_of_its_patches():
     device = grid(9, 4)
     model = device_model(device, bent(device), "fit")

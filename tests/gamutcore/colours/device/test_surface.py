@@ -108,6 +108,7 @@ def test_reruns_are_identical():
         ("spaces/sRGB-v4.icc", 20_000, 0.85),
     ],
 )
+@pytest.mark.slow
 def test_more_accurate_than_as_many_uniform_points(shared_data, file, points, gain):
     profile = characterisation((shared_data / file).read_bytes())
     channels = len(profile.channels)

@@ -53,6 +53,7 @@ def histories(boundaries):
     ]
 
 
+@pytest.mark.slow
 def test_every_level_is_a_gamut(boundaries, histories, assert_every_invariant):
     counts = []
     for level in histories[0][0].levels():
@@ -98,6 +99,7 @@ def test_levels_do_not_grow_about_a_centre_near_the_surface(fogra39, centre):
 
 
 @pytest.mark.parametrize(("divisions", "first"), [(2, 100), (4, 256), (5, 1024), (6, 3500)])
+@pytest.mark.slow
 def test_vertices_move_in_a_tenth_of_all_levels(icosphere, divisions, first):
     """Number of vertices left at the first move, for spheres of 162 to 40,962 vertices."""
     mesh = icosphere(divisions)
@@ -110,6 +112,7 @@ def test_vertices_move_in_a_tenth_of_all_levels(icosphere, divisions, first):
 
 
 @pytest.mark.parametrize("colours", [8_000, 30_000])
+@pytest.mark.slow
 def test_a_history_takes_110_bits_a_vertex(fogra39, colours):
     """Histories of a press with at least 10,000 triangles, moves included."""
     points = surface_colours(characterisation(fogra39), surface_samples=colours).points
@@ -152,7 +155,7 @@ def test_each_of_many_faces_has_one_sample(icosphere, surface_from, points_of):
     state, surface = cost_state(FINEST, positions, mesh.faces), surface_from(positions, mesh.faces)
     assert enter_level(state, surface, len(positions)) is False
     assert state.deviation.counts[SAMPLES] == mesh.triangles < FINEST.largest_samples
-    # in no faces yet, for nothing depends on it
+    # not assigned to faces yet
     assert (state.deviation.end == 0).all()
     found = cKDTree(points_of(state.deviation, slice(mesh.triangles)))
     away, nearest = found.query(positions[mesh.faces].mean(axis=1))
@@ -172,6 +175,7 @@ def test_very_many_faces_share_samples(icosphere, surface_from):
     assert state.deviation.weight[:used].sum() == pytest.approx(whole, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_proposed_move_saves_a_worthwhile_part(
     state_and_surface, faces_left, by_hand, all_samples, points_of
 ):
