@@ -44,7 +44,7 @@ class TestRoundingToTheGrid:
         assert not np.signbit(delivered[delivered == 0]).any()
 
     def test_fails_beyond_the_grid(self):
-        # 2²⁴ + 1 is the first whole number that float32 does not have; from there on none counts
+        # 2²⁴ + 1 is the first integer that float32 cannot represent
         for value, expected in ((2.0**24, True), (2.0**24 + 1, False), (2.0**24 + 2, False)):
             place, delivered = np.array([0.0, value, 0.0]), np.empty(3, np.float32)
             assert round_to_grid(grid_of((0, 0, 0), 1.0), place, delivered) is expected

@@ -107,7 +107,7 @@ def test_the_cheapest_edge_goes_first(run, ends_of, surface_from, seed):
             errors.append(((normals[rows] @ best + offsets[rows]) ** 2).sum())
             edges.append({one, two})
     first = edges.index({int(record.kept[0]), int(record.dead[0])})
-    # up to the pull to the midpoint, 1e-5 of the trace by the squared way to it
+    # up to the pull towards the midpoint: 1e-5 of the trace times the squared distance
     length = max(np.linalg.norm(positions[one] - positions[two]) for one, two in edges)
     assert errors[first] <= min(errors) + 1e-5 * 20 * length**2
     assert errors[first] <= np.quantile(errors, 0.05)

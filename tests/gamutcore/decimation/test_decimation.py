@@ -135,7 +135,7 @@ class TestEveryLevel:
         try:
             boundary = modified_convex_hull(points, 0.2, middle + part * (points[0] - middle))
         except GamutError:
-            reject()  # it is outside
+            reject()  # the centre is outside
         history = build_history(decimate(boundary.mesh, boundary.centre, cost))
         counts = []
         for level in history.levels():
@@ -160,7 +160,7 @@ class TestEveryLevel:
         try:
             history = build_history(decimate(mesh, centre, cost))
         except MeshError:
-            reject()  # on the grid it is not star-shaped any more
+            reject()  # not star-shaped after rounding
         counts = []
         for level in history.levels():
             counts.append(level.triangles)
@@ -191,7 +191,7 @@ class TestEveryLevel:
         try:
             boundary = modified_convex_hull(points)
         except FlatPointsError:
-            reject()  # the grid is so coarse there that nothing is left of a flat body
+            reject()  # the grid is too coarse for the flat body
         history = build_history(decimate(boundary.mesh, boundary.centre, cost))
         rounding = np.sqrt(3) / 2 * history.step
         for level in history.levels():
@@ -361,7 +361,7 @@ class TestStructure:
         history = build_history(decimate(boundary.mesh, boundary.centre, cost))
         for triangles in range(4, history.triangles + 1, 26):
             assert_every_invariant(history.level(triangles), boundary.centre, triangles)
-        # the end of lower degree dies: three corners or so move in a collapse, not a thousand
+        # the end of lower degree is removed, so about three corners move in a collapse
         assert len(history.splits.moved) <= 6 * history.vertices
 
 
@@ -432,7 +432,7 @@ class TestRefusals:
         assert icosphere(1).determinants(centre)[face] <= 1e-6
 
     def test_of_a_flat_face(self):
-        # a side through the centre: its determinant is zero
+        # a face through the centre has a determinant of zero
         mesh = modified_convex_hull(np.vstack([np.zeros(3), np.eye(3)])).mesh
         with pytest.raises(MeshError, match="star-shaped"):
             decimate(mesh, (0.25, 0.25, 0.0))

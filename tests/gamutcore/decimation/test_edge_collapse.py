@@ -59,7 +59,7 @@ def assert_consistent(surface, work, numbers, faces):
     )
     twins = surface.opposite[surface.corner_facing[left]]
     np.testing.assert_array_equal(surface.edge_of[twins], left)
-    # edges that are gone have left the queue
+    # removed edges have left the queue
     gone = np.setdiff1d(np.arange(len(surface.corner_facing)), left)
     assert (work.queue.heap_index[gone] == -1).all()
     assert (work.queue.heap_index[left] >= 0).all()
@@ -120,7 +120,7 @@ class TestCollapse:
         work.point[:], work.rounded[:] = place, place
         record = empty_record(len(positions))
         collapse_edge(state, surface, grid_of(positions), record, work, edge, 0)
-        # the edge itself was at hand, the other two were parked
+        # the edge itself is neither queued nor parked, and the other two were parked
         assert work.parked[0] == (surface.corner_facing >= 0).sum()
 
 

@@ -73,12 +73,12 @@ def test_the_new_vertex_and_its_neighbours_move_to_less_deviation(after_collapse
         ring = set(faces[(faces == kept).any(axis=1)].ravel().tolist()) - {kept}
         moved = set(np.flatnonzero((before != delivered).any(axis=1)).tolist())
         assert moved <= ring | {kept}
-        # neighbours that are elsewhere now are written down, each once, from where to where
+        # each neighbour that moved is recorded once, with both positions
         assert sorted(shifted.tolist()) == sorted(moved - {kept})
         np.testing.assert_array_equal(shift[:, 0], before[shifted])
         np.testing.assert_array_equal(shift[:, 1], delivered[shifted])
         np.testing.assert_array_equal(place, delivered[kept])
-        # on the grid, and the surface is where it says that it is
+        # positions lie on the grid, and both copies agree
         vertices = sorted(moved)
         np.testing.assert_array_equal(delivered[vertices] % STEP, 0.0)
         np.testing.assert_array_equal(surface.position[vertices] + CENTRE, delivered[vertices])
@@ -88,7 +88,7 @@ def test_the_new_vertex_and_its_neighbours_move_to_less_deviation(after_collapse
             assert work.changed[vertex] == collapses
 
     assert after_collapses(FINEST, seed, check) > 60
-    # each move has to save a part of the deviation before it is rounded to the grid, which is fine
+    # a move saves deviation before rounding, and the grid is fine
     assert max(gained) <= 0.0
     assert np.count_nonzero(gained) > 30
 

@@ -105,7 +105,7 @@ def test_a_copy_does_not_change_the_stage(first_stage):
     assert result.left == size // 2
     for array, expected in zip((*stage.surface, stage.grid.position), before, strict=True):
         np.testing.assert_array_equal(array, expected)
-    # and can be decimated to the same
+    # the stage itself can be decimated to the same result
     again = run_stage(stage, size // 2, np.zeros(1, np.int64))
     for one, two in zip(result.record, again.record, strict=True):
         assert one.tobytes() == two.tobytes()

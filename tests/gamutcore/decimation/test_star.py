@@ -119,10 +119,10 @@ class TestLink:
         for vertex in range(len(positions)):
             ring = np.empty((100, 2), np.int32)
             count = write_vertex_link(surface, vertex, ring)
-            # no edge: its own number twice
+            # a vertex instead of an edge: its number twice
             pairs = ring[:count].tolist()
             assert sorted(map(tuple, pairs)) == link(faces, vertex, vertex)
-            # in the order in which they stand around it
+            # in order around the vertex
             for one, other in zip(pairs, pairs[1:] + pairs[:1], strict=True):
                 assert set(one) & set(other)
 
@@ -250,7 +250,7 @@ class TestInnerDirection:
             assert not found
         if depth > 0.1:
             assert found
-            # well inside: at least a third as deep as can be
+            # well inside: at least a third of the largest depth
             assert (normals @ direction).min() > depth / 3 / np.sqrt(3)
 
     def test_finds_the_axis_of_a_regular_ring_from_anywhere(self):

@@ -126,7 +126,7 @@ def test_progress_advances_with_every_stage_and_trial(monkeypatch, with_trials, 
     monkeypatch.setattr(trials, "run_stage", looked_at)
     with_trials(Trials(60, 5, 27))
     decimate(icosphere(2), CENTRE, cost)
-    # to the trials, five trials, and the coarsest levels
+    # the stage before the trials, five trials, and the coarsest levels
     assert len(told) == 1 + 5 + 1
     assert (np.diff(told) > 0).all()
     assert told[-1] == pytest.approx(1)

@@ -115,7 +115,7 @@ def test_no_move_saves_more_than_the_present_deviation(deviating, total, faces_l
     assert whole == pytest.approx(total(deviation, surface.position, faces))
     for vertex in np.unique(faces).tolist():
         place = surface.position[vertex].copy()
-        # nothing changes where the vertex stays where it is
+        # nothing changes if the vertex stays in place
         change = change_by_move(deviation, surface, vertex, place)
         around = current_deviation(deviation)
         assert change == pytest.approx(0.0, abs=1e-9 * whole)
@@ -127,7 +127,7 @@ def test_no_move_saves_more_than_the_present_deviation(deviating, total, faces_l
 def test_queries_change_scratch_only(deviating):
     deviation, surface = deviating(4)
     kept = [deviation.begin, deviation.end, deviation.error, deviation.released]
-    # what is behind the last sample, or in the other half, is not in use
+    # entries behind the last sample and in the other half are unused
     top = int(deviation.counts[TOP])
     kept += [array[:top] for array in (deviation.x, deviation.y, deviation.z, deviation.weight)]
     before = [array.copy() for array in (*surface, *kept)]
@@ -209,7 +209,7 @@ def test_dense_links_are_not_evaluated(surface_from, corner_of, sides, rows, eva
     take_samples(deviation, surface, 10 * len(faces), True)
     pole, better = sides * rows, np.array([0.01, 0.0, 0.98])
     assert (change_by_move(deviation, surface, pole, better) < np.inf) == evaluated
-    # two faces vanish, and both ends have these
+    # both ends contain the two removed faces
     around = sides + surface.degree[0] - 4
     edge = change_by_collapse(deviation, surface, corner_of(surface, pole, 0), better)
     assert (edge < np.inf) == (evaluated and (around <= DENSE_LINK or rows > 1))
@@ -239,5 +239,5 @@ def test_enclosed_volume_counts_where_there_are_hardly_any_samples(icosphere, su
         grown = (times - 1) * (slope @ here)
         change = change_by_move(deviation, surface, vertex, times * here)
         assert change >= 0.5 * grown - slack
-    # not for nothing: some of it is more than the slack
+    # the bound exceeds the slack for some vertices
     assert times < 1000 or grown > 2 * slack

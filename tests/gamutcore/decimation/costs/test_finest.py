@@ -155,7 +155,7 @@ def test_each_of_many_faces_has_one_sample(icosphere, surface_from, points_of):
     state, surface = cost_state(FINEST, positions, mesh.faces), surface_from(positions, mesh.faces)
     assert enter_level(state, surface, len(positions)) is False
     assert state.deviation.counts[SAMPLES] == mesh.triangles < FINEST.largest_samples
-    # in no faces yet, for nothing depends on it
+    # not assigned to faces yet
     assert (state.deviation.end == 0).all()
     found = cKDTree(points_of(state.deviation, slice(mesh.triangles)))
     away, nearest = found.query(positions[mesh.faces].mean(axis=1))

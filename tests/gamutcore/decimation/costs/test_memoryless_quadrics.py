@@ -57,7 +57,7 @@ def by_lapack(positions, faces, one, two):
     vectors = area_vectors(positions, around)
     rows = vectors / np.sqrt(np.linalg.norm(vectors, axis=1))[:, np.newaxis]
     right = np.sum(rows * (positions[np.asarray(around)[:, 0]] - middle), axis=1)
-    # the volume is affine in the place: its value and slope there, by differences that are exact
+    # the volume is affine in the position, so differences give its gradient exactly
     at_middle = enclosed(positions, faces, one, two, middle)
     slope = [enclosed(positions, faces, one, two, middle + step) - at_middle for step in np.eye(3)]
     wanted = np.linalg.det(positions[faces]).sum() / 6 - at_middle
@@ -108,8 +108,8 @@ def test_the_optimum_is_the_constrained_least_squares_solution(edges, seed):
             middle = (positions[one] + positions[two]) / 2
             assert np.linalg.norm(place - best) <= 2e-3 * np.linalg.norm(middle - best) + 1e-9
             assert least * (1 - 1e-9) <= value
-            # what is minimal is the error with the pull: the error exceeds its least value by no
-            # more than the pull has at the best place
+            # the error with the pull is minimal, so the error exceeds its least value by at most
+            # the pull at the best position
             pull = 1e-5 * ((rows**2).sum() * np.linalg.norm(best - middle)) ** 2
             assert value**2 <= least**2 * (1 + 1e-9) + pull
             compared += 1
@@ -148,7 +148,7 @@ def test_the_shift_to_the_volume_is_the_shortest(edges):
         constrained_optimum(planes, surface, corner, optimum)
         shift_to_preserve_volume(planes, place)
         assert enclosed(positions, faces, one, two, place) == pytest.approx(before, rel=1e-9)
-        # perpendicular to the plane of places with that volume, hence to all ways within it
+        # perpendicular to the plane of positions with that volume
         assert (place - start) @ (optimum - place) == pytest.approx(0.0, abs=1e-6)
 
 
@@ -184,7 +184,7 @@ def test_quadrics_have_no_memory(surface_from, bumpy_mesh, faces_left, random_co
     assert len(left) < len(faces) - 40
     missing = before - np.linalg.det(surface.position[left]).sum()
     assert surface.deficit[DEFICIT_NOW] == pytest.approx(missing, rel=1e-9)
-    # the same surface anew, with faces and vertices of other numbers
+    # the same surface with renumbered faces and vertices
     kept, renamed = np.unique(left, return_inverse=True)
     again = surface_from(surface.position[kept], renamed.reshape(-1, 3))
     again.deficit[DEFICIT_NOW] = surface.deficit[DEFICIT_NOW]

@@ -36,7 +36,7 @@ def test_refined_positions_are_better_and_their_errors_are_correct(case, keeps_v
             state.deviation, state.quadrics, surface, corner, place, trial, 3, keeps_volume
         )
         assert found <= before
-        # what is added for short edges decides between equals only
+        # the length penalty is negligible
         assert found == pytest.approx(
             mismatch_error(state.deviation, surface, corner, place), abs=least
         )

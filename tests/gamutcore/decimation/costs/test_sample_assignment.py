@@ -47,7 +47,7 @@ class Tracked:
 
     def __init__(self, start, positions, faces, surface):
         self.surface = surface
-        # the cost that does nothing about the samples but hand them over and redistribute them
+        # a cost that releases and reassigns samples but does not thin them
         self.state = cost_state(FINEST, positions, faces)
         room = empty_deviation(sample_capacity(PARTS * len(faces), len(faces)), len(faces))
         self.state = self.state._replace(deviation=room)
@@ -81,7 +81,7 @@ def test_samples_follow_random_collapses(
     for _ in random_collapses(case.state, surface, seed, 25):
         samples = assert_in_their_faces(deviation, surface)
         assert len(samples) == count
-        # the share of the reference's volume, whatever the surface is now
+        # weights are shares of the volume of the reference
         assert deviation.weight[samples].sum() == pytest.approx(whole, rel=1e-12)
     assert len(faces_left(surface)[1]) < len(faces)
     assert deviation.error.sum() > 0
@@ -127,7 +127,7 @@ def test_thinned_samples_have_equal_shares(
         pass
     count = int(deviation.counts[SAMPLES])
     before = assert_in_their_faces(deviation, surface)
-    # by their points, for those that stay move up
+    # by their points, because samples change their indices
     weights = dict(
         zip(map(tuple, points_of(deviation, before)), deviation.weight[before], strict=True)
     )
@@ -143,10 +143,10 @@ def test_thinned_samples_have_equal_shares(
     share = whole / (most // 2)
     marks = deviation.weight[after] / share
     np.testing.assert_allclose(marks, np.rint(marks), rtol=1e-9)
-    # one mark, or as many as its share was worth before
+    # one mark, or as many as its weight contains
     worth = np.array([weights[tuple(point)] for point in points_of(deviation, after)]) / share
     assert (np.abs(marks - worth) < 1 + 1e-9).all()
-    # no weight is lost, and no face has a share more or less than it had
+    # no weight is lost, and no face gains or loses more than a share
     assert deviation.weight[after].sum() == pytest.approx(whole, rel=1e-9)
     now = [deviation.weight[samples_in(deviation, int(face))].sum() for face in numbers]
     assert np.abs(np.subtract(now, in_faces)).max() <= share * (1 + 1e-9)

@@ -74,13 +74,13 @@ def test_without_room_half_as_many_samples_have_equal_shares(bumpy_mesh, surface
     share = six_volumes(positions, faces).sum() / (room // 2)
     marks = chosen.weight[:count] / share
     np.testing.assert_allclose(marks, np.rint(marks), rtol=1e-9)
-    # some of those that there are, in their order
+    # a subset of all samples, in the same order
     rows = np.stack([whole.x, whole.y, whole.z], axis=1)[:all_of_them].tolist()
     found = [
         rows.index(row) for row in np.stack([chosen.x, chosen.y, chosen.z], 1)[:count].tolist()
     ]
     assert found == sorted(set(found))
-    # no face has a share more or less than its own
+    # no face differs from its volume by more than a share
     weights = [chosen.weight[b:e].sum() for b, e in zip(chosen.begin, chosen.end, strict=True)]
     assert np.abs(weights - six_volumes(positions, faces)).max() <= share * (1 + 1e-9)
 
@@ -90,7 +90,7 @@ def test_samples_are_transferred_to_fewer_faces(bumpy_mesh, surface_from, sample
     deviation = empty_deviation(sample_capacity(500, len(faces)), len(faces))
     take_samples(deviation, surface_from(positions, faces), 500, True)
     deviation.error[:] = np.arange(len(faces))
-    # those of the others have been handed on
+    # the samples of other faces have been reassigned
     left = np.arange(1, len(faces), 3, dtype=np.int32)
     gone = np.setdiff1d(np.arange(len(faces)), left)
     kept = [deviation.x[samples_in(deviation, int(face))] for face in left]

@@ -38,14 +38,14 @@ def test_steps_lower_the_deviation_of_a_noisy_sphere(icosphere, surface_from):
         assert step_towards_reference(deviation, place, better)
         lowered += change_by_move(deviation, surface, vertex, better) < 0
     assert lowered >= 0.75 * len(positions)
-    # one after the other: the sphere comes out of the noise
+    # one vertex after the other: the noise disappears
     ring = np.empty((10, 2), np.int32)
     for vertex in range(len(positions)):
         place = surface.position[vertex].copy()
         change_by_move(deviation, surface, vertex, place)
         found = step_towards_reference(deviation, place, better)
         count = write_vertex_link(surface, vertex, ring)
-        # as in decimation: what a place that turns faces away would change has no meaning
+        # as in decimation, the change at an invalid position has no meaning
         valid = keeps_star_shape(surface.position, ring, count, *better)
         if found and valid and change_by_move(deviation, surface, vertex, better) < 0:
             surface.position[vertex] = better
@@ -86,7 +86,7 @@ def test_steps_end_exactly_on_a_flat_reference(surface_from, place):
         surface.position[12] = better
         reassign_samples(deviation, surface, 12)
         heights.append(abs(better[2] - 1))
-    # the pull to the place where it is takes about a hundredth of each step
+    # the pull towards the present position shortens each step by about a hundredth
     assert heights[1] < 0.3 * heights[0]
     assert heights[-1] < 1e-9
     assert deviation.error.sum() < 1e-8 * start
@@ -101,7 +101,7 @@ def test_there_is_no_step_from_a_surface_on_the_reference(surface_from):
     change_by_move(deviation, surface, 25, surface.position[25].copy())
     moved = step_towards_reference(deviation, surface.position[25].copy(), better)
     if moved:
-        # rounding is all that there is to go by
+        # the step is rounding error only
         np.testing.assert_allclose(better, surface.position[25], atol=1e-9)
 
 

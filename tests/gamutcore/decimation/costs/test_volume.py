@@ -97,7 +97,7 @@ def test_errors_of_fine_levels_are_those_of_the_planes(
         there *= 1.01
         expected = constrained_error(planes, surface, corner, there)
         assert error_at(state, surface, corner, there) == pytest.approx(expected, rel=1e-12)
-    # all errors change where the tracked levels begin, once
+    # all errors change once, at the first compared level
     left, begun = len(positions), []
     for seed in range(10):
         for _ in random_collapses(state, surface, seed, left - VOLUME.compared_vertices + 10):
@@ -148,7 +148,7 @@ def test_the_error_is_the_change_of_the_samples_mismatch(
 ):
     state, surface, _ = tracked(seed)
     _, faces = faces_left(surface)
-    # samples may have been thinned: those in use are those in the faces
+    # after thinning, the samples in use are those assigned to faces
     used = all_samples(state.deviation)
     assert len(used) == state.deviation.counts[SAMPLES]
     points, weights = points_of(state.deviation, used), state.deviation.weight[used]
@@ -176,18 +176,18 @@ def test_the_optimum_returns_its_error_and_preserves_the_volume(tracked, faces_l
     for corner, *_ in valid_edges(surface):
         place, unrefined = np.empty(3), np.empty(3)
         value = find_optimum(state, surface, corner, place)
-        # what makes shorter edges come first, 10⁻⁹ of the area, is that of the last place tried
+        # the length penalty, 10⁻⁹ of the area, belongs to the last position that was tried
         error = error_at(state, surface, corner, place)
         assert value == pytest.approx(error, rel=1e-5, abs=1e-5)
         one, two = ends_of(surface, corner)
         positions = surface.position.copy()
         positions[one] = positions[two] = place
         assert np.linalg.det(positions[faces]).sum() == pytest.approx(wanted, rel=1e-9)
-        # moved to where the mismatch is lower, or not at all
+        # the position moves to less mismatch, or not at all
         constrained_optimum(state.quadrics, surface, corner, unrefined)
         assert query_edge(state.deviation, surface, corner)
         at_first = change_at(state.deviation, surface, unrefined)
-        # but for what makes shorter edges come first
+        # up to the length penalty
         assert value <= at_first + 1e-8 * abs(at_first)
         refined += value < at_first
     assert refined > 0

@@ -60,7 +60,7 @@ PLANE = [[i, i, i, i / 3, i % 7, i % 5] for i in range(256)]
 @pytest.mark.parametrize(
     ("columns", "rows", "option", "said"),
     [
-        ("R G B L a b", PLANE[9:10], {"device_model": "fit"}, "one distinct device value only"),
+        ("R G B L a b", PLANE[9:10], {"device_model": "fit"}, "only one distinct device value"),
         ("R G B L a b", PLANE, {"device_model": "fit"}, "the device values lie in a plane"),
         ("L a b", [row[3:] for row in PLANE], {"device_model": "fit"}, "without device values"),
         ("L a b", [row[3:] for row in PLANE], {"popularity": 0.1}, "does not apply"),
