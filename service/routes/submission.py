@@ -225,7 +225,9 @@ async def _multipart(
         for name in ("file", "options"):
             if sum(part == name for part, _ in parts) > 1:
                 _refuse(f"There is more than one part named {name}.", name)
-        fields = [(name, part) for name, part in parts if name not in {"file", "options"}]
+        fields = [
+            _option_field(name, part) for name, part in parts if name not in {"file", "options"}
+        ]
         file = form.get("file")
         if file is None:
             _refuse("There is no part named file.", "file")
