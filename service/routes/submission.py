@@ -236,7 +236,7 @@ async def _multipart(
             _refuse(f"The options are larger than {_OPTIONS_BYTES} bytes.", "options")
         mapping = _options(_parse_json(await _read_part(options), "options"))
         given = [(option_name(name), value) for name, value in mapping.items()]
-        given += [_option_field(name, part) for name, part in fields]
+        given += fields
         return await read(file), _merge_options(given)
     finally:
         await form.close()
