@@ -52,6 +52,7 @@ def main(url: str, path: Path) -> dict[str, object]:
         raise TypeError(described, levels)
     if not isinstance(missing, ProblemDocument):
         raise TypeError(missing)
+    luminance = GamutOptions.from_dict({"space": "ICtCp", "luminance": 100.0}).luminance
     downloads = (mesh, ply, archive, history)
     files = [each.payload.read() for each in downloads if isinstance(each, File)]
     with zipfile.ZipFile(io.BytesIO(files[2])) as opened_archive:
@@ -65,6 +66,7 @@ def main(url: str, path: Path) -> dict[str, object]:
         "history_bytes": [len(files[3]), model.history_bytes],
         "names": names,
         "problem": missing.code,
+        "luminance": luminance,
     }
 
 

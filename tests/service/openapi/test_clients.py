@@ -62,6 +62,7 @@ def test_a_python_client_reads_everything_of_a_gamut(server, generated):
     names = [f"{found['id']}/10.glb", f"{found['id']}/100.glb", "index.json"]
     assert found["names"] == names
     assert found["problem"] == "gamut-not-found"
+    assert found["luminance"] == 100
 
 
 def test_a_typescript_client_is_well_typed(tmp_path):
