@@ -1,7 +1,6 @@
-# What a developer and CI do with this checkout; `make help` lists it. Needs git, make and Python
-# 3.11 or newer; Node.js, where it is there, adds the glTF validator and an emulator of Azure to the
-# tests, and Chromium those of the pages. Everything is installed into .venv, at the versions of
-# constraints.txt.
+# Commands for developers and CI; `make help` lists them. They need git, make and Python 3.11 or newer,
+# and install into .venv with the versions of constraints.txt. With Node.js the tests include the glTF
+# validator and an emulator of Azure's storage, and with Chromium the web pages.
 
 SHELL := /bin/sh
 .DELETE_ON_ERROR:
@@ -12,8 +11,8 @@ PYTHON ?= python3.11 python3
 python := .venv/bin/python
 pins := pyproject.toml constraints.txt
 
-# The build backend runs in an environment of its own, which pip pins by these two only: the first
-# up to pip 25.2, the second from then on. A relative path, because pip splits the value at spaces.
+# pip builds in an isolated environment, which only these variables pin: the first up to pip 25.2, the
+# second later. The paths are relative, because pip splits the values at spaces.
 export PIP_CONSTRAINT := constraints.txt
 export PIP_BUILD_CONSTRAINT := constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
@@ -22,7 +21,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/\1|\2/p' $(MAKEFILE_LIST) | awk -F'|' '{printf "make %-18s %s\n", $$1, $$2}'
 
-# --- installation: each stamp is renewed where pyproject.toml or the pins change ------------------
+# --- installation: stamps are renewed when pyproject.toml or the pins change ----------------------
 
 .venv/bin/pip:
 	@for python in $(PYTHON); do \
@@ -51,13 +50,13 @@ help: ## list the targets
 	$(python) -m pip install -q -c constraints.txt -e '.[service,peers,plots]'
 	@touch $@
 
-node_packages := tests/gltf/node_modules/.package-lock.json tests/azurite/node_modules/.package-lock.json
+node_packages := $(patsubst %,tests/%/node_modules/.package-lock.json,azurite clients gltf)
 
 $(node_packages): tests/%/node_modules/.package-lock.json: tests/%/package.json tests/%/package-lock.json
 	@if command -v npm >/dev/null; then \
 	  npm ci --prefix tests/$* --no-audit --no-fund --loglevel=error && touch $@; \
 	else \
-	  echo "npm is not there: tests that need tests/$* will be skipped."; \
+	  echo "npm is not installed: tests that need tests/$* will be skipped."; \
 	fi
 
 .PHONY: install
@@ -128,7 +127,7 @@ lint: .venv/.installed-lint ## ruff (rules and formatting) and shellcheck
 	.venv/bin/shellcheck .ci/run .ci/wheel-check
 
 .PHONY: format
-format: .venv/.installed-lint ## let ruff format and mend what it can
+format: .venv/.installed-lint ## format with ruff, and fix what ruff can fix
 	$(python) -m ruff check --fix .
 	$(python) -m ruff format .
 
@@ -141,16 +140,16 @@ contracts: .venv/.installed-lint ## import-linter: no web in gamutcore, data flo
 	.venv/bin/lint-imports
 
 .PHONY: openapi
-openapi: .venv/.installed ## write openapi/openapi.json anew
+openapi: .venv/.installed ## regenerate openapi/openapi.json
 	.venv/bin/gamut openapi > openapi/openapi.json.new
 	mv openapi/openapi.json.new openapi/openapi.json
 
 .PHONY: openapi-check
-openapi-check: .venv/.installed ## compare openapi/openapi.json with what the app generates
+openapi-check: .venv/.installed ## compare openapi/openapi.json with the document of the app
 	.venv/bin/gamut openapi | diff -u openapi/openapi.json -
 
 .PHONY: architecture
-architecture: .venv/.installed ## draw docs/pictures/architecture.svg anew from the imports
+architecture: .venv/.installed ## redraw docs/pictures/architecture.svg from the imports
 	$(python) docs/pictures/architecture.py
 
 .PHONY: image-lint
@@ -183,7 +182,7 @@ image-check: .venv/.installed ## build the container image and use it (Debian, a
 	$(python) docker/image.py
 
 .PHONY: constraints
-constraints: ## pin the newest versions that pyproject.toml admits, from a clean venv, with Python 3.11
+constraints: ## pin the newest versions that pyproject.toml allows (Python 3.11)
 	rm -rf build/constraints
 	python3.11 -m venv build/constraints
 	env -u PIP_CONSTRAINT -u PIP_BUILD_CONSTRAINT build/constraints/bin/python -m pip install -q -e '.[service,celery,cloud,otel,test,lint,peers,plots]' hatchling editables
@@ -193,6 +192,6 @@ constraints: ## pin the newest versions that pyproject.toml admits, from a clean
 	rm -rf build/constraints
 
 .PHONY: clean
-clean: ## remove what was installed, built or cached; the data under var/ stays
-	rm -rf .venv build dist tests/gltf/node_modules tests/azurite/node_modules .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
+clean: ## remove installed, built and cached files; keep the data under var/
+	rm -rf .venv build dist tests/*/node_modules .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
 	find gamutcore service tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

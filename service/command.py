@@ -17,8 +17,8 @@ from service.access.middleware import OpenToAllError
 from service.application import create_app
 from service.broker import health
 from service.container import MISSING_BROKER_EXTRA, EngineMissingError
-from service.server import Server, server_config
-from service.settings import ENVIRONMENT_PREFIX, Settings
+from service.server import AddressUnavailableError, Server, bind_sockets, server_config
+from service.settings import ENVIRONMENT_PREFIX, Settings, settings_text
 from service.storage.blobs import StoreUnavailableError
 from service.storage.check import report
 from service.storage.gamuts import GamutStore
@@ -49,6 +49,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     serve.add_argument("--host", help="address to listen on")
     serve.add_argument("--port", type=int, help="port to listen on; 0 takes a free one")
     serve.add_argument("--store", help="location of the store: a directory, or s3://, gs://, az://")
+    serve.add_argument(
+        "--print-settings",
+        action="store_true",
+        help="print the settings in force as GAMUT_NAME=value lines, and exit",
+    )
     worker = commands.add_parser(
         "worker", help="build the jobs of a broker (GAMUT_BROKER, GAMUT_STORE)"
     )
@@ -65,7 +70,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     check.add_argument("location", nargs="?", help="GAMUT_STORE by default")
     parsed = parser.parse_args(arguments)
     if parsed.command == "serve":
-        return _serve({name: getattr(parsed, name) for name in ("host", "port", "store")})
+        overrides = {name: getattr(parsed, name) for name in ("host", "port", "store")}
+        return _print_settings(overrides) if parsed.print_settings else _serve(overrides)
     if parsed.command == "worker":
         return health.main() if parsed.check else _worker()
     if parsed.command == "store":
@@ -164,6 +170,15 @@ def _worker() -> int:
         return 1
 
 
+def _print_settings(overrides: dict[str, Any]) -> int:
+    settings = _settings(overrides)
+    if settings is None:
+        return 2
+    arguments = {name for name, value in overrides.items() if value is not None}
+    sys.stdout.write(settings_text(settings, arguments))
+    return 0
+
+
 def _serve(overrides: dict[str, Any]) -> int:
     settings = _settings(overrides)
     if settings is None:
@@ -175,10 +190,12 @@ def _serve(overrides: dict[str, Any]) -> int:
         # Errors in the lifespan would give a traceback; here they give a sentence.
         store.open()
         store.close()
+        sockets = bind_sockets(settings.host, settings.port)
     except OpenToAllError as error:
         sys.stderr.write(f"gamut: {error}\n")
         return 2
     except (
+        AddressUnavailableError,
         EngineMissingError,
         StoreInUseError,
         StoreLocationError,
@@ -189,5 +206,9 @@ def _serve(overrides: dict[str, Any]) -> int:
         sys.stderr.write(f"gamut: {error}\n")
         return 1
     server = Server(server_config(app, settings), app.state.service)
-    server.run()
+    try:
+        server.run(sockets)
+    except AddressUnavailableError as error:
+        sys.stderr.write(f"gamut: {error}\n")
+        return 1
     return 0 if server.started else 1

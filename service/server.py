@@ -1,11 +1,17 @@
 """The HTTP server of one process: uvicorn with connection limits and an early signal to stop.
 
+`bind_sockets` takes the port before the app starts, so a busy port is reported before any work.
 uvicorn finishes the requests under way before it ends the app. Those requests wait for builds, so
 the builds must hear of the signal first: they end or are given back while uvicorn waits.
 """
 
 from __future__ import annotations
 
+import asyncio
+import errno
+import logging
+import os
+import socket
 from typing import TYPE_CHECKING
 
 import uvicorn
@@ -21,11 +27,38 @@ if TYPE_CHECKING:
     from service.container import ServiceContainer
     from service.settings import Settings
 
-__all__ = ["Server", "connection_limits", "server_config"]
+__all__ = [
+    "AddressUnavailableError",
+    "Server",
+    "bind_sockets",
+    "connection_limits",
+    "server_config",
+]
+
+logger = logging.getLogger(__name__)
 
 _KEEP_ALIVE_SECONDS = 5
 """How long an idle connection stays open between requests. Each one holds a file descriptor, and
 the next request of a page or a script comes sooner."""
+
+
+_REMEDIES = {
+    errno.EADDRINUSE: "Stop the program that uses the port, or choose another port with --port or "
+    "GAMUT_PORT; 0 takes a free one.",
+    errno.EACCES: "Choose a port from 1024 on with --port or GAMUT_PORT.",
+}
+_OTHER_REMEDY = "Choose an address of this machine with --host or GAMUT_HOST."
+
+
+class AddressUnavailableError(Exception):
+    """The service cannot listen on its address. The message states port, cause and remedy."""
+
+    def __init__(self, host: str, port: int, error: OSError) -> None:
+        cause = error.strerror or str(error)
+        if not isinstance(error, socket.gaierror) and error.errno:
+            cause = os.strerror(error.errno)  # asyncio's text repeats the address
+        remedy = _REMEDIES.get(error.errno or 0, _OTHER_REMEDY)
+        super().__init__(f"cannot listen on {host} port {port}: {cause}. {remedy}")
 
 
 class Server(uvicorn.Server):
@@ -43,10 +76,58 @@ class Server(uvicorn.Server):
         super().__init__(config)
         self._service = service
 
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Start the app, then accept connections, and log the addresses.
+
+        Raises
+        ------
+        AddressUnavailableError
+            Another process began to listen on the port after it was bound here.
+        """
+        try:
+            await super().startup(sockets)
+        except OSError as error:
+            await self.lifespan.shutdown()
+            raise AddressUnavailableError(self.config.host, self.config.port, error) from error
+        for bound in sockets or ():  # uvicorn is silent about sockets that it did not bind
+            host, port = bound.getsockname()[:2]
+            address = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+            logger.info("Uvicorn running on http://%s (Press CTRL+C to quit)", address)
+
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         """Begin to stop."""
         super().handle_exit(sig, frame)
         self._service.drain()
+
+
+def bind_sockets(host: str, port: int) -> list[socket.socket]:
+    """Return sockets that are bound to every address of a host, and do not listen yet.
+
+    Parameters
+    ----------
+    host : str
+        Name or address.
+    port : int
+        0 takes a free port.
+
+    Raises
+    ------
+    AddressUnavailableError
+        The port is in use, or the host is not an address of this machine.
+    """
+    try:
+        return asyncio.run(_bind(host, port))
+    except OSError as error:
+        raise AddressUnavailableError(host, port, error) from error
+
+
+async def _bind(host: str, port: int) -> list[socket.socket]:
+    # asyncio resolves the name and skips address families that are switched off.
+    loop = asyncio.get_running_loop()
+    server = await loop.create_server(asyncio.Protocol, host or None, port, start_serving=False)
+    sockets = [bound.dup() for bound in server.sockets]
+    server.close()
+    return sockets
 
 
 def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:

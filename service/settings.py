@@ -6,6 +6,7 @@ the table in ``docs/settings.md``, and a test compares both.
 
 import ipaddress
 import re
+from collections.abc import Set as AbstractSet
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator
@@ -16,7 +17,7 @@ from service.access.api_keys import ApiKeys
 from service.http.cors import origins
 from service.storage.location import is_address
 
-__all__ = ["ENVIRONMENT_PREFIX", "Settings", "settings_table"]
+__all__ = ["ENVIRONMENT_PREFIX", "Settings", "settings_table", "settings_text"]
 
 ENVIRONMENT_PREFIX = "GAMUT_"
 
@@ -26,6 +27,15 @@ _LEAST_BUILD_MEMORY = 256 * _MEBIBYTE
 """Below this limit, the warm process itself exceeds the limit."""
 
 _BROKER = re.compile(r"(redis|amqp)s?://")
+
+_SECRETS = {
+    "broker": (
+        (re.compile(r"://.*@"), "://***@"),
+        (re.compile(r"\?.*"), "?***"),  # Redis takes a password from the query as well
+    ),
+    "api_keys": ((re.compile(r":[0-9a-fA-F]{64}"), ":***"),),
+}
+"""What hides the secret parts of a setting: patterns with their replacements."""
 
 
 def _check_api_keys(text: str) -> str:
@@ -224,7 +234,7 @@ class Settings(BaseSettings):
         description="Largest number of pixels in a picture.",
     )
     max_form_parts: int = Field(
-        default=10,
+        default=40,
         ge=2,
         description="Largest number of fields, and of files, in a form; more are answered with"
         " 413.",
@@ -353,6 +363,38 @@ class Settings(BaseSettings):
     def data_limits(self) -> Limits:
         """Limits of the characterisation data of a build."""
         return Limits(self.max_patches, self.max_pixels)
+
+
+def settings_text(settings: Settings, arguments: AbstractSet[str] = frozenset()) -> str:
+    """Return the settings in force as ``GAMUT_NAME=value`` lines, grouped by where they come from.
+
+    Parameters
+    ----------
+    settings : Settings
+    arguments : set of str
+        Names of the fields that the command line gave.
+
+    Returns
+    -------
+    str
+        An environment file with comments. Credentials of the broker and digests of API keys are
+        replaced by ``***``.
+    """
+    sources = {
+        "command line": settings.model_fields_set & arguments,
+        "environment": settings.model_fields_set - arguments,
+        "defaults": Settings.model_fields.keys() - settings.model_fields_set,
+    }
+    lines = []
+    for source, names in sources.items():
+        lines += [f"# {source}"] if names else []
+        for name in (name for name in Settings.model_fields if name in names):
+            value = getattr(settings, name)
+            text = str(value).lower() if isinstance(value, bool) else str(value)
+            for pattern, replacement in _SECRETS.get(name, ()):
+                text = pattern.sub(replacement, text)
+            lines.append(f"{ENVIRONMENT_PREFIX}{name.upper()}={text}")
+    return "\n".join(lines) + "\n"
 
 
 def settings_table() -> str:

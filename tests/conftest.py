@@ -31,7 +31,7 @@ SLOW_FOLDERS = {"faults", "fuzz"}
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark tests that start processes, break things or fuzz as slow (``make test-fast``)."""
+    """Mark tests that start servers, inject faults or fuzz as slow (``make test-fast``)."""
     for item in items:
         parameters = getattr(getattr(item, "callspec", None), "params", {}).values()
         fixtures = {*getattr(item, "fixturenames", ()), *map(str, parameters)}
@@ -50,14 +50,14 @@ def missing(what: str) -> None:
 def gltf_report(
     tmp_path_factory: pytest.TempPathFactory,
 ) -> Callable[[bytes | Path], dict[str, Any]]:
-    """Return a function from GLB or glTF bytes, or a path, to the Khronos validator's report.
+    """Return a function from GLB or glTF bytes, or a path, to the report of Khronos' validator.
 
     ``report["issues"]`` has ``numErrors``, ``numWarnings``, ``numInfos``, ``numHints`` and
-    ``messages``; ``report["info"]`` what the validator counted.
+    ``messages``. ``report["info"]`` has counts.
     """
     node = shutil.which("node")
     if node is None:
-        missing("Node.js is not there, which Khronos' glTF validator needs")
+        missing("Khronos' glTF validator needs Node.js, which is not installed")
     if not (VALIDATOR / "node_modules" / "gltf-validator").is_dir():
         missing(
             "Khronos' glTF validator is not installed: run `make test`, or npm ci in tests/gltf"
@@ -89,13 +89,14 @@ def gltf_report(
 def javascript_levels(
     tmp_path_factory: pytest.TempPathFactory,
 ) -> Callable[..., list[tuple[np.ndarray, ...]]]:
-    """Return a function from a history file, or a prefix of one, to its levels as JavaScript reads
-    them: positions and faces, of the triangle counts that are asked for or of all; and the values
-    of so many device channels, if there are to be any.
+    """Return a function from a history file, or a prefix, to its levels as JavaScript reads them.
+
+    The levels are those of `counts`, or all. Each is (positions, faces), with the values of
+    `channels` device channels if there are any.
     """
     node = shutil.which("node")
     if node is None:
-        missing("Node.js is not there, which runs the reader of histories in JavaScript")
+        missing("The reader of histories in JavaScript needs Node.js, which is not installed")
 
     def levels(
         data: bytes, counts: list[int] | None = None, channels: int = 0
@@ -116,19 +117,19 @@ def javascript_levels(
         )
         assert ended.returncode == 0, ended.stderr.decode()
         found: list[tuple[np.ndarray, ...]] = []
-        place = 0
-        while place < len(ended.stdout):
+        offset = 0
+        while offset < len(ended.stdout):
             triangles = 4 + 2 * len(found) if counts is None else counts[len(found)]
             width = 6 * triangles + 24
-            positions = np.frombuffer(ended.stdout, "<f4", width // 4, place)
-            faces = np.frombuffer(ended.stdout, "<i4", 3 * triangles, place + width)
-            place += width + faces.nbytes
+            positions = np.frombuffer(ended.stdout, "<f4", width // 4, offset)
+            faces = np.frombuffer(ended.stdout, "<i4", 3 * triangles, offset + width)
+            offset += width + faces.nbytes
             if not channels:
                 found.append((positions, faces))
                 continue
-            values = np.frombuffer(ended.stdout, "<f4", channels * width // 12, place)
+            values = np.frombuffer(ended.stdout, "<f4", channels * width // 12, offset)
             found.append((positions, faces, values.reshape(-1, channels)))
-            place += values.nbytes
+            offset += values.nbytes
         return found
 
     return levels

@@ -219,8 +219,15 @@ def test_links_in_documents_lead_to_files_and_headings():
 def test_the_index_lists_every_decision_record():
     folder = ROOT / "docs" / "decisions"
     records = sorted(path.name for path in folder.glob("*.md") if path.name != "README.md")
-    index = (folder / "README.md").read_text()
-    assert sorted(re.findall(r"^\| \[.*?\]\(([\w-]+\.md)\) \|", index, re.MULTILINE)) == records
+    rows = re.findall(
+        r"^\| \[(.*?)\]\(([\w-]+\.md)\) \| (\w+) \| (\d{4}-\d\d-\d\d) \| \S.*\|$",
+        (folder / "README.md").read_text(),
+        re.MULTILINE,
+    )
+    assert sorted(name for _, name, _, _ in rows) == records
+    for title, name, status, date in rows:
+        head = f"# {title}\n\nStatus: {status}, {date}."
+        assert (folder / name).read_text().startswith(head), name
 
 
 def test_the_example_is_the_file_that_its_notice_speaks_of():

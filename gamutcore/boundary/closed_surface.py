@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["ClosedSurface", "closed_surface"]
 
 EXPLAINED = 200_000
-"""Largest number of faces for which handles are told from self-contacts; the check takes 1 s."""
+"""Largest number of faces for which self-contacts are told from handles: the check takes 1 s."""
 
 
 class ClosedSurface(NamedTuple):

@@ -90,9 +90,9 @@ def mesh_boundary(
     for name in ("vertices_read", "triangles_read"):
         provenance.pop(name, None)
         read = mesh.provenance.get(name)
-        told = provenance["mesh"]
-        if read is not None and isinstance(told, dict):
-            told[name] = read
+        counts = provenance["mesh"]
+        if read is not None and isinstance(counts, dict):
+            counts[name] = read
     return boundary, provenance
 
 
@@ -197,22 +197,22 @@ def _text_of(mesh: TriangleMesh, vertex: int) -> str:
 def _warnings(
     exact: ClosedSurface, surface: ClosedSurface, mesh: GamutMesh, origin: str
 ) -> list[str]:
-    said = []
+    warnings = []
     if mesh.space != "CIELAB":
-        said.append(f"The vertices are {mesh.space[3:]}. Faces are plane in CIELAB, not there.")
+        warnings.append(f"The vertices are {mesh.space[3:]}. Faces are plane in CIELAB, not there.")
     if exact.turned == exact.mesh.triangles:
-        said.append("The mesh was inside out: all faces were reversed.")
+        warnings.append("The mesh was inside out: all faces were reversed.")
     elif exact.turned:
-        said.append(f"{exact.turned} faces were reversed to the orientation of the others.")
+        warnings.append(f"{exact.turned} faces were reversed to the orientation of the others.")
     dropped = exact.dropped + surface.dropped
     if dropped:
-        said.append(f"{dropped} faces without area, or covering each other, were dropped.")
+        warnings.append(f"{dropped} faces without area, or covering each other, were dropped.")
     unused = exact.unused + surface.unused
     if unused:
-        said.append(f"{unused} vertices belong to no face and were dropped.")
+        warnings.append(f"{unused} vertices belong to no face and were dropped.")
     if mesh.centre is not None and origin.startswith("found"):
-        said.append(
+        warnings.append(
             f"Not all faces see the file's own centre {mesh.centre.tolist()} from inside. Another "
             "centre was found."
         )
-    return said
+    return warnings

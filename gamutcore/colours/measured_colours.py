@@ -393,12 +393,12 @@ class _Medium:
     def _observer(self) -> tuple[str, str]:
         conditions = self.samples.conditions
         # IDMS files declare the year and the angle separately: join all keywords
-        said = " ".join(conditions.get(keyword, "").strip() for keyword in _OBSERVER_KEYWORDS)
-        if said := said.strip():
-            degrees = declared_observer(said)
+        declared = " ".join(conditions.get(keyword, "").strip() for keyword in _OBSERVER_KEYWORDS)
+        if declared := declared.strip():
+            degrees = declared_observer(declared)
             if degrees is not None:
                 return degrees, f"{degrees}°"
-            self.foreign_observer = said
+            self.foreign_observer = declared
             return "2", "2° (assumed, the one that is stated is not known)"
         for keyword in _TELLING_KEYWORDS:
             match = _OBSERVER.search(conditions.get(keyword, "").upper())

@@ -98,9 +98,9 @@ def picture_colours(
     warnings = list(picture.warnings)
     as_measured, own_values = False, None
     if isinstance(picture.meaning, IccProfile):
-        lab, how, said, own_values = _by_profile(picture, picture.meaning, intent)
+        lab, how, profile_warnings, own_values = _by_profile(picture, picture.meaning, intent)
         as_measured = own_values is not None
-        warnings += said
+        warnings += profile_warnings
     else:
         if intent not in {"relative", "absolute"}:
             raise OptionError(
@@ -222,12 +222,12 @@ def _by_encoding(
         if intent == "relative":
             xyz = adaptation_to_d50(xyz, white, adaptation)
         lab[start : start + len(values)] = xyz_to_lab(xyz)
-    said = f"{adaptation} from the encoding's white to D50"
+    text = f"{adaptation} from the encoding's white to D50"
     if adaptation == "none":
-        said = "none, as asked"
+        text = "none, as asked"
     if intent == "absolute":
-        said = "none"
-    return lab, {"white": [round(float(value), 6) for value in white], "adaptation": said}
+        text = "none"
+    return lab, {"white": [round(float(value), 6) for value in white], "adaptation": text}
 
 
 def _to_xyz(encoding: Encoding) -> tuple[FloatArray, FloatArray]:

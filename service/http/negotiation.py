@@ -12,7 +12,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Preference", "preference", "preferred_media_type", "qualities"]
+__all__ = ["OCTET_STREAM", "Preference", "preference", "preferred_media_type", "qualities"]
+
+OCTET_STREAM = "application/octet-stream"
+"""Media type of bytes whose format is not named (RFC 2046, section 4.5.1)."""
 
 _QUALITY = re.compile(r"(?:0(?:\.\d{0,3})?|1(?:\.0{0,3})?)\Z", re.ASCII)
 """The qvalue of RFC 9110, section 12.4.2."""

@@ -14,6 +14,7 @@ import zlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
+from service.http.negotiation import OCTET_STREAM
 from service.problems.problem import MEDIA_TYPE, Problem
 
 if TYPE_CHECKING:
@@ -208,5 +209,6 @@ class MultipartContainer:
 CONTAINERS: dict[str, type[ZipContainer | MultipartContainer]] = {
     "application/zip": ZipContainer,
     "multipart/mixed": MultipartContainer,
+    OCTET_STREAM: ZipContainer,
 }
-"""Containers by media type, the preferred one first."""
+"""Containers by the media types that a client may accept, the preferred one first."""

@@ -13,15 +13,20 @@ from gamutcore.export import FORMATS, mesh_file
 from gamutcore.metric.level_search import Bounds
 from service.http.compression import IDENTITY, compress
 from service.http.conditional import IMMUTABLE, entity_tag, matches
+from service.http.negotiation import OCTET_STREAM
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
     from service.meshes.library import OpenGamut
 
-__all__ = ["MEDIA_TYPES", "SUFFIXES", "EncodedMesh", "MeshKey", "encode_mesh"]
+__all__ = ["MEDIA_TYPES", "SUFFIXES", "EncodedMesh", "MeshKey", "encode_mesh", "file_stem"]
 
-MEDIA_TYPES = {mesh_format.media_type: name for name, mesh_format in FORMATS.items()}
-"""Format names by media type, the preferred one first."""
+MEDIA_TYPES = {
+    **{mesh_format.media_type: name for name, mesh_format in FORMATS.items()},
+    OCTET_STREAM: next(iter(FORMATS)),
+}
+"""Format names by the media types that a client may accept, the preferred one first. A client that
+accepts bytes of any type gets the preferred format, which the answer names."""
 
 SUFFIXES = {mesh_format.suffix.removeprefix("."): name for name, mesh_format in FORMATS.items()}
 """Format names by file name suffix, without the dot."""
@@ -55,12 +60,16 @@ class EncodedMesh:
     headers: list[tuple[bytes, bytes]] = field(repr=False)
 
     @classmethod
-    def of(cls, body: bytes, media_type: str, triangles: int, vertices: int) -> EncodedMesh:
-        """Return the encoded mesh of a file with its counts."""
+    def of(
+        cls, body: bytes, media_type: str, file_name: str, triangles: int, vertices: int
+    ) -> EncodedMesh:
+        """Return the encoded mesh of a file with its name and counts."""
         etag = entity_tag(body)
         fields = {
             "content-type": media_type,
             "content-length": str(len(body)),
+            # A viewer may show the mesh in place. The name is for those who save it (RFC 6266).
+            "content-disposition": f'inline; filename="{file_name}"',
             "gamut-triangles": str(triangles),
             "gamut-vertices": str(vertices),
             "etag": etag,
@@ -92,6 +101,11 @@ class EncodedMesh:
             kept = [item for item in self.headers if not item[0].startswith(b"content-")]
             return 304, kept, b""
         return 200, self.headers, self.body
+
+
+def file_stem(gamut_id: str) -> str:
+    """Return the beginning of the names of a gamut's files, in ASCII."""
+    return gamut_id[:12]
 
 
 def encode_mesh(
@@ -127,9 +141,10 @@ def encode_mesh(
 def _encode_level(opened: OpenGamut, key: MeshKey) -> EncodedMesh:
     level = opened.gamut.level(key.triangles)
     body = mesh_file(level, key.format_name, opened.provenance, opened.space)
-    media_type = FORMATS[key.format_name].media_type
-    mesh = EncodedMesh.of(body, media_type, len(level.faces), len(level.vertices))
-    bounds = _described_bounds(opened, len(level.faces))
+    mesh_format, triangles = FORMATS[key.format_name], len(level.faces)
+    name = f"{file_stem(key.gamut_id)}-{triangles}{mesh_format.suffix}"
+    mesh = EncodedMesh.of(body, mesh_format.media_type, name, triangles, len(level.vertices))
+    bounds = _described_bounds(opened, triangles)
     return mesh if bounds is None else mesh.with_bounds(bounds)
 
 

@@ -4,8 +4,10 @@ Routes name their problems, and `problems` makes the responses from the table in
 `service.problems.kinds`. All examples belong to one gamut.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
+from service.http.negotiation import OCTET_STREAM
 from service.openapi.models import ProblemDocument
 from service.problems.kinds import KINDS
 from service.problems.problem import MEDIA_TYPE, Problem
@@ -22,6 +24,7 @@ __all__ = [
     "SECURITY",
     "SECURITY_SCHEMES",
     "SUBMISSION_BODY",
+    "binary_content",
     "gamut_links",
     "header",
     "job_links",
@@ -147,7 +150,15 @@ SUBMISSION_BODY: dict[str, Any] = {
                         "file": "LAB_L,LAB_A,LAB_B\n0,0,0\n100,0,0\n50,60,0\n50,-30,52\n50,-30,-52",
                         "options": {"gamma": 1},
                     },
-                }
+                },
+                "fields": {
+                    "summary": "A file with options as form fields",
+                    "value": {
+                        "file": "LAB_L,LAB_A,LAB_B\n0,0,0\n100,0,0\n50,60,0\n50,-30,52\n50,-30,-52",
+                        "space": "Oklab",
+                        "gamma": 1,
+                    },
+                },
             },
         },
         "application/json": {
@@ -216,6 +227,31 @@ def header(description: str, example: str | int) -> dict[str, Any]:
     return {"description": description, "schema": {"type": kind}, "example": example}
 
 
+def binary_content(summaries: Mapping[str, str]) -> dict[str, Any]:
+    """Return the content of a response that is a file, by media type.
+
+    Parameters
+    ----------
+    summaries : mapping of str to str
+        What the file is, by media type.
+
+    Returns
+    -------
+    dict
+        ``application/octet-stream`` comes first. Client generators that know only that type and
+        JSON then read the file as bytes.
+    """
+    unnamed = "The bytes of the preferred format; Content-Type names it"
+    every = {OCTET_STREAM: unnamed, **summaries}
+    return {
+        media_type: {
+            "schema": {"type": "string", "format": "binary"},
+            "examples": {"file": {"summary": summary}},
+        }
+        for media_type, summary in every.items()
+    }
+
+
 MESH_HEADERS: dict[str, Any] = {
     "Gamut-Triangles": header("Triangles of the mesh.", 510),
     "Gamut-Vertices": header("Vertices of the mesh.", 257),
@@ -229,6 +265,10 @@ MESH_HEADERS: dict[str, Any] = {
         "Strong entity tag: SHA-256 of the body in its content coding.", f'"{EXAMPLE_ID}"'
     ),
     "Cache-Control": header("The content is immutable.", "public, max-age=31536000, immutable"),
+    "Content-Disposition": header(
+        "File name: the first 12 characters of the gamut's id, the triangle count and the suffix.",
+        f'inline; filename="{EXAMPLE_ID[:12]}-510.glb"',
+    ),
     "Vary": header("Request fields that select the content.", "Accept, Accept-Encoding"),
 }
 
@@ -245,20 +285,19 @@ BATCH_RESPONSE: dict[str, Any] = {
             "The content is immutable. `no-store` if meshes are missing.",
             "public, max-age=31536000, immutable",
         ),
+        "Content-Disposition": header(
+            "File name of a zip archive. It starts with the first 12 characters of the gamut's id "
+            "if all meshes are of one gamut.",
+            f'attachment; filename="{EXAMPLE_ID[:12]}-meshes.zip"',
+        ),
         "Vary": header("Request fields that select the content.", "Accept"),
     },
-    "content": {
-        "application/zip": {
-            "schema": {"type": "string", "format": "binary"},
-            "examples": {
-                "zip": {"summary": "GAMUT/TRIANGLES.SUFFIX for each mesh, and index.json"}
-            },
-        },
-        "multipart/mixed": {
-            "schema": {"type": "string", "format": "binary"},
-            "examples": {"multipart": {"summary": "One part per mesh or problem"}},
-        },
-    },
+    "content": binary_content(
+        {
+            "application/zip": "GAMUT/TRIANGLES.SUFFIX for each mesh, and index.json",
+            "multipart/mixed": "One part for each mesh or problem",
+        }
+    ),
 }
 
 

@@ -9,11 +9,12 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.json_schema import SkipJsonSchema
 
-from service.openapi.request_models import GamutOptions, Triple, without_default
+from service.openapi.request_models import Coordinates, GamutOptions, without_default
 
 __all__ = [
     "Counts",
     "Distances",
+    "ErrorCurve",
     "GamutDescription",
     "GamutLinks",
     "GamutList",
@@ -22,7 +23,6 @@ __all__ = [
     "JobLinks",
     "JobList",
     "Level",
-    "Levels",
     "ProblemDocument",
     "Readiness",
 ]
@@ -137,8 +137,8 @@ class GamutDescription(GamutSummary):
         float, Field(description="All coordinates are integer multiples of this power of two.")
     ]
     area: float
-    centre: Triple
-    bounds: Annotated[list[Triple], Field(description="Smallest and largest coordinates.")]
+    centre: Coordinates
+    bounds: Annotated[list[Coordinates], Field(description="Smallest and largest coordinates.")]
     levels: Annotated[list[Level], Field(description="Error curve of the levels.")]
 
 
@@ -151,7 +151,7 @@ class GamutList(BaseModel):
     ]
 
 
-class Levels(BaseModel):
+class ErrorCurve(BaseModel):
     """The error curve of a gamut."""
 
     id: str

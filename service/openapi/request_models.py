@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, create_model
 from pydantic.json_schema import SkipJsonSchema
+from typing_extensions import TypeAliasType
 
 from gamutcore.characterisation.formats import format_summary
 from gamutcore.option_types import (
@@ -24,19 +25,18 @@ from gamutcore.option_types import (
 )
 from gamutcore.options import OPTIONS
 
-__all__ = ["GamutOptions", "InlineSamples", "MultipartSubmission", "Triple", "without_default"]
+__all__ = ["Coordinates", "GamutOptions", "InlineSamples", "MultipartSubmission", "without_default"]
 
-Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
+Coordinates = TypeAliasType(
+    "Coordinates",
+    Annotated[list[float], Field(min_length=3, max_length=3, description="Three coordinates.")],
+)
+"""A named schema: client generators give an anonymous one the default of the field around it."""
 
 
 def without_default(schema: dict[str, Any]) -> None:
-    """Remove the null that stands for a default which depends on other options."""
+    """Leave the default out of a schema: it depends on other members, or is no member at all."""
     del schema["default"]
-
-
-def _without_nulls(schema: dict[str, Any]) -> None:
-    """Remove these nulls from the default of all options."""
-    schema["default"] = {k: v for k, v in schema["default"].items() if v is not None}
 
 
 def _annotation(kind: OptionType) -> Any:  # noqa: ANN401  # a type that only pydantic reads
@@ -57,7 +57,7 @@ def _annotation(kind: OptionType) -> Any:  # noqa: ANN401  # a type that only py
         case WholeNumbers():
             return tuple[*(_annotation(part) for part in kind.parts)]  # type: ignore[misc]
         case Vector():
-            return Triple
+            return Coordinates
         case Text():
             return Annotated[str, Field(min_length=1, max_length=kind.longest)]
 
@@ -93,31 +93,56 @@ class InlineSamples(BaseModel):
         ),
     ]
     columns: Annotated[
-        list[str] | None,
+        list[str] | SkipJsonSchema[None],
         Field(
             description="Names of the columns; L*, a*, b* by default. Device values (RGB_R, "
             "CMYK_C, ...) beside the colour (LAB_L, XYZ_X, LCH_L, XYY_X, SPEC_380, ...) give a "
-            "device model."
+            "device model.",
+            json_schema_extra=without_default,
         ),
     ] = None
     white: Annotated[
-        Triple | None,
-        Field(description="XYZ of the white, in the scale of the samples' XYZ."),
+        Coordinates | SkipJsonSchema[None],
+        Field(
+            description="XYZ of the white, in the scale of the samples' XYZ.",
+            json_schema_extra=without_default,
+        ),
     ] = None
     conditions: Annotated[
         dict[str, str | float] | SkipJsonSchema[None],
-        Field(description="Measurement conditions by keyword, stored in the provenance."),
+        Field(
+            description="Measurement conditions by keyword, stored in the provenance.",
+            json_schema_extra=without_default,
+        ),
     ] = None
     options: Annotated[
         GamutOptions,
-        Field(description="How the gamut is built.", json_schema_extra=_without_nulls),
+        Field(description="How the gamut is built.", json_schema_extra=without_default),
     ] = GamutOptions()
 
 
-class MultipartSubmission(BaseModel):
-    """Characterisation data as a file."""
+def _form_field(option: Option) -> tuple[Any, Any]:
+    """Return the annotation and the default of an option's form field.
 
-    model_config = ConfigDict(extra="forbid")
+    A field without a default: a client that sent the defaults would contradict `options`.
+    """
+    if any(isinstance(kind, Vector | WholeNumbers) for kind in option.types):
+        # Clients send an array as one part for each item. A form has it as JSON in one part.
+        annotation: Any = str
+        described = f"{option.documentation} Accepts {option.accepted}, numbers as a JSON array."
+    else:
+        annotation = reduce(or_, map(_annotation, option.types))
+        described = option.documentation
+    field = Field(description=described, json_schema_extra=without_default)
+    return Annotated[annotation | SkipJsonSchema[None], field], None  # type: ignore[misc]
+
+
+_form_fields: dict[str, Any] = {name: _form_field(option) for name, option in OPTIONS.items()}
+_OptionFields = create_model("_OptionFields", __config__=ConfigDict(extra="forbid"), **_form_fields)
+
+
+class MultipartSubmission(_OptionFields):  # type: ignore[misc, valid-type]  # from the declarations
+    """Characterisation data as a file. Options are form fields, members of `options`, or both."""
 
     file: Annotated[
         bytes,
@@ -131,6 +156,6 @@ class MultipartSubmission(BaseModel):
         Field(
             description="How the gamut is built. Options can also be form fields of their own "
             "names, such as `ink_limit=300`, with numbers and lists as in JSON.",
-            json_schema_extra=_without_nulls,
+            json_schema_extra=without_default,
         ),
     ] = GamutOptions()

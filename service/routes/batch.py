@@ -15,6 +15,7 @@ from service.http.conditional import IMMUTABLE, check_if_match, matches
 from service.http.negotiation import preferred_media_type
 from service.http.parameters import DECIMAL_PATTERN, ID_PATTERN, IDS, check_query
 from service.meshes.containers import CONTAINERS, Asked, Container, Item, ZipContainer
+from service.meshes.encoding import file_stem
 from service.meshes.level_search import LevelRequest
 from service.openapi.documentation import BATCH_RESPONSE, EXAMPLE_ID, problems
 from service.problems.problem import Problem, ProblemError
@@ -163,7 +164,9 @@ class _Batch:
         }
         media_type = self._container.media_type
         if media_type == ZipContainer.media_type:
-            headers["Content-Disposition"] = 'attachment; filename="meshes.zip"'
+            ids = {one.gamut_id for one in self._asked}
+            name = f"{file_stem(ids.pop())}-meshes.zip" if len(ids) == 1 else "meshes.zip"
+            headers["Content-Disposition"] = f'attachment; filename="{name}"'
         parts: list[bytes] = []
         pieces = self._pieces(failed)
         size = 0
@@ -177,6 +180,7 @@ class _Batch:
         headers["ETag"] = f'"{digest}"'
         check_if_match(named, headers["ETag"])
         if known and not failed and matches(",".join(known), headers["ETag"]):
+            headers.pop("Content-Disposition", None)
             return Response(status_code=304, headers=headers)
         return Response(content, 200, headers, media_type)
 

@@ -18,8 +18,9 @@ from service.http.conditional import (
     entity_tag,
     matches,
 )
-from service.http.negotiation import preference
+from service.http.negotiation import OCTET_STREAM, preference
 from service.http.parameters import ID, ID_PATTERN, check_query
+from service.meshes.encoding import file_stem
 from service.openapi.documentation import (
     EXAMPLE_GAMUT,
     EXAMPLE_ID,
@@ -33,7 +34,7 @@ from service.openapi.documentation import (
     json_response,
     problems,
 )
-from service.openapi.models import GamutDescription, GamutList, JobDescription, Levels
+from service.openapi.models import ErrorCurve, GamutDescription, GamutList, JobDescription
 from service.problems.kinds import BUILD_PROBLEMS, KINDS
 from service.problems.problem import JsonResponse, Problem, ProblemError
 from service.routes.jobs import job_document
@@ -46,7 +47,7 @@ from service.telemetry.traces import propagation_headers
 
 __all__ = ["HISTORY_MEDIA_TYPE", "GamutId", "router"]
 
-HISTORY_MEDIA_TYPE = "application/octet-stream"
+HISTORY_MEDIA_TYPE = OCTET_STREAM
 
 _CHUNK = 256 * 1024
 """Bytes of a history that are read and sent at once."""
@@ -58,6 +59,11 @@ _ENTITY_HEADERS = {
     "ETag": header("Strong entity tag: the SHA-256 of the content.", f'"{EXAMPLE_ID}"'),
     "Cache-Control": header("The content is immutable.", IMMUTABLE),
 }
+
+_HISTORY_NAME = header(
+    "File name: the first 12 characters of the gamut's id.",
+    f'attachment; filename="{file_stem(EXAMPLE_ID)}.gamut"',
+)
 
 _NOT_MODIFIED: dict[int | str, dict[str, Any]] = {
     304: {"description": "The client has the current content (If-None-Match)."}
@@ -300,7 +306,7 @@ async def delete_gamut(request: Request, gamut_id: GamutId) -> Response:
     "hold for a level and all finer levels of the curve. `max_error` and `max_mismatch` start "
     "from these levels and also search the levels between them.",
     responses={
-        200: json_response("The error curve.", Levels, EXAMPLE_LEVELS, _ENTITY_HEADERS),
+        200: json_response("The error curve.", ErrorCurve, EXAMPLE_LEVELS, _ENTITY_HEADERS),
         **_NOT_MODIFIED,
         **problems(
             "gamut-not-found",
@@ -337,6 +343,7 @@ async def describe_levels(request: Request, gamut_id: GamutId) -> Response:
             "headers": {
                 **_ENTITY_HEADERS,
                 "Accept-Ranges": header("Ranges are supported.", "bytes"),
+                "Content-Disposition": _HISTORY_NAME,
             },
         },
         206: {
@@ -350,6 +357,7 @@ async def describe_levels(request: Request, gamut_id: GamutId) -> Response:
             "headers": {
                 **_ENTITY_HEADERS,
                 "Content-Range": header("Range of the part.", "bytes 0-1023/3603856"),
+                "Content-Disposition": _HISTORY_NAME,
             },
         },
         **_NOT_MODIFIED,
@@ -383,7 +391,7 @@ async def download_history(request: Request, gamut_id: GamutId) -> Response:
         )
         start, end = part or (0, record.nbytes)
         headers["Content-Length"] = str(end - start)
-        headers["Content-Disposition"] = f'attachment; filename="{gamut_id[:16]}.gamut"'
+        headers["Content-Disposition"] = f'attachment; filename="{file_stem(gamut_id)}.gamut"'
         if part:
             headers["Content-Range"] = f"bytes {start}-{end - 1}/{record.nbytes}"
         closing.pop_all()

@@ -42,21 +42,14 @@ _CANCELLED_JOB = {
     ).document(),
 }
 
-_EXAMPLE_EVENT = {
-    "id": "1.1.running.decimation.400",
-    "event": "progress",
-    "data": json.dumps(EXAMPLE_JOB),
-}
+_EXAMPLE_EVENT = (
+    f"id: 1.1.running.decimation.400\nevent: progress\ndata: {json.dumps(EXAMPLE_JOB)}\n\n"
+)
 
 _EVENT_SCHEMA = {
-    "type": "object",
-    "description": "One event of the stream, by field name.",
-    "properties": {
-        "id": {"type": "string"},
-        "event": {"type": "string", "enum": ["progress", "finished"]},
-        "data": {"type": "string", "description": "The job as JSON."},
-    },
-    "required": ["id", "event", "data"],
+    "type": "string",
+    "description": "Events in the event stream format of HTML, with the fields `id`, `event` "
+    "(`progress` or `finished`) and `data` (the job as JSON).",
 }
 
 

@@ -13,7 +13,7 @@ from service.http.negotiation import preferred_media_type
 from service.http.parameters import DECIMAL_NUMBER, LARGEST_WHOLE, WHOLE_NUMBER, check_query
 from service.meshes.encoding import MEDIA_TYPES, SUFFIXES
 from service.meshes.level_search import DEFAULT_TRIANGLES, LevelRequest
-from service.openapi.documentation import MESH_HEADERS, problems
+from service.openapi.documentation import MESH_HEADERS, binary_content, problems
 from service.problems.problem import Problem, ProblemError
 from service.routes.gamuts import GamutId
 
@@ -34,13 +34,12 @@ _RESPONSES: dict[int | str, dict[str, Any]] = {
     200: {
         "description": "The mesh.",
         "headers": MESH_HEADERS,
-        "content": {
-            format_.media_type: {
-                "schema": {"type": "string", "format": "binary"},
-                "examples": {name: {"summary": f"The bytes of a {name.upper()} file"}},
+        "content": binary_content(
+            {
+                format_.media_type: f"The bytes of a {name.upper()} file"
+                for name, format_ in FORMATS.items()
             }
-            for name, format_ in FORMATS.items()
-        },
+        ),
     },
     304: {"description": "The client has the current content (If-None-Match)."},
 }

@@ -12,7 +12,7 @@ import asyncio
 import contextlib
 import hashlib
 import json
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from tempfile import SpooledTemporaryFile
 from typing import TYPE_CHECKING, Any, BinaryIO, NoReturn, TypeAlias, cast
 
@@ -22,12 +22,13 @@ from starlette.formparsers import MultiPartException, MultiPartParser
 from gamutcore.characterisation.json_samples import MAX_JSON_SAMPLES, json_samples
 from gamutcore.errors import OptionError
 from gamutcore.gamut import Options, gamut_id
-from gamutcore.options import option_name, option_value
+from gamutcore.option_types import check_option
+from gamutcore.options import OPTIONS, option_name, option_value
 from service.problems.problem import Problem, ProblemError
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Awaitable, Callable
+    from collections.abc import AsyncIterator, Awaitable, Callable, Iterable
     from pathlib import Path
 
     from fastapi import Request
@@ -70,8 +71,6 @@ class Submission:
         """The id of the gamut that the data and the options define."""
         return gamut_id(self.options, self.sha256)
 
-
-_OPTION_NAMES = frozenset(field.name for field in fields(Options))
 
 _Read: TypeAlias = "Callable[[UploadFile | str], Awaitable[bytes]]"
 """Reads the part with the data into memory."""
@@ -215,7 +214,7 @@ async def _multipart(
                     "body-too-large",
                     f"The form is too large: {error.message}",
                     {"limit": most_parts if error.message[0] == "T" else _OPTIONS_BYTES},
-                    "Send the part `file` and, optionally, the part `options`.",
+                    "Send the data as the part `file` with a file name, and options as fields.",
                 )
             ) from error
         raise ProblemError(
@@ -226,7 +225,9 @@ async def _multipart(
         for name in ("file", "options"):
             if sum(part == name for part, _ in parts) > 1:
                 _refuse(f"There is more than one part named {name}.", name)
-        fields = [(name, part) for name, part in parts if name not in {"file", "options"}]
+        fields = [
+            _option_field(name, part) for name, part in parts if name not in {"file", "options"}
+        ]
         file = form.get("file")
         if file is None:
             _refuse("There is no part named file.", "file")
@@ -234,14 +235,24 @@ async def _multipart(
         if isinstance(options, UploadFile) and (options.size or 0) > _OPTIONS_BYTES:
             _refuse(f"The options are larger than {_OPTIONS_BYTES} bytes.", "options")
         mapping = _options(_parse_json(await _read_part(options), "options"))
-        for given, part in fields:
-            name, value = _option_field(given, part)
-            if name in mapping:
-                _refuse(f"The option {name} is given twice.", name)
-            mapping[name] = value
-        return await read(file), mapping
+        given = [(option_name(name), value) for name, value in mapping.items()]
+        given += fields
+        return await read(file), _merge_options(given)
     finally:
         await form.close()
+
+
+def _merge_options(given: Iterable[tuple[str, object]]) -> dict[str, object]:
+    """Return options by name. An option may occur several times with the same value."""
+    options: dict[str, object] = {}
+    for name, value in given:
+        other = options.setdefault(name, value)
+        if other != value:
+            types = OPTIONS[name].types
+            if check_option(name, other, *types) != check_option(name, value, *types):
+                shown = f"as {str(other)[:40]!r} and as {str(value)[:40]!r}"
+                _refuse(f"The option {name} is given with different values: {shown}.", name)
+    return options
 
 
 def _option_field(given: str, part: UploadFile | str) -> tuple[str, object]:
@@ -270,7 +281,7 @@ def _inline(body: bytes) -> tuple[bytes, dict[str, Any]]:
         _refuse("The JSON object has no member samples.", "samples")
     mapping = _options(document.pop("options", {}))
     for name in document:
-        if name in _OPTION_NAMES:
+        if name in OPTIONS:
             # It would count as a measurement condition, and the option would keep its default.
             detail = f"The option {name} is beside `options`, not inside."
             remedy = (

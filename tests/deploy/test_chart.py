@@ -1,4 +1,4 @@
-"""The Helm chart as Helm's own library renders it, checked against the schemas of Kubernetes."""
+"""The Helm chart, rendered by Helm's library and checked against the schemas of Kubernetes."""
 
 import importlib
 import re
@@ -20,7 +20,7 @@ REDIS = {"worker": {"autoscaling": {"keda": {"redisAddress": "redis:6379"}}}}
 
 
 def merged(*values):
-    """Return mappings laid over each other, deeply."""
+    """Merge mappings recursively; later values win."""
     result = {}
     for each in values:
         for name, value in each.items():
@@ -85,7 +85,7 @@ CASES = {
 
 
 def package(name):
-    """Import a package of the lint group, or skip where only the tests' packages are installed."""
+    """Import a package of the extra lint, or skip if the extra is not installed."""
     try:
         return importlib.import_module(name)
     except ImportError:
@@ -99,7 +99,7 @@ def helm():
 
 @pytest.fixture(scope="module")
 def rendered(helm):
-    """A function from values to the objects that Helm makes of them, by kind and component."""
+    """Return a function from values to the rendered objects, by kind and component."""
 
     def objects(values):
         with helm.Chart.load(CHART) as chart:
@@ -128,7 +128,7 @@ def test_helm_finds_nothing_to_complain_about(helm, case):
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.slow
 def test_every_object_is_one_that_kubernetes_takes(rendered, case):
-    """The own kinds of KEDA and of the Prometheus operator are not among the schemas."""
+    """The schemas do not include the kinds of KEDA and of the Prometheus operator."""
     schemas = package("kubernetes_validate")
     kinds = set()
     for (kind, _), each in rendered(CASES[case]).items():

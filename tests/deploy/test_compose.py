@@ -1,4 +1,4 @@
-"""The compose file as Docker's own Compose reads it, and what it promises; no engine is needed."""
+"""The compose file as Docker Compose resolves it, without an engine."""
 
 import json
 import os
@@ -18,7 +18,7 @@ PASSWORDS = {"REDIS_PASSWORD": "r", "STORE_ACCESS_KEY": "a", "STORE_SECRET_KEY":
 
 
 def compose(variables):
-    """Have Compose resolve the file, in an environment that has nothing but these variables."""
+    """Resolve the file in an environment that has only these variables."""
     found = shutil.which("docker-compose", path=str(Path(sys.executable).parent))
     if found is None:
         missing("docker-compose is not installed: make lint installs it")

@@ -1,4 +1,4 @@
-"""Alerts and dashboard ask for figures that there are, by labels that they have."""
+"""Alerts and dashboard use existing metrics with their labels."""
 
 import asyncio
 import json
@@ -22,15 +22,15 @@ ALERTS = FOLDER / "alerts.yaml"
 DASHBOARD = json.loads((FOLDER / "dashboard.json").read_text())
 
 OF_PROMETHEUS = {"up": {"job", "instance"}}
-"""What Prometheus itself tells of those it asks."""
+"""Metrics that Prometheus itself adds."""
 
 OF_TARGETS = {"job", "instance"}
-"""Labels that it adds to what it is told."""
+"""Labels that Prometheus adds to all metrics."""
 
 
 @pytest.fixture(scope="module")
 def labels(tmp_path_factory):
-    """The labels of every figure that a service tells, by the name of its samples."""
+    """Labels of all metrics of a service, by the name of the samples."""
     service = create_app(
         Settings(store=str(tmp_path_factory.mktemp("store")), store_bytes=10**9)
     ).state.service
@@ -127,9 +127,9 @@ def test_the_dashboard_is_one_that_grafana_draws():
 
 def test_prometheus_own_tool_accepts_all_expressions(tmp_path):
     if shutil.which("promtool") is None:
-        pytest.skip("promtool is not there: Debian's package prometheus has it")
+        pytest.skip("promtool is missing: Debian's package prometheus has it")
     recorded = [
-        # Grafana fills its variables in before it asks
+        # Grafana replaces its variables before the query
         {"record": f"panel:{number}", "expr": re.sub(r"\$__rate_interval", "5m", expression)}
         for number, expression in enumerate(targets())
     ]

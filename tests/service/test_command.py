@@ -1,4 +1,6 @@
+import os
 import resource
+import socket
 import subprocess
 import sys
 
@@ -8,6 +10,7 @@ from gamutcore.version import __version__
 from service.__main__ import main as entry_point
 from service.access.api_keys import ApiKeys
 from service.command import main
+from service.settings import Settings
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
 
@@ -74,6 +77,85 @@ def test_an_unwritable_store_is_named_and_nothing_is_served(capsys, tmp_path):
     (tmp_path / "file").touch()
     assert main(["serve", "--store", str(tmp_path / "file" / "data")]) == 1
     assert str(tmp_path) in capsys.readouterr().err
+
+
+def gamut(*arguments, **settings):
+    """The ended process of a command line with settings."""
+    environment = {name: value for name, value in os.environ.items() if name[:6] != "GAMUT_"}
+    return subprocess.run(
+        [sys.executable, "-m", "service", *arguments],
+        env=environment | settings,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+
+
+def test_a_busy_port_is_one_line_before_the_application_starts(tmp_path):
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = str(other.getsockname()[1])
+        ended = gamut("serve", "--port", port, "--store", str(tmp_path / "data"))
+    assert ended.returncode == 1
+    (line,) = (ended.stdout + ended.stderr).splitlines()
+    assert port in line
+    assert "GAMUT_PORT" in line
+
+
+class TestPrintSettings:
+    def test_shows_every_setting_under_its_source(self, tmp_path):
+        path = tmp_path / "not yet there"
+        ended = gamut(
+            *("serve", "--port", "7001", "--print-settings"),
+            GAMUT_PORT="7000",
+            GAMUT_STORE=str(path),
+            GAMUT_ACCESS_LOG="1",
+        )
+        assert ended.returncode == 0, ended.stderr
+        sources, found = {}, None
+        for line in ended.stdout.splitlines():
+            if line.startswith("# "):
+                found = sources.setdefault(line[2:], {})
+            else:
+                name, value = line.split("=", 1)
+                found[name] = value
+        assert sources["command line"] == {"GAMUT_PORT": "7001"}
+        assert sources["environment"] == {"GAMUT_STORE": str(path), "GAMUT_ACCESS_LOG": "true"}
+        names = {name for group in sources.values() for name in group}
+        assert names == {f"GAMUT_{name.upper()}" for name in Settings.model_fields}
+        assert not path.exists()
+
+    def test_gives_settings_that_can_be_read_again(self):
+        shown = gamut("serve", "--print-settings", GAMUT_RATE_LIMIT="2.5").stdout
+        lines = {line for line in shown.splitlines() if line[0] != "#"}
+        again = gamut("serve", "--print-settings", **dict(line.split("=", 1) for line in lines))
+        assert {line for line in again.stdout.splitlines() if line[0] != "#"} == lines
+
+    @pytest.mark.parametrize(
+        "broker",
+        [
+            "redis://:hidden@host:6379/0",
+            "amqps://user:hid@hidden/x@host//",
+            "redis://host/0?password=hidden",
+        ],
+    )
+    def test_masks_secrets(self, broker):
+        keys = f"press:read:{'a' * 64},office:read+write:{'b' * 64}"
+        ended = gamut(
+            *("serve", "--print-settings"),
+            GAMUT_BROKER=broker,
+            GAMUT_STORE="s3://b",
+            GAMUT_API_KEYS=keys,
+        )
+        assert ended.returncode == 0, ended.stderr
+        assert "hidden" not in ended.stdout
+        assert "host" in ended.stdout
+        assert "GAMUT_API_KEYS=press:read:***,office:read+write:***\n" in ended.stdout
+
+    def test_names_a_wrong_setting(self):
+        ended = gamut("serve", "--print-settings", GAMUT_PORT="no")
+        assert ended.returncode == 2
+        assert "GAMUT_PORT" in ended.stderr
 
 
 def test_the_worker_does_not_load_the_web():

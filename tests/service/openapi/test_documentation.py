@@ -63,7 +63,7 @@ class TestExamples:
         [
             (models.GamutDescription, documentation.EXAMPLE_GAMUT),
             (models.GamutList, documentation.EXAMPLE_LIST),
-            (models.Levels, documentation.EXAMPLE_LEVELS),
+            (models.ErrorCurve, documentation.EXAMPLE_LEVELS),
             (models.JobDescription, documentation.EXAMPLE_JOB),
             (models.Readiness, documentation.EXAMPLE_READINESS),
         ],

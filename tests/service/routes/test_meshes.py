@@ -1,5 +1,7 @@
 import hashlib
 import io
+import shutil
+import subprocess
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -247,3 +249,32 @@ def test_device_values_come_along(server, gamut):
             assert stored[name][lightest] > 0.99
         bare = server.client.get(f"{gamut['links']['mesh']}.{suffix}?triangles=100").content
         assert not any(name.encode() in bare for name in names)
+
+
+@pytest.mark.parametrize("query", ["triangles=101", "max_error=1"])
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_download_has_a_file_name_from_the_cache_too(server, gamut, name, query):
+    address = f"{gamut['links']['mesh']}?{query}&format={name}"
+    answers = [server.client.get(address) for _ in range(2)]
+    answers.append(server.client.get(address, headers={"Accept-Encoding": "gzip"}))
+    for answer in answers:
+        triangles = answer.headers["gamut-triangles"]
+        expected = f'inline; filename="{gamut["id"][:12]}-{triangles}{FORMATS[name].suffix}"'
+        assert answer.headers["content-disposition"] == expected
+
+
+@pytest.mark.parametrize("link", ["mesh", "history", "batch"])
+def test_curl_saves_a_download_under_its_name(server, gamut, tmp_path, link):
+    if shutil.which("curl") is None:
+        pytest.skip("curl is not installed")
+    start = gamut["id"][:12]
+    path, name, begin = {
+        "mesh": (f"{gamut['links']['mesh']}.ply?triangles=50", f"{start}-50.ply", b"ply"),
+        "history": (gamut["links"]["history"], f"{start}.gamut", b""),
+        "batch": (f"/v1/meshes?gamuts={gamut['id']}&triangles=50", f"{start}-meshes.zip", b"PK"),
+    }[link]
+    subprocess.run(["curl", "-sSOJ", server.url + path], cwd=tmp_path, check=True)
+    (saved,) = tmp_path.iterdir()
+    assert saved.name == name
+    assert saved.read_bytes().startswith(begin)
+    assert saved.stat().st_size > 100

@@ -50,6 +50,22 @@ def test_without_options_they_have_their_defaults(post):
     assert post(json={"samples": [[50, 0, 0]]}).options == Options()
 
 
+MANY = {
+    "space": "CAM16-UCS",
+    "boundary": "usv",
+    "gamma": 0.1,
+    "basis": "octahedron",
+    "subdivisions": 3,
+    "cost": "finest",
+    "surface_samples": 5000,
+    "intent": "absolute",
+    "device_model": "fit",
+    "ink_limit": 300,
+    "black_limit": 90,
+    "observer": 10,
+}
+
+
 @pytest.mark.parametrize(
     ("fields", "options"),
     [
@@ -57,10 +73,30 @@ def test_without_options_they_have_their_defaults(post):
         ({"Ink-Limit": "300", "SPACE": "oklab"}, {"ink_limit": 300, "space": "Oklab"}),
         ({"centre": "[50, 0, 1]", "options": '{"gamma": 1}'}, {"centre": (50, 0, 1), "gamma": 1}),
         ({"condition": "M1"}, {"condition": "M1"}),
+        ({"Space": "Lab", "options": '{"space": "CIE L*a*b*"}'}, {"space": "CIELAB"}),
+        ({"ink_limit": ["300", "3e2"], "INK_LIMIT": "300.0"}, {"ink_limit": 300}),
+        ({name: str(value) for name, value in MANY.items()}, MANY),
     ],
 )
 def test_options_may_be_form_fields(post, fields, options):
     assert post(files={"file": b"x"}, data=fields).options == Options(**options)
+
+
+def test_an_option_with_two_values_is_refused_with_both(post, assert_problem):
+    fields = {"Gamma": "0.5", "options": '{"gamma": 0.25}'}
+    answer = post(files={"file": b"x"}, data=fields)
+    document = assert_problem(answer, 422, "invalid-body")
+    assert document["where"] == {"field": "gamma"}
+    assert "0.25" in document["detail"]
+    assert "0.5" in document["detail"]
+
+
+def test_a_form_field_gives_the_id_of_the_same_option_in_json(post):
+    plain = post(files={"file": b"x"}, data={"ink_limit": "300"})
+    assert (
+        plain.gamut_id
+        == post(files={"file": b"x"}, data={"options": '{"ink_limit": 300}'}).gamut_id
+    )
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@
 {{- end -}}
 {{- end -}}
 
-{{/* Labels of everything; the argument is (list root component). */}}
+{{/* Labels of all objects; the argument is (list root component). */}}
 {{- define "gamut.labels" -}}
 {{- $root := index . 0 -}}
 helm.sh/chart: {{ printf "%s-%s" $root.Chart.Name $root.Chart.Version | replace "+" "_" }}
@@ -38,7 +38,7 @@ app.kubernetes.io/component: {{ . }}
 {{- end -}}
 {{- end -}}
 
-{{/* What a pod of either component is made of, its container aside; (list root component values). */}}
+{{/* Pod of a component, without its container; (list root component values). */}}
 {{- define "gamut.pod" -}}
 {{- $root := index . 0 -}}
 {{- $component := index . 1 -}}
@@ -79,13 +79,13 @@ affinity:
   {{- toYaml . | nindent 2 }}
 {{- end }}
 volumes:
-  # Inputs and histories on their way between the bucket and the process; nothing that is kept.
+  # Temporary: inputs and histories in transfer between the bucket and the process.
   - name: scratch
     emptyDir:
       sizeLimit: {{ $values.scratchSize }}
 {{- end -}}
 
-{{/* What a container of either component has; (list root values). */}}
+{{/* Container of a component; (list root values). */}}
 {{- define "gamut.container" -}}
 {{- $root := index . 0 -}}
 {{- $values := index . 1 -}}
@@ -100,7 +100,7 @@ envFrom:
   - configMapRef:
       name: {{ include "gamut.fullname" $root }}
   - secretRef:
-      name: {{ required "secret.name: the secret with the broker's URL and the bucket's credentials" $root.Values.secret.name }}
+      name: {{ required "secret.name: name a secret with the broker's URL and the bucket's credentials" $root.Values.secret.name }}
 volumeMounts:
   - name: scratch
     mountPath: /tmp
