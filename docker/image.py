@@ -170,15 +170,20 @@ class Service:
         for file in files:
             urlopen(f"{self.address}{file}").close()
 
-    def stop(self) -> None:
-        """Send SIGTERM to the service itself, because buildah kills its child on a signal."""
+    def find_process(self) -> int:
+        """Return the id of the service's process, below the processes of buildah."""
         process = self.process.pid
         while Path(f"/proc/{process}/cmdline").read_text().startswith("buildah"):
             threads = Path(f"/proc/{process}/task").glob("*/children")
             children = [child for thread in threads for child in thread.read_text().split()]
-            expect(len(children) == 1, f"one child of process {process}, not {children}")
+            if not children:
+                break
             process = int(children[0])
-        os.kill(process, signal.SIGTERM)
+        return process
+
+    def stop(self) -> None:
+        """Send SIGTERM to the service itself, because buildah kills its child on a signal."""
+        os.kill(self.find_process(), signal.SIGTERM)
         self.process.wait(timeout=30)
         log = self.log.read_text()
         expect("Application shutdown complete" in log, f"a graceful shutdown in the log:\n{log}")
@@ -196,8 +201,9 @@ def service(image: str, data: Path, command: list[str]) -> Iterator[Service]:
         yield running
         running.stop()
     finally:
-        running.process.kill()
-        running.process.wait()
+        if running.process.poll() is None:
+            os.kill(running.find_process(), signal.SIGKILL)
+            running.process.wait()
         run("buildah", "rm", container)
 
 

@@ -1,11 +1,10 @@
 """The CGATS family of text files: CGATS.17, IT8.7/x, Argyll's .ti3, ECI2002, ISO 28178, IDMS.
 
-The family has one grammar (CGATS.17-2009) and as many dialects as writers, so this reader is
-tolerant: it believes the data, not the counts that announce them, and says in its warnings what it
-tolerated. It reads in one pass over the lines, so its time is linear in the length of the file.
-The first table that has colours is taken, or the one of the measurement condition that is asked
-for. Measurement and envelope files of the colour gamut envelope (CGE) in the Information Display
-Measurements Standard (IDMS 1.3) are of this family too.
+The family has one grammar (CGATS.17-2009) and many dialects. The reader is therefore tolerant: it
+trusts the data rather than the counts in the header, and its warnings state the differences. It
+makes one pass over the lines. It uses the first table with colours, or the table of the chosen
+measurement condition. Measurement and envelope files of the colour gamut envelope (CGE, IDMS 1.3)
+belong to the family.
 """
 
 from __future__ import annotations
@@ -46,11 +45,11 @@ _SPECIAL = re.compile(r"[\"#]|END_DATA", re.IGNORECASE)
 _COUNTS = ("NUMBER_OF_FIELDS", "NUMBER_OF_SETS")
 _STRUCTURE = frozenset({*_COUNTS, "BEGIN_DATA_FORMAT", "END_DATA_FORMAT", "BEGIN_DATA", "END_DATA"})
 _ILLUMINATION = "ILLUMINATION_PERFECT_DIFFUSE_REFLECTOR_XYZ"
-"""IDMS 1.3: what a reflective display's colours are relative to."""
+"""IDMS 1.3: the reference of the colours of reflective displays."""
 
 _MAX_KEYWORDS = 10_000
 _MAX_TABLES = 100
-"""Tables in a file at most; real files have one or two, and each costs a look at its columns."""
+"""Maximum number of tables in a file. Real files have one or two."""
 
 
 class _State(Enum):
@@ -66,7 +65,7 @@ class _Token(NamedTuple):
 
     @property
     def structure(self) -> str:
-        """The structural word that this is, or nothing."""
+        """The structural keyword in upper case; empty for other tokens."""
         upper = self.text.upper()
         return upper if not self.quoted and upper in _STRUCTURE else ""
 
@@ -94,24 +93,25 @@ def cgats_samples(text: str, *, condition: str | None = None) -> Samples:
     text : str
         The decoded file, with any mixture of line ends.
     condition : str, optional
-        The measurement condition whose samples are wanted, if the file has several.
+        The measurement condition to read, if the file has several.
 
     Returns
     -------
     Samples
-        Of the first table that has colours; its conditions are the keywords before the table's
-        end. Where a keyword is repeated, the last one counts.
+        Samples of the first table with colours. Its conditions are the keywords before the end of
+        the table. Of repeated keywords, the last one counts.
 
     Raises
     ------
     MalformedFileError
-        A row with the wrong number of values, or a value that is no number: with line and column.
+        A row has the wrong number of values, or a value is not a number. ``where`` has line and
+        column.
     MissingColumnError
-        No table holds colours or spectra.
+        No table has colours or spectra.
     ConditionError
-        The file was measured under several conditions and none was chosen, or under another.
+        The file has several conditions and none was chosen, or not the chosen one.
     SampleLimitError
-        More rows, columns or keywords than are accepted.
+        The file has too many rows, columns, tables or keywords.
     """
     reader = _Reader(condition)
     for line, content in text_lines(text):
@@ -120,7 +120,7 @@ def cgats_samples(text: str, *, condition: str | None = None) -> Samples:
 
 
 class _Reader:
-    """State machine over the tokens of lines, in time linear in their number."""
+    """State machine over the tokens of lines, in linear time."""
 
     def __init__(self, condition: str | None) -> None:
         self.condition = condition
@@ -145,13 +145,13 @@ class _Reader:
 
     def read(self, content: str, line: int) -> None:
         if self.state is _State.DATA and not _SPECIAL.search(content):
-            # The common case: a plain row, without the cost of the token expression.
+            # Fast path for plain rows: str.split instead of the regular expression.
             words = content.split()
             if words:
                 self._data_row(words, line)
             return
         tokens = _tokens(content, data=self.state in (_State.DATA, _State.SKIPPED_DATA))
-        # Each section takes its tokens from the left of the line until it ends.
+        # Each section takes tokens from the left of the line.
         while tokens:
             if self.state is _State.HEADER:
                 self._header(tokens, line)
@@ -193,7 +193,7 @@ class _Reader:
         return samples
 
     def _illumination(self) -> FloatArray | None:
-        """Return XYZ of the perfect diffuser, which reflective displays are measured against."""
+        """Return XYZ of the perfect diffuser, the reference of reflective displays."""
         text = self.keywords.get(_ILLUMINATION)
         if text is None:
             return None
@@ -237,7 +237,7 @@ class _Reader:
     def _keyword(self, name: str, value: str, line: int) -> None:
         if name in CONDITION_KEYWORDS:
             self.own[name] = value
-        if self.finished:  # the used table's keywords stand
+        if self.finished:  # keywords after the used table do not apply to it
             return
         if len(self.keywords) >= _MAX_KEYWORDS and name not in self.keywords:
             raise SampleLimitError(
@@ -277,7 +277,7 @@ class _Reader:
                 self.other_tables += 1
                 return
             raise MalformedFileError(
-                "The data starts before its columns are named.",
+                "The data section has no column names before it.",
                 where={"line": line},
                 remedy="Put BEGIN_DATA_FORMAT, the column names and END_DATA_FORMAT before it.",
             )
@@ -302,7 +302,7 @@ class _Reader:
         self._compare("NUMBER_OF_FIELDS", len(self.fields), "columns")
 
     def _table_condition(self) -> str | None:
-        """Return the condition of the table that begins: its own header's, or the one before's."""
+        """Return the condition of the next table: of its header, or else of the table before."""
         stated = stated_condition(self.own)
         if stated is not None:
             for name in CONDITION_KEYWORDS - set(self.own):
@@ -312,7 +312,7 @@ class _Reader:
         return self.stated
 
     def _later_table(self) -> None:
-        """Note the measurement condition of a table after the used one, if it is another."""
+        """Record the measurement condition of a table after the used one."""
         self.other_tables += 1
         stated = stated_condition(self.own)
         self.own = {}
@@ -344,7 +344,7 @@ class _Reader:
         if not self.row and len(words) == width:
             self.table.append(words, line)
             return
-        # A row may go on over several lines; it must end where a line ends.
+        # A row may span several lines; it ends at the end of a line.
         if not self.row:
             self.row_line = line
         self.row.extend(words)
@@ -374,9 +374,11 @@ class _Reader:
     def _compare(self, keyword: str, found: int, what: str) -> None:
         announced = self.counts.pop(keyword, None)
         if announced is None:
-            self.warnings.append(f"{keyword} is missing; {found} {what} were found.")
+            self.warnings.append(f"{keyword} is missing; the table has {found} {what}.")
         elif announced != str(found):
-            self.warnings.append(f"{keyword} says {announced[:20]}; {found} {what} were found.")
+            self.warnings.append(
+                f"{keyword} is {announced[:20]}, but the table has {found} {what}."
+            )
 
 
 def _tokens(content: str, *, data: bool) -> deque[_Token]:
@@ -395,7 +397,7 @@ def _tokens(content: str, *, data: bool) -> deque[_Token]:
 
 
 def _with_names_joined(row: list[str], roles: ColumnRoles) -> list[str]:
-    """Return a row in which an unquoted name of several words, before all numbers, is one value."""
+    """Return a row with an unquoted name of several words, before the numbers, as one value."""
     first = min(roles.selected)
     surplus = len(row) - len(roles.names)
     if first == 0 or not row[first - 1 : first + surplus]:

@@ -1,11 +1,10 @@
-"""What the columns of a table of samples are, told from their names.
+"""Roles of the columns of a table of samples, found from their names.
 
-Device values are named as CGATS.17 has it, by the set of inks or lights and the one that is meant
-(`CMYK_C`, `RGB_R`, `7CLR_3`, `CMYKOGV_O`); colours as `LAB_L LAB_A LAB_B`, `XYZ_X XYZ_Y XYZ_Z`,
-`LAB_L LAB_C LAB_H`, `XYY_X XYY_Y XYY_CAPY`, and bands of spectra. Plain letters in their usual
-order (`R G B`, `L a b`, `L* a* b*`, `x y Y`) are understood too, because that is what spreadsheets
-and scripts write. A measurement condition before or after a name (`M1_LAB_L`, `SPEC_380_M0`) is
-told from it.
+Names of device values follow CGATS.17: the set of channels and one channel (`CMYK_C`, `RGB_R`,
+`7CLR_3`, `CMYKOGV_O`). Colours are `LAB_L LAB_A LAB_B`, `XYZ_X XYZ_Y XYZ_Z`, `LAB_L LAB_C LAB_H`,
+`XYY_X XYY_Y XYY_CAPY`, or bands of a spectrum. Plain letters in their usual order (`R G B`,
+`L a b`, `L* a* b*`, `x y Y`) are accepted, as spreadsheets write them. A name may state a
+measurement condition (`M1_LAB_L`, `SPEC_380_M0`).
 """
 
 from __future__ import annotations
@@ -28,10 +27,10 @@ if TYPE_CHECKING:
 __all__ = ["MAX_CHANNELS", "MAX_COLUMNS", "ColumnRoles", "column_roles"]
 
 MAX_CHANNELS = 15
-"""Channels of a device at most, as in ICC profiles (ICC.1:2022, 7.2.8: up to ``FCLR``)."""
+"""Maximum number of channels of a device, as in ICC profiles (ICC.1:2022, 7.2.8: ``FCLR``)."""
 
 MAX_COLUMNS = 2000
-"""Columns of a table at most; a spectrum in steps of 1 nm takes 401."""
+"""Maximum number of columns. A spectrum in steps of 1 nm takes 401."""
 
 _LETTERS = re.compile(r"i?([CMYKORGBVWNcmykorgbvwn]{1,15})_([A-Za-z])")
 _NUMBERED = re.compile(r"(\d{1,2})CLR_(\d{1,2})|PC(\d{1,2})_(\d{1,2})", re.IGNORECASE)
@@ -51,7 +50,7 @@ _CASED: dict[tuple[str, ...], tuple[str, ...]] = {
     ("x", "y", "Y"): _XYY,
     ("Y", "x", "y"): (_XYY[2], _XYY[0], _XYY[1]),
 }
-"""Chromaticities differ from tristimulus values by the case of their letters alone."""
+"""Names that differ from tristimulus values only by the case of their letters."""
 
 _PLAIN = {
     ("L", "C", "H"): "LCH",
@@ -69,28 +68,28 @@ _PLAIN = {
 
 @dataclass(frozen=True)
 class ColumnRoles:
-    """Which columns hold device values and colours.
+    """Columns of device values and colours.
 
     Parameters
     ----------
     names : tuple of str
-        All column names as found.
+        All column names, as in the file.
     channels : tuple of str
-        Channel names of the device, empty for bare colours.
+        Channel names of the device; empty for bare colours.
     device : tuple of int
         Columns of the device values, in the order of `channels`.
     lab, xyz, lch, xyy : tuple of three int or None
-        Columns of the colours; those of LCh and xyY only where they are needed.
+        Columns of the colours. LCh and xyY are None if Lab and XYZ exist.
     ignored : tuple of str
-        Further sets of columns, which are not used.
+        Further sets of columns that are not used.
     spectrum : tuple of int
-        Columns of the bands of a spectrum, by ascending wavelength; empty if there is none.
+        Columns of spectral bands, by ascending wavelength; empty without a spectrum.
     wavelengths : tuple of float
-        Their wavelengths in nm.
+        Wavelengths of the bands in nm.
     condition : str or None
-        The measurement condition that the names of the used columns state.
+        The measurement condition in the names of the used columns.
     condition_column : int or None
-        The column that states each row's measurement condition.
+        The column with the measurement condition of each row.
     """
 
     names: tuple[str, ...]
@@ -139,7 +138,7 @@ class ColumnRoles:
 
     @property
     def colour_columns(self) -> tuple[str, ...]:
-        """What colours are read: ``"LAB"``, ``"LCH"``, ``"XYZ"``, ``"XYY"``, ``"SPECTRUM"``."""
+        """Kinds of colours to read: ``"LAB"``, ``"LCH"``, ``"XYZ"``, ``"XYY"``, ``"SPECTRUM"``."""
         spectrum = ("SPECTRUM",) if self.spectrum else ()
         return (*(kind.upper() for kind, _ in self._colours), *spectrum)
 
@@ -147,16 +146,16 @@ class ColumnRoles:
 def column_roles(
     names: Sequence[str], *, condition: str | None = None, where: Where | None = None
 ) -> ColumnRoles:
-    """Return which columns hold device values and colours.
+    """Return the columns of device values and colours.
 
     Parameters
     ----------
     names : sequence of str
         Column names, in order.
     condition : str, optional
-        The measurement condition whose columns are wanted, if the names state several.
+        The measurement condition to read, if the names state several.
     where : dict, optional
-        Where the names stand, for errors.
+        Location of the names, for errors.
 
     Returns
     -------
@@ -165,17 +164,17 @@ def column_roles(
     Raises
     ------
     MissingColumnError
-        There is no complete colour or spectrum, a device channel is missing, or a column that is
-        needed appears twice.
+        No colour or spectrum is complete, a device channel is missing, or a needed column appears
+        twice.
     ConditionError
-        The names state several measurement conditions and none was chosen, or not the one that was.
+        The names state several measurement conditions and none was chosen, or not the chosen one.
     SampleLimitError
-        More than `MAX_COLUMNS` columns or `MAX_CHANNELS` channels.
+        There are more than `MAX_COLUMNS` columns or `MAX_CHANNELS` channels.
     """
     place: Where = dict(where or {})
     if len(names) > MAX_COLUMNS:
         raise SampleLimitError(
-            f"{len(names)} columns are more than the {MAX_COLUMNS} that are accepted.", where=place
+            f"The table has {len(names)} columns, more than {MAX_COLUMNS}.", where=place
         )
     stripped, label, others = _of_one_condition(
         tuple(name.strip() for name in names), condition, place
@@ -235,10 +234,10 @@ def _colours(names: tuple[str, ...], where: Where) -> _Colours:
 def _of_one_condition(
     names: tuple[str, ...], asked: str | None, where: Where
 ) -> tuple[tuple[str, ...], str | None, tuple[str, ...]]:
-    """Return the names with those of other conditions emptied, the condition, and what was left.
+    """Return the names of one condition, the condition, and a description of the dropped columns.
 
-    Columns that state no condition are of none that is known: beside those that do, their colours
-    are not used, so that no two conditions are mixed.
+    Names of other conditions become empty. If some colour columns state a condition, colour columns
+    without one are dropped, because conditions must not be mixed.
     """
     labels: list[str | None] = []
     bare = []
@@ -261,7 +260,7 @@ def _of_one_condition(
             kept.append(name)
         else:
             kept.append("")
-            dropped.add(f"those of {label or 'no stated condition'}")
+            dropped.add(f"columns of {label or 'no stated condition'}")
     return tuple(kept), chosen, tuple(sorted(dropped))
 
 
@@ -287,7 +286,7 @@ def _spelt_out(names: tuple[str, ...]) -> tuple[str, ...]:
 def _colour_columns(
     names: tuple[str, ...], wanted: tuple[str, ...], where: Where
 ) -> tuple[int, ...] | None:
-    """Return the columns of a colour that must be complete if it is there at all."""
+    """Return the columns of a colour; refuse an incomplete one."""
     found: dict[str, int] = {}
     for index, name in enumerate(names):
         upper = name.upper()
@@ -313,7 +312,7 @@ def _colour_columns(
 
 
 def _complete(names: tuple[str, ...], wanted: tuple[str, ...]) -> tuple[int, ...] | None:
-    """Return the columns of a colour that is of use only if it is complete."""
+    """Return the columns of a colour, or None if it is incomplete."""
     upper = [name.upper() for name in names]
     if any(upper.count(name) != 1 for name in wanted):
         return None
@@ -354,7 +353,7 @@ def _device_groups(names: tuple[str, ...]) -> dict[str, dict[str, list[int]]]:
 
 
 def _letter_of(letters: str, letter: str) -> str:
-    # Light inks are told from full ones by case (CMYKcm_c); otherwise case means nothing.
+    # Lower case means a light ink in mixed sets (CMYKcm_c), and nothing elsewhere.
     if letter in letters and not letters.islower():
         return letter
     return letter.upper() if letter.upper() in letters.upper() else ""
@@ -378,7 +377,7 @@ def _channels(
     for channel in [*wanted, *members]:
         found = members.get(channel, [])
         if len(found) != 1 or channel not in wanted:
-            problem = "is missing" if not found else "appears twice or is none of its channels"
+            problem = "is missing" if not found else "appears twice or is not in the set"
             raise MissingColumnError(
                 f"The device column {prefix}_{channel} {problem}.",
                 where={**where, "field": f"{prefix}_{channel}"},

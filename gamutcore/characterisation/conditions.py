@@ -1,8 +1,8 @@
-"""Measurement conditions: M0, M1, M2, M3 of ISO 13655, and which of several is meant.
+"""Measurement conditions M0 to M3 of ISO 13655, and the choice of one.
 
-A fluorescent paper has another colour under each of them, so they are never mixed: data of several
-conditions is refused until one is chosen. Files state theirs in a dozen ways; what says it without
-doubt is understood, and what only suggests it (an instrument without a filter) is not.
+Fluorescent papers have different colours under different conditions, so conditions are never mixed.
+Data with several conditions is refused until one is chosen. Files state conditions in many ways.
+Only unambiguous statements are used: an instrument without a filter, for example, states nothing.
 """
 
 from __future__ import annotations
@@ -53,12 +53,12 @@ _REMEDY = "Choose one of them by the option `condition`."
 
 
 def condition_label(text: str) -> str:
-    """Return the name of a measurement condition: M0 to M3 where it is one of these.
+    """Return the name of a measurement condition, M0 to M3 if possible.
 
     Parameters
     ----------
     text : str
-        As a file or a person writes it: ``"M1"``, ``"m1"``, ``"M1_Daylight"``, ``"UVcut"``.
+        As in a file or a request: ``"M1"``, ``"m1"``, ``"M1_Daylight"``, ``"UVcut"``.
 
     Returns
     -------
@@ -77,7 +77,7 @@ def condition_label(text: str) -> str:
 
 
 def is_reflective_condition(label: str | None) -> bool:
-    """Return whether a condition is one of ISO 13655, which are of reflecting samples.
+    """Return whether a condition is one of ISO 13655, which apply to reflecting samples.
 
     Parameters
     ----------
@@ -101,8 +101,8 @@ def stated_condition(keywords: Mapping[str, str]) -> str | None:
     Returns
     -------
     str or None
-        None where they state none. A filter against ultraviolet is M2, a polariser M3; no filter
-        says nothing, as the lamp is not known.
+        None if they state none. An ultraviolet filter means M2, a polariser M3. The absence of a
+        filter means nothing, because the lamp is unknown.
     """
     for keyword in _WHOLE_KEYWORDS:
         text = keywords.get(keyword, "").strip()
@@ -118,26 +118,26 @@ def stated_condition(keywords: Mapping[str, str]) -> str | None:
 def chosen_condition(
     found: Iterable[str | None], asked: str | None, *, where: Where | None = None
 ) -> str | None:
-    """Return the one measurement condition that is to be used.
+    """Return the measurement condition to use.
 
     Parameters
     ----------
     found : iterable of str or None
-        Conditions of the data, in their order; None where some of it states none.
+        Conditions of the data, in order; None for parts that state none.
     asked : str or None
-        The condition that was asked for.
+        The requested condition.
     where : dict, optional
-        Where the conditions stand, for errors.
+        Location of the conditions, for errors.
 
     Returns
     -------
     str or None
-        None if the data states none and none was asked for.
+        None if the data states none and none is requested.
 
     Raises
     ------
     ConditionError
-        There are several and none was asked for, or not the one that was.
+        There are several and none is requested, or not the requested one.
     """
     labels = list(dict.fromkeys(found))
     named = [label for label in labels if label is not None]
@@ -147,14 +147,14 @@ def chosen_condition(
         label = next((name for name in named if name.lower() == folded), condition_label(asked))
         if label in named:
             return label
-        known = f"it has {_listed(named)}" if named else "it does not state any"
+        known = f"it has {_listed(named)}" if named else "it states none"
         raise ConditionError(
-            f"The data was not measured under the condition {label}: {known}.",
+            f"The data has no measurements under the condition {label}: {known}.",
             where=place,
             remedy=_REMEDY if named else "Leave the option `condition` out.",
         )
     if len(labels) > 1:
-        also = " and some that state none" if None in labels else ""
+        also = ", and parts without one" if None in labels else ""
         raise ConditionError(
             f"The data was measured under several conditions: {_listed(named)}{also}.",
             where=place,

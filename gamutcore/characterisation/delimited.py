@@ -1,7 +1,7 @@
-"""Comma, semicolon, tab or space separated samples, with the column names in the first line.
+"""Text separated by commas, semicolons, tabs or spaces, with column names in the first line.
 
-What spreadsheets and scripts write. Lines that start with `#` and empty lines are passed over.
-Three columns without names are taken for L*, a*, b*.
+Spreadsheets and scripts write such files. Empty lines and lines that start with `#` are skipped.
+Three columns without names are L*, a*, b*.
 """
 
 from __future__ import annotations
@@ -32,11 +32,10 @@ def delimited_samples(text: str, *, condition: str | None = None) -> Samples:
     Parameters
     ----------
     text : str
-        The decoded file. The delimiter is the tab, else the semicolon, else the comma, whichever
-        the first line has, else white space. With semicolons, tabs or white space, decimal commas
-        are understood.
+        The decoded file. The delimiter is the first of tab, semicolon and comma in the first line,
+        else white space. Decimal commas are accepted unless the delimiter is a comma.
     condition : str, optional
-        The measurement condition whose samples are wanted, if the text has several.
+        The measurement condition to read, if the text has several.
 
     Returns
     -------
@@ -47,11 +46,11 @@ def delimited_samples(text: str, *, condition: str | None = None) -> Samples:
     UnrecognisedFormatError
         The first line is neither column names nor numbers.
     MissingColumnError
-        The columns hold no colour and no spectrum.
+        The columns have no colour and no spectrum.
     ConditionError
-        The samples are of several measurement conditions and none was chosen, or of another.
+        The samples have several measurement conditions and none was chosen, or not the chosen one.
     MalformedFileError
-        A row with another number of values than there are columns, or a value that is no number.
+        A row has too many or too few values, or a value is not a number.
     """
     delimiter = _delimiter(text)
     rows = _rows(text, delimiter)
@@ -71,7 +70,7 @@ def delimited_samples(text: str, *, condition: str | None = None) -> Samples:
                 remedy="Name the columns in the first line, such as RGB_R,RGB_G,RGB_B,XYZ_X,XYZ_Y,"
                 "XYZ_Z. Only three columns, L*, a*, b*, may go without names.",
             )
-        warnings.append("The columns have no names; they are taken for L*, a*, b*.")
+        warnings.append("The columns have no names; L*, a*, b* are assumed.")
         roles = column_roles(("LAB_L", "LAB_A", "LAB_B"))
     else:
         roles = _named_roles(names, line, delimiter, condition)
@@ -115,11 +114,11 @@ def _named_roles(
     try:
         return column_roles(names, condition=condition, where={"line": line})
     except MissingColumnError as error:
-        # Any prose splits into words or at commas; it is a table if something says so.
+        # Prose also splits at spaces and commas. Only a recognised column makes it a table.
         if len(names) >= 3 and (delimiter is not None or "column" in error.where):
             raise
         raise UnrecognisedFormatError(
-            "The text is no table of samples.",
+            "The text is not a table of samples.",
             where={"line": line},
             remedy="Send an ICC profile, measurements as CGATS text or JSON, or a table whose "
             "first line names its columns, such as LAB_L,LAB_A,LAB_B.",
@@ -141,7 +140,7 @@ def _rows(text: str, delimiter: str | None) -> Iterator[tuple[int, list[str]]]:
             yield line, content.split()
             continue
         try:
-            # Each line by itself: a quotation mark that is never closed must not swallow the file.
+            # One line at a time: an unclosed quotation mark must not include the rest of the file.
             yield line, next(csv.reader((content,), delimiter=delimiter))
         except csv.Error as error:
             raise MalformedFileError(

@@ -1,9 +1,9 @@
-"""Measurements that a profile carries: the patches it was made from, as characterisation data.
+"""Measurements embedded in a profile: the patches from which it was made.
 
-Profiling software leaves them in the tags `targ` (Argyll, GMG, many others: a CGATS text with
-device values and colours), `CIED` with `DevD` (Gretag and X-Rite: colours and device values, in one
-text or in one each, as CGATS or CxF) and `CxF `. They tell more than the profile: what was
-measured, without the smoothing, and under which conditions.
+Profiling software stores them in tags: `targ` (Argyll, GMG and others: CGATS text with device
+values and colours), `CIED` with `DevD` (Gretag and X-Rite: colours and device values in one or two
+texts, as CGATS or CxF), and `CxF `. They have the measured values without the profile's smoothing,
+and the measurement conditions.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ if TYPE_CHECKING:
 __all__ = ["MEASUREMENT_TAGS", "embedded_samples", "measurements_of"]
 
 MEASUREMENT_TAGS = ("targ", "CIED", "CxF ")
-"""Tags with colours, in the order in which they are tried."""
+"""Tags with colours, in order of preference."""
 
 DEVICE_TAG = "DevD"
-"""Tag with the device values of `CIED`, where that has colours only."""
+"""Tag with the device values, if `CIED` has colours only."""
 
 MAX_TEXT = 64 * 1024 * 1024
-"""Bytes of an embedded text at most, when it is unpacked. The largest targets take some 10 MB."""
+"""Maximum size of an embedded text in bytes, unpacked. The largest targets take about 10 MB."""
 
 _PLAIN = ("text", "utf8", "data")
 _PACKED = ("ZXML", "zut8")
@@ -56,7 +56,7 @@ def measurements_of(data: Characterisation, *, condition: str | None = None) -> 
     ----------
     data : Samples or IccProfile
     condition : str, optional
-        The measurement condition whose samples are wanted, as for `characterisation`.
+        The measurement condition to read, as for `characterisation`.
 
     Returns
     -------
@@ -65,14 +65,14 @@ def measurements_of(data: Characterisation, *, condition: str | None = None) -> 
     Raises
     ------
     OptionError
-        It is no profile, or one without measurements.
+        The data is not a profile, or the profile has no measurements.
     CharacterisationError, InvalidPointsError
-        The measurements are broken; ``where["tag"]`` names the tag.
+        The measurements are malformed; ``where["tag"]`` names the tag.
     """
     if isinstance(data, IccProfile):
         return embedded_samples(data, condition=condition)
     raise OptionError(
-        "source is 'measurements', and the data is no ICC profile.",
+        "source is 'measurements', but the data is not an ICC profile.",
         where={"field": "source"},
         remedy="Leave it out: only profiles have measurements besides their own content.",
     )
@@ -98,7 +98,7 @@ def embedded_samples(profile: IccProfile, *, condition: str | None = None) -> Sa
     OptionError
         The profile has none of `MEASUREMENT_TAGS`.
     CharacterisationError, InvalidPointsError
-        The measurements are broken; ``where["tag"]`` names the tag.
+        The measurements are malformed; ``where["tag"]`` names the tag.
     """
     tag = next((tag for tag in MEASUREMENT_TAGS if tag in profile.tags), None)
     if tag is None:
@@ -119,9 +119,9 @@ def embedded_samples(profile: IccProfile, *, condition: str | None = None) -> Sa
         raise
     if not isinstance(samples, Samples):
         raise MalformedProfileError(
-            f"The tag {tag} holds no measurements.",
+            f"The tag {tag} has no measurements.",
             where={"tag": tag},
-            remedy="It is a text with the columns of device values and colours.",
+            remedy="It is a text with columns of device values and colours.",
         )
     return _described(samples, profile, tag)
 

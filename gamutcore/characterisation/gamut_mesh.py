@@ -1,7 +1,7 @@
-"""A gamut mesh: the boundary itself, as other software computed it, rather than colours to wrap.
+"""A gamut mesh: a boundary that other software computed, rather than colours to wrap.
 
-All readers of meshes (`gamutcore.characterisation.meshes`) end here: `gamut_mesh` checks what they
-found and bounds it. Nothing is repaired; whether the triangles enclose a gamut is judged where they
+All readers in `gamutcore.characterisation.meshes` call `gamut_mesh`, which checks and limits the
+numbers. Nothing is repaired. Whether the triangles enclose a gamut is judged where they
 become a boundary, in `gamutcore.boundary.mesh_boundary`.
 """
 
@@ -39,24 +39,22 @@ __all__ = [
 ]
 
 MAX_TRIANGLES = 1_000_000
-"""Triangles of a mesh at most: five times what the densest sampling of a device gives, and some ten
-bytes each of the largest file that the service takes by default."""
+"""Maximum number of triangles: five times the densest sampling of a device."""
 
 MAX_VERTICES = 3 * MAX_TRIANGLES
-"""Vertices at most: formats without shared vertices write three for every triangle."""
+"""Maximum number of vertices. Formats without shared vertices have three per triangle."""
 
 LARGEST_COORDINATE = 1e10
-"""No colour has a coordinate beyond this in any space of the largest scale, and the cubes of such
-numbers are harmless."""
+"""Maximum absolute coordinate. No colour space exceeds it, and cubes of such numbers are finite."""
 
 MAX_STATED = 200
 MAX_STATED_LENGTH = 500
 MAX_DEVICE_VALUES = 8_000_000
-"""Device values of all vertices: 15 inks at each of the 500,000 of the largest closed mesh."""
+"""Maximum number of device values: 15 inks for 500,000 vertices, the largest closed mesh."""
 
 TOO_MANY_DEVICE_VALUES = (
-    f"The vertices' device values are of more than {MAX_CHANNELS} channels, or more than "
-    f"{MAX_DEVICE_VALUES}, and not used."
+    f"The vertices have more than {MAX_CHANNELS} channels, or more than {MAX_DEVICE_VALUES} device "
+    "values; these are not used."
 )
 MAX_CHANNEL_NAME = 200
 ASSUMED = "D50 (assumed, not stated)"
@@ -66,31 +64,30 @@ _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?")
 
 @dataclass(frozen=True, eq=False)
 class GamutMesh:
-    """Triangles that somebody calls the boundary of a gamut.
+    """Triangles that a file declares to be the boundary of a gamut.
 
     Parameters
     ----------
     format : str
         ``"ply"``, ``"glb"``, ``"gltf"``, ``"argyll-gam"``, ``"icc"``, ``"stl"`` or ``"obj"``.
     vertices : (v, 3) float
-        As the file has them.
+        As in the file.
     faces : (f, 3) int
-        Indices of vertices, counter-clockwise seen from outside if the file keeps to its format.
+        Indices of vertices, counter-clockwise seen from outside in correct files.
     space : str
-        ``"CIELAB"``; ``"CIEXYZ"`` where the format has X, Y, Z with Y = 1 for the white, for D50,
-        that are to be brought to CIELAB. What the file itself says of its space is in
-        `space_notes`, and then the vertices are taken as they are.
+        ``"CIELAB"``, or ``"CIEXYZ"`` (D50, white Y = 1) if the format has such vertices, which must
+        be converted. The space that the file itself declares is in `space_notes`.
     centre : (3,) float or None
-        The point that the file says its radii were taken from.
+        Centre of the radii that the file states.
     space_notes : dict of str
-        Names in lower case, to text: what says in which space the vertices are, if anything does;
+        Notes about the space of the vertices: names in lower case, to texts;
         see `gamutcore.colours.spaces.declared`.
     device : DeviceValues or None
-        Of the vertices, where the file has them.
+        Device values of the vertices, if the file has them.
     provenance : dict
-        Format, counts, what the file says of itself; JSON-able.
+        Format, counts and notes of the file; JSON-able.
     warnings : tuple of str
-        What was tolerated in reading.
+        Faults that the reader tolerated.
     """
 
     format: str
@@ -105,12 +102,12 @@ class GamutMesh:
 
 
 class Statements(NamedTuple):
-    """What a mesh file says of itself.
+    """Notes of a mesh file about itself.
 
     Attributes
     ----------
     said : dict of str
-        Everything, as text.
+        All notes, as texts.
     centre : (3,) float or None
     """
 
@@ -119,20 +116,19 @@ class Statements(NamedTuple):
 
     @property
     def by_name(self) -> dict[str, str]:
-        """The same with names in lower case."""
+        """The notes, with names in lower case."""
         return {name.lower(): text for name, text in reversed(self.said.items())}
 
 
 def statements(said: Mapping[str, str]) -> Statements:
-    r"""Return what the notes of a mesh file, such as those of this package's own exports, state.
+    r"""Return the notes of a mesh file, such as those of this package's exports.
 
     Parameters
     ----------
     said : mapping of str to str
-        Names to text. ``centre`` (three numbers), ``space`` with its parameters, and what the
-        provenance tells of the device have a meaning, in capitals or not. What this package has
-        written as ``\xb0`` where a format has no other letters than those of ASCII is read as it
-        was.
+        Names to texts. ``centre`` (three numbers), ``space`` with its parameters, and facts about
+        the device have a meaning; letter case does not matter. Escapes such as ``\xb0``, which this
+        package writes in ASCII formats, are decoded.
 
     Returns
     -------
@@ -150,7 +146,7 @@ def statements(said: Mapping[str, str]) -> Statements:
 
 
 def unescaped(text: str) -> str:
-    """Return a text of letters of ASCII with those beyond them, as Python's escapes have them.
+    """Return an ASCII text with Python's escapes replaced by the characters.
 
     Parameters
     ----------
@@ -159,7 +155,7 @@ def unescaped(text: str) -> str:
     Returns
     -------
     str
-        Escapes of what ASCII has, and of no character, stay as they are.
+        Escapes of ASCII characters, and of no character, are kept.
     """
 
     def letter(match: re.Match[str]) -> str:
@@ -171,18 +167,18 @@ def unescaped(text: str) -> str:
 
 
 def refuse_too_many(vertices: int, triangles: int, *, where: Where | None = None) -> None:
-    """Refuse a mesh that is too large, best by its own numbers before anything is allocated.
+    """Refuse a mesh that is too large. Readers call it before they allocate memory.
 
     Parameters
     ----------
     vertices, triangles : int
-        How many it has, or says that it has.
+        Numbers that the mesh has or declares.
     where : dict, optional
 
     Raises
     ------
     SampleLimitError
-        They are more than `MAX_VERTICES` or `MAX_TRIANGLES`.
+        A number exceeds `MAX_VERTICES` or `MAX_TRIANGLES`.
     """
     if vertices > MAX_VERTICES or triangles > MAX_TRIANGLES:
         raise SampleLimitError(
@@ -210,23 +206,23 @@ def gamut_mesh(
     Parameters
     ----------
     file_format : str
-        Name of the format that they were read from.
+        Name of the file format.
     vertices : (v, 3) float
     faces : (f, 3) int
-        Any numbers; those that are no vertices are refused here.
+        Any integers; indices out of range are refused.
     stated : Statements, optional
-        What the file says of itself.
+        Notes of the file.
     space : str
         As for `GamutMesh`.
     space_notes : mapping, optional
-        As for `GamutMesh`; what the file says of itself where not given.
+        As for `GamutMesh`; the notes of the file by default.
     device : mapping of str to (v,) float, optional
-        Device values of the vertices by the names of their channels. If they are not all numbers
-        from 0 to 1, or of too many channels, they are not taken, and a warning says so.
+        Device values of the vertices by channel name. Values outside 0 to 1, and too many channels,
+        are not used; a warning says so.
     clockwise : bool
-        Whether the format has its corners clockwise, seen from outside.
+        Whether corners are clockwise in the format, seen from outside.
     provenance : mapping, optional
-        What else is to be told.
+        Further facts.
     warnings : sequence of str
 
     Returns
@@ -236,11 +232,11 @@ def gamut_mesh(
     Raises
     ------
     SampleLimitError
-        It is too large.
+        The mesh is too large.
     MalformedFileError
-        It has no triangles, or a face names a vertex that there is not.
+        The mesh has fewer than four triangles, or a face has an index out of range.
     InvalidPointsError
-        A coordinate is not finite, or beyond any colour.
+        A coordinate is not finite, or too large.
     """
     refuse_too_many(len(vertices), len(faces))
     if len(faces) < 4 or len(vertices) < 4:
@@ -262,10 +258,10 @@ def gamut_mesh(
     if wrong.any():
         face = int(np.argmax(wrong))
         raise MalformedFileError(
-            f"Face {face} names the vertices {[int(corner) for corner in faces[face]]}; there are "
-            f"{len(vertices)}, from 0.",
+            f"Face {face} has the vertices {[int(corner) for corner in faces[face]]}; the mesh has "
+            f"{len(vertices)}, counted from 0.",
             where={"field": "faces", "face": face},
-            remedy="Faces name vertices of the same mesh.",
+            remedy="Faces have indices of vertices of the same mesh.",
         )
     values, told_of_values = _device_values(device or {})
     channels = {} if values is None else {"channels": list[JSON](values.channels)}
@@ -298,7 +294,7 @@ def gamut_mesh(
 
 
 def reads_device_values(vertices: int, channels: int) -> bool:
-    """Return whether device values are few enough to be read.
+    """Return whether the number of device values is within the limits.
 
     Parameters
     ----------
@@ -312,7 +308,7 @@ def reads_device_values(vertices: int, channels: int) -> bool:
 
 
 def by_channel(found: Iterable[tuple[str, FloatArray]]) -> dict[str, FloatArray]:
-    """Return device values by the names of their channels, which become distinct.
+    """Return device values by channel name; repeated names get underscores.
 
     Parameters
     ----------
@@ -333,19 +329,19 @@ def by_channel(found: Iterable[tuple[str, FloatArray]]) -> dict[str, FloatArray]
 
 
 def _device_values(found: Mapping[str, FloatArray]) -> tuple[DeviceValues | None, list[str]]:
-    """Return the device values of vertices if they are such, and warnings."""
+    """Return valid device values of vertices, or None, and warnings."""
     if not found:
         return None, []
     if not reads_device_values(len(next(iter(found.values()))), len(found)):
         return None, [TOO_MANY_DEVICE_VALUES]
     values = np.stack(list(found.values()), axis=1)
     if not ((values >= 0) & (values <= 1)).all():
-        return None, ["The vertices' device values are not all from 0 to 1, and not used."]
+        return None, ["The vertices have device values outside 0 to 1; these are not used."]
     return DeviceValues(tuple(found), values), []
 
 
 def _white(notes: Mapping[str, str]) -> dict[str, JSON]:
-    """Return the measured white of the device, and its luminance, where they are stated."""
+    """Return the measured white of the device, and its luminance, if stated."""
     found: dict[str, JSON] = {}
     for name, count in (("white", 3), ("white_luminance", 1)):
         words = notes.get(name, "").split()

@@ -1,8 +1,8 @@
-"""Samples as JSON, the form in which programs send them inline.
+"""Samples as JSON, as programs send them inline.
 
 The document is an object with `samples` (rows of numbers, or objects by column name), `columns`
-(their names; L*, a*, b* when left out), and if wanted `white`, `illuminant`, `observer` and other
-conditions; or just the array of rows. Size and structure are bounded before anything is decoded.
+(names; L*, a*, b* by default), and optionally `white`, `illuminant`, `observer` and other
+conditions. An array of rows alone is accepted too. Size and structure are limited before decoding.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from gamutcore.errors import MalformedFileError, SampleLimitError
 __all__ = ["MAX_JSON_SAMPLES", "json_samples"]
 
 MAX_JSON_SAMPLES = 1_000_000
-"""Samples in a JSON document at most: decoded, each takes about 200 bytes."""
+"""Maximum number of samples in a JSON document. Each takes about 200 bytes when decoded."""
 
 MAX_JSON_CHARACTERS = 64_000_000
 MAX_JSON_VALUES = 8_000_000
@@ -38,13 +38,12 @@ def json_samples(text: str, *, condition: str | None = None) -> Samples:
     Parameters
     ----------
     text : str
-        The document. ``{"columns": [names], "samples": [[numbers], ...], "white": [X, Y, Z],
-        "conditions": {keyword: text}}``, of which only ``samples`` is required; every further
-        member with a text or a number for value is a condition too. A sample may be an object from
-        column name to number. An array is taken for the samples. In a column
-        ``MEASUREMENT_CONDITION`` samples have texts.
+        The document: ``{"columns": [names], "samples": [[numbers], ...], "white": [X, Y, Z],
+        "conditions": {keyword: text}}``. Only ``samples`` is required. Other members with a text or
+        a number are conditions. A sample may be an object from column name to number. The column
+        ``MEASUREMENT_CONDITION`` has texts.
     condition : str, optional
-        The measurement condition whose samples are wanted, if the document has several.
+        The measurement condition to read, if the document has several.
 
     Returns
     -------
@@ -53,13 +52,13 @@ def json_samples(text: str, *, condition: str | None = None) -> Samples:
     Raises
     ------
     MalformedFileError
-        No JSON, or not of this shape; the error names the row and column, or the member.
+        The text is not JSON of this structure. ``where`` has row and column, or the member.
     MissingColumnError
-        The columns hold no colour and no spectrum.
+        The columns have no colour and no spectrum.
     ConditionError
-        The samples are of several measurement conditions and none was chosen, or of another.
+        The samples have several measurement conditions and none was chosen, or not the chosen one.
     SampleLimitError
-        More samples than `MAX_JSON_SAMPLES`, or more text than they can take.
+        The document has more than `MAX_JSON_SAMPLES` samples, or too much text.
     """
     document = _decoded(text)
     if isinstance(document, list):
@@ -94,7 +93,7 @@ def _decoded(text: str) -> Any:  # noqa: ANN401 (JSON before its shape is known)
         or text.count(",") > MAX_JSON_VALUES
     ):
         raise SampleLimitError(
-            f"The JSON document is larger than {MAX_JSON_SAMPLES} samples need.",
+            f"The JSON document is too large for {MAX_JSON_SAMPLES} samples.",
             where={"field": "samples"},
             remedy="Thin the samples out, or send them as a NumPy .npy file.",
         )
@@ -104,7 +103,7 @@ def _decoded(text: str) -> Any:  # noqa: ANN401 (JSON before its shape is known)
         )
     except json.JSONDecodeError as error:
         raise MalformedFileError(
-            f"The JSON document is broken: {error.msg}.",
+            f"The JSON document is malformed: {error.msg}.",
             where={"line": error.lineno, "column": error.colno},
             remedy=f"Send it as {_EXAMPLE}.",
         ) from None
@@ -117,7 +116,7 @@ def _decoded(text: str) -> Any:  # noqa: ANN401 (JSON before its shape is known)
 
 
 def _with_unique_names(members: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return an object; which of two values of one name was meant is not ours to say."""
+    """Return an object; refuse repeated names, because either value could be meant."""
     found = dict(members)
     if len(found) < len(members):
         name = Counter(name for name, _ in members).most_common(1)[0][0]
@@ -155,9 +154,9 @@ def _columns(document: dict[str, Any], rows: list[Any]) -> tuple[str, ...]:
 def _values(
     rows: list[Any], columns: tuple[str, ...], roles: ColumnRoles, labels: dict[str, int]
 ) -> FloatArray:
-    """Return the numbers of the selected columns; condition names get numbers, in `labels`."""
+    """Return the numbers of the selected columns; `labels` maps condition names to numbers."""
     flat: list[float] = []
-    # bool is a kind of int in Python, but not a number in JSON; hence the exact types.
+    # bool is a subclass of int in Python, but not a number in JSON.
     numeric = {int, float}
     selected = roles.selected
     for index, row in enumerate(rows):
@@ -186,7 +185,7 @@ def _with_condition_number(
     text = cells[column]
     if not isinstance(text, str) and text is not None:
         raise MalformedFileError(
-            f"The measurement condition of sample {row + 1} is no text.",
+            f"The measurement condition of sample {row + 1} is not a text.",
             where={"row": row + 1, "field": f"samples[{row}][{column}]"},
             remedy='Write it as in "M1".',
         )
@@ -245,7 +244,7 @@ def _conditions(document: dict[str, Any]) -> dict[str, str]:
             continue
         if isinstance(value, bool) or not isinstance(value, str | int | float):
             raise MalformedFileError(
-                f"The member {name[:40]!r} is not known and is no text or number.",
+                f"The member {name[:40]!r} is unknown, and its value is not a text or number.",
                 where={"field": name[:80]},
                 remedy="Members are samples, columns, white, conditions, and conditions by name.",
             )

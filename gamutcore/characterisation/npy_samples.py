@@ -1,9 +1,8 @@
 """Samples in NumPy's .npy format, for large sets of colours.
 
-A plain (m, 3) array is L*, a*, b*; a structured array has its columns named by its fields. The
-header is read here and checked against the length of the file before any array exists, and nothing
-that could hold Python objects is accepted, so that a file can neither run code nor claim memory.
-The format is that of NumPy Enhancement Proposal 1, versions 1.0 to 3.0.
+A plain (m, 3) array is L*, a*, b*. The fields of a structured array are columns. The header is
+checked against the length of the file before an array is made. Types with Python objects are
+refused, so a file cannot run code. The format is NumPy Enhancement Proposal 1, versions 1.0 to 3.0.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ __all__ = ["NPY_MAGIC", "npy_samples"]
 
 NPY_MAGIC = b"\x93NUMPY"
 MAX_VALUES = 16_000_000
-"""Numbers at most: 128 MB of them."""
+"""Maximum number of numbers: 128 MB."""
 
 MAX_ROW_BYTES = 100_000
 _MAX_HEADER = 100_000
@@ -45,7 +44,7 @@ def npy_samples(data: bytes, *, condition: str | None = None) -> Samples:
     data : bytes
         The file.
     condition : str, optional
-        The measurement condition whose samples are wanted, if a field states several.
+        The measurement condition to read, if a field states several.
 
     Returns
     -------
@@ -54,13 +53,13 @@ def npy_samples(data: bytes, *, condition: str | None = None) -> Samples:
     Raises
     ------
     MalformedFileError
-        The header is broken, or says more data than there is, or something else than numbers.
+        The header is malformed, its size differs from the data, or the type is not numeric.
     MissingColumnError
-        A plain array that is not (m, 3), or fields without a colour.
+        A plain array is not (m, 3), or no fields are colours.
     ConditionError
-        The samples are of several measurement conditions and none was chosen, or of another.
+        The samples have several measurement conditions and none was chosen, or not the chosen one.
     SampleLimitError
-        More samples than `current_limits` allow.
+        There are more samples than `current_limits` allow.
     """
     array = _array(data)
     if array.dtype.names is None:
@@ -82,7 +81,7 @@ def npy_samples(data: bytes, *, condition: str | None = None) -> Samples:
     roles = column_roles(names, condition=condition, where={"field": "descr"})
     if len(array) * len(roles.selected) > MAX_VALUES:
         raise SampleLimitError(
-            f"{len(array)} samples of {len(roles.selected)} numbers are more than are accepted.",
+            f"The array has {len(array)} samples of {len(roles.selected)} numbers, too many.",
             where={"field": "shape"},
             remedy=f"Send at most {MAX_VALUES} numbers.",
         )
@@ -104,14 +103,14 @@ def npy_samples(data: bytes, *, condition: str | None = None) -> Samples:
 
 
 def _condition_numbers(field: npt.NDArray[Any]) -> tuple[FloatArray, tuple[str, ...]]:
-    """Return numbers that stand for the measurement conditions of the rows, and their names."""
+    """Return the number of each row's measurement condition, and the condition names."""
     try:
         texts = field.astype(str) if field.dtype.kind in "SU" else None
     except (UnicodeDecodeError, ValueError):
         texts = None
     if texts is None:
         raise MalformedFileError(
-            "The measurement conditions are no texts.",
+            "The measurement conditions are not texts.",
             where={"field": "descr"},
             remedy='Save them as a field of texts, such as "M1".',
         )
@@ -154,7 +153,7 @@ def _array(data: bytes) -> npt.NDArray[Any]:
     most = current_limits().samples
     if shape and shape[0] > most:
         raise SampleLimitError(
-            f"{shape[0]} samples are more than the {most} that are accepted.",
+            f"The array has {shape[0]} samples, more than {most}.",
             where={"field": "shape"},
             remedy="Thin the samples out.",
         )
@@ -193,7 +192,7 @@ def _shape(shape: object) -> tuple[int, ...]:
 def _dtype(description: Any) -> np.dtype[Any]:  # noqa: ANN401 (a literal of unknown shape)
     if isinstance(description, list) and len(description) > MAX_COLUMNS:
         raise SampleLimitError(
-            f"{len(description)} columns are more than the {MAX_COLUMNS} that are accepted.",
+            f"The array has {len(description)} columns, more than {MAX_COLUMNS}.",
             where={"field": "descr"},
         )
     try:
@@ -211,7 +210,7 @@ def _dtype(description: Any) -> np.dtype[Any]:  # noqa: ANN401 (a literal of unk
     parts = [dtype] if dtype.fields is None else [entry[0] for entry in dtype.fields.values()]
     kinds = "fiu" if dtype.fields is None else "fiuSU"  # fields of texts are names of patches
     if not all(part.kind in kinds and part.shape == () for part in parts):
-        raise _malformed("holds something else than real numbers")
+        raise _malformed("has fields that are not real numbers")
     if not 0 < dtype.itemsize <= MAX_ROW_BYTES:
         raise _malformed(f"has samples of {dtype.itemsize} bytes")
     return dtype

@@ -1,8 +1,7 @@
-"""What kind of characterisation data some bytes are, told by their content and never by a name.
+"""Recognition of characterisation data by content, never by file name.
 
-Binary formats are known by their signatures. Text is decoded once, and told apart by what only
-that format has: JSON by its first bracket, the CGATS family by its data section, and what is left
-by whether its first line reads as columns.
+Binary formats have signatures. Text is decoded once. JSON has a bracket first, the CGATS family has
+a data section, and other text is a table if its first line has column names.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ __all__ = ["Characterisation", "characterisation"]
 Characterisation: TypeAlias = Samples | IccProfile | Picture | GamutMesh
 
 
-def characterisation(  # noqa: PLR0911  # one way out for each kind
+def characterisation(  # noqa: PLR0911 (one return for each kind)
     data: bytes, *, condition: str | None = None
 ) -> Characterisation:
     """Return the characterisation data in the bytes of a file or message.
@@ -38,11 +37,9 @@ def characterisation(  # noqa: PLR0911  # one way out for each kind
     Parameters
     ----------
     data : bytes
-        An ICC profile, a text of the CGATS family, CxF3, JSON, delimited text, a NumPy .npy
-        file, a picture (PNG, TIFF or JPEG), or a gamut mesh (PLY, glTF, Argyll's .gam, STL, OBJ).
+        A file in one of `gamutcore.characterisation.FORMATS`.
     condition : str, optional
-        The measurement condition whose samples are wanted, such as ``"M1"``, for data that was
-        measured under several.
+        The measurement condition to read, such as ``"M1"``, if the data has several.
 
     Returns
     -------
@@ -51,11 +48,11 @@ def characterisation(  # noqa: PLR0911  # one way out for each kind
     Raises
     ------
     UnrecognisedFormatError
-        The content is none of these.
+        The content has no known format.
     OptionError
-        A condition is asked of a profile, a picture or a mesh, which have none.
+        A condition is requested of a profile, a picture or a mesh.
     CharacterisationError, InvalidPointsError, MeshError
-        It is one of these and broken; the error says where.
+        The format is known, but the content is malformed. ``where`` has the location.
     """
     picture = picture_format(data)
     if looks_like_icc(data) or picture is not None:
@@ -73,7 +70,7 @@ def characterisation(  # noqa: PLR0911  # one way out for each kind
         return _without_condition(mesh, condition)
     if looks_like_xml(data):
         if not looks_like_cxf(data):
-            raise _unrecognised("The content is XML or HTML, and no CxF3.")
+            raise _unrecognised("The content is XML or HTML, but not CxF3.")
         return cxf_samples(data, condition=condition)
     text = _decoded(data)
     mesh = text_mesh(text)
@@ -121,4 +118,4 @@ def _decoded(data: bytes) -> str:
         if "\0" in text[:100_000]:
             break
         return text
-    raise _unrecognised("The content is binary, and of no known format.")
+    raise _unrecognised("The content is binary, and its format is unknown.")

@@ -1,10 +1,8 @@
-"""Samples: measured colours, with or without the device values that made them.
+"""Samples: measured colours, with or without their device values.
 
-All readers of measured data (CGATS, CSV, JSON, NumPy) end here. Columns are told apart by their
-names (`columns`), numbers arrive as one array, and `samples_from_values` checks them and puts the
-device values on the scale 0 to 1. Colours are kept exactly as the file gives them: what white and
-scale they are meant for is decided where the medium is known, in
-`gamutcore.colours.measured_colours`.
+The readers of measurements (CGATS, CxF3, CSV, JSON, NumPy) call `samples_from_values`. It checks
+the numbers and scales device values to 0 to 1. Colours stay exactly as in the file.
+`gamutcore.colours` decides about their white and scale, where the medium is known.
 """
 
 from __future__ import annotations
@@ -44,10 +42,10 @@ JSON: TypeAlias = "bool | int | float | str | list[JSON] | dict[str, JSON] | Non
 IntArray: TypeAlias = npt.NDArray[np.int64]
 
 DEVICE_SCALES = (1.0, 100.0, 255.0, 1023.0, 4095.0, 65535.0)
-"""Full scale of device values as files have them: 0-1, per cent, and 8, 10, 12 and 16 bits."""
+"""Full scales of device values in files: 1, per cent, and 8, 10, 12 and 16 bits."""
 
 ADDITIVE_CHANNELS = frozenset("RGBW")
-"""Channels of light: all at full scale is white. Of inks, none at all is white."""
+"""Channels of light, for which full scale is white. For inks, zero is white."""
 
 _LIMITS = {
     "device": 1e5,
@@ -58,7 +56,7 @@ _LIMITS = {
     "spectrum": 1e6,
     "condition": 1e6,
 }
-"""Beyond these no colour was ever measured, and their cubes would overflow later on."""
+"""Maximum absolute values. No measured colour exceeds them, and their cubes do not overflow."""
 
 MAX_CONDITIONS = 200
 MAX_CONDITION_LENGTH = 500
@@ -78,23 +76,23 @@ class Samples:
     channels : tuple of str
         The k channel names, such as ``("C", "M", "Y", "K")``; empty for bare colours.
     lab : (n, 3) float or None
-        CIELAB L*, a*, b* as given.
+        CIELAB L*, a*, b* as in the file.
     xyz : (n, 3) float or None
-        Tristimulus values as given, in the file's own scale (0-1, 0-100 or cd/m²).
+        Tristimulus values as in the file, in its scale (0-1, 0-100 or cd/m²).
     spectra : Spectra or None
-        Spectra as given. Not all of `lab`, `xyz` and `spectra` are None.
+        Spectra as in the file. At least one of `lab`, `xyz` and `spectra` is not None.
     white : (3,) float or None
-        White stated with the samples, in the scale of `xyz`.
+        White of the samples, in the scale of `xyz`.
     illumination : (3,) float or None
-        XYZ of the perfect diffuser under the light that `xyz` was measured in, in its scale.
+        XYZ of the perfect diffuser under the light of the measurement, in the scale of `xyz`.
     condition : str or None
-        Measurement condition, such as ``"M1"``; None where it is not stated.
+        Measurement condition, such as ``"M1"``; None if not stated.
     conditions : dict
-        What the file says of itself: keywords (upper case) to text.
+        Keywords of the file, in upper case, to texts.
     provenance : dict
         Format, patches read, device scale, and so on; JSON-able.
     warnings : tuple of str
-        What was tolerated in reading.
+        Faults that the reader tolerated.
     """
 
     format: str
@@ -118,12 +116,12 @@ class Samples:
 
     @property
     def inks(self) -> bool:
-        """Whether the channels are inks, rather than lights, gray values or nothing."""
+        """Whether the channels are inks, not lights or gray."""
         return bool(self.channels) and not self.additive and len(self.channels) > 1
 
     @property
     def additive(self) -> bool:
-        """Whether all channels at full scale are the device's white (lights, not inks)."""
+        """Whether all channels at full scale give white (lights, not inks)."""
         return bool(self.channels) and set(self.channels) <= ADDITIVE_CHANNELS
 
 
@@ -147,29 +145,29 @@ def samples_from_values(
     Parameters
     ----------
     file_format : str
-        Name of the format the numbers were read from.
+        Name of the file format.
     roles : ColumnRoles
-        What the columns are.
+        Roles of the columns.
     values : (n, c) float
         The columns ``roles.selected``, in that order.
     lines : (n,) int, optional
-        The line each row was read from; without it, errors name rows, counted from 1.
+        The line of each row. Without it, errors name rows, counted from 1.
     conditions : mapping, optional
-        The file's keywords.
+        Keywords of the file.
     white : (3,) float, optional
-        White XYZ stated with the samples, in their scale.
+        White XYZ of the samples, in their scale.
     illumination : (3,) float, optional
-        XYZ of the perfect diffuser under the light they were measured in, in their scale.
+        XYZ of the perfect diffuser under the light of the measurement, in their scale.
     condition : str, optional
-        The measurement condition that was asked for.
+        The requested measurement condition.
     row_conditions : sequence of str
-        The conditions that the numbers in the column ``roles.condition_column`` stand for.
+        Condition names, by the numbers in the column ``roles.condition_column``.
     spectra_kind : str
-        ``Spectra.kind`` where the format tells it.
+        ``Spectra.kind``, if the format states it.
     dropped : int
-        Patches of the file that could not be used and are not among the rows.
+        Number of patches that could not be used and are not among the rows.
     warnings : sequence of str
-        What was tolerated so far.
+        Faults tolerated so far.
 
     Returns
     -------
@@ -178,24 +176,24 @@ def samples_from_values(
     Raises
     ------
     TooFewPointsError
-        No samples at all.
+        There are no samples.
     InvalidPointsError
-        A colour that is not finite or beyond any colour.
+        A colour is not finite or too large.
     MalformedFileError
-        Device values that are negative or beyond every known scale.
+        Device values are negative or exceed every known scale.
     ConditionError
-        The samples are of several measurement conditions and none was asked for, or of another.
+        The samples have several conditions and none is requested, or not the requested one.
     SampleLimitError
-        More rows than `current_limits` allow.
+        There are more rows than `current_limits` allow.
     """
     if len(values) == 0:
         raise TooFewPointsError(
-            "The data holds no samples.", remedy="Give at least four different colours."
+            "The data has no samples.", remedy="Send at least four different colours."
         )
     most = current_limits().samples
     if len(values) > most:
         raise SampleLimitError(
-            f"{len(values)} samples are more than the {most} that are accepted.",
+            f"The data has {len(values)} samples, more than {most}.",
             where={"field": "samples"},
             remedy="Thin the samples out.",
         )
@@ -258,7 +256,7 @@ def _rows_of_one_condition(
 def _colours(
     values: FloatArray, roles: ColumnRoles, lines: IntArray | None
 ) -> tuple[FloatArray | None, FloatArray | None]:
-    """Return Lab and XYZ, those of LCh and xyY among them."""
+    """Return Lab and XYZ, also from LCh and xyY."""
     places = {column: index for index, column in enumerate(roles.selected)}
     lab, xyz = _columns(values, roles.lab, places), _columns(values, roles.xyz, places)
     lch, xyy = _columns(values, roles.lch, places), _columns(values, roles.xyy, places)
@@ -267,13 +265,13 @@ def _colours(
         lab = np.stack([lch[:, 0], lch[:, 1] * np.cos(hue), lch[:, 1] * np.sin(hue)], axis=1)
     if xyy is not None:
         x, y, luminance = xyy.T
-        # Black has no chromaticity; meters write zeros.
+        # Black has no chromaticity, and meters write zeros.
         black = luminance == 0
         bad = (~black & (y <= 0)) | (x < 0) | (y < 0) | (x + y > 1.001)
         if bad.any():
             row = int(np.argmax(bad))
             raise InvalidPointsError(
-                f"The chromaticity x {x[row]:g}, y {y[row]:g} is that of no colour.",
+                f"The chromaticity x {x[row]:g}, y {y[row]:g} is impossible.",
                 where={**place_of_row(row, lines), "field": "xyY"},
                 remedy="x and y are 0 or more, y above 0, and their sum is at most 1.",
             )
@@ -301,7 +299,7 @@ def _described(spectra: Spectra) -> JSON:
 
 
 def _bounded_conditions(conditions: Mapping[str, str]) -> dict[str, str]:
-    # Conditions travel with every answer about the gamut, so a hostile file must not bloat them.
+    # Every description of the gamut contains the conditions, so their size is limited.
     return {
         name[:80]: text[:MAX_CONDITION_LENGTH]
         for name, text in list(conditions.items())[:MAX_CONDITIONS]
@@ -317,12 +315,12 @@ def _columns(
 
 
 def place_of_row(row: int, lines: IntArray | None) -> Where:
-    """Return where a row is, for an error: its line if it came from text, else its number."""
+    """Return the location of a row for an error: its line in a text, else its number from 1."""
     return {"row": row + 1} if lines is None else {"line": int(lines[row])}
 
 
 def _place_of_cell(row: int, place: int, roles: ColumnRoles, lines: IntArray | None) -> Where:
-    """Return where a cell is, for an error: its row, and number and name of its column."""
+    """Return the location of a cell for an error: row, and number and name of the column."""
     return {
         **place_of_row(row, lines),
         "column": roles.selected[place] + 1,
@@ -350,14 +348,14 @@ def _device_fractions(
     device: FloatArray, roles: ColumnRoles, lines: IntArray | None
 ) -> tuple[FloatArray, float]:
     lowest, highest = float(device.min()), float(device.max())
-    # Some tables carry a rounding error beyond full scale (100.0001) or below nothing.
+    # Some tables exceed full scale or zero by a rounding error (100.0001).
     scale = next((s for s in DEVICE_SCALES if highest <= s * 1.00001), None)
     if scale is None or lowest < -1e-5 * scale:
         fault = device > DEVICE_SCALES[-1] if scale is None else device < 0
         row, place = (int(index) for index in np.argwhere(fault)[0])
         raise MalformedFileError(
-            f"The device value {float(device[row, place])} of {roles.selected_names[place]} is on "
-            "no known scale.",
+            f"The device value {float(device[row, place])} of {roles.selected_names[place]} is "
+            "outside every known scale.",
             where=_place_of_cell(row, place, roles, lines),
             remedy="Device values run from 0 to 1, 100, 255, 1023, 4095 or 65535.",
         )

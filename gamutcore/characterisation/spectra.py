@@ -1,8 +1,8 @@
-"""Spectra of samples as they were measured, and the names that their columns go by.
+"""Measured spectra of samples, and the names of their columns.
 
-A band's column is a word and its wavelength in nm (`SPEC_380`, `SPECTRAL_NM380`, `NM_380`, `380`).
-Reflectances come on the scale 0-1 or in per cent; what an emission's unit is does not matter, as
-colours of lights are relative to their white.
+The name of a band has its wavelength in nm (`SPEC_380`, `SPECTRAL_NM380`, `NM_380`, `380`).
+Reflectances have the scale 0-1 or per cent. The unit of emissions does not matter, because colours
+of lights are relative to their white.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ __all__ = [
 ]
 
 FEWEST_BANDS = 8
-"""Bands of a spectrum at least: with 40 nm each, the least that spans the visible range."""
+"""Minimum number of bands. Eight bands of 40 nm span the visible range."""
 
 _BAND = re.compile(
     r"(?:(?:SPEC|SPECTRAL|SPECTRUM|SPECTRAL_NM|NM|R|REFL|REFLECTANCE|RADIANCE)[_ ]?)?"
@@ -38,15 +38,15 @@ _BAND = re.compile(
     re.IGNORECASE,
 )
 _SHORTEST, _LONGEST = 200.0, 1200.0
-"""Wavelengths in nm that are taken for such; other numbers are not of optical radiation."""
+"""Range of optical wavelengths in nm. Other numbers are not wavelengths."""
 
 _REACHES = (430.0, 650.0)
-"""What a spectrum must reach on both sides for its ends to be extended to the visible range: beyond
-lies less than 1 % of the luminance, and as little of a CxF file's shortest ranges (to 680 nm)."""
+"""Range in nm that a spectrum must cover. Less than 1 % of the luminance lies outside; the ends are
+extended. The shortest ranges in CxF files end at 680 nm."""
 
 FRACTION_LIMIT = 2.0
-"""Highest reflectance on the scale 0-1: fluorescent papers reach 1.3 (M1), and no patch set in per
-cent stays below 2, as it has a paper."""
+"""Maximum reflectance on the scale 0-1. Fluorescent papers reach 1.3 (M1). Per cent values of a
+paper exceed 2."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,11 +58,11 @@ class Spectra:
     wavelengths : (b,) float
         Centres of the bands in nm, ascending.
     values : (n, b) float
-        One row per sample: reflectances with 1 for the perfect diffuser, or radiances in any unit.
+        One row per sample: reflectances (perfect diffuser 1) or radiances in any unit.
     kind : str
-        ``"reflectance"``, ``"emission"``, or ``"unknown"`` where the device decides.
+        ``"reflectance"``, ``"emission"``, or ``"unknown"`` if the device decides.
     scale : float
-        What the file's values were divided by, 1 or 100, if they are reflectances.
+        Divisor of the values in the file if they are reflectances: 1 or 100.
     """
 
     wavelengths: FloatArray
@@ -72,7 +72,7 @@ class Spectra:
 
 
 def wavelength(name: str) -> float | None:
-    """Return the wavelength that a column's name states, in nm.
+    """Return the wavelength in the name of a column, in nm.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def wavelength(name: str) -> float | None:
     Returns
     -------
     float or None
-        None if the name is not one of a spectral band.
+        None if the name is not a spectral band.
     """
     match = _BAND.fullmatch(name.strip())
     if match is None:
@@ -91,7 +91,7 @@ def wavelength(name: str) -> float | None:
 
 
 def are_wavelengths(cells: Sequence[str]) -> bool:
-    """Return whether a row of numbers is one of column names: ascending wavelengths, even steps.
+    """Return whether a row of numbers consists of wavelengths, ascending in even steps.
 
     Parameters
     ----------
@@ -112,14 +112,14 @@ def are_wavelengths(cells: Sequence[str]) -> bool:
 def spectral_columns(
     names: Sequence[str], where: Where | None = None
 ) -> tuple[tuple[int, ...], tuple[float, ...]]:
-    """Return the columns of a spectrum in the order of their wavelengths.
+    """Return the columns of a spectrum by ascending wavelength.
 
     Parameters
     ----------
     names : sequence of str
         All column names.
     where : dict, optional
-        Where the names stand, for errors.
+        Location of the names, for errors.
 
     Returns
     -------
@@ -160,7 +160,7 @@ def spectral_columns(
 
 
 def spans_the_visible_range(wavelengths: Sequence[float]) -> bool:
-    """Return whether ascending wavelengths reach far enough for a colour to be computed.
+    """Return whether ascending wavelengths cover enough of the visible range.
 
     Parameters
     ----------
@@ -175,7 +175,7 @@ def spans_the_visible_range(wavelengths: Sequence[float]) -> bool:
 
 
 def reflectance_scale(values: FloatArray) -> float:
-    """Return what reflectances are divided by to have 1 for the perfect diffuser.
+    """Return the divisor that scales reflectances to 1 for the perfect diffuser.
 
     Parameters
     ----------

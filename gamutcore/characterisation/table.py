@@ -1,7 +1,7 @@
-"""Rows of text tokens turned into numbers, a block at a time.
+"""Conversion of rows of text tokens to numbers, in blocks.
 
-CGATS and CSV files share this: only the columns that are needed are converted, each row's line is
-kept for later errors, and memory stays at the size of the numbers however long the text is.
+The readers of CGATS and CSV use it. Only needed columns are converted. The line of each row is kept
+for errors. Memory is proportional to the numbers, not to the text.
 """
 
 from __future__ import annotations
@@ -26,28 +26,28 @@ if TYPE_CHECKING:
 __all__ = ["MAX_TEXT_ROWS", "NumberTable", "number", "text_lines"]
 
 MAX_TEXT_ROWS = 2_000_000
-"""Rows of a text file at most. The largest characterisation targets have a few ten thousand."""
+"""Maximum number of rows in a text file. The largest targets have a few ten thousand."""
 
 MAX_LINE_CHARACTERS = 1_000_000
-"""Characters of one line at most: its tokens are held all at once, and take more than the text."""
+"""Maximum length of a line. All tokens of a line are in memory together."""
 
 MAX_LINES = 2 * MAX_TEXT_ROWS
-"""Lines of a text at most, those between the rows included."""
+"""Maximum number of lines, including those between rows."""
 
 MAX_TEXT_VALUES = 8_000_000
-"""Numbers of a text file at most: 200,000 spectra of 40 bands."""
+"""Maximum number of numbers in a text file: 200,000 spectra of 40 bands."""
 
 MAX_ROW_CONDITIONS = 50
 
 _BLOCK = 8192
 _BLOCK_TOKENS = 200_000
-"""Tokens that wait for their conversion at most, as each takes more memory than its number."""
+"""Maximum number of tokens before conversion. A token takes more memory than its number."""
 
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d{1,3})?")
 
 
 def number(token: str) -> float:
-    """Return the number that a token spells, with a decimal point or comma.
+    """Return the number in a token, with a decimal point or comma.
 
     Parameters
     ----------
@@ -61,7 +61,12 @@ def number(token: str) -> float:
     Raises
     ------
     ValueError
-        The token is no plain decimal number (``nan``, ``inf``, ``1_000`` and hex are none).
+        The token is not a plain decimal number. ``nan``, ``inf``, ``1_000`` and hex are refused.
+
+    Examples
+    --------
+    >>> number("12,5")
+    12.5
     """
     if not _NUMBER.fullmatch(token):
         raise ValueError(token)
@@ -112,14 +117,14 @@ class NumberTable:
     Parameters
     ----------
     roles : ColumnRoles
-        Which columns are needed.
+        The needed columns.
 
     Attributes
     ----------
     count : int
-        Rows so far.
+        Number of rows so far.
     labels : dict
-        The measurement conditions of the rows, if they have a column for it, to numbers from 0.
+        Measurement conditions in the condition column, to numbers from 0.
     """
 
     def __init__(self, roles: ColumnRoles) -> None:
@@ -147,8 +152,8 @@ class NumberTable:
         Raises
         ------
         MalformedFileError
-            A needed cell is no number; the error has line, column and the column's name. Raised
-            for this row or, as rows are converted in blocks, one shortly before it.
+            A needed cell is not a number. ``where`` has line, column and column name. Because rows
+            are converted in blocks, the error may concern an earlier row.
         SampleLimitError
             There are more than `MAX_TEXT_ROWS` rows, `MAX_TEXT_VALUES` numbers or
             `MAX_ROW_CONDITIONS` measurement conditions.
@@ -190,7 +195,7 @@ class NumberTable:
 
     @property
     def row_conditions(self) -> tuple[str, ...]:
-        """Measurement conditions, by the numbers that stand for them in the last column."""
+        """Measurement conditions, by their numbers in the last column."""
         return tuple(self.labels)
 
     def _condition_number(self, token: str, line: int) -> str:
@@ -209,8 +214,7 @@ class NumberTable:
             return
         width = len(self.roles.selected)
         try:
-            # float() is fast and knows more than plain numbers; underscores are the one addition
-            # that would not show as nan or infinity later.
+            # float() also accepts nan, infinities and underscores. Later checks find the first two.
             flat = [float(token) for token in chain.from_iterable(self._rows)]
             plain = not any("_" in token for token in chain.from_iterable(self._rows))
         except ValueError:

@@ -103,10 +103,7 @@ def first_value_contexts(channels: int) -> Contexts:
 
 @kernel
 def collapse_values(
-    values: ShortArray,
-    edges: SplitEdges,
-    nearest: ShortArray,
-    splits: SplitValues,
+    values: ShortArray, edges: SplitEdges, nearest: ShortArray, splits: SplitValues
 ) -> None:
     """Collapse the values of the full boundary to four slots in place, and record each split.
 

@@ -123,11 +123,7 @@ class LevelCursor:
 
 @inlined_kernel
 def _set_positions(
-    positions: Float32Array,
-    ends: IndexArray,
-    split: int,
-    slots: IndexArray,
-    values: Float32Array,
+    positions: Float32Array, ends: IndexArray, split: int, slots: IndexArray, values: Float32Array
 ) -> None:
     """Write the positions of the neighbours that a split moves."""
     for index in range(ends[split - 1] if split > 0 else 0, ends[split]):

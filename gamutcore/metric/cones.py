@@ -125,6 +125,7 @@ def _cones(
     return planes, normal, slope, rounding
 
 
+@kernel
 def locate(
     position: FloatArray, order: IndexArray, near: IndexArray, cones: Cones, moves: int = MOVES
 ) -> Locations:
@@ -146,13 +147,6 @@ def locate(
     -------
     Locations
     """
-    return Locations(*_locate(position, order, near, cones, moves))
-
-
-@kernel
-def _locate(
-    position: FloatArray, order: IndexArray, near: IndexArray, cones: Cones, moves: int
-) -> tuple[IndexArray, FloatArray, FloatArray]:
     count = len(position)
     face, beyond, along = np.empty(count, np.int32), np.empty(count), np.empty(count)
     for index in range(count):
@@ -168,7 +162,7 @@ def _locate(
         )
         face[INDEX(point)], beyond[INDEX(point)] = found, ratio - 1.0
         along[INDEX(point)] = abs(1.0 - 1.0 / ratio) * radius
-    return face, beyond, along
+    return Locations(face, beyond, along)
 
 
 @inlined_kernel
@@ -199,14 +193,16 @@ def _walk(x: float, y: float, z: float, radius: float, face: int, cones: Cones, 
 
 
 @inlined_kernel
-def _side(planes: FloatArray, face: int, place: int, position: FloatArray, vertex: int) -> float:
+def _plane_product(
+    planes: FloatArray, face: int, side: int, position: FloatArray, vertex: int
+) -> float:
     """Product of a vertex with a plane of a cone, positive on the side of the cone."""
-    side: float = (
-        planes[INDEX(face), INDEX(3 * place)] * position[INDEX(vertex), 0]
-        + planes[INDEX(face), INDEX(3 * place + 1)] * position[INDEX(vertex), 1]
-        + planes[INDEX(face), INDEX(3 * place + 2)] * position[INDEX(vertex), 2]
+    product: float = (
+        planes[INDEX(face), INDEX(3 * side)] * position[INDEX(vertex), 0]
+        + planes[INDEX(face), INDEX(3 * side + 1)] * position[INDEX(vertex), 1]
+        + planes[INDEX(face), INDEX(3 * side + 2)] * position[INDEX(vertex), 2]
     )
-    return side
+    return product
 
 
 @inlined_kernel
@@ -223,24 +219,24 @@ def find_crossing(
         The parts of the edges from the second and from the first to the third corner that are in
         the cone of `face`.
     """
-    place = -1
+    side = -1
     for candidate in range(3):
         if cones.neighbour[INDEX(face), candidate] == beyond:
-            place = candidate
-    if place < 0:
+            side = candidate
+    if side < 0:
         return False, 0.0, 0.0
     planes = cones.planes
-    start_one = _side(planes, face, place, position, one)
-    start_two = _side(planes, face, place, position, two)
-    end = _side(planes, face, place, position, three)
+    start_one = _plane_product(planes, face, side, position, one)
+    start_two = _plane_product(planes, face, side, position, two)
+    end = _plane_product(planes, face, side, position, three)
     if not (start_one > 0.0 and start_two > 0.0 and end < 0.0):
         return False, 0.0, 0.0
     from_one, from_two = start_one / (start_one - end), start_two / (start_two - end)
     for turn in range(1, 3):
-        other = (place + turn) % 3
-        start_one = _side(planes, face, other, position, one)
-        start_two = _side(planes, face, other, position, two)
-        end = _side(planes, face, other, position, three)
+        other = (side + turn) % 3
+        start_one = _plane_product(planes, face, other, position, one)
+        start_two = _plane_product(planes, face, other, position, two)
+        end = _plane_product(planes, face, other, position, three)
         if (
             start_one + from_one * (end - start_one) < 0.0
             or start_two + from_two * (end - start_two) < 0.0

@@ -130,10 +130,7 @@ def curve_counts(full: int) -> list[int]:
 
 
 def error_curve(
-    history: History,
-    counts: Iterable[int],
-    *,
-    progress: Callable[[float], None] | None = None,
+    history: History, counts: Iterable[int], *, progress: Callable[[float], None] | None = None
 ) -> list[LevelError]:
     """Compute the errors of several levels against the full boundary.
 

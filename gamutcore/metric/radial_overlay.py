@@ -223,16 +223,8 @@ def _breadth_first(surface: Surface) -> tuple[IndexArray, IndexArray]:
 
 
 def enclosed_volume(surface: Surface) -> float:
-    """Volume within a surface that is star-shaped about the origin."""
-    return _volume(surface)
-
-
-@leaf_kernel
-def _volume(surface: Surface) -> float:
-    volume = 0.0
-    for face in range(len(surface.corner) // 3):
-        volume += _face_extent(surface.position, *_corners(surface.corner, face))[0]
-    return volume
+    """Return the volume within a surface that is star-shaped about the origin."""
+    return _volume_and_area(surface)[0]
 
 
 @leaf_kernel

@@ -225,7 +225,9 @@ async def _multipart(
         for name in ("file", "options"):
             if sum(part == name for part, _ in parts) > 1:
                 _refuse(f"There is more than one part named {name}.", name)
-        fields = [(name, part) for name, part in parts if name not in {"file", "options"}]
+        fields = [
+            _option_field(name, part) for name, part in parts if name not in {"file", "options"}
+        ]
         file = form.get("file")
         if file is None:
             _refuse("There is no part named file.", "file")
@@ -234,7 +236,7 @@ async def _multipart(
             _refuse(f"The options are larger than {_OPTIONS_BYTES} bytes.", "options")
         mapping = _options(_parse_json(await _read_part(options), "options"))
         given = [(option_name(name), value) for name, value in mapping.items()]
-        given += [_option_field(name, part) for name, part in fields]
+        given += fields
         return await read(file), _merge_options(given)
     finally:
         await form.close()

@@ -1,7 +1,7 @@
-"""ICC profiles of versions 2 and 4: their bytes checked and turned into device transforms.
+"""ICC profiles of versions 2, 4 and 5, and their transforms from device values to colours.
 
-`icc_profile` reads a header and tag table; `IccProfile.transform` reads the transform of a
-rendering intent when it is asked for, so that damage in other tags does no harm.
+`icc_profile` reads the header and the tag table. `IccProfile.transform` reads the transform of a
+rendering intent on request. Damage in other tags therefore does not matter.
 """
 
 from gamutcore.characterisation.icc.profile import IccProfile, icc_profile, looks_like_icc

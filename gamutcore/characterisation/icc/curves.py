@@ -1,8 +1,8 @@
 """One-dimensional curves of ICC profiles, sampled and parametric.
 
-Sampled curves are the type `curv` and the tables of lut8 and lut16, parametric ones the type
-`para`. Sampled curves interpolate linearly and keep their ends beyond their domain. Parametric
-curves are evaluated in floating point as their formulas say, as the reference implementation does.
+Sampled curves have the type `curv`, or are tables of lut8 and lut16. They interpolate linearly and
+are constant outside their domain. Parametric curves have the type `para` and are evaluated in
+floating point, as in the reference implementation.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class SampledCurve:
         Parameters
         ----------
         x : (m,) float
-            Inputs; beyond 0 to 1 the ends are kept.
+            Inputs. Outside 0 to 1 the curve is constant.
 
         Returns
         -------
@@ -54,14 +54,14 @@ class SampledCurve:
 
 @dataclass(frozen=True, eq=False)
 class ParametricCurve:
-    """A curve by formula.
+    """A curve defined by a formula.
 
     Parameters
     ----------
     function : int
         Function type 0 to 4.
     parameters : (n,) float
-        g, a, b, c, d, e, f as far as the function has them.
+        The first of g, a, b, c, d, e, f, as many as the function has.
 
     Notes
     -----
@@ -82,7 +82,7 @@ class ParametricCurve:
         Returns
         -------
         (m,) float
-            May be infinite for hostile parameters; transforms check their results.
+            May be infinite for hostile parameters. Transforms check their results.
         """
         g, a, b, c, d, e, f = np.append(
             self.parameters, np.zeros(7 - len(self.parameters))
@@ -91,8 +91,8 @@ class ParametricCurve:
             return _power(x, g)
         base = a * x + b
         power = _power(base, g)
-        # Types 1 and 2 start at x = -b/a, which is where the base becomes positive. Type 1 is type
-        # 2 with c = 0, and type 3 is type 4 with e = f = 0.
+        # Types 1 and 2 start at x = -b/a, where the base becomes positive. Type 1 is type 2 with
+        # c = 0; type 3 is type 4 with e = f = 0.
         if self.function in {1, 2}:
             return np.asarray(np.where(base >= 0, power, 0.0) + c, dtype=np.float64)
         return np.asarray(np.where(x >= d, power + e, c * x + f), dtype=np.float64)
@@ -108,27 +108,27 @@ def _power(base: FloatArray, exponent: float) -> FloatArray:
 
 
 def curve_at(element: Element, offset: int = 0) -> tuple[Curve, int]:
-    """Return the `curv`, `para` or `curf` curve at an offset of a tag, and its length.
+    """Return the curve (`curv`, `para` or `curf`) at an offset of a tag, and its length.
 
     Parameters
     ----------
     element : Element
         The tag.
     offset : int
-        Where in the tag the curve's type signature is.
+        Offset of the curve's type signature in the tag.
 
     Returns
     -------
     curve : SampledCurve, ParametricCurve or SegmentedCurve
     length : int
-        Bytes that it takes, without padding.
+        Size of the curve in bytes, without padding.
 
     Raises
     ------
     MalformedProfileError
-        It is no curve, or longer than the tag.
+        There is no curve, or it exceeds the tag.
     UnsupportedProfileError
-        A segmented curve has a segment of another kind.
+        A segmented curve has an unknown kind of segment.
     """
     kind = element.raw(offset, 4)
     if kind == b"curv":
@@ -150,6 +150,6 @@ def curve_at(element: Element, offset: int = 0) -> tuple[Curve, int]:
     if kind == b"curf":
         return segmented_curve_at(element, offset)
     raise element.malformed(
-        f"has {kind.decode('latin-1')!r} where a curve is needed",
+        f"has {kind.decode('latin-1')!r} in place of a curve",
         "Curves are of the type curv or para, or curf in iccMAX profiles.",
     )

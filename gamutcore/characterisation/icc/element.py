@@ -1,8 +1,8 @@
 """Checked access to the bytes of one tag of an ICC profile.
 
-Every read names the tag it belongs to and is checked against the tag's own bounds, so that no size
-or offset in a file can reach beyond it, or make anything larger than the tag itself be allocated.
-All numbers of ICC profiles are big-endian (ICC.1:2022, 4.1).
+Every read is checked against the bounds of the tag, and errors name the tag. A size or offset in
+the file can therefore neither reach outside the tag nor allocate more than the tag. All numbers
+are big-endian (ICC.1:2022, 4.1).
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ class Element:
     data: bytes
 
     def malformed(self, problem: str, remedy: str = "") -> MalformedProfileError:
-        """Return the error for something wrong in this tag.
+        """Return the error for a fault in this tag.
 
         Parameters
         ----------
         problem : str
-            What is wrong, as the end of a sentence that starts with the tag.
+            The fault, as a predicate with the tag as its subject.
         remedy : str
-            What would be right.
+            Advice for the user.
 
         Returns
         -------
@@ -52,7 +52,7 @@ class Element:
         return MalformedProfileError(
             f"The tag {self.tag} {problem}.",
             where={"tag": self.tag},
-            remedy=remedy or "Make the profile anew, or repair the tag.",
+            remedy=remedy or "Make the profile again, or repair the tag.",
         )
 
     def raw(self, offset: int, size: int) -> bytes:
@@ -70,7 +70,7 @@ class Element:
         Raises
         ------
         MalformedProfileError
-            They are not all in the tag; likewise for all other readers here.
+            The bytes exceed the tag. The other methods raise this too.
         """
         if offset < 0 or size < 0 or offset + size > len(self.data):
             raise self.malformed(
@@ -103,14 +103,14 @@ class Element:
         Parameters
         ----------
         offset, count : int
-            Where, and how many.
+            Location and number.
         size : int
             1 or 2 bytes each.
 
         Returns
         -------
         (count,) uint16
-            Bytes are multiplied by 257, which takes full scale to full scale exactly.
+            Bytes are multiplied by 257, which maps full scale exactly.
         """
         raw = self.raw(offset, count * size)
         if size == 1:
@@ -123,7 +123,7 @@ class Element:
         Parameters
         ----------
         offset, count : int
-            Where, and how many.
+            Location and number.
 
         Returns
         -------
@@ -137,12 +137,12 @@ class Element:
         Parameters
         ----------
         offset, count : int
-            Where, and how many.
+            Location and number.
 
         Returns
         -------
         (count,) float
-            May be infinite or no numbers.
+            May be infinite or NaN.
         """
         raw = np.frombuffer(self.raw(offset, 4 * count), dtype=">f4")
         with np.errstate(invalid="ignore"):  # a signalling NaN becomes a quiet one

@@ -1,9 +1,8 @@
 """Multidimensional lookup tables, interpolated linearly in every dimension.
 
-Not by simplices, however common that is: over seven inks the two differ by up to 4.8 ΔE*ab, and
-profiles are made and specified for the multilinear result (ICC.1:2022, 10.12, annex D). At the
-surface of a device's cube all but two coordinates are usually nodes, which the kernel makes use
-of.
+Interpolation over simplices is common, but differs by up to 4.8 ΔE*ab for seven inks. Profiles are
+specified for multilinear interpolation (ICC.1:2022, 10.12, annex D). On the surface of a device
+cube most coordinates are nodes; the kernel skips these dimensions.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["Grid", "checked_positions", "multilinear"]
 
 MAX_CORNERS = 300_000_000
-"""Table entries read for one evaluation at most, about 3 s: 100,000 points inside 11 dimensions."""
+"""Maximum number of table reads in one evaluation, about 3 s: 100,000 points in 11 dimensions."""
 
 
 @kernel
@@ -59,7 +58,7 @@ def multilinear(
             position = min(max(positions[i, d], 0.0), 1.0) * steps[d]
             node = int(position)
             base += node * strides[d]
-            # Dimensions in which the point is at a node need no neighbour.
+            # A dimension in which the point is a node needs no neighbour.
             if position > node:
                 fractions[between] = position - node
                 offsets[between] = strides[d]
@@ -85,12 +84,12 @@ def multilinear(
 def checked_positions(
     positions: FloatArray, nodes: tuple[int, ...]
 ) -> tuple[FloatArray, npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Return what `multilinear` takes: positions cut off at the grid's ends, steps and strides.
+    """Return the arguments of `multilinear`: clipped positions, steps and strides.
 
     Parameters
     ----------
     positions : (m, n) float
-        Inputs, of any value.
+        Inputs with any values.
     nodes : tuple of int
         Nodes along each dimension.
 
@@ -103,12 +102,11 @@ def checked_positions(
     Raises
     ------
     UnsupportedProfileError
-        So many points lie between the nodes of so many dimensions that more than
-        `MAX_CORNERS` table entries were needed.
+        The evaluation needs more than `MAX_CORNERS` table reads.
     """
     steps = np.array(nodes, dtype=np.int64) - 1
     strides = np.cumprod(np.array([1, *nodes[:0:-1]], dtype=np.int64))[::-1].copy()
-    # The kernel trusts its positions, so none may be NaN.
+    # The kernel does not check positions, so none may be NaN.
     clipped = np.ascontiguousarray(np.clip(np.nan_to_num(positions, nan=0.0), 0.0, 1.0))
     between = np.count_nonzero(clipped * steps % 1.0, axis=1)
     corners = int((1 << between).sum())
@@ -143,7 +141,7 @@ class Grid:
         Parameters
         ----------
         positions : (m, n) float
-            Inputs; beyond 0 to 1 they are cut off.
+            Inputs, clipped to 0 to 1.
 
         Returns
         -------
@@ -153,7 +151,7 @@ class Grid:
         Raises
         ------
         UnsupportedProfileError
-            The interpolation would take too long, see `checked_positions`.
+            The evaluation takes too long; see `checked_positions`.
         """
         clipped, steps, strides = checked_positions(positions, self.nodes)
         out = np.empty((len(positions), 3))

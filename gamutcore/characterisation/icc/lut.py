@@ -1,8 +1,8 @@
 """Lookup-table transforms from device values to the profile connection space.
 
-The three tag types of versions 2 and 4: lut8 (`mft1`), lut16 (`mft2`) and lutAToB (`mAB `), each
-turned into a chain of curve sets, grid and matrix with the encoding of its result. Sizes in the
-tag are checked against its length before anything is read.
+Versions 2 and 4 have three tag types: lut8 (`mft1`), lut16 (`mft2`) and lutAToB (`mAB `). Each
+becomes a chain of curve sets, grid and matrix, and an encoding of the result. Sizes are checked
+against the length of the tag.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 __all__ = ["CurveSet", "Encoding", "Matrix", "Stage", "Transform", "lut_transform"]
 
 MAX_GRID_NODES = 64_000_000
-"""Nodes of a grid at most; the largest profiles in use have some millions."""
+"""Maximum number of nodes of a grid. The largest profiles have some millions."""
 
 _CURVE_STEPS = 4097
-"""Places at which a curve is looked at to be inverted."""
+"""Number of samples for the inversion of a curve."""
 
 
 class Stage(Protocol):
@@ -44,13 +44,13 @@ class CurveSet:
     Parameters
     ----------
     curves : tuple of Curve
-        As many as there are channels.
+        One curve per channel.
     """
 
     curves: tuple[Curve, ...]
 
     def values(self, x: FloatArray) -> FloatArray:
-        """Return each channel by its curve.
+        """Return the curve of each channel.
 
         Parameters
         ----------
@@ -93,7 +93,7 @@ class Matrix:
 
 @dataclass(frozen=True, eq=False)
 class Encoding:
-    """How numbers from 0 to 1 stand for colours: value · scale + offset.
+    """Encoding of colours as numbers from 0 to 1: colour = value · scale + offset.
 
     Parameters
     ----------
@@ -119,17 +119,17 @@ class Transform:
     Parameters
     ----------
     tag : str
-        The tag or tags it was read from.
+        The tag or tags of the transform.
     stages : tuple of Stage
         In order.
     pcs : str
         ``"XYZ"`` (Y = 1 for the white) or ``"Lab"``.
     encoding : Encoding or None
-        Of the last stage's results; None where they are colours already.
+        Encoding of the last stage; None if its results are colours.
     kind : str
         The type of the tag, such as ``"mft2"``.
     absolute : bool
-        Whether the colours are those of the medium as measured, rather than media-relative.
+        Whether colours are absolute rather than media-relative.
     """
 
     tag: str
@@ -141,11 +141,11 @@ class Transform:
 
     @property
     def nodes(self) -> FloatArray | None:
-        """Device values, (n, k), between which the first lookup table has no kinks.
+        """Device values (n, k) of the nodes of the first lookup table, for each channel.
 
-        The places of its grid along each channel, taken back through the curves before it, 0 and 1
-        included; None without a table that all channels enter alone, each by a rising curve, or
-        with different numbers of nodes.
+        The nodes are mapped back through the curves before the table, and include 0 and 1. None if
+        there is no table, if channels mix before it, if a curve does not rise, or if channels have
+        different numbers of nodes.
         """
         curves: CurveSet | None = None
         for stage in self.stages:
@@ -158,7 +158,7 @@ class Transform:
         return None
 
     def pcs_values(self, device: FloatArray) -> FloatArray:
-        """Return the connection space's colours of device values.
+        """Return the colours of device values in the connection space.
 
         Parameters
         ----------
@@ -168,14 +168,14 @@ class Transform:
         Returns
         -------
         (m, 3) float
-            X, Y, Z or L*, a*, b*, as `pcs` says, relative to D50.
+            X, Y, Z or L*, a*, b*, according to `pcs`, relative to D50.
 
         Raises
         ------
         MalformedProfileError
             A result is not finite.
         UnsupportedProfileError
-            The evaluation would take too long.
+            The evaluation takes too long.
         """
         colours = device
         with np.errstate(all="ignore"):
@@ -185,9 +185,9 @@ class Transform:
                 colours = colours * self.encoding.scale + self.encoding.offset
         if not (np.abs(colours) < 1e9).all():  # also where it is not a number
             raise MalformedProfileError(
-                f"The tag {self.tag} makes colours that are no finite numbers.",
+                f"The tag {self.tag} gives colours that are not finite.",
                 where={"tag": self.tag},
-                remedy="Make the profile anew, or repair the tag.",
+                remedy="Make the profile again, or repair the tag.",
             )
         return colours
 
@@ -227,22 +227,20 @@ def lut_transform(element: Element, channels: int, pcs: str) -> Transform:
     Raises
     ------
     MalformedProfileError
-        The tag breaks its type's format.
+        The tag is malformed.
     UnsupportedProfileError
-        The tag is of another type.
+        The tag has another type.
     """
     kind = element.kind
     if kind not in {"mft1", "mft2", "mAB "}:
         raise UnsupportedProfileError(
-            f"The tag {element.tag} is of the type {kind!r}.",
+            f"The tag {element.tag} has the type {kind!r}.",
             where={"tag": element.tag},
-            remedy="Lookup tables of the types mft1, mft2 and mAB are evaluated.",
+            remedy="Lookup tables of the types mft1, mft2 and mAB are supported.",
         )
     inputs, outputs = element.unsigned(8, 1), element.unsigned(9, 1)
     if inputs != channels or outputs != 3:
-        raise element.malformed(
-            f"maps {inputs} to {outputs} channels where {channels} to 3 are needed"
-        )
+        raise element.malformed(f"maps {inputs} to {outputs} channels; {channels} to 3 are needed")
     if kind == "mAB ":
         encoding = _XYZ if pcs == "XYZ" else _LAB
         return Transform(element.tag, _lut_a_to_b_stages(element, inputs), pcs, encoding, kind)
@@ -253,7 +251,7 @@ def lut_transform(element: Element, channels: int, pcs: str) -> Transform:
 
 def _grid(element: Element, offset: int, nodes: tuple[int, ...], size: int) -> Grid:
     if min(nodes) < 2:
-        raise element.malformed(f"has a grid of {nodes} nodes where 2 are needed at least")
+        raise element.malformed(f"has a grid of {nodes} nodes; at least 2 are needed")
     count = math.prod(nodes)
     if count > MAX_GRID_NODES:
         raise element.malformed(f"has a grid of {count} nodes")
@@ -263,8 +261,8 @@ def _grid(element: Element, offset: int, nodes: tuple[int, ...], size: int) -> G
 def _lut_stages(element: Element, inputs: int) -> tuple[Stage, ...]:
     """Return the stages of lut8 and lut16 (ICC.1:2022, 10.11 and 10.12).
 
-    The matrix at the start is for PCSXYZ inputs only, which device profiles do not have; applying
-    it to device values would be wrong by 35 ΔE*ab in profiles that carry one.
+    The matrix at the start applies only to PCSXYZ inputs, which device profiles do not have. With
+    device values, errors would be up to 35 ΔE*ab.
     """
     grid_points = element.unsigned(10, 1)
     if element.kind == "mft2":
@@ -316,5 +314,5 @@ def _curves(element: Element, offset: int, channels: int) -> CurveSet:
     for _ in range(channels):
         curve, length = curve_at(element, offset)
         curves.append(curve)
-        offset += length + -length % 4  # each curve starts at a multiple of four bytes
+        offset += length + -length % 4  # curves start at multiples of four bytes
     return CurveSet(tuple(curves))

@@ -1,7 +1,6 @@
-"""What an ICC profile says of itself for people: its description and the names of its inks.
+"""The description of an ICC profile, and the names of its inks.
 
-Both are read tolerantly. They name things and calculate nothing, so damage in them is no reason to
-refuse a profile.
+Both are read tolerantly. They do not affect colours, so damage in them is not an error.
 """
 
 from __future__ import annotations
@@ -18,16 +17,16 @@ if TYPE_CHECKING:
 __all__ = ["colorant_names", "profile_description"]
 
 LONGEST = 200
-"""Characters of a name that are kept."""
+"""Maximum length of a name; longer names are cut."""
 
 
 def profile_description(element: Callable[[str], Element]) -> str:
-    """Return the profile's name for people, or nothing.
+    """Return the description of a profile; empty without one.
 
     Parameters
     ----------
     element : callable
-        From a tag's signature to its data, such as `IccProfile.element`.
+        Function from a tag's signature to its data, such as `IccProfile.element`.
 
     Returns
     -------
@@ -48,12 +47,12 @@ def profile_description(element: Callable[[str], Element]) -> str:
 
 
 def colorant_names(element: Callable[[str], Element], count: int) -> tuple[str, ...]:
-    """Return the names of the inks, or an empty tuple where the profile does not name them.
+    """Return the names of the inks; empty if the profile does not name them.
 
     Parameters
     ----------
     element : callable
-        From a tag's signature to its data.
+        Function from a tag's signature to its data.
     count : int
         Device channels of the profile.
 

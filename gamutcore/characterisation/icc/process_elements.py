@@ -1,9 +1,8 @@
 """Transforms of multi-process elements: the tags `D2Bx`, and `A2Bx` of iccMAX profiles.
 
-A chain of elements over floating-point numbers, whose results are colours of the connection space
-as they are, without an encoding. Of the kinds of elements, curve sets, matrices and lookup tables
-are evaluated, and the markers for future expansion passed through; any other kind is refused by
-name. Work per colour is bounded when a tag is read, so that none can keep a build waiting.
+A chain of elements over floating-point numbers gives colours in the connection space, without an
+encoding. Curve sets, matrices and lookup tables are evaluated; markers for future expansion are
+skipped; other kinds are refused by name. The work per colour is limited when a tag is read.
 """
 
 from __future__ import annotations
@@ -34,16 +33,16 @@ if TYPE_CHECKING:
 __all__ = ["FloatGrid", "process_elements_transform"]
 
 MAX_ELEMENTS = 32
-"""Elements of a tag at most; real ones have two to six."""
+"""Maximum number of elements in a tag. Real tags have two to six."""
 MAX_CHANNELS = 16
-"""Channels between two elements at most; a hundred thousand colours of them take 13 MB."""
+"""Maximum number of channels between elements. 100,000 colours with 16 channels take 13 MB."""
 MAX_GRIDS = 2
-"""Lookup tables of a tag at most; each may cost as much as a whole profile of another kind."""
+"""Maximum number of lookup tables in a tag, because each can be as slow as another profile."""
 MAX_GRID_INPUTS = 16
-"""Inputs of a lookup table (ICC.1:2022, table 66: sixteen bytes of grid points)."""
+"""Maximum number of inputs of a lookup table (ICC.1:2022, table 66)."""
 
 _PASSED_THROUGH = (b"bACS", b"eACS")
-"""Markers that stand for no calculation (ICC.1:2022, 10.18.1)."""
+"""Markers without a calculation (ICC.1:2022, 10.18.1)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +56,7 @@ class FloatGrid:
     tables : tuple of (product of nodes, 3) float32
         Values at the nodes, three outputs in each, the last dimension varying fastest.
     outputs : int
-        How many outputs there are; the last table is filled up with zeros.
+        Number of outputs. Zeros fill the last table.
     """
 
     nodes: tuple[int, ...]
@@ -70,7 +69,7 @@ class FloatGrid:
         Parameters
         ----------
         x : (m, n) float
-            Inputs; beyond 0 to 1 they are cut off.
+            Inputs, clipped to 0 to 1.
 
         Returns
         -------
@@ -79,7 +78,7 @@ class FloatGrid:
         Raises
         ------
         UnsupportedProfileError
-            The interpolation would take too long.
+            The evaluation takes too long.
         """
         positions, steps, strides = checked_positions(x, self.nodes)
         out = np.empty((len(x), 3 * len(self.tables)))
@@ -109,21 +108,19 @@ def process_elements_transform(element: Element, channels: int, pcs: str) -> Tra
     Raises
     ------
     MalformedProfileError
-        The tag breaks its type's format.
+        The tag is malformed.
     UnsupportedProfileError
-        An element is of a kind that is not evaluated, or there are more than the limits here.
+        An element has an unsupported kind, or a limit of this module is exceeded.
 
     Notes
     -----
     ICC.1:2022, 10.18 (multiProcessElementsType); ICC.2:2023, 10.2.17.
     """
     if element.kind != "mpet":
-        raise element.malformed(f"is of the type {element.kind!r} and not mpet")
+        raise element.malformed(f"has the type {element.kind!r}, not mpet")
     inputs, outputs = element.unsigned(8, 2), element.unsigned(10, 2)
     if inputs != channels or outputs != 3:
-        raise element.malformed(
-            f"maps {inputs} to {outputs} channels where {channels} to 3 are needed"
-        )
+        raise element.malformed(f"maps {inputs} to {outputs} channels; {channels} to 3 are needed")
     count = element.unsigned(12, 4)
     if count < 1:
         raise element.malformed("has no elements")
@@ -137,7 +134,7 @@ def process_elements_transform(element: Element, channels: int, pcs: str) -> Tra
         before, after = step.unsigned(8, 2), step.unsigned(10, 2)
         if before != width:
             raise element.malformed(
-                f"has {width} channels before its element {number + 1}, which takes {before}"
+                f"has {width} channels before its element {number + 1}, which needs {before}"
             )
         if not 1 <= after <= MAX_CHANNELS:
             raise _unsupported(
@@ -148,7 +145,7 @@ def process_elements_transform(element: Element, channels: int, pcs: str) -> Tra
             stages.append(stage)
         width = after
     if width != 3:
-        raise element.malformed(f"ends with {width} channels where 3 are needed")
+        raise element.malformed(f"ends with {width} channels; 3 are needed")
     if sum(isinstance(stage, FloatGrid) for stage in stages) > MAX_GRIDS:
         raise _unsupported(element, "has many lookup tables", f"At most {MAX_GRIDS}")
     return Transform(element.tag, tuple(stages), pcs, kind="mpet")
@@ -187,7 +184,7 @@ def _float_grid(step: Element, before: int, after: int) -> FloatGrid:
         raise step.malformed(f"has a lookup table of {before} inputs")
     nodes = tuple(step.raw(12, 16)[:before])
     if min(nodes) < 2:
-        raise step.malformed(f"has a grid of {nodes} nodes where 2 are needed at least")
+        raise step.malformed(f"has a grid of {nodes} nodes; at least 2 are needed")
     count = math.prod(nodes)
     if count > MAX_GRID_NODES:
         raise step.malformed(f"has a grid of {count} nodes")
@@ -212,5 +209,5 @@ def _unsupported(element: Element, what: str, evaluated: str) -> UnsupportedProf
     return UnsupportedProfileError(
         f"The tag {element.tag} {what}.",
         where={"tag": element.tag},
-        remedy=f"{evaluated} are evaluated.",
+        remedy=f"{evaluated} are supported.",
     )

@@ -1,8 +1,7 @@
-"""The header and tags of an ICC profile, and which of them make the transform of an intent.
+"""Header and tags of an ICC profile, and the choice of tags for the transform of an intent.
 
-Versions 2, 4 and 5 (iccMAX) of input, display, output and colour space profiles, with 1 to 15
-device channels. Tags are read when they are needed: a damaged tag matters only to those who need
-it.
+Supported are input, display, output and colour space profiles of versions 2, 4 and 5 (iccMAX), with
+1 to 15 device channels. Tags are read when needed. A damaged tag matters only if it is needed.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ T = TypeVar("T")
 
 HEADER_SIZE = 128
 MAX_TAGS = 1000
-"""Tags of a profile at most. Real ones have some tens; 100 is a common limit of readers."""
+"""Maximum number of tags. Real profiles have some tens; other readers often accept 100."""
 
 D50 = np.array([0.9642, 1.0, 0.8249])
 """XYZ of the profile connection space's illuminant (ICC.1:2022, 7.2.16)."""
@@ -50,25 +49,25 @@ for _count in range(1, 16):
     # iccMAX writes the number of channels in the signature (ICC.2:2023, table 16).
     CHANNELS[f"nc\0{chr(_count)}"] = tuple(str(ink) for ink in range(1, _count + 1))
 LUT_TAGS = {
-    # The tag of each intent, and those that stand in for it (ICC.1:2022, 8.10.2 and 9.2).
+    # The tag of each intent, and its substitutes (ICC.1:2022, 8.10.2 and 9.2).
     "perceptual": ("A2B0", "A2B1"),
     "relative": ("A2B1", "A2B0"),
     "saturation": ("A2B2", "A2B0", "A2B1"),
     "absolute": ("A2B1", "A2B0"),
 }
 PROCESS_TAGS = {
-    # They go before all others (ICC.1:2022, 8.10.2). Absolute colours can be made of relative ones.
+    # These take precedence (ICC.1:2022, 8.10.2). Absolute colours can be made from relative ones.
     "perceptual": ("D2B0",),
     "relative": ("D2B1",),
     "saturation": ("D2B2",),
     "absolute": ("D2B3", "D2B1"),
 }
 PROCESS_STAND_INS = ("D2B1", "D2B0", "D2B2")
-"""Tags of other intents, for profiles that have nothing else."""
+"""Tags of other intents, for profiles without any other transform."""
 
 
 def looks_like_icc(data: bytes) -> bool:
-    """Return whether bytes carry the signature of ICC profiles.
+    """Return whether bytes have the signature of ICC profiles.
 
     Parameters
     ----------
@@ -85,7 +84,7 @@ def looks_like_icc(data: bytes) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class IccProfile:
-    """An ICC profile whose header was checked.
+    """An ICC profile with a checked header.
 
     Parameters
     ----------
@@ -100,11 +99,11 @@ class IccProfile:
     pcs : str
         ``"XYZ"`` or ``"Lab"``.
     tags : dict
-        Signature to offset and size, not checked yet.
+        Signature to offset and size. `element` checks these.
     provenance : dict
         Format, version, class, description, white; JSON-able.
     warnings : tuple of str
-        What was tolerated in reading.
+        Faults that the reader tolerated.
     """
 
     data: bytes
@@ -141,11 +140,13 @@ class IccProfile:
         Raises
         ------
         MalformedProfileError
-            The profile does not have it, or it is not within the file.
+            The tag is missing, or exceeds the file.
         """
         if tag not in self.tags:
             raise MalformedProfileError(
-                f"The profile has no tag {tag}.", where={"tag": tag}, remedy="Make it anew."
+                f"The profile has no tag {tag}.",
+                where={"tag": tag},
+                remedy="Make the profile again.",
             )
         offset, size = self.tags[tag]
         if offset < HEADER_SIZE or size < 8 or offset + size > len(self.data):
@@ -153,7 +154,7 @@ class IccProfile:
                 f"The tag {tag} of {size} bytes at offset {offset} is not within the profile's "
                 f"{len(self.data)} bytes.",
                 where={"tag": tag},
-                remedy="Send the whole profile, or make it anew.",
+                remedy="Send the whole profile, or make it again.",
             )
         return Element(tag, self.data[offset : offset + size])
 
@@ -172,11 +173,11 @@ class IccProfile:
         Raises
         ------
         MalformedProfileError
-            The tag is missing, broken or of another type.
+            The tag is missing, malformed or has another type.
         """
         element = self.element(tag)
         if element.kind != "XYZ ":
-            raise element.malformed(f"is of the type {element.kind!r} and not XYZ")
+            raise element.malformed(f"has the type {element.kind!r}, not XYZ")
         return element.fixed(8, 3)
 
     def media_white(self) -> tuple[FloatArray, list[str]]:
@@ -185,13 +186,13 @@ class IccProfile:
         Returns
         -------
         white : (3,) float
-            X, Y, Z; D50 where the profile states none.
+            X, Y, Z; D50 if the profile has none.
         warnings : list of str
 
         Raises
         ------
         MalformedProfileError
-            It is broken, or not positive.
+            The tag is malformed, or the white is not positive.
         """
         if "wtpt" not in self.tags:
             return D50, ["The profile has no media white point; D50 is assumed."]
@@ -205,33 +206,32 @@ class IccProfile:
         return white, []
 
     def native_white(self) -> tuple[FloatArray | None, list[str]]:
-        """Return the white that the profile's colours were adapted from, and warnings.
+        """Return the white before chromatic adaptation, and warnings.
 
         Returns
         -------
         white : (3,) float or None
-            X, Y, Z of the colour that the tag `chad` takes to the connection space's D50: the
-            display's own white, or that of the light a print was measured under. None where the
-            profile does not say.
+            X, Y, Z of the colour that the tag `chad` maps to D50: the white of the display, or of
+            the light on the print. None if the profile has no such tag.
         warnings : list of str
-            What is wrong with the tag. It plays no part in evaluating the profile, whose colours
-            are adapted already (ICC.1:2022, 9.2.15 and annex E), but in a display's own colours.
+            Faults of the tag. The colours of the profile are already adapted (ICC.1:2022, 9.2.15
+            and annex E); the tag matters only for the display's own colours.
         """
         if "chad" not in self.tags:
             return None, []
         matrix = self.adaptation_to_d50()
         if matrix is None:
-            return None, ["The chromatic adaptation tag (chad) is broken; it is not used."]
+            return None, ["The chromatic adaptation tag (chad) is malformed; it is not used."]
         white: FloatArray = np.linalg.solve(matrix, D50)
         return white, []
 
     def adaptation_to_d50(self) -> FloatArray | None:
-        """Return the matrix that the profile's colours were adapted to D50 by, of the tag `chad`.
+        """Return the matrix of the tag `chad`, which adapted the colours to D50.
 
         Returns
         -------
         (3, 3) float or None
-            None where there is no such tag, or a broken one.
+            None if the tag is missing or malformed.
         """
         if "chad" not in self.tags:
             return None
@@ -249,23 +249,23 @@ class IccProfile:
         Parameters
         ----------
         intent : str
-            ``"perceptual"``, ``"relative"``, ``"saturation"`` or ``"absolute"`` (which has the
-            transform of relative, unless the profile has one with absolute results).
+            ``"perceptual"``, ``"relative"``, ``"saturation"`` or ``"absolute"``. Absolute uses the
+            relative transform, unless the profile has an absolute one.
 
         Returns
         -------
         transform : Transform
-            By multi-process elements (D2Bx) of the intent where the profile has them and all are
-            of a kind that is evaluated, else by lookup table (A2Bx), else by matrix and curves.
+            Multi-process elements (D2Bx) of the intent if all kinds of elements are supported, else
+            a lookup table (A2Bx), else matrix and curves.
         warnings : list of str
-            Which tag stands in for a missing one, or for one that is not evaluated.
+            Substitutes for missing or unsupported tags.
 
         Raises
         ------
         MalformedProfileError
-            A tag that is needed is missing or broken.
+            A needed tag is missing or malformed.
         UnsupportedProfileError
-            The profile has only transforms of another kind.
+            All transforms of the profile are unsupported.
         """
         refusals: list[UnsupportedProfileError] = []
         for tag in (*PROCESS_TAGS[intent], *self._lut_tags(intent)):
@@ -273,8 +273,8 @@ class IccProfile:
                 try:
                     transform = self._tag_transform(tag)
                 except UnsupportedProfileError as error:
-                    # A reader that cannot evaluate an element goes on to the tag that comes next
-                    # in precedence (ICC.1:2022, 9.2.17, note).
+                    # The next tag in precedence replaces an unsupported one (ICC.1:2022, 9.2.17,
+                    # note).
                     refusals.append(error)
                     continue
                 return transform, self._stand_in_warnings(intent, tag, refusals)
@@ -296,7 +296,7 @@ class IccProfile:
         )
 
     def _lut_tags(self, intent: str) -> tuple[str, ...]:
-        # Absolute colours have a tag of their own in iccMAX profiles (ICC.2:2023, 9.2.4).
+        # iccMAX profiles have a tag for absolute colours (ICC.2:2023, 9.2.4).
         own = ("A2B3",) if intent == "absolute" and self.version[0] == 5 else ()
         return own + LUT_TAGS[intent]
 
@@ -324,9 +324,9 @@ class IccProfile:
         columns = np.column_stack([self.xyz(tag) for tag in ("rXYZ", "gXYZ", "bXYZ")])
         if self.pcs != "XYZ":
             raise MalformedProfileError(
-                "The profile has matrix and curves with Lab for its connection space.",
+                "The profile has matrix and curves, but Lab as its connection space.",
                 where={"field": "pcs"},
-                remedy="Matrix and curves lead to XYZ (ICC.1:2022, 8.3.3).",
+                remedy="Matrix and curves need XYZ (ICC.1:2022, 8.3.3).",
             )
         stages = (CurveSet(curves), Matrix(columns, np.zeros(3)))
         return Transform("rXYZ, gXYZ, bXYZ, rTRC, gTRC, bTRC", stages, "XYZ")
@@ -354,10 +354,10 @@ def icc_profile(data: bytes) -> IccProfile:
     Raises
     ------
     MalformedProfileError
-        The header or the tag table is broken.
+        The header or the tag table is malformed.
     UnsupportedProfileError
-        The profile is of another version, class or colour space, or an iccMAX profile for other
-        viewing conditions than D50 and the 2° observer, or for spectra only.
+        The version, class or colour space is unsupported, or an iccMAX profile has viewing
+        conditions other than D50 and 2°, or only spectra.
     """
     if len(data) < HEADER_SIZE + 4:
         raise MalformedProfileError(
@@ -368,9 +368,9 @@ def icc_profile(data: bytes) -> IccProfile:
     version = (data[8], data[9] >> 4, data[9] & 15)
     if version[0] not in {2, 4, 5}:
         raise UnsupportedProfileError(
-            f"The profile is of version {version[0]}.",
+            f"The profile has version {version[0]}.",
             where={"field": "version"},
-            remedy="Profiles of versions 2, 4 and 5 (iccMAX) are read.",
+            remedy="Profiles of versions 2, 4 and 5 (iccMAX) are supported.",
         )
     device_class = _known(data[12:16], CLASSES, "device class")
     space = data[16:20].decode("latin-1")
@@ -378,9 +378,9 @@ def icc_profile(data: bytes) -> IccProfile:
     pcs = data[20:24].decode("latin-1").strip()
     if version[0] == 5 and not pcs.strip("\0"):
         raise UnsupportedProfileError(
-            "The profile leads to spectra only.",
+            "The profile has only spectra as results.",
             where={"field": "pcs"},
-            remedy="iccMAX profiles are read that have XYZ or Lab for their connection space.",
+            remedy="iccMAX profiles need XYZ or Lab as their connection space.",
         )
     if pcs not in {"XYZ", "Lab"}:
         raise MalformedProfileError(
@@ -398,15 +398,15 @@ def icc_profile(data: bytes) -> IccProfile:
 def _refuse_other_conditions(profile: IccProfile) -> None:
     """Refuse an iccMAX profile whose connection space has another illuminant or observer.
 
-    Such colours are brought to D50 and 2° by a tag of their own, c2sp (ICC.2:2023, 6.3.2), which
-    is not evaluated; without it they would be wrong.
+    The tag c2sp converts such colours to D50 and 2° (ICC.2:2023, 6.3.2). It is not supported, and
+    the colours would be wrong without it.
     """
     illuminant = np.frombuffer(profile.data[68:80], dtype=">i4") / 65536.0
     if illuminant.any() and np.abs(illuminant - D50).max() > 0.001:
         raise UnsupportedProfileError(
             f"The profile's connection space has the illuminant {illuminant.round(4).tolist()}.",
             where={"field": "illuminant"},
-            remedy="iccMAX profiles for D50 are read.",
+            remedy="iccMAX profiles for D50 are supported.",
         )
     if "svcn" in profile.tags:
         observer = profile.element("svcn").unsigned(8, 4)
@@ -414,7 +414,7 @@ def _refuse_other_conditions(profile: IccProfile) -> None:
             raise UnsupportedProfileError(
                 f"The profile's connection space is for the observer number {observer}.",
                 where={"tag": "svcn"},
-                remedy="iccMAX profiles for the CIE 1931 observer (2°) are read.",
+                remedy="iccMAX profiles for the CIE 1931 observer (2°) are supported.",
             )
 
 
@@ -424,7 +424,7 @@ def _known(signature: bytes, known: dict[str, T], what: str) -> T:
         raise UnsupportedProfileError(
             f"The profile's {what} is {text!r}.",
             where={"field": what.replace(" ", "_")},
-            remedy=f"Evaluated are: {', '.join(n.strip() for n in known if n.isprintable())}.",
+            remedy=f"Supported: {', '.join(n.strip() for n in known if n.isprintable())}.",
         )
     return known[text]
 
@@ -434,13 +434,13 @@ def _tag_table(data: bytes) -> dict[str, tuple[int, int]]:
     end = HEADER_SIZE + 4 + 12 * count
     if count > MAX_TAGS or end > len(data):
         raise MalformedProfileError(
-            f"The profile says that it has {count} tags, and has {len(data)} bytes.",
+            f"The profile declares {count} tags, but has {len(data)} bytes.",
             where={"field": "tag_count"},
-            remedy="Send the whole profile, or make it anew.",
+            remedy="Send the whole profile, or make it again.",
         )
     tags: dict[str, tuple[int, int]] = {}
     for signature, offset, size in struct.iter_unpack(">4sII", data[HEADER_SIZE + 4 : end]):
-        # The first of several tags of the same signature counts, as for the reference.
+        # Of tags with one signature, the first counts, as in the reference implementation.
         tags.setdefault(signature.decode("latin-1"), (offset, size))
     return tags
 
@@ -449,9 +449,7 @@ def _described(profile: IccProfile, space: str) -> IccProfile:
     warnings = []
     declared = int.from_bytes(profile.data[:4], "big")
     if declared != len(profile.data):
-        warnings.append(
-            f"The profile says that it has {declared} bytes, and has {len(profile.data)}."
-        )
+        warnings.append(f"The profile declares {declared} bytes, but has {len(profile.data)}.")
     if profile.device_class == "input":
         warnings.append(
             "An input profile describes the range of its encoding, not the gamut of a device."

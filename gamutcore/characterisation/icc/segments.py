@@ -1,8 +1,8 @@
 """Segmented curves of multi-process elements: formula segments and sampled segments.
 
-A segmented curve divides the real line at its break points; each segment is a formula or equally
-spaced samples. Profiles use them in the curve sets of `D2Bx` tags, and iccMAX profiles wherever a
-curve stands. Values are floating-point numbers without a fixed range.
+Break points divide the real line into segments. Each segment is a formula or equally spaced
+samples. Curve sets of `D2Bx` tags have such curves; iccMAX profiles may have them for every curve.
+Values are floating-point numbers without a fixed range.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ FORMULA_PARAMETERS = (4, 5, 5, 5, 5, 6, 7, 6)
 111."""
 
 MAX_SEGMENTS = 256
-"""Segments of a curve at most; each costs a pass over the colours. Real curves have 1 to 5."""
+"""Maximum number of segments. Each needs a pass over the colours. Real curves have 1 to 5."""
 
 
 def _power(base: FloatArray | float, exponent: FloatArray | float) -> FloatArray:
-    # A negative base has a real power for whole exponents only; for others it counts as 0, as in
-    # parametric curves.
+    # A negative base has a real power only for whole exponents. For other exponents the base is 0,
+    # as in parametric curves.
     values, powers = np.broadcast_arrays(
         np.asarray(base, dtype=np.float64), np.asarray(exponent, dtype=np.float64)
     )
@@ -41,14 +41,14 @@ def _power(base: FloatArray | float, exponent: FloatArray | float) -> FloatArray
 
 @dataclass(frozen=True, eq=False)
 class FormulaSegment:
-    """A segment by formula.
+    """A segment defined by a formula.
 
     Parameters
     ----------
     function : int
         Function type 0 to 7.
     parameters : (n,) float
-        In the order of the specification: the exponents first.
+        In the order of the specification, exponents first.
 
     Notes
     -----
@@ -68,7 +68,7 @@ class FormulaSegment:
         Returns
         -------
         (m,) float
-            May be infinite or no number for hostile parameters; transforms check their results.
+            May be infinite or NaN for hostile parameters. Transforms check their results.
         """
         p = self.parameters.tolist()
         with np.errstate(all="ignore"):
@@ -103,7 +103,7 @@ class SampledSegment:
     Parameters
     ----------
     start, end : float
-        The break points at its ends.
+        Break points at the ends.
     samples : (n,) float
         Values from `start` to `end`, both included, n ≥ 2.
     """
@@ -113,7 +113,7 @@ class SampledSegment:
     samples: FloatArray
 
     def values(self, x: FloatArray) -> FloatArray:
-        """Return the segment at `x`, joined by straight lines.
+        """Return the segment at `x`, by linear interpolation.
 
         Parameters
         ----------
@@ -136,10 +136,9 @@ class SegmentedCurve:
     Parameters
     ----------
     breaks : (n - 1,) float
-        Where one segment ends and the next begins, rising; a break point belongs to the segment
-        that ends there.
+        Rising break points between the segments. A break point belongs to the segment before it.
     segments : tuple of Segment
-        The n segments; the first reaches from minus infinity, the last to infinity.
+        The n segments. The first starts at minus infinity, and the last ends at infinity.
     """
 
     breaks: FloatArray
@@ -175,20 +174,20 @@ def segmented_curve_at(element: Element, offset: int = 0) -> tuple[SegmentedCurv
     element : Element
         The tag.
     offset : int
-        Where in the tag the curve's type signature is.
+        Offset of the curve's type signature in the tag.
 
     Returns
     -------
     curve : SegmentedCurve
     length : int
-        Bytes that it takes.
+        Size of the curve in bytes.
 
     Raises
     ------
     MalformedProfileError
-        It breaks the format, or is longer than the tag.
+        The curve is malformed, or exceeds the tag.
     UnsupportedProfileError
-        A segment or a formula of another kind, or more than `MAX_SEGMENTS` segments.
+        A segment or formula has an unsupported kind, or there are more than `MAX_SEGMENTS`.
 
     Notes
     -----
@@ -218,9 +217,9 @@ def segmented_curve_at(element: Element, offset: int = 0) -> tuple[SegmentedCurv
         elif sampled == b"samf":
             size = element.unsigned(place + 8, 4)
             if number in {0, count - 1} or size < 1:
-                raise element.malformed("has a sampled segment without two ends or without samples")
+                raise element.malformed("has a sampled segment that lacks an end or samples")
             low, high = breaks[number - 1], breaks[number]
-            # The value at its start is that of the segment before (ICC.1:2022, 10.18.3.4).
+            # The segment before gives the value at the start (ICC.1:2022, 10.18.3.4).
             first = segments[-1].values(breaks[number - 1 : number])
             samples = np.concatenate([first, element.floats(place + 12, size)])
             segments.append(SampledSegment(float(low), float(high), samples))
@@ -237,5 +236,5 @@ def _unsupported(element: Element, what: str, evaluated: str) -> UnsupportedProf
     return UnsupportedProfileError(
         f"The tag {element.tag} has {what}.",
         where={"tag": element.tag},
-        remedy=f"Evaluated are: {evaluated}.",
+        remedy=f"Supported: {evaluated}.",
     )

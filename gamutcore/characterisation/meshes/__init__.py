@@ -1,7 +1,7 @@
-"""Meshes that are a gamut's boundary already: PLY, glTF, Argyll's .gam, ICC's gbd, STL and OBJ.
+"""Meshes that are a gamut boundary: PLY, glTF, Argyll's .gam, ICC's gbd, STL and OBJ.
 
-Each reader bounds what a file says of its sizes by the file's own length and by the limits of
-`gamutcore.characterisation.gamut_mesh` before anything is allocated.
+Each reader checks the sizes in a file against the length of the file, and against the limits of
+`gamutcore.characterisation.gamut_mesh`, before it allocates memory.
 """
 
 from gamutcore.characterisation.meshes.argyll import argyll_mesh, looks_like_argyll

@@ -1,8 +1,8 @@
 """Argyll CMS's gamut surfaces (`.gam`), as iccgamut and tiffgamut write them.
 
-A CGATS text whose first word is GAMUT, with two tables: the vertices (VERTEX_NO LAB_L LAB_A LAB_B)
-and the triangles (VERTEX_0 VERTEX_1 VERTEX_2). GAMUT_CENTER is the point that radii were taken
-from, COLOR_REP the colour space; surfaces of the appearance space CIECAM02 (JAB) are refused.
+The file is a CGATS text with the first word GAMUT. It has two tables: vertices (VERTEX_NO LAB_L
+LAB_A LAB_B) and triangles (VERTEX_0 VERTEX_1 VERTEX_2). GAMUT_CENTER is the centre of the radii,
+and COLOR_REP the colour space. Surfaces in CIECAM02 (JAB) are refused.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ __all__ = ["argyll_mesh", "looks_like_argyll"]
 
 MAX_COLUMNS = 100
 MAX_LAYOUT = 4_000
-"""Bytes between BEGIN_DATA_FORMAT and END_DATA_FORMAT at most."""
+"""Maximum number of bytes between BEGIN_DATA_FORMAT and END_DATA_FORMAT."""
 
 MAX_KEYWORD_LINES = 2_000
 
@@ -43,7 +43,7 @@ _TRIANGLE = ("VERTEX_0", "VERTEX_1", "VERTEX_2")
 
 
 def looks_like_argyll(text: str) -> bool:
-    """Return whether a text is of the type GAMUT.
+    """Return whether a text has the type GAMUT.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def argyll_mesh(text: str) -> GamutMesh:
     Raises
     ------
     MalformedFileError
-        A table or column is missing or broken: with its line.
+        A table or column is missing or malformed; ``where`` has the line.
     MeshError
         The surface is not in CIELAB.
     SampleLimitError, InvalidPointsError
@@ -87,15 +87,15 @@ def argyll_mesh(text: str) -> GamutMesh:
         raise MeshError(
             f"The gamut surface's COLOR_REP is {space[:20]!r}{what}.",
             where={"field": "COLOR_REP"},
-            remedy="Surfaces in CIELAB are read: iccgamut without -pj.",
+            remedy="Send a surface in CIELAB: run iccgamut without -pj.",
         )
-    warnings = [] if stated else ["COLOR_REP is missing; the surface is taken for CIELAB."]
+    warnings = [] if stated else ["COLOR_REP is missing; CIELAB is assumed."]
     table, end = _table(data, 0, _VERTEX, MAX_VERTICES, "vertices")
     triangles, _ = _table(data, end, _TRIANGLE, MAX_TRIANGLES, "triangles")
     places = _places(table[:, 0], triangles)
     facts = statements({**said, "centre": said.get("gamut_center", "")})
     facts.said.pop("centre", None)
-    # Argyll has the corners clockwise
+    # Argyll writes corners clockwise.
     return gamut_mesh(
         "argyll-gam",
         table[:, 1:],
@@ -121,7 +121,7 @@ def _keywords(data: bytes) -> dict[str, str]:
 def _table(
     data: bytes, start: int, wanted: tuple[str, ...], most: int, what: str
 ) -> tuple[FloatArray, int]:
-    """Return the wanted columns of the next table, and where it ends."""
+    """Return the wanted columns of the next table, and the end of the table."""
     opened = data.find(b"BEGIN_DATA_FORMAT", start)
     closed = data.find(b"END_DATA_FORMAT", opened + 17, opened + 17 + MAX_LAYOUT)
     begin = _BEGIN.search(data, closed) if min(opened, closed) >= 0 else None
@@ -163,7 +163,7 @@ def _table(
 
 
 def _places(numbers: FloatArray, triangles: FloatArray) -> np.ndarray:
-    """Return the rows of the vertices that triangles name by their numbers."""
+    """Return the rows of vertices by their numbers in triangles."""
     order = np.argsort(numbers, kind="stable")
     ranked = numbers[order]
     places = np.searchsorted(ranked, triangles)
@@ -172,9 +172,9 @@ def _places(numbers: FloatArray, triangles: FloatArray) -> np.ndarray:
     if not found.all():
         face = int(np.argmax(~found.all(axis=1)))
         raise MalformedFileError(
-            f"Triangle {face} names the vertices {[f'{n:g}' for n in triangles[face]]}, and not "
-            "all of them are in the table of vertices.",
+            f"Triangle {face} has the vertices {[f'{n:g}' for n in triangles[face]]}; not all of "
+            "them are in the table of vertices.",
             where={"field": "VERTEX_0", "face": face},
-            remedy="Triangles name vertices by their VERTEX_NO.",
+            remedy="Triangles refer to vertices by VERTEX_NO.",
         )
     return np.asarray(order[places], np.int64)

@@ -1,7 +1,7 @@
-"""The gamut boundary that an iccMAX profile describes: tags gbd0 to gbd3, one for each intent.
+"""The gamut boundary in an iccMAX profile: tags gbd0 to gbd3, one for each intent.
 
-The type gamutBoundaryDescType (ICC.2:2019, 10.2.11) holds vertices in the connection space, as
-32-bit floating-point numbers, with or without the device values that make them, and triangles.
+The type gamutBoundaryDescType (ICC.2:2019, 10.2.11) has triangles, vertices in the connection space
+as 32-bit floats, and optionally their device values.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ _SPACES = {"Lab": "CIELAB", "XYZ": "CIEXYZ"}
 
 
 def described_boundary(data: object, intent: str) -> GamutMesh:
-    """Return the gamut boundary that a profile describes for an intent.
+    """Return the gamut boundary of a profile for an intent.
 
     Parameters
     ----------
     data : object
-        Characterisation data; an `IccProfile`, or it is refused.
+        Characterisation data. Only an `IccProfile` is accepted.
     intent : str
         One of `GAMUT_BOUNDARY_TAGS`.
 
@@ -50,23 +50,23 @@ def described_boundary(data: object, intent: str) -> GamutMesh:
     Raises
     ------
     OptionError
-        The data is no profile, or has no boundary for this intent.
+        The data is not a profile, or has no boundary for this intent.
     MalformedProfileError
-        The tag is broken; ``where["tag"]`` names it.
+        The tag is malformed; ``where["tag"]`` names it.
     SampleLimitError, MalformedFileError, InvalidPointsError
         As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`.
     """
     if not isinstance(data, IccProfile):
         raise OptionError(
-            "source is 'boundary', and the data is no ICC profile.",
+            "source is 'boundary', but the data is not an ICC profile.",
             where={"field": "source"},
-            remedy="Leave it out: a mesh is taken as the boundary by itself.",
+            remedy="Leave source out: a mesh is always used as the boundary.",
         )
     tag = GAMUT_BOUNDARY_TAGS[intent]
     if tag not in data.tags:
         others = [name for name, other in GAMUT_BOUNDARY_TAGS.items() if other in data.tags]
         raise OptionError(
-            f"source is 'boundary', and the profile describes none for the intent {intent}.",
+            f"source is 'boundary', but the profile has none for the intent {intent}.",
             where={"field": "intent" if others else "source", "tag": tag},
             remedy=f"Ask for the intent {' or '.join(others)}."
             if others
@@ -86,7 +86,7 @@ def described_boundary(data: object, intent: str) -> GamutMesh:
     faces = np.frombuffer(corners, ">u4").astype(np.int64).reshape(-1, 3)
     start = _HEAD + 12 * triangles
     vertices = element.floats(start, 3 * count).reshape(-1, 3)
-    if inks:  # they are not used, and must be there
+    if inks:  # device values are not used, but must be complete
         element.raw(start + 12 * count, 4 * inks * count)
     faces, warnings = _from_zero(faces, count)
     return gamut_mesh(
@@ -109,8 +109,8 @@ def described_boundary(data: object, intent: str) -> GamutMesh:
 
 
 def _from_zero(faces: LongArray, count: int) -> tuple[LongArray, list[str]]:
-    """Return faces whose vertices are numbered from 0 (ICC.2:2019, 10.2.11), and warnings."""
-    # the ICC's own example in XML counts from 1
+    """Return faces with indices from 0 (ICC.2:2019, 10.2.11), and warnings."""
+    # The ICC's example in XML counts from 1.
     if faces.size and faces.min() == 1 and faces.max() == count:
-        return faces - 1, ["The boundary's vertices are numbered from 1, and not from 0."]
+        return faces - 1, ["The boundary counts vertices from 1 instead of 0."]
     return faces, []

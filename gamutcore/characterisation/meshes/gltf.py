@@ -1,10 +1,10 @@
 """glTF 2.0 (Khronos Group; ISO/IEC 12113): binary (GLB) or JSON with its buffers embedded.
 
-Only what the file itself holds is read, the GLB chunk and ``data:`` URIs; nothing is ever fetched.
-Triangles, strips and fans of all meshes of the scene are taken together, with the transforms of
-their nodes. Positions of this package's own exports hold L*, a*, b* as they are, and their node is
-turned for display only: that turn is not applied, wherever it is met. Device values are attributes
-``_DEVICE_C``, whose full names are in the mesh's ``extras.device_channels``.
+Buffers are the GLB chunk or ``data:`` URIs; nothing outside the file is read. Triangles, strips and
+fans of all meshes of the scene are joined, with the transforms of their nodes. This package's
+exports have L*, a*, b* as positions, and a rotation for display in the node. That rotation is never
+applied. Attributes ``_DEVICE_C`` are device values, with full names in ``extras.device_channels``
+of the mesh.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ if TYPE_CHECKING:
 __all__ = ["gltf_mesh", "looks_like_glb", "looks_like_gltf"]
 
 MAX_OBJECTS = 50_000
-"""Brackets in the JSON at most. A scene of one gamut has some tens."""
+"""Maximum number of brackets in the JSON. A scene with one gamut has some tens."""
 
 MAX_COMMAS = 500_000
 MAX_NODES = 1_000
-"""Nodes with a mesh at most."""
+"""Maximum number of nodes with a mesh."""
 
 LIGHTNESS_UPWARDS = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
-"""The turn of this package's exports for display, from (L*, a*, b*) to glTF's (a*, L*, -b*)."""
+"""Rotation for display in this package's exports, from (L*, a*, b*) to (a*, L*, -b*)."""
 
 _COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
@@ -58,7 +58,7 @@ _ASSET = re.compile(r'"asset"\s*:\s*\{')
 
 
 def looks_like_glb(data: bytes) -> bool:
-    """Return whether bytes have the magic of binary glTF.
+    """Return whether bytes have the signature of binary glTF.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def looks_like_glb(data: bytes) -> bool:
 
 
 def looks_like_gltf(text: str) -> bool:
-    """Return whether a JSON text has the required member of glTF, an object ``asset``, and meshes.
+    """Return whether a JSON text has an object ``asset``, meshes and accessors, as glTF does.
 
     Parameters
     ----------
@@ -101,14 +101,14 @@ def gltf_mesh(data: bytes) -> GamutMesh:
     Returns
     -------
     GamutMesh
-        The triangles of all meshes of the scene. Where neither this package wrote the file nor the
-        turn for display stands alone, the nodes' transforms are applied, and a warning says so if
-        they change anything.
+        Triangles of all meshes of the scene. Transforms of nodes are applied, with a warning,
+        unless this package wrote the file or the transform is only the rotation for display.
 
     Raises
     ------
     MalformedFileError
-        The file breaks glTF, or needs what is not read; ``where["field"]`` is a path into the JSON.
+        The file is malformed or needs an unsupported feature. ``where["field"]`` is a path in the
+        JSON.
     SampleLimitError, InvalidPointsError
         As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`.
     """
@@ -124,7 +124,7 @@ def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
     """Return the JSON and the binary chunk (glTF 2.0, 4.4)."""
     if len(data) < 20 or int.from_bytes(data[4:8], "little") != 2:
         raise MalformedFileError(
-            "The file is no binary glTF of version 2.",
+            "The file is not binary glTF of version 2.",
             where={"byte": 4},
             remedy="Send glTF 2.0, whole.",
         )
@@ -153,7 +153,7 @@ def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
 def _decoded(text: bytes) -> dict[str, Any]:
     if (
         text.count(b"[") + text.count(b"{") > MAX_OBJECTS or text.count(b",") > MAX_COMMAS
-    ):  # before decoding, which makes an object of each
+    ):  # decoding would make an object of each
         raise SampleLimitError(
             f"The glTF has more than {MAX_OBJECTS} objects.",
             remedy="Send one mesh, with its numbers in a buffer.",
@@ -162,7 +162,7 @@ def _decoded(text: bytes) -> dict[str, Any]:
         document = json.loads(text.decode("utf-8-sig"), parse_constant=_refuse_constant)
     except json.JSONDecodeError as error:
         raise MalformedFileError(
-            f"The JSON is broken: {error.msg}.",
+            f"The JSON is malformed: {error.msg}.",
             where={"line": error.lineno, "column": error.colno},
             remedy="Send glTF 2.0.",
         ) from None
@@ -172,7 +172,7 @@ def _decoded(text: bytes) -> dict[str, Any]:
             remedy="Send glTF 2.0.",
         ) from None
     if not isinstance(document, dict):
-        raise _wrong("", "is no object")
+        raise _wrong("", "is not an object")
     return document
 
 
@@ -190,7 +190,7 @@ def _wrong(path: str, problem: str, remedy: str = "") -> MalformedFileError:
 
 def _whole(value: object, path: str, most: int = 2**32) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= most:
-        raise _wrong(path, "is no whole number in its range")
+        raise _wrong(path, "is not a whole number in the accepted range")
     return value
 
 
@@ -211,7 +211,7 @@ def _numbers(value: object, count: int, path: str) -> FloatArray:
 
 
 class _Scene:
-    """The meshes of a document's scene."""
+    """Meshes of the scene of a document."""
 
     def __init__(self, document: dict[str, Any], chunk: bytes | None) -> None:
         self.document, self.chunk = document, chunk
@@ -223,7 +223,7 @@ class _Scene:
             if not isinstance(extension, str) or extension not in _READ_EXTENSIONS:
                 raise _wrong(
                     "extensionsRequired",
-                    f"has {str(extension)[:60]!r}, which is not read",
+                    f"has {str(extension)[:60]!r}, which is not supported",
                     "Send the mesh uncompressed, without extensions.",
                 )
         self.own = str(asset.get("generator", "")).startswith("gamutcore ")
@@ -251,7 +251,7 @@ class _Scene:
                         positions = positions @ transform[:3, :3].T + transform[:3, 3]  # noqa: PLW2901
                 beyond = (corners < 0) | (corners >= len(positions))
                 if beyond.any():
-                    raise _wrong(f"meshes[{number}]", "has an index of a vertex that there is not")
+                    raise _wrong(f"meshes[{number}]", "has an index of a missing vertex")
                 vertices.append(positions)
                 faces.append(corners + count)
                 recipes.append(device)
@@ -259,13 +259,13 @@ class _Scene:
         warnings = []
         if moved:
             warnings.append(
-                "The transforms of the glTF's nodes were applied; the results are taken for L*, "
-                "a*, b*."
+                "The transforms of the glTF's nodes were applied; the results are used as L*, a*, "
+                "b*."
             )
         if turned:
             warnings.append(
-                "The glTF's node is turned as for display, with lightness upwards; the positions "
-                "before that turn are taken for L*, a*, b*."
+                "The glTF's node has a rotation for display, with lightness upwards; the positions "
+                "before the rotation are used as L*, a*, b*."
             )
         if not faces:
             raise _wrong("meshes", "have no triangles")
@@ -274,21 +274,23 @@ class _Scene:
         channels = list(recipes[0])
         if any(list(device) != channels for device in recipes):
             channels = []
-            warnings.append("The glTF's meshes differ in their device values, which are not used.")
+            warnings.append(
+                "The glTF's meshes have different device channels; device values are not used."
+            )
         values = {name: np.concatenate([device[name] for device in recipes]) for name in channels}
         return np.concatenate(vertices), np.concatenate(faces), values, warnings
 
     def _items(self, name: str) -> list[Any]:
         items = self.document.get(name, [])
         if not isinstance(items, list):
-            raise _wrong(name, "is no array")
+            raise _wrong(name, "is not an array")
         return items
 
     def _item(self, name: str, number: object, path: str) -> dict[str, Any]:
         items = self._items(name)
         index = _whole(number, path)
         if index >= len(items) or not isinstance(items[index], dict):
-            raise _wrong(path, f"names {name}[{index}], which there is not")
+            raise _wrong(path, f"refers to {name}[{index}], which is missing")
         item: dict[str, Any] = items[index]
         return item
 
@@ -306,7 +308,7 @@ class _Scene:
         else:
             roots = self._roots(nodes)
         if not isinstance(roots, list):
-            raise _wrong("scenes", "have nodes that are no array")
+            raise _wrong("scenes", "have nodes that are not an array")
         waiting = [(number, np.eye(4)) for number in reversed(roots)]
         found: list[tuple[int, FloatArray]] = []
         seen: set[int] = set()
@@ -315,7 +317,7 @@ class _Scene:
             path = f"nodes[{number}]"
             node = self._item("nodes", number, path)
             if number in seen:
-                raise _wrong(path, "is reached twice: nodes form trees")
+                raise _wrong(path, "is reached twice; nodes must form trees")
             seen.add(number)
             with np.errstate(over="ignore", invalid="ignore"):
                 transform = outer @ _local(node, path)
@@ -327,7 +329,7 @@ class _Scene:
                     )
             children = node.get("children", [])
             if not isinstance(children, list):
-                raise _wrong(f"{path}.children", "is no array")
+                raise _wrong(f"{path}.children", "is not an array")
             waiting += [(child, transform) for child in reversed(children)]
         return found
 
@@ -342,17 +344,17 @@ class _Scene:
     def _primitives(
         self, number: int
     ) -> Iterator[tuple[FloatArray, LongArray, dict[str, FloatArray]]]:
-        """Yield them one by one, as their sum is bounded while they are read."""
+        """Yield primitives one by one, so that the caller can limit their sum."""
         mesh = self._item("meshes", number, f"meshes[{number}]")
         primitives = mesh.get("primitives", [])
         if not isinstance(primitives, list):
-            raise _wrong(f"meshes[{number}].primitives", "is no array")
+            raise _wrong(f"meshes[{number}].primitives", "is not an array")
         for index, primitive in enumerate(primitives):
             path = f"meshes[{number}].primitives[{index}]"
             if not isinstance(primitive, dict) or not isinstance(primitive.get("attributes"), dict):
                 raise _wrong(path, "has no attributes")
             mode = primitive.get("mode", _TRIANGLES)
-            if mode not in (_TRIANGLES, _STRIP, _FAN):  # it may be a list
+            if mode not in (_TRIANGLES, _STRIP, _FAN):  # a list is not hashable
                 continue  # points and lines
             positions = self._accessor(
                 primitive["attributes"].get("POSITION"), "VEC3", f"{path}.attributes.POSITION"
@@ -381,7 +383,7 @@ class _Scene:
             where = f"{path}.attributes.{name}"
             accessor = self._item("accessors", attributes[name], where)
             if accessor.get("type") != "SCALAR" or accessor.get("componentType") != _FLOAT:
-                continue  # somebody else's attribute of the name
+                continue  # an attribute of other software
             values = self._accessor(attributes[name], "SCALAR", where, of_floats=True).ravel()
             if len(values) != count:
                 raise _wrong(where, f"has {len(values)} values for {count} vertices")
@@ -397,13 +399,13 @@ class _Scene:
         path = f"accessors[{number}]"
         component = accessor.get("componentType")
         if accessor.get("type") != kind or component not in tuple(_COMPONENTS):
-            raise _wrong(path, f"is not of the type {kind}")
+            raise _wrong(path, f"does not have the type {kind}")
         if "sparse" in accessor:
-            raise _wrong(path, "is sparse, which is not read", "Send plain accessors.")
+            raise _wrong(path, "is sparse, which is not supported", "Send plain accessors.")
         count = _whole(accessor.get("count"), f"{path}.count", MAX_VERTICES)
         dtype, width = np.dtype(_COMPONENTS[int(component)]), _WIDTHS[kind]
         if kind == "SCALAR" and dtype.kind != "u" and not of_floats:
-            raise _wrong(path, "has indices that are no unsigned integers")
+            raise _wrong(path, "has indices that are not unsigned integers")
         view = self._item("bufferViews", accessor.get("bufferView"), f"{path}.bufferView")
         content = self._buffer(view.get("buffer"), f"bufferViews of {path}")
         start = _whole(view.get("byteOffset", 0), f"{path}.byteOffset")
@@ -443,13 +445,13 @@ class _Scene:
             if head is None:
                 raise _wrong(
                     f"buffers[{index}].uri",
-                    "is not embedded, and nothing outside the file is read",
+                    "is not embedded; nothing outside the file is read",
                     "Send a .glb, or glTF with its buffers embedded as data: URIs in base64.",
                 )
             try:
                 content = base64.b64decode(uri[head.end() :], validate=True)
             except (binascii.Error, ValueError):
-                raise _wrong(f"buffers[{index}].uri", "is no base64") from None
+                raise _wrong(f"buffers[{index}].uri", "is not base64") from None
         self._buffers[index] = content
         return content
 
@@ -458,7 +460,7 @@ def _corners(indices: LongArray, mode: int, path: str) -> LongArray:
     """Return the triangles of a list, strip or fan of vertices (glTF 2.0, 3.7.2.1)."""
     if mode == _TRIANGLES:
         if len(indices) % 3:
-            raise _wrong(path, f"has {len(indices)} corners, no multiple of 3")
+            raise _wrong(path, f"has {len(indices)} corners, which is not a multiple of 3")
         return indices.reshape(-1, 3)
     count = max(len(indices) - 2, 0)
     place = np.arange(count)
@@ -476,7 +478,7 @@ def _local(node: dict[str, Any], path: str) -> FloatArray:
     x, y, z, w = _numbers(node.get("rotation", [0, 0, 0, 1]), 4, f"{path}.rotation")
     norm = x * x + y * y + z * z + w * w
     if norm <= 0:
-        raise _wrong(f"{path}.rotation", "is no rotation")
+        raise _wrong(f"{path}.rotation", "is not a rotation")
     s = 2.0 / norm
     transform = np.eye(4)
     transform[:3, :3] = [

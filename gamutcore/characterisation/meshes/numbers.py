@@ -1,7 +1,6 @@
-"""Numbers of mesh files: blocks of text as arrays, and polygons as triangles.
+"""Numbers of mesh files: text to arrays, and polygons to triangles.
 
-Text is converted a block at a time, so that the words never take more memory than a few times the
-block, whatever the length of the file.
+Text is converted in blocks. The memory for words is therefore a few times the size of a block.
 """
 
 from __future__ import annotations
@@ -19,34 +18,34 @@ if TYPE_CHECKING:
 __all__ = ["numbers_of", "polygon_triangles"]
 
 _BLOCK = 1 << 20
-"""Bytes of text that are converted at once."""
+"""Bytes of text that are converted together."""
 
 _SPACE = re.compile(rb"\s")
 _PLAIN = re.compile(rb"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?")
 LONGEST_WORD = 400
-"""Characters of a number at most: a double in full, with all its decimals, has some 330."""
+"""Maximum length of a number. A double with all its decimals has about 330 characters."""
 
 
 def numbers_of(text: bytes, line: int, most: int) -> FloatArray:
-    """Return the numbers that a text spells, between white space.
+    """Return the numbers in a text, separated by white space.
 
     Parameters
     ----------
     text : bytes
     line : int
-        The line of the file that it starts in, for errors.
+        Line of the file at the start of the text, for errors.
     most : int
-        Numbers that are wanted at most; reading ends after them.
+        Maximum number of numbers to read.
 
     Returns
     -------
     (n,) float
-        May be infinite or no numbers, where the text says ``nan``, ``inf`` or ``1e999``.
+        May be infinite or NaN for words such as ``nan``, ``inf`` or ``1e999``.
 
     Raises
     ------
     MalformedFileError
-        A word is no number: with its line.
+        A word is not a number; ``where`` has the line.
     """
     blocks, found, place = [], 0, 0
     while place < len(text) and found < most:
@@ -61,7 +60,7 @@ def numbers_of(text: bytes, line: int, most: int) -> FloatArray:
             block = np.array([float(word) for word in words])
         except ValueError:
             block = None
-        # float() takes 1_000 for a thousand
+        # float() also accepts 1_000.
         if block is None or b"_" in text[place:end]:
             raise _first_fault(text, place, line)
         blocks.append(block)
@@ -93,7 +92,7 @@ def polygon_triangles(sides: LongArray, corners: LongArray) -> LongArray:
     Parameters
     ----------
     sides : (n,) int
-        Corners of each polygon. Those of fewer than three have no triangles.
+        Number of corners of each polygon. Polygons with fewer than three have no triangles.
     corners : (sum of sides,) int
         Vertices at the corners, polygon by polygon.
 
@@ -103,7 +102,7 @@ def polygon_triangles(sides: LongArray, corners: LongArray) -> LongArray:
     """
     triangles = np.maximum(sides - 2, 0)
     starts = np.repeat(np.cumsum(sides) - sides, triangles)
-    # number of each triangle within its polygon
+    # Number of each triangle in its polygon.
     within = np.arange(int(triangles.sum())) - np.repeat(
         np.cumsum(triangles) - triangles, triangles
     )

@@ -1,4 +1,4 @@
-"""Which mesh format some bytes or a text are of, told by what only that format has."""
+"""Recognition of mesh formats by their content."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["binary_mesh", "text_mesh"]
 
 
 def binary_mesh(data: bytes) -> GamutMesh | None:
-    """Return the mesh in bytes of a mesh format that is told by its first bytes.
+    """Return the mesh in a binary file.
 
     Parameters
     ----------
@@ -30,12 +30,12 @@ def binary_mesh(data: bytes) -> GamutMesh | None:
     Returns
     -------
     GamutMesh or None
-        None if they are of no such format.
+        None if the format is not PLY, GLB or STL.
 
     Raises
     ------
     CharacterisationError, InvalidPointsError, MeshError
-        They are of one, and broken.
+        The format is known, but the content is malformed.
     """
     if looks_like_ply(data):
         return ply_mesh(data)
@@ -47,7 +47,7 @@ def binary_mesh(data: bytes) -> GamutMesh | None:
 
 
 def text_mesh(text: str) -> GamutMesh | None:
-    """Return the mesh in a text of a mesh format.
+    """Return the mesh in a text.
 
     Parameters
     ----------
@@ -57,12 +57,12 @@ def text_mesh(text: str) -> GamutMesh | None:
     Returns
     -------
     GamutMesh or None
-        None if it is of no such format.
+        None if the format is not glTF, Argyll's or OBJ.
 
     Raises
     ------
     CharacterisationError, InvalidPointsError, MeshError
-        It is of one, and broken.
+        The format is known, but the content is malformed.
     """
     if looks_like_gltf(text):
         return gltf_mesh(text.encode())

@@ -1,8 +1,7 @@
-"""STL and OBJ: triangles without a word on what they are; x, y, z are taken for L*, a*, b*.
+"""STL and OBJ: triangles without a declared space. x, y, z are L*, a*, b*.
 
-STL (3D Systems 1988), binary and text, has no shared vertices: equal positions are one. Of OBJ
-(Wavefront), vertices and faces are read; comments of the form ``# name: value``, as this package's
-own exports have them, are what the file says of itself.
+STL (3D Systems 1988), binary or text, has no shared vertices. Vertices and faces of OBJ (Wavefront)
+are read. Comments ``# name: value`` are notes, as this package's exports write them.
 """
 
 from __future__ import annotations
@@ -40,20 +39,20 @@ _NOTE = re.compile(r"#\s*([\w ./-]{1,80}):\s+(.*)")
 _REFERENCE = re.compile(rb"(-?\d{1,10})(?:/-?\d{0,10}){0,2}")
 MAX_NOTES = 200
 MAX_TEXT_TRIANGLES = 500_000
-"""Triangles of an STL text at most: 100 MB, as other software writes them."""
+"""Maximum number of triangles in an STL text: about 100 MB."""
 
 MAX_OBJ_VERTICES = 1_000_000
-"""Vertices of an OBJ at most: twice as many as the largest mesh needs, as faces share them."""
+"""Maximum number of vertices in an OBJ: twice those of the largest closed mesh."""
 
 MAX_LINES = 6_000_000
 MAX_LINE = 1_000_000
-"""Lines, and bytes of one, at most: as many as the largest mesh has, and words that fit memory."""
+"""Maximum number of lines, and maximum length of a line in bytes."""
 
 _OBJ_WORDS = {b"v", b"vn", b"vt", b"vp", b"o", b"g", b"s", b"mtllib", b"usemtl", b"f"}
 
 
 def looks_like_stl(data: bytes) -> bool:
-    """Return whether bytes are STL: of exactly the length that their count of facets says, or text.
+    """Return whether bytes are STL: a length that fits the number of facets, or text.
 
     Parameters
     ----------
@@ -78,12 +77,13 @@ def stl_mesh(data: bytes) -> GamutMesh:
     Returns
     -------
     GamutMesh
-        With three vertices of its own for each triangle.
+        Each triangle has three vertices of its own.
 
     Raises
     ------
     MalformedFileError, SampleLimitError, InvalidPointsError
-        As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`; a text with a broken vertex.
+        As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`, or a vertex of a text is
+        malformed.
     """
     count = (len(data) - _HEADER) // 50
     if len(data) == _HEADER + 50 * int.from_bytes(data[80:84], "little"):
@@ -113,7 +113,7 @@ def stl_mesh(data: bytes) -> GamutMesh:
 
 
 def looks_like_obj(data: bytes) -> bool:
-    """Return whether bytes have lines of vertices and faces as OBJ files do.
+    """Return whether bytes have lines of vertices and faces, as OBJ files do.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def looks_like_obj(data: bytes) -> bool:
     -------
     bool
     """
-    # the first line tells nearly all other texts apart, without a search through all of them
+    # The first line excludes nearly all other texts without a search through them.
     for line in data[:100_000].splitlines():
         words = line.split(None, 1)
         if words and not words[0].startswith(b"#"):
@@ -149,7 +149,7 @@ def obj_mesh(data: bytes) -> GamutMesh:
     Raises
     ------
     MalformedFileError
-        A line is broken; the error names it.
+        A line is malformed; ``where`` has its number.
     SampleLimitError, InvalidPointsError
         As for `gamutcore.characterisation.gamut_mesh.gamut_mesh`.
     """
@@ -164,7 +164,7 @@ def obj_mesh(data: bytes) -> GamutMesh:
                 vertices.extend([float(words[1]), float(words[2]), float(words[3])])
             except (ValueError, IndexError):
                 raise _broken(content, line, "v x y z, with plain numbers") from None
-            if b"_" in content:  # which float() takes for nothing
+            if b"_" in content:  # float() ignores underscores
                 raise _broken(content, line, "v x y z, with plain numbers")
         elif words[0] == b"f":
             count = len(vertices) // 3
@@ -193,7 +193,7 @@ def obj_mesh(data: bytes) -> GamutMesh:
 
 
 def _lines(data: bytes) -> Iterator[tuple[int, bytes]]:
-    """Yield the lines with their numbers, never all of them at once."""
+    """Yield the lines with their numbers, one at a time."""
     unified = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in data else data
     for line, content in enumerate(io.BytesIO(unified), start=1):
         if len(content) > MAX_LINE or line > MAX_LINES:
@@ -208,5 +208,5 @@ def _lines(data: bytes) -> Iterator[tuple[int, bytes]]:
 def _broken(content: bytes, line: int, right: str) -> MalformedFileError:
     shown = content[:60].decode("ascii", "backslashreplace")
     return MalformedFileError(
-        f"{shown!r} is no line of an OBJ file.", where={"line": line}, remedy=f"Write {right}."
+        f"{shown!r} is not a line of an OBJ file.", where={"line": line}, remedy=f"Write {right}."
     )

@@ -49,7 +49,7 @@ def test_any_first_line_or_none(first_line):
     [
         (PLAIN.replace("SETS 4", "SETS 1624"), "1624"),
         (PLAIN.replace("NUMBER_OF_SETS 4\n", ""), "NUMBER_OF_SETS is missing"),
-        (PLAIN.replace("CTI3", "CTI3\nNUMBER_OF_FIELDS 3"), "NUMBER_OF_FIELDS says 3"),
+        (PLAIN.replace("CTI3", "CTI3\nNUMBER_OF_FIELDS 3"), "NUMBER_OF_FIELDS is 3"),
         (PLAIN.replace("END_DATA\n", ""), "END_DATA is missing"),
         (PLAIN.replace("END_DATA_FORMAT\nNUMBER_OF_SETS 4\n", ""), "END_DATA_FORMAT is missing"),
         (PLAIN + f"CAL\n{FORMAT}BEGIN_DATA\n1 0 0 0 1 1 1\nEND_DATA\n", "1 further table"),
@@ -380,7 +380,7 @@ class TestMeasurementConditions:
         assert samples.provenance["patches"] == {"read": 2, "dropped": 1, "averaged": 0}
 
     def test_a_condition_that_no_file_states_is_refused(self):
-        with pytest.raises(ConditionError, match="does not state"):
+        with pytest.raises(ConditionError, match="states none"):
             cgats_samples(PLAIN, condition="M1")
 
 

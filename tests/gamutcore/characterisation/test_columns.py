@@ -134,7 +134,7 @@ def test_conditions_in_names(form):
         column_roles(names)
     roles = column_roles(names, condition="M2")
     assert (roles.device, roles.lab, roles.condition) == ((0, 1, 2), (6, 7, 8), "M2")
-    assert roles.ignored == ("those of M0",)
+    assert roles.ignored == ("columns of M0",)
 
 
 def test_colours_of_no_stated_condition_are_not_mixed_with_others():

@@ -66,7 +66,7 @@ def test_several_conditions_are_named_and_so_is_the_option_that_chooses():
 
 
 def test_known_and_unknown_conditions_are_not_mixed():
-    with pytest.raises(ConditionError, match="state none"):
+    with pytest.raises(ConditionError, match="without one"):
         chosen_condition(["M0", None], None)
 
 

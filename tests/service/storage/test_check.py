@@ -65,7 +65,7 @@ def lossy(blobs, key):
         ("replace", unconditional, "simultaneous replacements"),
         ("replace", unconditional, "outdated"),
         ("keys", late, "listed"),
-        ("read", lossy, "whole"),
+        ("read", lossy, "complete"),
         ("delete", lambda _blobs, _key: True, "deleted"),
         ("move", lambda _blobs, _key, _to: False, "moved"),
         ("size", lambda _blobs, _key: 0, "large"),

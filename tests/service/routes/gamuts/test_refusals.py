@@ -60,7 +60,7 @@ PLANE = [[i, i, i, i / 3, i % 7, i % 5] for i in range(256)]
 @pytest.mark.parametrize(
     ("columns", "rows", "option", "said"),
     [
-        ("R G B L a b", PLANE[9:10], {"device_model": "fit"}, "one distinct device value only"),
+        ("R G B L a b", PLANE[9:10], {"device_model": "fit"}, "one distinct device value"),
         ("R G B L a b", PLANE, {"device_model": "fit"}, "the device values lie in a plane"),
         ("L a b", [row[3:] for row in PLANE], {"device_model": "fit"}, "without device values"),
         ("L a b", [row[3:] for row in PLANE], {"popularity": 0.1}, "does not apply"),
@@ -126,7 +126,7 @@ def test_a_syntax_error_has_its_place(server, assert_problem):
         ([("options", (None, b"{}"))], "file"),
         ([("data", ("a", b"x"))], "data"),
         ([("file", ("a", b"x")), ("file", ("b", b"y"))], "file"),
-        ([("file", ("a", b"x")), ("gamma", (None, b"1"))], "gamma"),
+        ([("file", ("a", b"x")), ("gamma", ("b", b"1"))], "gamma"),
     ],
 )
 def test_parts_that_are_missing_or_too_many_are_named(server, assert_problem, parts, field):
