@@ -4,7 +4,6 @@ import doctest
 import json
 import math
 import re
-from statistics import mean
 
 import numpy as np
 import pytest
