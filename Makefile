@@ -50,7 +50,7 @@ help: ## list the targets
 	$(python) -m pip install -q -c constraints.txt -e '.[service,peers,plots]'
 	@touch $@
 
-node_packages := tests/gltf/node_modules/.package-lock.json tests/azurite/node_modules/.package-lock.json
+node_packages := $(patsubst %,tests/%/node_modules/.package-lock.json,azurite clients gltf)
 
 $(node_packages): tests/%/node_modules/.package-lock.json: tests/%/package.json tests/%/package-lock.json
 	@if command -v npm >/dev/null; then \
@@ -193,5 +193,5 @@ constraints: ## pin the newest versions that pyproject.toml allows (Python 3.11)
 
 .PHONY: clean
 clean: ## remove installed, built and cached files; keep the data under var/
-	rm -rf .venv build dist tests/gltf/node_modules tests/azurite/node_modules .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf .venv build dist tests/*/node_modules .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
 	find gamutcore service tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -4,7 +4,6 @@ import doctest
 import json
 import math
 import re
-from statistics import mean
 
 import numpy as np
 import pytest
@@ -19,13 +18,18 @@ from benchmarks.paper import SPHERE_LIMIT
 from benchmarks.raster import View, picture
 from benchmarks.render import PICTURES
 from benchmarks.scaling import Measured, hit_ratio
-from benchmarks.summary import best_peer, boundary_methods, error_ratios, level_errors
+from benchmarks.summary import best_peer, boundary_methods, error_ratios, level_errors, mean_errors
 from gamutcore.export import mesh_file
 from gamutcore.gamut import Options, build_gamut
 from gamutcore.mesh import TriangleMesh
 
 CENTRE = np.array([50.0, 0.0, 0.0])
 CLAIMED_COUNTS = (1000, 500, 100, 50, 20)
+VERSION_10_PERCENT = {
+    "volume": (0.0533, 0.0973, 0.523, 1.1485, 3.783),
+    "finest": (0.0446, 0.0852, 0.4474, 0.957, 3.186),
+}
+"""Mean mismatch at these counts with algorithm version 10, which is the limit for later ones."""
 
 
 @pytest.fixture(scope="module")
@@ -46,13 +50,11 @@ class TestResults:
         # 10,000 vertices are not quite a sphere, which matters most at 2,000 triangles.
         assert min(row["product"] for row in results["sphere"]) > 0.85 * SPHERE_LIMIT
 
-    @pytest.mark.parametrize(
-        ("cost", "many", "few"), [("volume", 0.53, 0.58), ("finest", 0.44, 0.48)]
-    )
-    def test_mismatch_relative_to_the_published_cost(self, results, cost, many, few):
-        for count in CLAIMED_COUNTS:
-            ratio = mean(error_ratios(results, cost, count).values())
-            assert ratio <= (many if count >= 500 else few)
+    @pytest.mark.parametrize("cost", ["volume", "finest"])
+    def test_mean_mismatch_is_within_2_percent_of_algorithm_version_10(self, results, cost):
+        errors = mean_errors(results, cost, CLAIMED_COUNTS)
+        for count, former in zip(CLAIMED_COUNTS, VERSION_10_PERCENT[cost], strict=True):
+            assert 100 * errors[count] <= 1.02 * former
 
     @pytest.mark.parametrize(("cost", "limit"), [("volume", 3.0), ("finest", 2.4)])
     def test_mismatch_times_triangles_on_a_sphere(self, results, cost, limit):
@@ -96,9 +98,11 @@ class TestResults:
 
 
 def test_every_picture_is_shown_and_light():
-    shown = re.findall(r"\]\(pictures/([^)]+)\)", figures.DOCUMENT.read_text())
-    assert sorted(shown) == sorted(file.name for file in PICTURES.iterdir())
-    assert max(file.stat().st_size for file in PICTURES.iterdir()) < 300_000
+    documents = [path.read_text() for path in figures.DOCUMENT.parent.glob("*.md")]
+    shown = {name for text in documents for name in re.findall(r"\]\(pictures/([^)]+)\)", text)}
+    files = [path for path in PICTURES.iterdir() if path.suffix in {".png", ".svg"}]
+    assert shown == {file.name for file in files}
+    assert max(file.stat().st_size for file in files) < 300_000
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.stem)

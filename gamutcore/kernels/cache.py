@@ -23,6 +23,7 @@ from numba.core.caching import (
     UserProvidedCacheLocator,
     _CacheLocator,
 )
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
 from gamutcore.kernels.fingerprint import fingerprint
@@ -106,7 +107,9 @@ class KernelCache(FunctionCache):
 
     def signatures(self) -> list[tuple[Any, ...]]:
         """Return the argument types of all entries for this processor."""
-        cpu_target.target_context.refresh()
+        # Refreshing is not safe for threads: those of a service load kernels at the same time.
+        with global_compiler_lock:
+            cpu_target.target_context.refresh()
         codegen = cpu_target.target_context.codegen()
         return [
             key[0]

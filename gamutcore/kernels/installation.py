@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 
 import numba
 import numpy as np
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
 from gamutcore.kernels.cache import cache_folder
@@ -143,6 +144,7 @@ def _sources() -> str:
 
 def _state() -> str:
     """Return all that machine code depends on: sources, versions and processor."""
-    cpu_target.target_context.refresh()
+    with global_compiler_lock:
+        cpu_target.target_context.refresh()
     processor = cpu_target.target_context.codegen().magic_tuple()
     return f"{_sources()} numba {numba.__version__} numpy {np.__version__} {processor}\n"

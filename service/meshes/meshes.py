@@ -120,6 +120,8 @@ class Meshes:
 
     async def _encode(self, opened: OpenGamut, key: MeshKey) -> EncodedMesh:
         plain = self.cache.get(key._replace(coding=IDENTITY))
+        if plain is not None and key.coding == IDENTITY:
+            return plain  # the fast path has encoded it since the last look
         made = await self._library.with_level(
             opened, key.triangles, encode_mesh, opened, key, plain
         )

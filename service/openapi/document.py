@@ -63,8 +63,10 @@ def openapi_document(app: FastAPI) -> dict[str, Any]:
         schemas[model.__name__] = schema
     document["components"]["schemas"] = dict(sorted(schemas.items()))
     document["components"]["securitySchemes"] = SECURITY_SCHEMES
+    # At the top, so that generated operations take clients with and without a key.
+    document["security"] = SECURITY
     for path, operations in document["paths"].items():
-        if path.startswith("/v1/"):
+        if not path.startswith("/v1/"):
             for operation in operations.values():
-                operation["security"] = SECURITY
+                operation["security"] = []
     return document

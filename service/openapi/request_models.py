@@ -8,7 +8,7 @@ from functools import reduce
 from operator import or_
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, create_model
+from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema, create_model
 from pydantic.json_schema import SkipJsonSchema
 from typing_extensions import TypeAliasType
 
@@ -43,7 +43,10 @@ def _annotation(kind: OptionType) -> Any:  # noqa: ANN401  # a type that only py
     """Return the annotation of a type of option values."""
     match kind:
         case Choice():
-            return Literal[kind.values]
+            # Never `const`: some generated clients refuse the other alternatives of a constant.
+            json_type = "string" if isinstance(kind.values[0], str) else "integer"
+            stated = WithJsonSchema({"enum": list(kind.values), "type": json_type})
+            return Annotated[Literal[kind.values], stated]
         case Number():
             bounds = Field(
                 gt=kind.least if kind.above_least else None,

@@ -177,7 +177,7 @@ _COSTS = {
                 thinned_vertices=100,
             ),
             compacted=(SWEPT_DOWN_TO, _TRACKED_VERTICES),
-            trials=Trials(100, 4, 27),
+            trials=Trials(100, 5, 27),
         ),
     )
 }

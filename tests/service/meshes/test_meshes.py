@@ -5,7 +5,7 @@ import pytest
 from gamutcore.errors import TriangleCountError
 from gamutcore.metric import radial_difference
 from service.http.compression import CODINGS
-from service.meshes.encoding import EncodedMesh
+from service.meshes.encoding import EncodedMesh, MeshKey
 from service.meshes.level_search import LevelRequest
 from service.meshes.library import Library
 from service.meshes.meshes import Meshes
@@ -250,3 +250,13 @@ def test_a_304_has_the_fields_that_a_cache_needs_and_no_content():
     assert (status, body) == (304, b"")
     assert {b"etag", b"cache-control", b"vary"} <= names
     assert names.isdisjoint({b"content-type", b"content-length"})
+
+
+def test_a_mesh_that_the_fast_path_makes_meanwhile_is_not_made_again(run, built):
+    async def scenario(library, meshes):
+        opened = await library.gamut(built[0].id)
+        await library.unpack(opened, 100)
+        ready = meshes.find_ready(built[0].id, LevelRequest(100), "glb")
+        assert await meshes._encode(opened, MeshKey(built[0].id, 100, "glb")) is ready
+
+    run(scenario)
