@@ -25,6 +25,7 @@ __all__ = [
     "SLACK",
     "STACK",
     "Surface",
+    "breadth_first",
     "halving_limit",
     "make_surface",
     "nearest_face",
@@ -345,3 +346,24 @@ def raise_bound(
         top += 2
         halvings -= 1.0
     return lower, upper, halvings
+
+
+@kernel
+def breadth_first(surface: Surface) -> tuple[IndexArray, IndexArray]:
+    """Vertices in breadth-first order, and the neighbour that each vertex was reached from."""
+    count = len(surface.position)
+    order, near = np.zeros(count, np.int32), np.full(count, -1, np.int32)
+    near[0] = 0
+    filled = 1
+    for index in range(count):
+        vertex = order[index]
+        for entry in range(
+            surface.fan_end[vertex - 1] if vertex > 0 else 0, surface.fan_end[vertex]
+        ):
+            for place in range(3):
+                beside = surface.corner[3 * surface.fan[entry] + place]
+                if near[beside] < 0:
+                    near[beside] = vertex
+                    order[filled] = beside
+                    filled += 1
+    return order, near

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
+from gamutcore.kernels import inlined_kernel, leaf_kernel
 from gamutcore.metric.clipping import Clipping, clipping_workspace, pop_piece, push_face
 from gamutcore.metric.cones import (
     INDEX,
@@ -30,6 +30,7 @@ from gamutcore.metric.distance_bound import (
     SLACK,
     STACK,
     Surface,
+    breadth_first,
     halving_limit,
     nearest_face,
     raise_bound,
@@ -130,7 +131,7 @@ def radial_difference(
     swapped = len(two.corner) > len(one.corner)
     if swapped:
         one, two = two, one
-    result, _ = compare_surfaces(one, two, *_breadth_first(one))
+    result, _ = compare_surfaces(one, two, *breadth_first(one))
     if not swapped:
         return result
     return RadialDifference(
@@ -199,27 +200,6 @@ def compare_surfaces(
         to_reference=Distances(second / other_area, float(bounds[TO_UPPER])),
     )
     return result, deviation
-
-
-@kernel
-def _breadth_first(surface: Surface) -> tuple[IndexArray, IndexArray]:
-    """Vertices in breadth-first order, and the neighbour that each vertex was reached from."""
-    count = len(surface.position)
-    order, near = np.zeros(count, np.int32), np.full(count, -1, np.int32)
-    near[0] = 0
-    filled = 1
-    for index in range(count):
-        vertex = order[index]
-        for entry in range(
-            surface.fan_end[vertex - 1] if vertex > 0 else 0, surface.fan_end[vertex]
-        ):
-            for place in range(3):
-                beside = surface.corner[3 * surface.fan[entry] + place]
-                if near[beside] < 0:
-                    near[beside] = vertex
-                    order[filled] = beside
-                    filled += 1
-    return order, near
 
 
 def enclosed_volume(surface: Surface) -> float:

@@ -6,6 +6,7 @@ import struct
 import zlib
 
 import numpy as np
+import OpenImageIO as oiio  # noqa: N813
 import pytest
 
 _LETTERS = {1: "B", 3: "H", 4: "I", 7: "B"}
@@ -176,3 +177,31 @@ def counts_of():
         return {tuple(map(int, row)): int(n) for row, n in zip(whole, picture.counts, strict=True)}
 
     return counted
+
+
+FIELDS = np.array(
+    [[0.9, 0.1, 0.1], [0.1, 0.8, 0.2], [0.1, 0.1, 0.9], [0.5, 0.5, 0.5], [1, 1, 1], [0, 0, 0]]
+)
+
+
+@pytest.fixture
+def written(tmp_path):
+    """Return a function that writes fields of 16 × 16 pixels, which lossy formats hardly change."""
+
+    def write(extension, sample_type, colours=FIELDS, **attributes):
+        pixels = np.repeat(np.repeat(colours[np.newaxis], 16, axis=0), 16, axis=1)
+        spec = oiio.ImageSpec(pixels.shape[1], 16, pixels.shape[2], sample_type)
+        for name, value in attributes.items():
+            kinds = {"chromaticities": "float[8]", "CICP": "int[4]"}
+            if name in kinds:
+                spec.attribute(name, oiio.TypeDesc(kinds[name]), value)
+            else:
+                spec.attribute(name.replace("__", ":"), value)
+        path = tmp_path / f"picture{extension}"
+        output = oiio.ImageOutput.create(str(path))
+        assert output.open(str(path), spec)
+        assert output.write_image(np.ascontiguousarray(pixels, np.float32))
+        assert output.close()
+        return path.read_bytes()
+
+    return write

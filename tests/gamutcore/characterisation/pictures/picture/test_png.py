@@ -11,7 +11,7 @@ from gamutcore.characterisation import characterisation as picture
 from gamutcore.characterisation.icc import IccProfile
 from gamutcore.errors import GamutError, MalformedFileError, PictureSizeError
 
-DATA = Path(__file__).parents[3] / "data"
+DATA = Path(__file__).parents[4] / "data"
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 CHANNELS = {0: 1, 2: 3, 4: 2, 6: 4}
 

@@ -16,8 +16,8 @@ from gamutcore.errors import (
     UnsupportedPictureError,
 )
 
-DATA = Path(__file__).parents[3] / "data"
-SHARED = Path(__file__).parents[5] / "shared" / "data"
+DATA = Path(__file__).parents[4] / "data"
+SHARED = Path(__file__).parents[6] / "shared" / "data"
 
 
 def jpeg(mode, colours, **how):

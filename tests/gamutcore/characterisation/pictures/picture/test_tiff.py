@@ -18,7 +18,7 @@ from gamutcore.errors import (
     UnsupportedPictureError,
 )
 
-DATA = Path(__file__).parents[3] / "data"
+DATA = Path(__file__).parents[4] / "data"
 
 
 def raw(pixels, order="<"):

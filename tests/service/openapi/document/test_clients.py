@@ -11,7 +11,7 @@ import pytest
 from gamutcore.options import Options
 from tests.conftest import missing
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 DOCUMENT = ROOT / "openapi" / "openapi.json"
 CLIENTS = ROOT / "tests" / "clients"
 
