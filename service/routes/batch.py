@@ -12,7 +12,7 @@ from fastapi.responses import Response, StreamingResponse
 from gamutcore.export import FORMATS
 from service.container import ServiceContainer, service_of
 from service.http.conditional import IMMUTABLE, check_if_match, matches
-from service.http.negotiation import preferred_media_type
+from service.http.negotiation import OCTET_STREAM, preferred_media_type
 from service.http.parameters import DECIMAL_PATTERN, ID_PATTERN, IDS, check_query
 from service.meshes.containers import CONTAINERS, Asked, Container, Item, ZipContainer
 from service.meshes.encoding import file_stem
@@ -122,7 +122,8 @@ async def download_meshes(
     media_type = preferred_media_type(accept, list(CONTAINERS))
     if media_type is None:
         detail = f"Several meshes are not available as {accept[:200]}."
-        where = {"header": "Accept", "available": list(CONTAINERS)}
+        available = [name for name in CONTAINERS if name != OCTET_STREAM]
+        where = {"header": "Accept", "available": available}
         remedy = "Accept application/zip or multipart/mixed."
         raise ProblemError(Problem("not-acceptable", detail, where, remedy))
     return await _Batch(service, asked, CONTAINERS[media_type](asked)).response(

@@ -117,7 +117,10 @@ async def download_mesh(
                 Problem(
                     "not-acceptable",
                     f"A mesh is not available as {accept[:200]}.",
-                    {"header": "Accept", "available": list(MEDIA_TYPES)},
+                    {
+                        "header": "Accept",
+                        "available": [each.media_type for each in FORMATS.values()],
+                    },
                 )
             )
         format_name = MEDIA_TYPES[media_type]

@@ -169,6 +169,14 @@ def test_what_is_not_available_is_a_problem(server, assert_problem, gamut, accep
     assert document["where"]["available"] == [entry.media_type for entry in FORMATS.values()]
 
 
+def test_bytes_of_any_type_are_the_preferred_format(server, gamut):
+    answer = server.client.get(
+        gamut["links"]["mesh"], headers={"Accept": "application/octet-stream"}
+    )
+    assert answer.headers["content-type"] == "model/gltf-binary"
+    assert answer.content[:4] == b"glTF"
+
+
 def test_repeated_accept_fields_are_one_list(server, gamut):
     headers = [("Accept", "text/html"), ("Accept", "model/stl")]
     answer = server.client.get(gamut["links"]["mesh"], headers=headers)
