@@ -37,7 +37,7 @@ OPTIONS: dict[str, Any] = {
 }
 
 SECONDS_PER_BYTE = 3.0e-4
-"""Compile time per byte of Python bytecode, for estimates. Measured on `collapse_all` and
+"""Compile time per byte of Python bytecode, for estimates. Measured on `collapse_edges` and
 `radial_hull` (2 to 4 × 10⁻⁴ on one core of an AMD EPYC)."""
 
 LONG_COMPILATION = 2.0
