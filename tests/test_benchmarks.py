@@ -224,6 +224,7 @@ class TestMeasures:
             # The mesh is inscribed, so its volume is slightly too small.
             assert 1e-4 < 1 - mesh.volume / (4 / 3 * math.pi * 50**3) < 1e-2
 
+    @pytest.mark.slow
     def test_faults_of_a_mesh_are_named(self):
         mesh = sphere(100)
         assert faults(mesh, CENTRE) == []
@@ -261,6 +262,7 @@ class TestPictures:
 
 
 class TestScaling:
+    @pytest.mark.slow
     def test_the_bytes_of_an_answer_are_those_of_the_mesh(self):
         results, gamuts, _ = scaling.read_results()
         level = build_gamut(FOGRA39L.read_bytes(), Options()).level(1000)

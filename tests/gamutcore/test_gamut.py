@@ -100,6 +100,7 @@ class TestDescription:
             {"boundary": "usv", "basis": "tetrahedron", "subdivisions": 4},
         ],
     )
+    @pytest.mark.slow
     def test_of_every_boundary(self, fogra39, options):
         """Triangle counts follow from the methods' definitions, and levels preserve the volume."""
         given = Options.from_mapping({**options, "surface_samples": 20_000})
@@ -259,6 +260,7 @@ class TestBuild:
         assert gamut.description["volume_preserved"] is False
         assert "volume_error" not in gamut.description
 
+    @pytest.mark.slow
     def test_reruns_are_byte_identical(self, fogra39_gamut, fogra39):
         assert build_gamut(fogra39, Options()).to_bytes() == fogra39_gamut.to_bytes()
 
@@ -376,6 +378,7 @@ class TestBuild:
             max_size=12,
         )
     )
+    @pytest.mark.slow
     def test_any_colours_are_a_gamut_or_a_named_error(self, assert_every_invariant, rows):
         outcome = attempt(lambda: build_gamut(bare(rows), Options()))
         if isinstance(outcome, Gamut):

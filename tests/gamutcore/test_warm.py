@@ -88,18 +88,21 @@ def outcome(script, argument):
     return json.loads(ended.stdout)
 
 
+@pytest.mark.slow
 def test_a_build_with_default_options_needs_the_default_group_alone():
     found = outcome(DEFAULT, ROOT)
     assert found["used"] > 10
     assert found["new"] == []
 
 
+@pytest.mark.slow
 def test_other_options_and_metrics_need_no_further_kernel():
     found = outcome(OPTIONS, ROOT)
     assert found["new"] == []
 
 
 @pytest.mark.parametrize("name", ["small_gamut", "fogra39_gamut"])
+@pytest.mark.slow
 def test_reading_needs_the_default_group_alone(request, name, tmp_path):
     """Of bare colours, and with device values."""
     path = tmp_path / "gamut"
@@ -107,6 +110,7 @@ def test_reading_needs_the_default_group_alone(request, name, tmp_path):
     assert outcome(READING, path)["new"] == []
 
 
+@pytest.mark.slow
 def test_from_a_shell():
     ended = subprocess.run(
         [sys.executable, "-m", "gamutcore.warm", "default"],

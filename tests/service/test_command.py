@@ -92,6 +92,7 @@ def gamut(*arguments, **settings):
     )
 
 
+@pytest.mark.slow
 def test_a_busy_port_is_one_line_before_the_application_starts(tmp_path):
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = str(other.getsockname()[1])
@@ -103,6 +104,7 @@ def test_a_busy_port_is_one_line_before_the_application_starts(tmp_path):
 
 
 class TestPrintSettings:
+    @pytest.mark.slow
     def test_shows_every_setting_under_its_source(self, tmp_path):
         path = tmp_path / "not yet there"
         ended = gamut(
@@ -125,6 +127,7 @@ class TestPrintSettings:
         assert names == {f"GAMUT_{name.upper()}" for name in Settings.model_fields}
         assert not path.exists()
 
+    @pytest.mark.slow
     def test_gives_settings_that_can_be_read_again(self):
         shown = gamut("serve", "--print-settings", GAMUT_RATE_LIMIT="2.5").stdout
         lines = {line for line in shown.splitlines() if line[0] != "#"}
@@ -139,6 +142,7 @@ class TestPrintSettings:
             "redis://host/0?password=hidden",
         ],
     )
+    @pytest.mark.slow
     def test_masks_secrets(self, broker):
         keys = f"press:read:{'a' * 64},office:read+write:{'b' * 64}"
         ended = gamut(
@@ -152,12 +156,14 @@ class TestPrintSettings:
         assert "host" in ended.stdout
         assert "GAMUT_API_KEYS=press:read:***,office:read+write:***\n" in ended.stdout
 
+    @pytest.mark.slow
     def test_names_a_wrong_setting(self):
         ended = gamut("serve", "--print-settings", GAMUT_PORT="no")
         assert ended.returncode == 2
         assert "GAMUT_PORT" in ended.stderr
 
 
+@pytest.mark.slow
 def test_the_worker_does_not_load_the_web():
     code = "import sys, service.building.worker; print([m for m in sys.modules if 'fastapi' in m])"
     answer = subprocess.run(
@@ -166,6 +172,7 @@ def test_the_worker_does_not_load_the_web():
     assert answer.stdout.strip() == "[]"
 
 
+@pytest.mark.slow
 def test_the_limit_of_open_files_is_raised_as_far_as_it_goes():
     code = (
         "import resource as r; from service.command import raise_file_limit;"

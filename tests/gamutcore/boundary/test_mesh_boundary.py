@@ -152,6 +152,7 @@ def test_a_boundary_in_xyz_is_brought_to_cielab(ball):
 
 @settings(max_examples=40, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.floats(0.0, 0.6))
+@pytest.mark.slow
 def test_any_rough_ball_is_a_valid_boundary_or_refused(ball, seed, roughness):
     radii = 1 - roughness * np.random.default_rng(seed).random((len(ball.vertices), 1))
     rough = replace(ball, vertices=MIDDLE + (ball.vertices - MIDDLE) * radii)

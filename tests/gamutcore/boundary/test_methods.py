@@ -35,6 +35,7 @@ class TestTable:
 
 class TestComputeBoundary:
     @pytest.mark.parametrize("name", BOUNDARIES)
+    @pytest.mark.slow
     def test_is_valid_and_about_the_same_centre(self, random_cloud, assert_decimates, name):
         points = random_cloud(50, 400)
         boundary = compute_boundary(points, name)

@@ -329,6 +329,7 @@ class TestAnything:
         shift=st.sampled_from([0.0, 1.0, 1e3, 1e7]),
         gamma=st.sampled_from([0.05, 0.2, 1.0]),
     )
+    @pytest.mark.slow
     def test_of_lattices(self, assert_every_invariant, points, scale, shift, gamma):
         assert_valid_or_named(points * scale + shift, gamma, "auto", assert_every_invariant)
 

@@ -116,12 +116,14 @@ class TestAgainstQhull:
         shift=arrays(np.float64, 3, elements=st.integers(-2, 2).map(lambda k: k / 7)),
         stretch=arrays(np.float64, 3, elements=st.sampled_from([1.0, 1e-3, 0.1, 1 / 3])),
     )
+    @pytest.mark.slow
     def test_lattices_full_of_ties(self, points, shift, stretch):
         corners = shell(2) * 3.25  # the centre is inside
         assert_hull((np.vstack([points, corners]) + shift) * stretch)
 
     @settings(max_examples=60)
     @given(seed=st.integers(0, 10**9), spread=st.sampled_from([0.0, 1e-15, 1e-9, 0.01, 1.0]))
+    @pytest.mark.slow
     def test_clouds(self, seed, spread):
         random = np.random.default_rng(seed)
         points = directions(150, seed) * (1 + spread * random.uniform(-1, 0, (150, 1)))

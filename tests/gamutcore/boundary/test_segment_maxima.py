@@ -74,6 +74,7 @@ class TestDefinition:
         assert len(boundary.mesh.vertices) == segments[0] * segments[1] + 2
         assert boundary.mesh.triangles == 2 * segments[0] * segments[1]
 
+    @pytest.mark.slow
     def test_more_segments_come_nearer_to_a_smooth_body(self, icosphere):
         """On smooth surfaces, the mismatch is proportional to 1 ÷ number of triangles."""
         sphere = icosphere(6, 40.0)
@@ -158,6 +159,7 @@ class TestAnything:
     )
     @settings(max_examples=12)
     @given(seed=st.integers(0, 10**6), segments=SEGMENTS)
+    @pytest.mark.slow
     def test_is_a_gamut_at_every_level(self, hard_cloud, assert_decimates, kind, seed, segments):
         assert_decimates(segment_maxima(hard_cloud(kind, seed), segments))
 
@@ -170,6 +172,7 @@ class TestAnything:
         shift=st.sampled_from([0.0, 1.0, 30.0]),
         aside=st.floats(0, 0.99),
     )
+    @pytest.mark.slow
     def test_at_any_scale_and_off_centre(
         self, hard_cloud, assert_decimates, kind, seed, segments, scale, shift, aside
     ):
@@ -199,6 +202,7 @@ class TestAnything:
         else:
             assert_every_invariant(boundary.mesh, boundary.centre, boundary.mesh.triangles)
 
+    @pytest.mark.slow
     def test_the_most_segments_of_a_press(self, fogra39_points, assert_every_invariant):
         boundary = segment_maxima(fogra39_points, (180, 360))
         assert_every_invariant(boundary.mesh, boundary.centre, 2 * 180 * 360)

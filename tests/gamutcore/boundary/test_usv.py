@@ -140,6 +140,7 @@ class TestAnything:
     )
     @settings(max_examples=8)
     @given(seed=st.integers(0, 10**6), basis=st.sampled_from(list(BASES)), level=st.integers(2, 3))
+    @pytest.mark.slow
     def test_is_a_gamut_at_every_level(
         self, hard_cloud, assert_decimates, kind, seed, basis, level
     ):
@@ -156,6 +157,7 @@ class TestAnything:
         shift=st.sampled_from([0.0, 1.0, 30.0]),
         aside=st.floats(0, 0.99),
     )
+    @pytest.mark.slow
     def test_at_any_scale_and_off_centre(
         self, hard_cloud, assert_decimates, kind, seed, basis, level, scale, shift, aside
     ):

@@ -112,6 +112,7 @@ def test_hostile_and_broken_xml_is_refused_with_its_place(data, problem):
     assert caught.value.where["line"] >= 1
 
 
+@pytest.mark.slow
 def test_elements_are_limited():
     with pytest.raises(SampleLimitError):
         cxf_root(cxf(RESOURCES.format("<cc:Object/>" * MAX_ELEMENTS)))

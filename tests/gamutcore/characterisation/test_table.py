@@ -48,6 +48,7 @@ def test_a_line_without_end_is_refused():
     assert caught.value.where == {"line": 2}
 
 
+@pytest.mark.slow
 def test_lines_without_end_are_refused():
     with pytest.raises(SampleLimitError):
         list(text_lines("\n" * (MAX_LINES + 1)))
@@ -93,6 +94,7 @@ def test_conditions_without_end_are_refused():
         filled(["CONDITION", "L", "a", "b"], rows)
 
 
+@pytest.mark.slow
 def test_numbers_are_limited_and_not_rows_alone():
     rows = itertools.repeat(["0.5"] * 900, MAX_TEXT_VALUES // 900 + 1)
     with pytest.raises(SampleLimitError, match="900 numbers"):

@@ -28,6 +28,7 @@ PRESS_BANDS = tuple(float(nm) for nm in range(380, 740, 10))
         ("FL11", 2, (5,), (100.962, 64.350)),
     ],
 )
+@pytest.mark.slow
 def test_the_weights_add_up_to_the_published_white(illuminant, observer, steps, white):
     for step in steps:
         bands = tuple(float(nm) for nm in range(380, 740, step))

@@ -209,6 +209,7 @@ class TestEveryLevel:
         thickness=st.sampled_from([1.0, 1e-2, 1e-3, 1e-4]),
         shift=st.sampled_from([0.0, 100.0]),
     )
+    @pytest.mark.slow
     def test_the_volume_error_is_correct(self, seed, count, thickness, shift):
         """For thin bodies and bodies far from the origin, whose volume the grid cannot preserve."""
         points = directions(np.random.default_rng(seed), count) * (50, 50, 50 * thickness) + shift
@@ -293,9 +294,11 @@ class TestSphereAgainstTheory:
     def test_volume_preservation_stays_well_below_it_and_above_the_optimum(self, constant):
         assert self.OPTIMUM * 0.97 < constant("volume") <= 3.0
 
+    @pytest.mark.slow
     def test_the_most_accurate_cost_is_between_it_and_the_optimum(self, constant):
         assert self.OPTIMUM * 0.97 < constant("finest") < constant("volume")
 
+    @pytest.mark.slow
     def test_the_most_accurate_cost_comes_near_the_optimum(self, constant):
         assert constant("finest") <= 2.4
 
@@ -303,6 +306,7 @@ class TestSphereAgainstTheory:
 class TestDeterminism:
     @pytest.mark.parametrize("cost", COSTS)
     @pytest.mark.parametrize("kind", [bumpy, lattice, sphere])
+    @pytest.mark.slow
     def test_reruns_are_bit_identical(self, cost, kind):
         boundary = modified_convex_hull(cloud(kind, 5, 400))
         first, second = (decimate(boundary.mesh, boundary.centre, cost) for _ in range(2))
@@ -336,6 +340,7 @@ class TestStructure:
     """Shapes on which a greedy decimation creates vertices whose faces span a whole side."""
 
     @pytest.mark.parametrize("cost", COSTS)
+    @pytest.mark.slow
     def test_of_a_box_with_flat_faces(self, assert_every_invariant, cost):
         axis = np.linspace(-1.0, 1.0, 24)
         points = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
@@ -353,6 +358,7 @@ class TestStructure:
         assert mismatch(boundary.mesh, history.level(12)) < 1e-3
 
     @pytest.mark.parametrize("cost", COSTS)
+    @pytest.mark.slow
     def test_of_a_double_pyramid_over_many_sides(self, assert_every_invariant, cost):
         angle = np.linspace(0, 2 * np.pi, 1000, endpoint=False)
         rim = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)

@@ -8,6 +8,7 @@ import pytest
 from gamutcore.decimation.progress import Progress, report_progress
 
 
+@pytest.mark.slow
 def test_progress_is_reported_while_work_runs():
     done, told, twice = [0], [], threading.Event()
 

@@ -92,6 +92,7 @@ class TestLinkCondition:
 
     @settings(max_examples=20)
     @given(seed=st.integers(0, 10**6))
+    @pytest.mark.slow
     def test_is_two_common_neighbours(self, surface_from, bumpy_mesh, edges_of, seed):
         positions, faces = bumpy_mesh(seed, 30)
         surface = surface_from(positions, faces)
@@ -104,6 +105,7 @@ class TestLinkCondition:
 class TestLink:
     @settings(max_examples=10)
     @given(seed=st.integers(0, 10**6))
+    @pytest.mark.slow
     def test_is_the_boundary_of_the_faces_around_an_edge(
         self, surface_from, bumpy_mesh, edges_of, seed
     ):

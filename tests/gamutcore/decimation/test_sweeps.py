@@ -36,6 +36,7 @@ def run(large):
 
 
 class TestLargeBoundary:
+    @pytest.mark.slow
     def test_levels_are_gamuts_of_the_same_volume(self, large, run, assert_every_invariant):
         history = build_history(run)
         full = history.full()
@@ -52,6 +53,7 @@ class TestLargeBoundary:
         assert (np.diff(run.record.moved_end[:swept]) > 0).all()
 
     @pytest.mark.parametrize("triangles", [500, 1000])
+    @pytest.mark.slow
     def test_coarse_levels_are_as_good_as_of_smaller_spheres(self, large, run, triangles):
         """The bound for 10,000 vertices is 3.0 ÷ n. The limit for n → ∞ is 2.127 ÷ n."""
         assert triangles * mismatch(large, build_history(run).level(triangles)) <= 3.0

@@ -29,6 +29,7 @@ def with_trials(monkeypatch):
 
 
 @pytest.mark.parametrize("cost", ["volume", "finest"])
+@pytest.mark.slow
 def test_the_best_of_many_trials_is_better_on_average(with_trials, random_cloud, cost):
     boundaries = [modified_convex_hull(random_cloud(seed, 300)) for seed in range(6)]
     means = []
@@ -44,6 +45,7 @@ def test_the_best_of_many_trials_is_better_on_average(with_trials, random_cloud,
 
 
 @pytest.mark.parametrize("cost", ["volume", "finest"])
+@pytest.mark.slow
 def test_levels_finer_than_the_trials_do_not_depend_on_them(with_trials, icosphere, cost):
     mesh, levels = icosphere(3), []
     for replacement in (None, Trials(60, 3, 27)):
@@ -132,6 +134,7 @@ def test_progress_advances_with_every_stage_and_trial(monkeypatch, with_trials, 
     assert told[-1] == pytest.approx(1)
 
 
+@pytest.mark.slow
 def test_progress_is_reported_in_order(icosphere):
     mesh, told = icosphere(4), []
     decimate(mesh, CENTRE, "finest", progress=told.append)

@@ -42,6 +42,7 @@ class TestValidity:
         issues = gltf_report(mesh_file(level, kind))["issues"]
         assert issues["numErrors"] == issues["numWarnings"] == 0, issues["messages"]
 
+    @pytest.mark.slow
     def test_reruns_are_bit_identical(self, level, kind, provenance, written):
         assert mesh_file(level, kind, provenance) == written
 
@@ -110,6 +111,7 @@ class TestAnotherReader:
 
 
 class TestAppearance:
+    @pytest.mark.slow
     def test_colours_are_linear_16_bit_integers(
         self, written, kind, level, gltf_accessor, displayed
     ):

@@ -65,6 +65,7 @@ def working_space(path):
 
 
 @pytest.mark.parametrize("path", WORKING_SPACES, ids=lambda path: path.name)
+@pytest.mark.slow
 def test_the_colours_of_an_rgb_working_space_enclose_its_volume(path):
     """The same conditions reproduce the published table within 0.053 % (`figures.md`)."""
     volume = enclosed_volume(characterisation(working_space(path)))
@@ -72,6 +73,7 @@ def test_the_colours_of_an_rgb_working_space_enclose_its_volume(path):
 
 
 @pytest.mark.parametrize("path", WORKING_SPACES, ids=lambda path: path.name)
+@pytest.mark.slow
 def test_the_gamut_of_an_rgb_working_space_has_its_volume(path):
     # The default of 0.2 bridges the concave places of wide spaces, see below; 0.05 follows.
     gamut = build_gamut(working_space(path), Options(gamma=0.05))
@@ -87,6 +89,7 @@ def test_the_gamut_of_an_rgb_working_space_has_its_volume(path):
     ],
     ids=lambda value: getattr(value, "name", value),
 )
+@pytest.mark.slow
 def test_what_the_default_gamma_adds_is_what_the_figures_say(path, overshoot):
     """`figures.md`: γ = 0.2 from (50, 0, 0), in per cent, against dense faces of the cube."""
     data = working_space(path)

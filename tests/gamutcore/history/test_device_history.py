@@ -165,6 +165,7 @@ class TestLevels:
                     expected = (rows[index] / FULL_SCALE).astype(np.float32)
                     np.testing.assert_array_equal(values[slot], expected)
 
+    @pytest.mark.slow
     def test_fine_ones_are_interpolated_along_the_edges_that_collapse(self, fogra39_gamut):
         """Collapse after collapse from the full boundary on, by the definition in floats."""
         history = fogra39_gamut.history
@@ -185,6 +186,7 @@ class TestLevels:
                 np.testing.assert_allclose(found, values[:slot], rtol=0, atol=4 / FULL_SCALE)
 
     @pytest.mark.parametrize("triangles", [1000, 4000, 16_000, 40_000])
+    @pytest.mark.slow
     def test_the_device_makes_the_colours_with_them(self, srgb_gamut, srgb, triangles):
         """Predicted and kept colours differ by what is hardly seen, but for a few."""
         level = srgb_gamut.level(triangles)
@@ -211,6 +213,7 @@ class TestLevels:
                 values[slot] = device.splits.added[slot - 4]
 
     @pytest.mark.parametrize("triangles", [4, 12, 100, 1000, 10_000])
+    @pytest.mark.slow
     def test_keep_the_ink_limit(self, limited_gamut, triangles):
         values = limited_gamut.level(triangles).device.values
         assert values.min() >= 0
@@ -325,6 +328,7 @@ class TestReaderInJavaScript:
             np.testing.assert_array_equal(found, expected.values)
             assert read.device_values(triangles) == expected
 
+    @pytest.mark.slow
     def test_large(self, javascript_levels, fogra39_gamut):
         history = fogra39_gamut.history
         counts = [4, 100, 1000, 30_000, history.triangles]
@@ -405,6 +409,7 @@ class TestDamage:
 
     @settings(max_examples=300)
     @given(data=st.data())
+    @pytest.mark.slow
     def test_any_bytes_of_the_section(self, file, inked, data):
         """A clear error, or values within full scale at the levels of an unchanged geometry."""
         header, begin = header_of(file)

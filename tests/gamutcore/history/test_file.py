@@ -116,6 +116,7 @@ class TestRoundTrip:
         offset=st.floats(-5, 5),
         spike=st.floats(1, 30),
     )
+    @pytest.mark.slow
     def test_of_any_gamut(self, random_cloud, seed, count, scale, offset, spike):
         points = random_cloud(seed, count) - (50.0, 0.0, 0.0)
         points[0] *= spike
@@ -153,6 +154,7 @@ class TestRoundTrip:
         for triangles in (4, 10, 1000, 10_001, history.triangles):
             assert history.level(triangles) == large_history.level(triangles)
 
+    @pytest.mark.slow
     def test_the_large_one_is_compact(self, request, large_history):
         """Issue 3 asks for at most 110 bits per vertex; 66 and 74 (`finest`) were measured."""
         most = {"volume": 70, "finest": 80}[request.node.callspec.params["large_history"]]
@@ -230,6 +232,7 @@ class TestLayout:
 
     @settings(max_examples=200)
     @given(part=st.floats(0, 1), place=st.floats(0, 1, exclude_max=True), flip=st.integers(1, 255))
+    @pytest.mark.slow
     def test_a_damaged_prefix_is_refused_or_valid(self, file, part, place, flip):
         data = bytearray(file[: 8 + int(part * (len(file) - 8))])
         data[int(place * len(data))] ^= flip
@@ -353,6 +356,7 @@ class TestReaderInJavaScript:
         levels = javascript_levels(history_bytes(history), counts)
         assert_same_levels(levels, map(history.level, counts))
 
+    @pytest.mark.slow
     def test_a_prefix(self, javascript_levels, fogra39_gamut):
         """Up to the end of a group, as a client would ask for it, and a few bytes more."""
         history = fogra39_gamut.history

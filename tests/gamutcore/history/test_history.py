@@ -61,6 +61,7 @@ class TestLevelsAcrossALargeGamut:
         for count in spread_counts:
             assert_every_invariant(history.level(count), history.centre, count)
 
+    @pytest.mark.slow
     def test_of_the_published_cost_too(
         self, fogra39_quadric, spread_counts, assert_every_invariant
     ):

@@ -58,6 +58,7 @@ class TestUnpacking:
 
     @settings(max_examples=60, deadline=None)
     @given(st.data())
+    @pytest.mark.slow
     def test_levels_are_the_same_in_any_order(self, file, shifting_history, data):
         for built in (opened(file), shifting_history):
             history = opened(history_bytes(built))
@@ -65,6 +66,7 @@ class TestUnpacking:
             for count in data.draw(counts):
                 assert history.level(count) == built.level(count)
 
+    @pytest.mark.slow
     def test_several_threads_get_the_same(self, large):
         built, data = large
         counts = np.geomspace(4, built.triangles, 24).astype(int).tolist()

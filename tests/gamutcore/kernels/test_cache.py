@@ -75,6 +75,7 @@ def test_goes_where_numba_is_told_to_put_it(module, tmp_path, monkeypatch):
     assert tmp_path / "elsewhere" in written.parents
 
 
+@pytest.mark.slow
 def test_an_edit_of_the_kernel_makes_its_entry_stale(module, monkeypatch):
     monkeypatch.setattr(config, "CACHE_DIR", "")
     module().double(np.ones(2))
@@ -94,6 +95,7 @@ def test_an_edit_of_a_comment_does_not(module, monkeypatch):
     assert hits(again) == 1
 
 
+@pytest.mark.slow
 def test_is_read_where_it_cannot_be_written(module, tmp_path, monkeypatch):
     monkeypatch.setattr(config, "CACHE_DIR", "")
     module().double(np.ones(2))
@@ -132,6 +134,7 @@ def test_is_compiled_again_where_it_names_a_module_that_is_gone(module, tmp_path
 
 @pytest.mark.parametrize("kind", ["nbi", "nbc"])
 @pytest.mark.parametrize("content", [b"", b"\x80\x05garbage", None])
+@pytest.mark.slow
 def test_is_compiled_again_where_a_file_is_damaged(module, tmp_path, monkeypatch, kind, content):
     """None: cut in the middle."""
     monkeypatch.setattr(config, "CACHE_DIR", "")

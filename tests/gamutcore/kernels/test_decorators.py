@@ -47,6 +47,7 @@ def test_the_interpreters_lock_is_released(decorator):
 
 
 @DECORATORS
+@pytest.mark.slow
 def test_one_function_serves_python_and_kernels(decorator):
     @decorator
     def square(x):
@@ -64,6 +65,7 @@ def test_one_function_serves_python_and_kernels(decorator):
     assert square(4) == 16
 
 
+@pytest.mark.slow
 def test_chains_of_calls_and_of_numbas_own_functions_are_linked():
     @leaf_kernel
     def clip(x):

@@ -48,6 +48,7 @@ def test_where_nothing_can_be_written_nothing_is_compiled(monkeypatch):
     assert not installation.is_compiled("default")
 
 
+@pytest.mark.slow
 def test_a_missing_group_is_compiled_by_another_process(cache, monkeypatch):
     code = (
         "from numba.core import config\n"
@@ -64,6 +65,7 @@ def test_a_missing_group_is_compiled_by_another_process(cache, monkeypatch):
     installation.ensure_compiled("optional")
 
 
+@pytest.mark.slow
 def test_a_compilation_ends_with_the_process_that_wants_it():
     command = [sys.executable, "-m", "gamutcore.warm", "--while-stdin-is-open", "default"]
     environment = {**os.environ, "NUMBA_CACHE_DIR": "/dev/null/nowhere"}

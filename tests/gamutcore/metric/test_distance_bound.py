@@ -101,6 +101,7 @@ class TestRaiseBound:
 
     @pytest.mark.parametrize("halvings", [1e6, 3.0, 0.0])
     @pytest.mark.parametrize("seed", range(20))
+    @pytest.mark.slow
     def test_holds_for_every_point_of_the_triangle(self, star_shaped, distances_to, seed, halvings):
         mesh = star_shaped(3)
         surface = surface_of(mesh)

@@ -64,6 +64,7 @@ class TestOfFogra39:
             assert level.mismatch == pytest.approx(exact, rel=close)
 
     @pytest.mark.parametrize("count", [10, 108, 724])
+    @pytest.mark.slow
     def test_mismatch_is_that_of_boolean_operations(self, fogra39_history, fogra39_curve, count):
         level = min(fogra39_curve, key=lambda level: abs(level.triangles - count))
         full, mesh = fogra39_history.full(), fogra39_history.level(level.triangles)
@@ -81,6 +82,7 @@ class TestOfFogra39:
             assert there <= level.from_full.maximum
             assert back <= level.to_full.maximum
 
+    @pytest.mark.slow
     def test_bounds_of_distance_are_tight(self, fogra39_history, fogra39_curve):
         """Against the direct comparison with the full boundary, itself within 3 % or so.
 
@@ -127,6 +129,7 @@ class TestOfAnything:
         st.sampled_from(sorted(COSTS)),
         st.sampled_from([0.1, 0.5, 1.0]),
     )
+    @pytest.mark.slow
     def test_promises_hold(self, random_cloud, distances_to, seed, count, cost, gamma):
         boundary = modified_convex_hull(random_cloud(seed, count), gamma)
         history = build_history(decimate(boundary.mesh, boundary.centre, cost))

@@ -354,6 +354,7 @@ class TestOfFogra39:
         "limits",
         [Bounds(0.5), Bounds(0.03), Bounds(inf, 1e-3), Bounds(inf, 3e-5), Bounds(0.5, 1e-3)],
     )
+    @pytest.mark.slow
     def test_the_level_keeps_its_limits_and_one_a_little_coarser_does_not(
         self, fogra39_gamut, fogra39_choice, limits, distances_to, sampled
     ):

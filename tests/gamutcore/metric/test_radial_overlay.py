@@ -151,6 +151,7 @@ class TestDistances:
 
     @settings(max_examples=15, deadline=None)
     @given(st.integers(0, 10**6), st.integers(6, 80), st.integers(6, 300))
+    @pytest.mark.slow
     def test_never_exceed_the_bound(
         self, star_shaped, distances_to, sampled, seed, count, other_count
     ):

@@ -90,6 +90,7 @@ def test_200_identical_requests_are_one_build(deployment, scripted_worker):
     assert scripted_worker.begun() == 1
 
 
+@pytest.mark.slow
 def test_200_identical_requests_to_three_replicas_are_one_build(deployment, scripted_worker):
     async def scenario():
         async with contextlib.AsyncExitStack() as stack:
@@ -118,6 +119,7 @@ def test_who_submitted_may_leave(deployment):
     run(scenario())
 
 
+@pytest.mark.slow
 def test_changes_are_followed_to_the_end_here_and_elsewhere(deployment):
     async def scenario():
         async with deployment.replica() as one, deployment.replica() as other:
@@ -152,6 +154,7 @@ def test_silence_is_broken_by_signs_of_life(deployment):
 
 
 @pytest.mark.parametrize("where", ["here", "elsewhere"])
+@pytest.mark.slow
 def test_a_cancelled_build_ends_for_all_who_wait(deployment, where):
     async def scenario():
         async with deployment.replica() as one, deployment.replica() as other:
@@ -310,6 +313,7 @@ def test_an_input_that_cannot_be_stored_is_no_job(deployment, monkeypatch, error
     run(scenario())
 
 
+@pytest.mark.slow
 def test_what_was_accepted_survives_the_process(deployment):
     async def scenario():
         async with deployment.replica() as builds:

@@ -128,6 +128,7 @@ def test_several_workers_build_at_the_same_time(run_scenario, accept):
     run_scenario(scenario, build_workers=3)
 
 
+@pytest.mark.slow
 def test_a_poisonous_input_leaves_the_others_alone(run_scenario, accept, scripted_worker):
     async def scenario(engine, told):
         for name, text in zip("abcd", ["die", "build", "hang", "build"], strict=True):
@@ -161,6 +162,7 @@ def test_what_is_cancelled_is_ended_and_may_come_again(run_scenario, accept, boo
     run_scenario(scenario)
 
 
+@pytest.mark.slow
 def test_stopping_lets_what_runs_finish_and_leaves_the_rest_to_the_next(run_scenario, accept, book):
     async def scenario(engine, _told):
         await engine.enqueue(accept("0.5"))

@@ -123,6 +123,7 @@ def test_the_place_and_the_remedy_of_a_refusal_are_kept(runner, accept):
         ("swell", {"build_memory_bytes": 256 << 20}, "build-out-of-memory"),
     ],
 )
+@pytest.mark.slow
 def test_what_exceeds_a_limit_is_ended_once_and_the_next_is_built(
     runner, accept, scripted_worker, text, settings, code
 ):
@@ -156,6 +157,7 @@ def test_a_build_whose_process_died_is_begun_again(runner, accept):
     assert (outcome.state, outcome.document.attempts) == ("succeeded", 3)
 
 
+@pytest.mark.slow
 def test_a_build_is_repeated_until_its_process_is_left_alone(runner, accept, store):
     accept("0.3")
     victims = []
@@ -241,6 +243,7 @@ def test_a_job_whose_input_is_gone_fails(runner, accept, store):
         (OSError(24, "Too many open files"), "overloaded"),
     ],
 )
+@pytest.mark.slow
 def test_an_unexpected_error_costs_one_build(
     runner, accept, store, monkeypatch, caplog, method, error, code
 ):

@@ -22,6 +22,7 @@ def until(condition):
         time.sleep(0.01)
 
 
+@pytest.mark.slow
 def test_a_claim_holds_as_long_as_it_is_kept_and_its_progress_is_written_down(book, claim):
     with LeaseRenewer(book, claim, 0.05) as renewer:
         renewer.note("metric", 0.5)
@@ -32,6 +33,7 @@ def test_a_claim_holds_as_long_as_it_is_kept_and_its_progress_is_written_down(bo
     assert book.finish(renewer.claim, "succeeded").state == "succeeded"
 
 
+@pytest.mark.slow
 def test_a_claim_that_is_not_kept_any_more_ends(book, claim):
     with LeaseRenewer(book, claim, 0.05):
         pass
@@ -46,6 +48,7 @@ def test_who_was_cancelled_is_told(book, claim):
             until(renewer.check)
 
 
+@pytest.mark.slow
 def test_who_was_too_late_is_told(book, claim):
     time.sleep(0.5)
     book.claim(JOB, "other", 10.0)

@@ -104,6 +104,7 @@ def test_an_allocation_beyond_the_memory_fails_and_the_next_build_works(
     assert built["event"] == "built"
 
 
+@pytest.mark.slow
 def test_the_process_is_ready_once_and_ends_with_its_input():
     command = [sys.executable, "-m", "service.building.worker"]
     answer = subprocess.run(

@@ -84,6 +84,7 @@ def test_if_range_asks_for_the_part_of_the_same_content_only():
 
 
 @given(st.text(alphabet="bytes=-0123456789, ", max_size=20), st.integers(1, 50))
+@pytest.mark.slow
 def test_a_range_lies_inside_the_content(field, size):
     try:
         part = byte_range(field, None, ETAG, size)

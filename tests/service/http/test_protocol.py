@@ -180,19 +180,23 @@ def test_a_large_head_is_refused(connect, data):
     assert document["where"] == {"limit": 2000}
 
 
+@pytest.mark.slow
 def test_a_head_that_comes_in_drops_is_refused_while_others_are_served(connect):
     slow, good = connect(GET[:10]), connect()
     assert seconds_of_drops(slow, GET[10:-1] * 100, lambda: whole(good)) < 5
 
 
+@pytest.mark.slow
 def test_half_a_head_is_refused_in_time(connect):
     assert_problem(connect(GET[:-2]), 408, "request-timeout")
 
 
+@pytest.mark.slow
 def test_who_says_nothing_is_left_without_a_word(connect):
     assert connect().recv(100) == b""
 
 
+@pytest.mark.slow
 def test_a_second_head_has_its_own_time(connect):
     connection = connect()
     assert whole(connection)
@@ -203,17 +207,20 @@ def test_a_second_head_has_its_own_time(connect):
     assert connection.recv(1000).startswith(b"HTTP/1.1 200")
 
 
+@pytest.mark.slow
 def test_a_body_that_stops_is_refused(connect):
     connection = connect(POST + b"Content-Length: 100\r\n\r\n" + bytes(10))
     document = assert_problem(connection, 408, "request-timeout")
     assert document["detail"].startswith("10 bytes")
 
 
+@pytest.mark.slow
 def test_a_body_that_comes_in_drops_is_refused(connect):
     connection = connect(POST + b"Content-Length: 1000\r\n\r\n")
     assert seconds_of_drops(connection, bytes(1000)) < 5
 
 
+@pytest.mark.slow
 def test_a_body_that_is_slow_but_fast_enough_is_taken(connect):
     connection = connect(POST + b"Content-Length: 400\r\n\r\n")
     for _ in range(10):
@@ -223,6 +230,7 @@ def test_a_body_that_is_slow_but_fast_enough_is_taken(connect):
     assert (status, body) == (200, b"400")
 
 
+@pytest.mark.slow
 def test_whoever_does_not_read_the_answer_is_disconnected(connect):
     connection = connect(b"GET /large HTTP/1.1\r\nHost: test\r\n\r\n")
     time.sleep(2)
@@ -288,6 +296,7 @@ def test_a_wish_for_another_protocol_is_ignored(connect):
         (GET[:-2] + b"a: " + b"x" * 3000, 431, "head-too-large", 0.0),
     ],
 )
+@pytest.mark.slow
 def test_what_the_app_does_not_see_is_reported(connect, reports, data, status, problem, seconds):
     connection = connect(data)
     host = connection.getsockname()[0]
@@ -305,6 +314,7 @@ def test_that_there_are_too_many_connections_is_reported(connect, reports):
     assert report[:3] == ("overloaded", 503, len(body))
 
 
+@pytest.mark.slow
 def test_what_the_app_answers_is_not_reported(connect, reports):
     assert whole(connect())
     reports.clear()

@@ -276,6 +276,7 @@ def recipes(mesh):
 
 @pytest.mark.parametrize("options", SPACE_OPTIONS, ids=str)
 @pytest.mark.parametrize("format_name", ["ply", "glb"])
+@pytest.mark.slow
 def test_a_level_is_read_back_in_its_own_space(options, format_name):
     gamut, level, again = posted_back(options, format_name, options)
     assert again.history.full().volume == pytest.approx(level.volume, rel=1e-12)
@@ -309,6 +310,7 @@ def test_a_level_is_read_back_in_its_own_space(options, format_name):
     ],
     ids=str,
 )
+@pytest.mark.slow
 def test_a_level_in_another_space_than_is_asked_for_is_refused(options, asked, field):
     with pytest.raises(OptionError) as caught:
         posted_back(options, "ply", asked)
@@ -318,6 +320,7 @@ def test_a_level_in_another_space_than_is_asked_for_is_refused(options, asked, f
 
 
 @pytest.mark.parametrize("space", ["CIELAB", "Oklab", "CIEXYZ"])
+@pytest.mark.slow
 def test_a_mesh_that_states_nothing_is_taken_to_be_in_the_space_that_is_asked_for(space):
     _, level, again = posted_back({"space": space}, "stl", {"space": space})
     assert again.history.full().volume == pytest.approx(level.volume, rel=1e-12)
@@ -334,6 +337,7 @@ def test_a_mesh_that_states_nothing_and_is_too_small_for_cielab_has_a_warning():
 
 
 @pytest.mark.parametrize("format_name", ["ply", "glb", "gltf"])
+@pytest.mark.slow
 def test_inks_of_any_name_are_read_back(format_name):
     mesh = build_gamut(DEVICE, Options(surface_samples=2000)).level(60)
     channels = ("Größe", "end of header", "黒")

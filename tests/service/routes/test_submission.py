@@ -133,6 +133,7 @@ def test_few_samples_are_read_at_once_and_many_by_the_build(post, assert_problem
 
 
 @pytest.mark.parametrize("name", [field.name for field in dataclasses.fields(Options)])
+@pytest.mark.slow
 def test_an_option_beside_the_options_is_not_taken_for_a_condition(post, assert_problem, name):
     samples = [[50, 0, 0]]
     document = assert_problem(post(json={"samples": samples, name: 1}), 422, "invalid-body")
@@ -185,6 +186,7 @@ def test_large_files_leave_nothing_on_the_disk(post, tmp_path):
 
 
 @pytest.mark.parametrize(("size", "most"), [(2_000_000, 2), (500_000, 6)])
+@pytest.mark.slow
 def test_few_large_files_are_in_memory_at_a_time(tmp_path, size, most):
     app, large = FastAPI(), asyncio.Semaphore(2)
     inside, seen = [0], []

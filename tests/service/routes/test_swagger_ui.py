@@ -97,6 +97,7 @@ def test_the_document_of_the_api_is_what_the_app_generates(server):
     assert small.content == plain.content
 
 
+@pytest.mark.slow
 def test_behind_a_prefix_the_document_says_so():
     app = create_app(Settings())
 

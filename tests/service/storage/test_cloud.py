@@ -96,6 +96,7 @@ def spoiled(times, how, method):
 
 
 @pytest.mark.parametrize("how", ["lose", "refuse"])
+@pytest.mark.slow
 def test_a_write_whose_answer_is_lost_has_succeeded_once(proxied, how):
     blobs, handler = proxied
     handler.spoil = spoiled(1, how, "PUT")
@@ -110,6 +111,7 @@ def test_a_write_whose_answer_is_lost_has_succeeded_once(proxied, how):
     assert blobs.replace(KEY, b"third", version) is None
 
 
+@pytest.mark.slow
 def test_repetitions_come_to_an_end(proxied):
     blobs, handler = proxied
     handler.spoil = spoiled(1000, "refuse", "PUT")
@@ -121,6 +123,7 @@ def test_repetitions_come_to_an_end(proxied):
     assert blobs.create(KEY, b"first") is not None
 
 
+@pytest.mark.slow
 def test_a_gamut_damaged_on_its_way_is_read_again_and_not_set_aside(proxied, publish):
     blobs, handler = proxied
     store = GamutStore(blobs)
@@ -133,6 +136,7 @@ def test_a_gamut_damaged_on_its_way_is_read_again_and_not_set_aside(proxied, pub
     assert store.corruptions == 0
 
 
+@pytest.mark.slow
 def test_describing_a_gamut_again_asks_nobody(proxied, publish):
     blobs, handler = proxied
     store = GamutStore(blobs)

@@ -211,6 +211,7 @@ def test_a_server_s_whole_log_is_json_with_ids_and_without_secrets(observed_serv
     assert [line["status"] for line in access if line["method"] == "HEAD"] == [200]
 
 
+@pytest.mark.slow
 def test_a_worker_process_logs_in_the_same_form(monkeypatch):
     monkeypatch.setenv("GAMUT_LOG_FORMAT", "json")
     code = (

@@ -205,6 +205,7 @@ def test_counting_and_reading_at_the_same_time(service):
     asyncio.run(scenario())
 
 
+@pytest.mark.slow
 def test_a_worker_elsewhere_serves_its_builds():
     figures = BuildFigures()
     figures.count_build("succeeded", {"boundary": 0.5, "total": 1.0})

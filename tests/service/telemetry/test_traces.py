@@ -240,6 +240,7 @@ def test_spans_arrive_at_a_collector(monkeypatch, collector):
     assert collector.paths == {"/v1/traces"}
 
 
+@pytest.mark.slow
 def test_a_collector_that_is_not_there_holds_up_nobody(monkeypatch, caplog):
     caplog.set_level(logging.CRITICAL)
     monkeypatch.setenv(ENDPOINT, "http://127.0.0.1:9")

@@ -166,6 +166,7 @@ def test_rows_that_are_not_told_apart_at_once_are_distinct(monkeypatch):
 
 
 @pytest.mark.parametrize(("channels", "total"), [(11, 5.5), (12, 6.0), (13, 3.25)])
+@pytest.mark.slow
 def test_the_cut_of_many_inks_is_sampled_at_its_corners_and_on_its_faces(channels, total):
     """Half a million corners of trapezoids that share vertices and edges."""
     surface = device_surface(unit(channels, total), bent, 100_000)

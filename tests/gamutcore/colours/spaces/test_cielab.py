@@ -74,6 +74,7 @@ def test_whites_of_illuminants():
     assert white_of("candle", "2") is None
 
 
+@pytest.mark.slow
 def test_importing_colour_science_leaves_no_mocks_behind():
     program = (
         "import sys, gamutcore.colours\n"

@@ -110,6 +110,7 @@ def parameters(name):
 
 class TestThereAndBack:
     @given(st.sampled_from(sorted(SPACES)).flatmap(lambda n: st.tuples(st.just(n), parameters(n))))
+    @pytest.mark.slow
     def test_real_colours_come_back(self, drawn):
         """CIECAM02 fails for some blues under unusual conditions, which is reported."""
         name, given_parameters = drawn

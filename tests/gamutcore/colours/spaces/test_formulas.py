@@ -209,6 +209,7 @@ class TestWorkedExamples:
 @pytest.mark.parametrize(
     "name", sorted(set(FORMULAS) - {"CIEXYZ", "DIN99o", "CAM16-UCS", "CAM02-UCS"})
 )
+@pytest.mark.slow
 def test_agrees_with_colour_science(name):
     """colour-science has no DIN99o; the appearance models have tests of their own."""
     colour = colour_science()

@@ -94,6 +94,7 @@ def test_the_error_is_area_by_squared_distance(edges, seed):
 
 @settings(max_examples=10)
 @given(seed=st.integers(0, 10**6))
+@pytest.mark.slow
 def test_the_optimum_is_the_constrained_least_squares_solution(edges, seed):
     positions, faces, planes, surface, named = edges(seed)
     compared = 0

@@ -69,6 +69,7 @@ def tracked(bumpy_mesh, surface_from):
 @pytest.mark.parametrize("start", STARTS)
 @settings(max_examples=6)
 @given(seed=st.integers(0, 10**6))
+@pytest.mark.slow
 def test_samples_follow_random_collapses(
     tracked, random_collapses, faces_left, assert_in_their_faces, start, seed
 ):

@@ -56,6 +56,7 @@ def both(tmp_path_factory, icosphere):
 
 
 @pytest.mark.parametrize("cost", COSTS)
+@pytest.mark.slow
 def test_the_records_are_equal_bit_for_bit(both, cost):
     compiled, plain = both
     names = [name for name in compiled.files if name.startswith(cost)]

@@ -38,6 +38,7 @@ def digests(path):
 
 
 @pytest.mark.parametrize("name", ["small_history", "shifting_history"])
+@pytest.mark.slow
 def test_plain_python_gives_the_same_bytes(name, request, tmp_path, first_levels):
     path = tmp_path / "history"
     history = first_levels(request.getfixturevalue(name), 60)

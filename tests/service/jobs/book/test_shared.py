@@ -29,6 +29,7 @@ def shared_blobs(request, tmp_path, monkeypatch):
     opened.close()
 
 
+@pytest.mark.slow
 def test_of_many_who_ask_at_the_same_time_one_wins(shared_blobs):
     books = [JobBook(shared_blobs) for _ in range(8)]
 

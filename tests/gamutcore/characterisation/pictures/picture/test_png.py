@@ -130,6 +130,7 @@ def test_pictures_that_are_too_large(png, size):
     assert caught.value.where == {"field": "size"}
 
 
+@pytest.mark.slow
 def test_a_profile_that_unpacks_to_too_much(png, noise):
     bomb = png.chunk(b"iCCP", b"a name\0\0" + zlib.compress(bytes(200_000_000), 9))
     with pytest.raises(GamutError, match="embedded profile"):

@@ -63,6 +63,7 @@ def test_every_level_is_a_gamut(boundaries, histories, assert_every_invariant):
 
 
 @pytest.mark.parametrize("triangles", COMPARED)
+@pytest.mark.slow
 def test_levels_are_closer_than_those_of_the_default_cost(boundaries, histories, triangles):
     means = np.mean(
         [
@@ -75,6 +76,7 @@ def test_levels_are_closer_than_those_of_the_default_cost(boundaries, histories,
 
 
 @pytest.mark.parametrize("centre", [(12.0, 0.0, 0.0), (93.0, -1.0, -1.0)])
+@pytest.mark.slow
 def test_levels_do_not_grow_about_a_centre_near_the_surface(fogra39, centre):
     """Half of all directions end near the centre, where hardly any volume is sampled.
 

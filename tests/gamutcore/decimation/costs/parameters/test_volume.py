@@ -58,6 +58,7 @@ def test_every_level_has_the_volume_of_the_boundary(large_boundary, seed):
 
 @settings(max_examples=8)
 @given(seed=st.integers(0, 10**6), count=st.integers(8, 300))
+@pytest.mark.slow
 def test_every_level_of_a_small_boundary_too(random_cloud, seed, count):
     boundary = modified_convex_hull(random_cloud(seed, count))
     history = build_history(decimate(boundary.mesh, boundary.centre, "volume"))
@@ -66,6 +67,7 @@ def test_every_level_of_a_small_boundary_too(random_cloud, seed, count):
 
 
 @pytest.mark.parametrize("subdivisions", [2, 3, 4])
+@pytest.mark.slow
 def test_small_spheres_are_as_close_as_large_ones(icosphere, subdivisions):
     """Samples are taken however small the boundary is: 162, 642 and 2562 vertices.
 
