@@ -8,7 +8,10 @@ from service.meshes.library import Library
 
 
 def test_every_format_has_a_media_type_and_a_suffix_of_its_own():
-    assert sorted(MEDIA_TYPES.values()) == sorted(SUFFIXES.values()) == sorted(FORMATS)
+    # bytes of no stated type are GLB, for clients that know no other binary type
+    assert MEDIA_TYPES["application/octet-stream"] == "glb"
+    own = [name for kind, name in MEDIA_TYPES.items() if kind != "application/octet-stream"]
+    assert sorted(own) == sorted(SUFFIXES.values()) == sorted(FORMATS)
     assert next(iter(MEDIA_TYPES)) == "model/gltf-binary"
 
 
