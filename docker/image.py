@@ -30,7 +30,7 @@ __all__: list[str] = []
 CHECKOUT = Path(__file__).resolve().parent.parent
 BASE = "localhost/debian-python"
 READY_SECONDS = 3.0
-"""The image must be ready this soon after its start (docs/decisions/container-image.md)."""
+"""Goal for the time from start to ready, printed beside the figure."""
 GIVE_UP_SECONDS = 60.0
 
 STORAGE = '[storage]\ndriver = "vfs"\nrunroot = "{0}/run"\ngraphroot = "{0}/graph"\n'

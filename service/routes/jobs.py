@@ -46,8 +46,8 @@ _EXAMPLE_EVENT = (
     f"id: 1.1.running.decimation.400\nevent: progress\ndata: {json.dumps(EXAMPLE_JOB)}\n\n"
 )
 
+# No type: client generators read a stream as text, test programs as one object per event.
 _EVENT_SCHEMA = {
-    "type": "string",
     "description": "Events in the event stream format of HTML, with the fields `id`, `event` "
     "(`progress` or `finished`) and `data` (the job as JSON).",
 }

@@ -33,6 +33,7 @@ __all__ = [
     "embedded_profile",
     "is_narrow_range",
     "refuse_film_densities",
+    "text_attribute",
 ]
 
 MAX_PROFILE_BYTES = 2**25
@@ -87,11 +88,20 @@ def declared_encoding(
     elif file_format == "hdr":
         encoding, more = _hdr_encoding(data)
     elif file_format == "dpx":
-        name = _DPX_SPACES.get(spec.get_string_attribute("dpx:Transfer"), "")
+        name = _DPX_SPACES.get(text_attribute(spec, "dpx:Transfer"), "")
         encoding, more = named_encoding(name), []
     else:
         encoding, more = _exif_encoding(spec, data), []
     return encoding, said + more
+
+
+def text_attribute(spec: Any, name: str) -> str:  # noqa: ANN401 (an ImageSpec)
+    """Return a text from a picture's header; empty if it is missing or not UTF-8."""
+    try:
+        text: str = spec.get_string_attribute(name)
+    except UnicodeDecodeError:
+        return ""
+    return text
 
 
 def is_narrow_range(spec: Any, file_format: str) -> bool:  # noqa: ANN401 (an ImageSpec)
@@ -125,7 +135,7 @@ def refuse_film_densities(spec: Any) -> None:  # noqa: ANN401 (an ImageSpec)
     UnsupportedPictureError
         The transfer characteristic is logarithmic.
     """
-    transfer = spec.get_string_attribute("dpx:Transfer")
+    transfer = text_attribute(spec, "dpx:Transfer")
     if transfer in _DPX_LOGARITHMIC:
         raise UnsupportedPictureError(
             f"The DPX picture has values of the kind {transfer}.",
@@ -167,7 +177,7 @@ def _png_chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
 
 
 def _exr_encoding(spec: Any) -> tuple[Encoding | None, list[str]]:  # noqa: ANN401
-    name = spec.get_string_attribute("oiio:ColorSpace")
+    name = text_attribute(spec, "oiio:ColorSpace")
     if name:
         encoding = named_encoding(name)
         if encoding is not None:

@@ -27,6 +27,7 @@ from gamutcore.characterisation.pictures.metadata import (
     embedded_profile,
     is_narrow_range,
     refuse_film_densities,
+    text_attribute,
 )
 from gamutcore.errors import (
     MalformedFileError,
@@ -188,7 +189,7 @@ def open_raster(data: bytes, file_format: str) -> Iterator[Raster]:
         _check_size(spec.width, spec.height, spec.nchannels * spec.format.size())
         if spec.deep or spec.depth > 1:
             raise _unsupported("The picture is deep or has several layers of depth.", "format")
-        if spec.get_string_attribute("jpeg:ColorSpace") in {"CMYK", "YCCK", "YCbCrK"}:
+        if text_attribute(spec, "jpeg:ColorSpace") in {"CMYK", "YCCK", "YCbCrK"}:
             yield _cmyk_jpeg(data, spec)
             return
         channels, model = _colour_channels(spec, raw_model)
@@ -235,7 +236,7 @@ def open_raster(data: bytes, file_format: str) -> Iterator[Raster]:
         if source.seek_subimage(1, 0):
             raster.warnings.append("The file holds several pictures; the first is used.")
         source.seek_subimage(0, 0)
-        source.geterror()  # clear the error of a seek beyond the only picture
+        _decoder_message(source)  # clear the error of a seek beyond the only picture
         yield raster
 
 
@@ -255,6 +256,18 @@ def _openimageio() -> Any:  # noqa: ANN401 (a module)
     return OpenImageIO
 
 
+def _decoder_message(owner: Any) -> str:  # noqa: ANN401 (an ImageInput or the module)
+    """Return OpenImageIO's message, and clear it.
+
+    A decoder may quote bytes of the file that are not UTF-8.
+    """
+    try:
+        message: str = owner.geterror()
+    except UnicodeDecodeError as error:
+        return error.object.decode("utf-8", "replace")
+    return message
+
+
 @contextlib.contextmanager
 def _open(path: str, file_format: str, *, raw: bool = False) -> Iterator[Any]:
     oiio = _openimageio()
@@ -264,7 +277,7 @@ def _open(path: str, file_format: str, *, raw: bool = False) -> Iterator[Any]:
         config.attribute("oiio:RawColor", 1)
     source = oiio.ImageInput.open(path, config)
     if source is None:
-        problem = oiio.geterror()
+        problem = _decoder_message(oiio)
         if "exceeds" in problem and "limit" in problem:
             raise PictureSizeError(
                 f"The decoded picture would exceed {MAX_DECODED_BYTES / 1e6:.0f} MB.",
@@ -384,7 +397,7 @@ def _blocks(
             )
         else:
             block = source.read_scanlines(0, 0, top, end, 0, 0, spec.nchannels, wanted)
-        problem = source.geterror()
+        problem = _decoder_message(source)
         row = top - spec.y + 1
         if block is None or "Premature end" in problem:
             message = f"The pixels from row {row} on cannot be decoded{_detail(problem, path)}."

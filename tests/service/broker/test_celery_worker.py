@@ -214,7 +214,7 @@ def test_a_flushed_broker_loses_no_job(deployment):
         for worker in deployment.workers:
             worker.signal(signal.SIGCONT)
     assert {deployment.finished(job_id)["state"] for job_id in ids} == {"succeeded"}
-    assert any("was lost, sending another" in worker.log() for worker in deployment.workers)
+    assert any("was lost and is sent again" in worker.log() for worker in deployment.workers)
 
 
 def test_a_worker_that_is_killed_in_mid_build_costs_an_attempt_and_nothing_else(deployment):

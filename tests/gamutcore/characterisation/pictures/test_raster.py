@@ -11,6 +11,7 @@ from PIL import Image
 
 from gamutcore.characterisation import characterisation
 from gamutcore.characterisation.icc import IccProfile
+from gamutcore.characterisation.pictures.raster import _decoder_message
 from gamutcore.errors import GamutError, PictureSizeError
 
 DATA = Path(__file__).parents[3] / "data"
@@ -95,3 +96,13 @@ def test_reruns_are_identical(written):
     one, other = characterisation(data), characterisation(data)
     np.testing.assert_array_equal(one.values, other.values)
     np.testing.assert_array_equal(one.counts, other.counts)
+
+
+def test_a_decoder_that_quotes_bytes_of_the_file_is_understood():
+    """OpenImageIO's messages hold such bytes, and its Python module decodes them as UTF-8."""
+
+    class Owner:
+        def geterror(self):
+            return b"bad tag \xff in header".decode()
+
+    assert _decoder_message(Owner()) == "bad tag \ufffd in header"
