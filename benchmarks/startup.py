@@ -75,14 +75,14 @@ def table_of(results: dict[str, Any]) -> str:
     results : dict
         ``now`` and, optionally, ``before``: figures by the names of `GOALS`.
     """
+    columns = [key for key in ("before", "now") if key in results]
     rows = []
     for name, (title, goal) in GOALS.items():
         cells = [
-            f"{results[key][name]:.3g}" if results.get(key, {}).get(name) is not None else "–"
-            for key in ("before", "now")
+            "–" if results[key][name] is None else f"{results[key][name]:.3g}" for key in columns
         ]
         rows.append([title, *cells, "–" if goal is None else f"≤ {goal:g}"])
-    return markdown.table(["figure", "before", "now", "goal"], rows)
+    return markdown.table(["figure", *columns, "goal"], rows)
 
 
 def measure(revision: str) -> dict[str, float | None]:
