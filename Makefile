@@ -17,6 +17,9 @@ export PIP_CONSTRAINT := constraints.txt
 export PIP_BUILD_CONSTRAINT := constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
+# Without bytecode each start takes 2 s longer, because Python compiles 1,400 modules.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: help
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/\1|\2/p' $(MAKEFILE_LIST) | awk -F'|' '{printf "make %-18s %s\n", $$1, $$2}'
@@ -47,16 +50,20 @@ help: ## list the targets
 	@touch $@
 
 .venv/.installed-figures: .venv/.installed
-	$(python) -m pip install -q -c constraints.txt -e '.[service,peers,plots]'
+	$(python) -m pip install -q -c constraints.txt -e '.[service,peers,plot]'
 	@touch $@
 
-node_packages := $(patsubst %,tests/%/node_modules/.package-lock.json,azurite clients gltf)
+.venv/.installed-docs: .venv/.installed
+	$(python) -m pip install -q -c constraints.txt -e '.[service,docs]'
+	@touch $@
 
-$(node_packages): tests/%/node_modules/.package-lock.json: tests/%/package.json tests/%/package-lock.json
+node_packages := $(patsubst %,%/node_modules/.package-lock.json,tests/azurite tests/clients tests/gltf web)
+
+$(node_packages): %/node_modules/.package-lock.json: %/package.json %/package-lock.json
 	@if command -v npm >/dev/null; then \
-	  npm ci --prefix tests/$* --no-audit --no-fund --loglevel=error && touch $@; \
+	  npm ci --prefix $* --no-audit --no-fund --loglevel=error && touch $@; \
 	else \
-	  echo "npm is not installed: tests that need tests/$* will be skipped."; \
+	  echo "npm is not installed: tests that need $* will be skipped."; \
 	fi
 
 .PHONY: install
@@ -75,8 +82,9 @@ ifneq ($(T)$(K),)
 test: .venv/.installed-test
 	$(python) -m pytest $(T) $(if $(K),-k '$(K)')
 else
+# Two processes per core: many tests wait for servers, browsers and brokers.
 test: install .venv/.installed-test $(node_packages)
-	$(python) -m pytest -n auto --dist loadfile
+	$(python) -m pytest -n $$((2 * $$(getconf _NPROCESSORS_ONLN))) --dist loadfile
 endif
 
 .PHONY: test
@@ -94,9 +102,34 @@ fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)
 bench: install ## measure speed and memory; updates docs/benchmarks.md
 	$(python) -m benchmarks.bench
 
+.PHONY: bench-builds
+bench-builds: install ## compare the time of builds with an earlier revision (BEFORE=...); writes docs/benchmarks.md
+	$(python) -m benchmarks.revisions --builds $(if $(BEFORE),--before $(BEFORE))
+
+.PHONY: bench-boundaries
+bench-boundaries: install ## compare the volumes of boundaries with independent ones; writes docs/benchmarks.md
+	$(python) -m benchmarks.boundaries
+
 .PHONY: bench-startup
 bench-startup: .venv/.installed ## measure a fresh clone up to its first gamut; writes docs/benchmarks.md
 	$(python) -m benchmarks.startup
+
+.PHONY: bench-before
+bench-before: install ## compare the speed with an earlier revision (BEFORE=...); writes docs/benchmarks.md
+	$(python) -m benchmarks.revisions $(if $(BEFORE),--before $(BEFORE))
+
+.PHONY: bench-queries
+bench-queries: install .venv/.installed-figures ## measure queries beside trimesh with Embree; writes docs/benchmarks.md
+	$(python) -m benchmarks.queries
+	$(python) -m benchmarks.level_queries
+
+.PHONY: bench-viewer
+bench-viewer: install web/node_modules/.package-lock.json ## measure the viewer in Chromium; writes docs/benchmarks.md
+	$(python) -m benchmarks.viewer
+
+.PHONY: bench-queries-http
+bench-queries-http: install ## measure queries over HTTP; writes docs/benchmarks.md
+	$(python) -m benchmarks.queries_http
 
 .PHONY: soak
 soak: install .venv/.installed-test ## load the service for minutes; updates docs/reliability.md
@@ -117,6 +150,11 @@ figures: install .venv/.installed-figures ## measure accuracy beside other libra
 .PHONY: documents
 documents: install ## update the generated tables of all documents
 	$(python) -m benchmarks.documents
+
+.PHONY: docs
+docs: install .venv/.installed-docs ## build the site of the documents into build/docs; warnings are errors
+	rm -rf build/docs docs/api
+	$(python) -m sphinx -q -W --keep-going -b html -c docs/site . build/docs
 
 # --- checks ---------------------------------------------------------------------------------------
 
@@ -152,6 +190,20 @@ openapi-check: .venv/.installed ## compare openapi/openapi.json with the documen
 architecture: .venv/.installed ## redraw docs/pictures/architecture.svg from the imports
 	$(python) docs/pictures/architecture.py
 
+.PHONY: viewer
+viewer: web/node_modules/.package-lock.json ## check the types of web/ and build the viewer into service/static/viewer
+	npm --prefix web run check
+	npm --prefix web run build
+
+.PHONY: viewer-check
+viewer-check: web/node_modules/.package-lock.json ## compare service/static/viewer with what web/ gives
+	npm --prefix web run check
+	npm --prefix web run build -- --check
+
+.PHONY: concepts
+concepts: install .venv/.installed-docs ## redraw the pictures of docs/concepts.md
+	$(python) docs/pictures/concepts.py
+
 .PHONY: image-lint
 image-lint: .venv/.installed-lint ## hadolint on the Dockerfile
 	.venv/bin/hadolint --failure-threshold style Dockerfile
@@ -161,7 +213,7 @@ hooks: .venv/.installed-lint ## have git run the checks of .pre-commit-config.ya
 	.venv/bin/pre-commit install
 
 .PHONY: static-checks
-static-checks: lint types contracts openapi-check image-lint ## all checks that run no test
+static-checks: lint types contracts openapi-check viewer-check image-lint ## all checks that run no test
 
 .PHONY: check
 check: static-checks test ## all checks and all tests
@@ -185,7 +237,7 @@ image-check: .venv/.installed ## build the container image and use it (Debian, a
 constraints: ## pin the newest versions that pyproject.toml allows (Python 3.11)
 	rm -rf build/constraints
 	python3.11 -m venv build/constraints
-	env -u PIP_CONSTRAINT -u PIP_BUILD_CONSTRAINT build/constraints/bin/python -m pip install -q -e '.[service,celery,cloud,otel,test,lint,peers,plots]' hatchling editables
+	env -u PIP_CONSTRAINT -u PIP_BUILD_CONSTRAINT build/constraints/bin/python -m pip install -q -e '.[service,celery,cloud,otel,test,lint,peers,plot,docs]' hatchling editables
 	{ sed -n '/^#/p' constraints.txt; \
 	  build/constraints/bin/python -m pip freeze --exclude-editable --exclude pip --exclude setuptools; } > build/constraints.txt
 	mv build/constraints.txt constraints.txt
@@ -193,5 +245,5 @@ constraints: ## pin the newest versions that pyproject.toml allows (Python 3.11)
 
 .PHONY: clean
 clean: ## remove installed, built and cached files; keep the data under var/
-	rm -rf .venv build dist tests/*/node_modules .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf .venv build dist docs/api tests/*/node_modules web/node_modules .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
 	find gamutcore service tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

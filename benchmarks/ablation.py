@@ -2,7 +2,8 @@
 
 ``python -m benchmarks.ablation`` measures the mechanisms of the present code on all devices, merges
 the rows into ``benchmarks/ablation.json`` and writes the table of ``docs/decisions/costs.md``. Rows
-of mechanisms that are no longer in the code stay in the file as they were measured.
+of mechanisms that no switch reaches, or that are no longer in the code, stay in the file as they
+were measured. The column *version* gives the algorithm version of each measurement.
 
 A switch replaces a parameter of a cost, or a constant of a module. Kernels compile constants in, so
 each row runs in a process of its own with an empty cache directory. That takes about 15 minutes.
@@ -22,11 +23,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.devices import devices, exact_mismatch
+from benchmarks.devices import devices, exact_mismatch, sphere
 from benchmarks.markdown import table, update_document
 from gamutcore.decimation import decimate, decimation
 from gamutcore.decimation.costs import cost_named
 from gamutcore.history import build_history
+from gamutcore.version import ALGORITHM_VERSION
 
 __all__ = ["MECHANISMS", "Mechanism"]
 
@@ -64,8 +66,10 @@ MECHANISMS = {
     ),
     "trials": Mechanism(cost={"trials": None}),
     "compaction": Mechanism(cost={"compacted": ()}),
-    "refinement": Mechanism({"refined_vertices": 0, "refined_twice_vertices": 0}),
+    "refinement": Mechanism(constants={"costs.refinement.REFINEMENTS": 0}),
+    "second step of refinement": Mechanism(constants={"costs.refinement.REFINEMENTS": 1}),
     "moves of `finest`": Mechanism({"moved_vertices": 0}),
+    "rounds of moves 2 to 4": Mechanism(constants={"relaxation.ROUNDS": 1}),
     "thinning of samples": Mechanism({"samples_per_face": NEVER}),
     "eager evaluation near the end": Mechanism({"eager_collapses": 0}),
     "lazy evaluation before": Mechanism({"eager_collapses": NEVER}),
@@ -88,17 +92,18 @@ def main() -> int:
         json.dump(measure(MECHANISMS[sys.argv[2]]), sys.stdout)
         return 0
     results = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
-    rows = {}
-    for name in ["nothing", *(sys.argv[1:] or list(MECHANISMS)[1:])]:
-        rows[name] = in_process(name)
-        print(name, file=sys.stderr)
-    reference = rows.pop("nothing")
-    for name, row in rows.items():
+    reference = in_process("nothing")
+    for name in sys.argv[1:] or list(MECHANISMS)[1:]:
+        row = in_process(name)
         results[name] = results.get(name, {}) | {
-            cost: relative(row[cost], reference[cost]) for cost in COSTS
+            "version": ALGORITHM_VERSION,
+            "compile": round(reference["compile"] - row["compile"], 1),
+            **{cost: relative(row[cost], reference[cost]) for cost in COSTS},
         }
-    RESULTS.write_text(json.dumps(results, indent=1, ensure_ascii=False) + "\n")
-    update_document(DOCUMENT, {"ablation": ablation_table(results)})
+        # an interrupted run keeps its rows
+        RESULTS.write_text(json.dumps(results, indent=1, ensure_ascii=False) + "\n")
+        update_document(DOCUMENT, {"ablation": ablation_table(results)})
+        print(name, file=sys.stderr)
     return 0
 
 
@@ -114,8 +119,12 @@ def in_process(name: str) -> Any:  # noqa: ANN401  # what JSON holds
     return json.loads(done.stdout)
 
 
-def measure(mechanism: Mechanism) -> dict[str, dict[str, Any]]:
-    """Return mismatches and seconds of each device, by cost, without a mechanism."""
+def measure(mechanism: Mechanism) -> dict[str, Any]:
+    """Return the results without a mechanism.
+
+    By cost, these are mismatches and seconds of each device. ``compile`` is the processor time of
+    the first decimations.
+    """
     for place, value in mechanism.constants.items():
         module, _, constant = place.rpartition(".")
         setattr(import_module(f"{PACKAGE}.{module}"), constant, value)
@@ -131,7 +140,11 @@ def measure(mechanism: Mechanism) -> dict[str, dict[str, Any]]:
         return cost._replace(parameters=cost.parameters._replace(**replaced), **mechanism.cost)
 
     setattr(decimation, "cost_named", changed)  # noqa: B010  # a module attribute
-    found: dict[str, dict[str, Any]] = {cost: {"mismatch": [], "seconds": []} for cost in COSTS}
+    found: dict[str, Any] = {cost: {"mismatch": [], "seconds": []} for cost in COSTS}
+    small, start = sphere(200), time.process_time()
+    for cost in COSTS:
+        decimate(small, (50.0, 0.0, 0.0), cost)
+    found["compile"] = time.process_time() - start
     for device in devices():
         mesh, centre = device.boundary.mesh, device.boundary.centre
         for cost in COSTS:
@@ -159,12 +172,13 @@ def relative(row: dict[str, Any], reference: dict[str, Any]) -> dict[str, Any]:
 
 def ablation_table(results: dict[str, Any]) -> str:
     """Return the table of all rows."""
-    head = ["without", "lines", "decision"]
+    head = ["without", "lines", "compile, s", "decision", "version"]
     for cost in COSTS:
         head += [f"`{cost}` at {COUNTS[0]}", *map(str, COUNTS[1:]), "time"]
     rows = []
     for name, row in results.items():
-        cells = [name, str(row.get("lines", "–")), row.get("decision", "kept")]
+        cells = [name, str(row.get("lines", "–")), str(row.get("compile", "–"))]
+        cells += [row.get("decision", "kept"), str(row.get("version", "10"))]
         for cost in COSTS:
             if cost in row:
                 cells += [f"{value:.3f}" for value in row[cost]["mismatch"]]

@@ -17,6 +17,7 @@ from gamutcore.colours import surface_colours
 from gamutcore.decimation import decimate
 from gamutcore.history import History, build_history
 from gamutcore.mesh import TriangleMesh
+from gamutcore.references import Reference
 
 __all__ = [
     "FOGRA39L",
@@ -28,6 +29,7 @@ __all__ = [
     "device_data",
     "resident_bytes",
     "run_module",
+    "sphere_samples",
     "surface_points",
     "times_of",
 ]
@@ -48,11 +50,11 @@ def device_data(data: bytes) -> Samples | IccProfile | Picture:
     Raises
     ------
     TypeError
-        If the file is a gamut mesh, whose surface cannot be sampled.
+        If the file is a gamut mesh or a reference gamut.
     """
     device = characterisation(data)
-    if isinstance(device, GamutMesh):
-        raise TypeError("The file is a gamut mesh. Use measurements, a profile or a picture.")
+    if isinstance(device, GamutMesh | Reference):
+        raise TypeError("The file has no device data. Use measurements, a profile or a picture.")
     return device
 
 
@@ -64,6 +66,13 @@ def surface_points(path: Path, samples: int = 100_000) -> FloatArray:
 def build_mesh_history(mesh: TriangleMesh, centre: FloatArray, cost: str = "volume") -> History:
     """Decimate a full boundary, which is star-shaped about the centre, and return the history."""
     return build_history(decimate(mesh, centre, cost))
+
+
+def sphere_samples(seed: int, count: int = 300) -> dict[str, Any]:
+    """Return characterisation data as JSON: colours on a sphere, which differ by seed."""
+    directions = np.random.default_rng(seed).normal(size=(count, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    return {"samples": np.round(directions * 40 + (50, 0, 0), 6).tolist()}
 
 
 def times_of(

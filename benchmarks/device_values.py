@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from benchmarks.common import FOGRA39L, ROOT, SRGB, times_of
+from gamutcore import Gamut
 from gamutcore.characterisation import IccProfile, Samples, characterisation
 from gamutcore.colours.device.scattered_model import scattered_model
 from gamutcore.colours.measured_colours import measured_colours
 from gamutcore.colours.profile_colours import profile_colours
-from gamutcore.gamut import Gamut, Options, build_gamut
 from gamutcore.history import History, history_bytes, history_from_bytes
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def device_value_figures() -> list[dict[str, Any]]:
         ("sRGB", SRGB, "volume"),
         ("Display P3", P3, "volume"),
     ):
-        gamut = build_gamut(path.read_bytes(), Options(cost=cost))
+        gamut = Gamut(path.read_bytes(), cost=cost)
         history, model = gamut.history, device_model(path)
         row: dict[str, Any] = {"device": name, "cost": cost}
         for count in COUNTS:

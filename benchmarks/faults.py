@@ -21,9 +21,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from benchmarks.common import FOGRA39L, ROOT
+from benchmarks.common import FOGRA39L, ROOT, sphere_samples
 from benchmarks.reliability import Result, record
 
 __all__ = ["main"]
@@ -83,13 +81,6 @@ def press(surface_samples: int = 150_000) -> dict[str, Any]:
     }
 
 
-def sphere_body(seed: int, count: int = 300) -> dict[str, Any]:
-    """Return a JSON body with colours on a sphere, which differ by seed."""
-    directions = np.random.default_rng(seed).normal(size=(count, 3))
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    return {"samples": (directions * 40 + (50, 0, 0)).tolist()}
-
-
 def store_kills(scale: float) -> list[Result]:
     """SIGKILL at the system calls that write to the store."""
     # A child that ends before its call is not counted, hence 560 attempts for 500 kills.
@@ -140,7 +131,7 @@ def damage(scale: float) -> list[Result]:
     with server_factory() as start:
         import stored_damage
 
-        bodies = [sphere_body(seed) for seed in range(max(2, int(25 * scale)))]
+        bodies = [sphere_samples(seed) for seed in range(max(2, int(25 * scale)))]
         files = stored_damage.every_damage_is_noticed(start, bodies)
     measured = f"{files} of {files} detected, counted and built again to the same bytes"
     return [Result("faults-damage", measured, files > 0)]

@@ -46,7 +46,7 @@ def server(settings: Mapping[str, str] | None = None, *, pin: bool = True) -> It
             "MALLOC_ARENA_MAX": "2",  # the setting of the container image
         }
         start = time.perf_counter()
-        command = [sys.executable, "-c", "from service.command import main; main()"]
+        command = [sys.executable, "-c", "from service.__main__ import main; main()"]
         log = Path(folder) / "log"
         with log.open("wb") as output:
             process = subprocess.Popen(

@@ -16,8 +16,8 @@ from typing import Any
 
 from benchmarks import http
 from benchmarks.common import FOGRA39L, SHARED, SRGB, device_data, times_of
+from gamutcore import Gamut
 from gamutcore.colours import surface_colours
-from gamutcore.gamut import Gamut, Options, build_gamut
 
 __all__ = ["found", "gamut_sizes", "input_times"]
 
@@ -57,7 +57,7 @@ def gamut_sizes(runs: int = 5) -> list[dict[str, Any]]:
     """Return sizes and opening times of a gamut of each available input."""
     rows = []
     for name, data in found():
-        gamut = build_gamut(data, Options())
+        gamut = Gamut(data)
         content = gamut.to_bytes()
         seconds = []
         for _ in range(runs):

@@ -1,7 +1,6 @@
 """Levels selected by an error limit: triangle counts and search times.
 
-Each search starts with nothing remembered, as for the first client that asks for a limit. Times are
-processor times of one core.
+Times are processor times of one core.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ import numpy as np
 
 from benchmarks.devices import Device
 from gamutcore.metric.error_curve import curve_counts, error_curve
-from gamutcore.metric.level_search import Bounds, FullBoundary, LevelSearch
+from gamutcore.metric.level_search import Bounds, LevelSearch, error_bounds
 
 __all__ = ["limit_rows"]
 
@@ -47,13 +46,16 @@ def limit_rows(device: Device) -> list[dict[str, Any]]:
         curve = [
             error.to_mapping() for error in error_curve(history, curve_counts(history.triangles))
         ]
-        full = FullBoundary(history)
-        coarse = {count: full.bounds(count) for count in range(4, COARSE + 1, 2)}
+        search = LevelSearch(curve)
+        coarse = {
+            level.triangles: level.bounds
+            for level in error_bounds(history, range(4, COARSE + 1, 2))
+        }
         for name, limits in LIMITS.items():
             saved, excess, seconds = [], [], []
             for limit in limits:
                 start = time.process_time()
-                count = LevelSearch(history.triangles, curve).find(history, limit).triangles
+                count = search.find(history, limit).triangles
                 seconds.append(time.process_time() - start)
                 saved.append(_curve_count(curve, limit) / count)
                 keeping = [n for n, bounds in coarse.items() if bounds.within(limit)]

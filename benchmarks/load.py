@@ -19,12 +19,20 @@ __all__ = ["Run", "main"]
 
 
 class Run:
-    """A number of GET requests to a loopback port, spread over several connections."""
+    """A number of requests to a loopback port, spread over several connections.
 
-    def __init__(self, port: int, paths: list[str], requests: int, fields: list[str]) -> None:
-        head = "".join(f"{field}\r\n" for field in ("Host: 127.0.0.1", "Accept: */*", *fields))
+    They are GET without a body, and POST with one, which is JSON.
+    """
+
+    def __init__(
+        self, port: int, paths: list[str], requests: int, fields: list[str], body: str = ""
+    ) -> None:
+        sent = [f"Content-Length: {len(body)}", "Content-Type: application/json"] if body else []
+        fields = ["Host: 127.0.0.1", "Accept: */*", *sent, *fields]
+        head = "".join(f"{field}\r\n" for field in fields)
+        method = "POST" if body else "GET"
         self.port = port
-        self.messages = [f"GET {path} HTTP/1.1\r\n{head}\r\n".encode() for path in paths]
+        self.messages = [f"{method} {path} HTTP/1.1\r\n{head}\r\n{body}".encode() for path in paths]
         self.remaining = requests
         self.latencies: list[float] = []
         self.statuses: Counter[int] = Counter()
@@ -113,8 +121,9 @@ def main() -> None:
     parser.add_argument("--requests", type=int, default=20_000)
     parser.add_argument("--connections", type=int, default=16)
     parser.add_argument("--header", action="append", default=[], help="such as 'Accept: */*'")
+    parser.add_argument("--body", default="", help="JSON to post")
     parsed = parser.parse_args()
-    run = Run(parsed.port, json.loads(input()), parsed.requests, parsed.header)
+    run = Run(parsed.port, json.loads(input()), parsed.requests, parsed.header, parsed.body)
     print(json.dumps(uvloop.run(run.figures(parsed.connections))))
 
 

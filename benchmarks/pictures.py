@@ -21,8 +21,8 @@ from PIL import Image
 
 from benchmarks import http
 from benchmarks.common import ROOT, resident_bytes, run_module
+from gamutcore import Gamut
 from gamutcore.arrays import Float32Array
-from gamutcore.gamut import Options, build_gamut
 from gamutcore.warm import compile_kernels
 
 __all__ = ["picture_times"]
@@ -106,7 +106,7 @@ def main() -> None:
     compile_kernels()
     data = Path(sys.argv[1]).read_bytes()
     start = time.perf_counter()
-    found = build_gamut(data, Options()).description
+    found = Gamut(data).description
     seconds = time.perf_counter() - start
     row = {
         "file_mb": len(data) / 1e6,

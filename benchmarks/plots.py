@@ -1,6 +1,6 @@
 """Plots of the documentation: mean mismatch, mismatch relative to the published cost, and times.
 
-Needs the optional group ``plots`` (matplotlib). The colours are those of Okabe and Ito, which
+Needs the optional group ``plot`` (matplotlib). The colours are those of Okabe and Ito, which
 colour-blind readers can distinguish, and every line has a marker of its own.
 """
 

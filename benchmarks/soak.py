@@ -21,7 +21,7 @@ import httpx
 import numpy as np
 import uvloop
 
-from benchmarks.common import resident_bytes
+from benchmarks.common import resident_bytes, sphere_samples
 from benchmarks.http import Server, posted, server
 from benchmarks.reliability import Result, record
 
@@ -42,12 +42,9 @@ class MixedRequest:
     content: bytes = b""
 
 
-def sphere_samples(seed: int) -> bytes:
-    """Return a JSON body with 300 colours on a sphere, which differ by seed."""
-    directions = np.random.default_rng(seed).normal(size=(300, 3))
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    points = np.round(directions * 40 + (50, 0, 0), 6).tolist()
-    return json.dumps({"samples": points}).encode()
+def sphere_body(seed: int) -> bytes:
+    """Return the body of a POST, which differs by seed."""
+    return json.dumps(sphere_samples(seed)).encode()
 
 
 def mixed_requests(gamuts: list[tuple[str, int]], known: bytes) -> Iterator[MixedRequest]:
@@ -101,14 +98,24 @@ def mixed_requests(gamuts: list[tuple[str, int]], known: bytes) -> Iterator[Mixe
         path = chance.choice(("/livez", "/readyz", "/metrics", "/", "/problems"))
         return MixedRequest("GET", path, {200})
 
+    def query() -> MixedRequest:
+        if chance.random() < 0.3:
+            path = chance.choice(("cusps", "leaves?hues=36", "slice.svg?hue=40", "rings"))
+            return MixedRequest("GET", f"{gamut()}/{path}", {200})
+        name = chance.choice(("contains", "nearest", "map"))
+        rows = [[chance.uniform(0, 100), chance.uniform(-90, 90), 0.0] for _ in range(20)]
+        body = json.dumps({"colours": rows}).encode()
+        return MixedRequest("POST", f"{gamut()}/{name}", {200, 429}, json_body, body)
+
     def new_post() -> MixedRequest:
         nonlocal posts
         posts += 1
         fields = {**json_body, "Prefer": "respond-async"}
-        return MixedRequest("POST", "/v1/gamuts", {202, 429}, fields, sphere_samples(1000 + posts))
+        return MixedRequest("POST", "/v1/gamuts", {202, 429}, fields, sphere_body(1000 + posts))
 
     kinds: list[tuple[float, Callable[[], MixedRequest]]] = [
-        (0.45, any_mesh),
+        (0.35, any_mesh),
+        (0.10, query),
         (0.20, lambda: MixedRequest("GET", f"{gamut()}/mesh", {200})),
         (0.08, lambda: MixedRequest("GET", f"{gamut()}/mesh", {304}, {"If-None-Match": "*"})),
         (0.10, description),
@@ -170,9 +177,9 @@ def mixture_results(requests: int) -> list[Result]:
     """Measure memory and answers over mixed requests, after as many for warming up."""
     # Small caches are full early, so their growth does not count as a leak.
     small = {"history_cache_bytes": str(8 * MEBIBYTE), "mesh_cache_bytes": str(8 * MEBIBYTE)}
-    known = sphere_samples(5000)
+    known = sphere_body(5000)
     with server(small) as found:
-        bodies = [sphere_samples(seed) for seed in range(12)]
+        bodies = [sphere_body(seed) for seed in range(12)]
         gamuts = []
         for body in (*bodies, None):
             description = posted(found.port, {}, body)[2]

@@ -15,7 +15,6 @@ import http.client
 import json
 import os
 import resource
-import shutil
 import signal
 import socket
 import subprocess
@@ -28,6 +27,7 @@ from typing import Any
 from benchmarks import markdown
 from benchmarks.bench import DOCUMENT, machine
 from benchmarks.common import ROOT
+from benchmarks.http import posted
 
 __all__ = ["GOALS", "main", "measure", "table_of"]
 
@@ -102,7 +102,7 @@ def measure(revision: str) -> dict[str, float | None]:
         with _server(["make", "serve"], clone) as server:
             figures["serve_seconds"] = server.wait_ready()
             clock = time.monotonic()
-            server.post(clone / "examples" / "FOGRA39L.ti3")
+            posted(server.port, {})
             figures["first_post_seconds"] = time.monotonic() - clock
             figures["all_compiled_seconds"] = server.wait_compiled()
         with _server([str(clone / ".venv/bin/gamut"), "serve"], clone) as server:
@@ -170,21 +170,21 @@ class _Server:
     def __init__(self, command: list[str], clone: Path) -> None:
         with socket.socket() as probe:
             probe.bind(("127.0.0.1", 0))
-            self._port = probe.getsockname()[1]
+            self.port = probe.getsockname()[1]
         environment = {name: value for name, value in os.environ.items() if name != "MAKEFLAGS"}
         self._clock = time.monotonic()
         self._log = (clone / "serve.log").open("w")
         self.process = subprocess.Popen(
             command,
             cwd=clone,
-            env={**environment, "GAMUT_PORT": str(self._port)},
+            env={**environment, "GAMUT_PORT": str(self.port)},
             stdout=self._log,
             stderr=self._log,
             start_new_session=True,
         )
 
     def _get(self, path: str) -> tuple[int, bytes]:
-        connection = http.client.HTTPConnection("127.0.0.1", self._port, timeout=60)
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
         try:
             connection.request("GET", path)
             answer = connection.getresponse()
@@ -213,12 +213,6 @@ class _Server:
         if b"optional" not in body:
             return None
         return self._wait("/readyz", lambda _, body: b"optional: compiled" in body)
-
-    def post(self, path: Path) -> None:
-        """Post a file and wait for the gamut."""
-        command = ["curl", "-sS", "--fail", "-F", f"file=@{path}", "-H", "Prefer: wait=120"]
-        command += ["-o", os.devnull, f"http://127.0.0.1:{self._port}/v1/gamuts"]
-        subprocess.run(command, check=True)
 
     def memory(self) -> tuple[float, float]:
         """Return the resident memory of the server and of its largest build worker, in MiB."""
@@ -258,6 +252,4 @@ def _output(command: list[str], folder: Path) -> str:
 
 
 if __name__ == "__main__":
-    if shutil.which("curl") is None:
-        raise SystemExit("curl is needed, which posts the example")
     main()

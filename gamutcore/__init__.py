@@ -1,10 +1,79 @@
 """Gamut boundaries at any triangle count: colour and geometry, without web or storage.
 
-Data flows one way, and the folders are named after the stages: `characterisation` → `colours` →
-`boundary` → `decimation` → `history` → level (`mesh`) → `export` and `metric`. `gamut.build_gamut`
-runs all of them. The package needs none of the web packages of the extra ``service``.
+`Gamut` builds a gamut from characterisation data and answers questions about it. Data flows one
+way, and the folders are named after the stages: `characterisation` → `colours` → `boundary` →
+`decimation` → `history` → level (`mesh`) → `export`, `metric` and `queries`. The package needs none
+of the web packages of the extra ``service``.
 """
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
 
 from gamutcore.version import __version__
 
-__all__ = ["__version__"]
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from gamutcore.gamut import Gamut
+    from gamutcore.options import Options
+
+__all__ = ["Gamut", "Options", "__version__", "reference"]
+
+_HOME = {"Gamut": "gamutcore.gamut", "Options": "gamutcore.options"}
+"""Modules of the names that are imported on first use: they take a tenth of a second, which
+`gamutcore.errors` and the command line's help do not need."""
+
+
+def __getattr__(name: str) -> object:
+    """Import a public name on first use."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'gamutcore' has no attribute {name!r}")
+    found: object = getattr(importlib.import_module(_HOME[name]), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    """Return the names of the module, those that are not imported yet included."""
+    return sorted({*globals(), *_HOME})
+
+
+def reference(
+    name: str,
+    *,
+    progress: bool | Callable[[str, float], None] = False,
+    **options: Any,  # noqa: ANN401  # checked by Options
+) -> Gamut:
+    """Build a reference gamut: an RGB space, Pointer's gamut or the optimal colours.
+
+    Parameters
+    ----------
+    name : str
+        A slug or name of `gamutcore.references.REFERENCES`, such as ``"Display P3"``.
+    progress : bool or callable, optional
+        As for `Gamut`.
+    **options
+        How the gamut is built, as for `Gamut`.
+
+    Returns
+    -------
+    Gamut
+
+    Raises
+    ------
+    ReferenceNameError
+        There is no such reference; the remedy names a near match.
+    GamutError
+        An option is not accepted, or the boundary cannot be built with it.
+
+    Examples
+    --------
+    >>> reference("sRGB", surface_samples=1000).level(100).triangles
+    100
+    """
+    from gamutcore.gamut import Gamut  # noqa: PLC0415  # as in __getattr__
+    from gamutcore.references import find_reference  # noqa: PLC0415
+
+    return Gamut(find_reference(name).data, progress=progress, **options)

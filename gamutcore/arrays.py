@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "BooleanArray",
     "ByteArray",
     "Float32Array",
     "FloatArray",
@@ -31,6 +32,9 @@ IndexArray: TypeAlias = NDArray[np.int32]
 
 LongArray: TypeAlias = NDArray[np.int64]
 """Numbers that may exceed int32."""
+
+BooleanArray: TypeAlias = NDArray[np.bool_]
+"""Answers to a question about each row."""
 
 ByteArray: TypeAlias = NDArray[np.uint8]
 """Flags and small numbers."""

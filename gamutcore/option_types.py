@@ -308,6 +308,7 @@ DATA_KINDS: Mapping[str, str] = MappingProxyType(
         "colours": "the data is colours without device values",
         "picture": "the data is a picture",
         "mesh": "the data is a boundary already, and nothing is wrapped",
+        "reference": "the data is a reference gamut",
     }
 )
 """Kinds of characterisation data, with the reason why an option may not apply to each."""

@@ -19,8 +19,8 @@ from gamutcore.boundary.methods import BOUNDARIES, GAMMA
 from gamutcore.boundary.segment_maxima import SEGMENT_COUNTS
 from gamutcore.boundary.usv import BASIS, SUBDIVISIONS
 from gamutcore.characterisation.conditions import condition_label
-from gamutcore.colours.device.cube_surface import SURFACE_SAMPLES
 from gamutcore.colours.device.model import DEVICE_MODELS
+from gamutcore.colours.device.surface import SURFACE_SAMPLES
 from gamutcore.colours.spaces import SPACES, ColourSpace
 from gamutcore.colours.spaces.parameters import (
     MEASURED,
@@ -58,7 +58,7 @@ __all__ = [
 
 Centre: TypeAlias = "tuple[float, float, float] | str"
 
-_WRAPPED_DATA = ("profile", "measurements", "colours", "picture")
+_WRAPPED_DATA = ("profile", "measurements", "colours", "picture", "reference")
 _SPECTRAL_DATA = ("measurements", "colours")
 
 
@@ -142,14 +142,17 @@ class Options:
     boundary: str = option(
         Choice(tuple(BOUNDARIES)),
         default="modified-convex-hull",
-        description="Method that wraps the colours in a closed surface.",
+        description="Method that wraps the colours in a closed surface. `device-surface` takes the "
+        "outermost faces of the device's own cube, and needs a profile or samples with a device "
+        "model.",
         data=_WRAPPED_DATA,
     )
-    gamma: float | None = _boundary_option(
+    gamma: float | str | None = _boundary_option(
         "gamma",
-        GAMMA,
+        *GAMMA,
         description="Power that radii are raised to before the convex hull is taken. 1 gives the "
-        "convex hull; small values follow the colours into concave regions.",
+        "convex hull; small values follow the colours into concave regions. `auto` chooses by the "
+        "data: 0.2 for scattered colours, a small value for the sampled surface of a device.",
     )
     segments: tuple[int, int] | None = _boundary_option(
         "segments", SEGMENT_COUNTS, description="Numbers of polar and azimuth segments."
@@ -168,7 +171,8 @@ class Options:
         Vector(),
         default="auto",
         description="Point that radii are taken from, in coordinates of the colour space. It must "
-        "be inside the gamut.",
+        "be inside the gamut. `auto` takes the deepest point that sees the whole surface of a "
+        "device with three channels, and the middle of other colours.",
     )
     cost: str = option(
         Choice(COSTS),
@@ -184,7 +188,7 @@ class Options:
         default=100_000,
         description="Largest number of points on the device's surface that the device model is "
         "evaluated at.",
-        data=("profile", "measurements"),
+        data=("profile", "measurements", "reference"),
         common=True,
     )
     intent: str = option(

@@ -17,11 +17,14 @@ from dataclasses import replace
 import numpy as np
 
 from gamutcore.boundary import BOUNDARIES, compute_boundary
+from gamutcore.boundary.device_centre import hidden_area
+from gamutcore.boundary.radial_volume import COARSE, radial_volume
+from gamutcore.boundary.star_kernel import face_planes
 from gamutcore.characterisation.icc.grid import Grid
 from gamutcore.characterisation.icc.process_elements import FloatGrid
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.export import FORMATS, mesh_file
-from gamutcore.gamut import Gamut, Options, build_gamut
+from gamutcore.gamut import Gamut
 from gamutcore.history import History, Splits, build_history, history_bytes, history_from_bytes
 from gamutcore.history.device_history import build_device_history
 from gamutcore.kernels.installation import (
@@ -32,7 +35,25 @@ from gamutcore.kernels.installation import (
 )
 from gamutcore.mesh import DeviceValues, TriangleMesh
 from gamutcore.metric import mismatch, radial_difference, voxel_mismatch
+from gamutcore.metric.error_curve import curve_counts, error_curve
 from gamutcore.metric.level_search import Bounds, LevelSearch
+from gamutcore.options import Options
+from gamutcore.queries import (
+    build_index,
+    compare,
+    contains,
+    crossings,
+    cusp_points,
+    delta_e_2000,
+    gamut_rings,
+    leaves,
+    map_colours,
+    nearest,
+    nearest_ciede2000,
+    signed_distance,
+    slice_polygons,
+)
+from gamutcore.sides import SidedSearch
 
 __all__ = ["compile_kernels", "use_kernels"]
 
@@ -120,7 +141,10 @@ def _use_readers() -> None:
     device = build_device_history(ramp, np.arange(5, dtype=np.int32), splits)
     history = History(splits, np.array([60.0, 0.0, 0.0]), 2.0**-11, device)
     history, _ = history_from_bytes(history_bytes(history))
-    LevelSearch(history.triangles, []).find(history, Bounds(distance=1e-6))
+    counts = curve_counts(history.triangles)
+    curve = [level.to_mapping() for level in error_curve(history, counts)]
+    LevelSearch(curve).find(history, Bounds(distance=1e-6))
+    SidedSearch(history.triangles, "inside").find(history, Bounds(distance=1e-6))
     mesh = replace(history.level(6), device=history.device_values(6))
     for name in FORMATS:
         mesh_file(mesh, name)
@@ -134,6 +158,11 @@ def _device() -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
 
 def _use_boundary_and_models() -> None:
     compute_boundary(_device(), "modified-convex-hull")
+    # what only folded surfaces and devices with more channels use
+    corners = np.vstack([np.eye(3), np.zeros((1, 3))])
+    faces = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32)
+    hidden_area(face_planes(corners, faces), np.zeros(3))
+    radial_volume(corners, faces, np.full(3, 0.1), COARSE)
     Grid((2, 2, 2), np.zeros((8, 3), np.uint16)).values(np.full((1, 3), 0.5))
 
 
@@ -148,18 +177,29 @@ def _table() -> bytes:
 
 def _use_build() -> None:
     """Build gamuts with the default options, of a complete grid and of scattered samples."""
-    built = build_gamut(_table(), Options(surface_samples=1000))
-    build_gamut(_table(), Options(surface_samples=1000, device_model="fit"))
+    built = Gamut(_table(), surface_samples=1000)
+    Gamut(_table(), surface_samples=1000, device_model="fit")
     Gamut.from_bytes(built.to_bytes()).level(50)
 
 
 def _use_options() -> None:
-    """Use the costs and boundaries that are not the default, and all metrics."""
+    """Use the costs and boundaries that are not the default, all metrics and all queries."""
     FloatGrid((2, 2, 2), (np.zeros((8, 3), np.float32),), 3).values(np.full((1, 3), 0.5))
     for cost in COSTS:
         _decimate_cube(cost)
-    for method in BOUNDARIES:
-        boundary = compute_boundary(_device(), method)
+    for method, entry in BOUNDARIES.items():
+        if not entry.needs_faces:
+            boundary = compute_boundary(_device(), method)
+    # four channels, so that faces cross
+    device = np.array(list(np.ndindex(2, 2, 2, 2)), np.float64)
+    rows = np.column_stack(
+        [100 - 25 * device.sum(axis=1), 60 * (device[:, :2] - device[:, 1:3] + device[:, 3:] / 9)]
+    )
+    inks = "\n".join(",".join(map(str, row)) for row in np.column_stack([device, rows]).tolist())
+    Gamut(
+        f"CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LAB_L,LAB_A,LAB_B\n{inks}\n".encode(),
+        Options(boundary="device-surface", surface_samples=2000),
+    )
     history = build_history(decimate(boundary.mesh, boundary.centre, "quadric"))
     cursor = history.cursor(100)
     cursor.finer()
@@ -167,6 +207,20 @@ def _use_options() -> None:
     for function in (mismatch, voxel_mismatch):
         function(history.full(), history.level(50))
     radial_difference(history.full(), history.level(50), history.centre)
+    level = history.level(50)
+    index = build_index(level.vertices, level.faces, history.centre)
+    contains(level.vertices, index)
+    cusp_points(np.zeros(1), index)
+    nearest(level.vertices, index)
+    delta_e_2000(level.vertices, level.vertices)
+    nearest_ciede2000(level.vertices[:2], index)
+    crossings(level.vertices, level.vertices[::-1], index)
+    map_colours(2 * level.vertices, index, "clip-nearest")
+    signed_distance(level.vertices, index)
+    compare(index, index)
+    gamut_rings(index)
+    leaves(index, np.zeros(1), np.full(1, 50.0))
+    slice_polygons(index, (1.0, 0.0, 0.0), 50.0)
 
 
 def _exit_with_stdin() -> None:

@@ -1,31 +1,131 @@
 """Entry point of the console script ``gamut`` and of ``python -m service``.
 
-The web packages are the extra ``service`` of the distribution. Without them, the command says what
-to install instead of ending with a traceback.
+The program is that of `gamutcore.cli`, with the commands of the service. The web packages are the
+extra ``service`` of the distribution. They are imported when a command needs them. Without them,
+such a command says what to install, and the other commands work.
 """
+
+from __future__ import annotations
 
 import importlib.util
 import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gamutcore.cli.app import DATA_FAULT, app, run
+
+if TYPE_CHECKING:
+    from types import ModuleType
 
 __all__ = ["main"]
 
-_WEB_PACKAGES = ("fastapi", "prometheus_client", "pydantic_settings", "python_multipart", "uvicorn")
+_WEB_PACKAGES = (
+    *("fastapi", "httptools", "prometheus_client", "pydantic_settings", "python_multipart"),
+    "uvicorn",
+)
 """One module of each package that the extra installs and that the service imports at start."""
 
+store_commands = typer.Typer(help="Maintain a store.", no_args_is_help=True)
+app.add_typer(store_commands, name="store")
 
-def main() -> int:
-    """Run the command line and return its exit status."""
+
+def _command() -> ModuleType:
+    """Return the module of the commands, or end the program if the web packages are missing."""
     missing = [name for name in _WEB_PACKAGES if importlib.util.find_spec(name) is None]
     if missing:
-        print(  # noqa: T201  # the command line's answer
+        typer.echo(
             f"gamut needs packages that are not installed: {', '.join(missing)}. "
             "Install them with: pip install 'gamut-boundary-service[service]'",
-            file=sys.stderr,
+            err=True,
         )
-        return 1
-    from service.command import main as run  # noqa: PLC0415  # needs the web packages
+        raise typer.Exit(DATA_FAULT)
+    from service import command  # noqa: PLC0415  # needs the web packages
 
-    return run()
+    return command
+
+
+@app.command()
+def serve(
+    host: Annotated[str | None, typer.Option(help="Address to listen on.")] = None,
+    port: Annotated[int | None, typer.Option(help="Port to listen on; 0 takes a free one.")] = None,
+    store: Annotated[
+        str | None,
+        typer.Option(help="Location of the store: a directory, or s3://, gs://, az://."),
+    ] = None,
+    print_settings: Annotated[
+        bool,
+        typer.Option(
+            "--print-settings",
+            help="Print the settings in force as GAMUT_NAME=value lines, and exit.",
+        ),
+    ] = False,
+) -> None:
+    """Serve over HTTP.
+
+    Further settings come from the environment (GAMUT_...).
+    """
+    overrides = {"host": host, "port": port, "store": store}
+    command = _command()
+    act = command.print_settings if print_settings else command.serve
+    raise typer.Exit(act(overrides))
+
+
+@app.command()
+def worker(
+    check: Annotated[
+        bool, typer.Option("--check", help="Only check the workers on this host.")
+    ] = False,
+) -> None:
+    """Build the jobs of a broker.
+
+    GAMUT_BROKER and GAMUT_STORE name the broker and the store.
+    """
+    command = _command()
+    raise typer.Exit(command.check_worker() if check else command.work())
+
+
+@app.command()
+def key(
+    name: Annotated[str, typer.Argument(help="Lower-case letters, digits and hyphens; public.")],
+    scopes: Annotated[str, typer.Option(help="read, write or read+write.")] = "read+write",
+) -> None:
+    """Make an API key and its entry for GAMUT_API_KEYS."""
+    raise typer.Exit(_command().make_key(name, frozenset(scopes.split("+"))))
+
+
+@app.command()
+def openapi() -> None:
+    """Print the OpenAPI document."""
+    sys.stdout.write(_command().openapi_document())
+
+
+@app.command()
+def warm() -> None:
+    """Compile the kernels in advance."""
+    from gamutcore.warm import compile_kernels  # noqa: PLC0415  # a server compiles nothing
+
+    compile_kernels()
+
+
+@store_commands.command()
+def check(
+    location: Annotated[str | None, typer.Argument(help="GAMUT_STORE by default.")] = None,
+) -> None:
+    """Check that a store keeps the guarantees of the service."""
+    raise typer.Exit(_command().check_store(location))
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit status.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Without the program's name; by default those of the process.
+    """
+    return run(app, arguments)
 
 
 if __name__ == "__main__":

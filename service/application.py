@@ -29,7 +29,22 @@ from service.http.request_id import RequestIds
 from service.meshes.fast_path import MeshFastPath
 from service.openapi.document import APP_METADATA, openapi_document
 from service.problems.handlers import add_exception_handlers
-from service.routes import batch, gamuts, jobs, meshes, metrics, pages, state, swagger_ui
+from service.routes import (
+    batch,
+    gamuts,
+    jobs,
+    meshes,
+    metrics,
+    names,
+    pages,
+    queries,
+    references,
+    state,
+    swagger_ui,
+    viewer,
+    views,
+)
+from service.routes.reference_slugs import ReferenceSlugs
 from service.settings import Settings
 from service.telemetry.request_observer import RequestObserver
 from service.telemetry.server_timing import ServerTiming
@@ -37,8 +52,10 @@ from service.telemetry.server_timing import ServerTiming
 __all__ = ["access_rules", "create_app"]
 
 _ROUTERS = (
-    *(gamuts.router, meshes.router, batch.router, jobs.router),
-    *(state.router, metrics.router, pages.router, swagger_ui.router),
+    queries.router,  # the router tries routes in turn, and single colours are asked for most often
+    *(gamuts.router, names.router, meshes.router, batch.router, references.router, jobs.router),
+    *(views.router, views.comparisons),
+    *(state.router, metrics.router, pages.router, swagger_ui.router, viewer.router),
 )
 
 
@@ -90,16 +107,22 @@ class _Application(FastAPI):
         5. Starlette's error handler: answers defects of the layers below it.
         6. `HeadAsGet`: the layers below see GET only.
         7. `Access`: keys and rate limits, before anything is read or computed.
-        8. `MeshFastPath`: plain requests for meshes, ahead of FastAPI's slower routing.
-        9. `BodyLimit`: before any route reads a body.
-        10. `PlainPaths`: protects the router's patterns, so it is next to the router.
-        11. FastAPI's exception handlers and the router.
+        8. `ReferenceSlugs`: the layers below see ids only.
+        9. `MeshFastPath`: plain requests for meshes, ahead of FastAPI's slower routing.
+        10. `BodyLimit`: before any route reads a body.
+        11. `PlainPaths`: protects the router's patterns, so it is next to the router.
+        12. FastAPI's exception handlers and the router.
         """
         service: ServiceContainer = self.state.service
         settings, rules = service.settings, self.state.access_rules
         self.user_middleware = [
             Middleware(HeadAsGet),
-            *([Middleware(Access, rules=rules)] if rules.limiting else []),
+            *(
+                [Middleware(Access, rules=rules, reading=queries.READING_POSTS)]
+                if rules.limiting
+                else []
+            ),
+            Middleware(ReferenceSlugs, service=service),
             Middleware(MeshFastPath, meshes=service.meshes),
             Middleware(BodyLimit, limit=settings.max_body_bytes),
             Middleware(PlainPaths),

@@ -1,17 +1,17 @@
-"""The console script ``gamut``: serve, worker, store, key, openapi and warm."""
+"""What the commands of the service do: serve, worker, store, key and openapi.
 
-import argparse
+`service.__main__` has the command line. Each function returns the exit status.
+"""
+
 import json
 import logging
 import os
 import resource
 import sys
-from collections.abc import Sequence
 from typing import Any
 
 from pydantic import ValidationError
 
-from gamutcore.version import __version__
 from service.access.api_keys import new_key
 from service.access.middleware import OpenToAllError
 from service.application import create_app
@@ -27,64 +27,18 @@ from service.storage.location import StoreLocationError, blobs_at, is_address
 from service.telemetry.logs import configure_logging
 from service.telemetry.traces import TracesUnavailableError
 
-__all__ = ["main", "openapi_document", "raise_file_limit"]
+__all__ = [
+    "check_store",
+    "check_worker",
+    "make_key",
+    "openapi_document",
+    "print_settings",
+    "raise_file_limit",
+    "serve",
+    "work",
+]
 
 logger = logging.getLogger(__name__)
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and return the exit status.
-
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        Command line without the program's name; by default that of the process.
-    """
-    parser = argparse.ArgumentParser(prog="gamut", description="Gamut boundary service.")
-    parser.add_argument("--version", action="version", version=__version__)
-    commands = parser.add_subparsers(dest="command", required=True)
-    serve = commands.add_parser(
-        "serve", help="serve over HTTP; further settings come from the environment (GAMUT_...)"
-    )
-    serve.add_argument("--host", help="address to listen on")
-    serve.add_argument("--port", type=int, help="port to listen on; 0 takes a free one")
-    serve.add_argument("--store", help="location of the store: a directory, or s3://, gs://, az://")
-    serve.add_argument(
-        "--print-settings",
-        action="store_true",
-        help="print the settings in force as GAMUT_NAME=value lines, and exit",
-    )
-    worker = commands.add_parser(
-        "worker", help="build the jobs of a broker (GAMUT_BROKER, GAMUT_STORE)"
-    )
-    worker.add_argument("--check", action="store_true", help="only check the workers on this host")
-    key = commands.add_parser("key", help="make an API key and its entry for GAMUT_API_KEYS")
-    key.add_argument("name", help="lower-case letters, digits and hyphens; public")
-    key.add_argument("--scopes", default="read+write", help="read, write or read+write (default)")
-    commands.add_parser("openapi", help="print the OpenAPI document")
-    commands.add_parser("warm", help="compile the kernels in advance")
-    store = commands.add_parser("store", help="maintain a store")
-    check = store.add_subparsers(dest="store_command", required=True).add_parser(
-        "check", help="check that a store keeps the guarantees of the service"
-    )
-    check.add_argument("location", nargs="?", help="GAMUT_STORE by default")
-    parsed = parser.parse_args(arguments)
-    if parsed.command == "serve":
-        overrides = {name: getattr(parsed, name) for name in ("host", "port", "store")}
-        return _print_settings(overrides) if parsed.print_settings else _serve(overrides)
-    if parsed.command == "worker":
-        return health.main() if parsed.check else _worker()
-    if parsed.command == "store":
-        return _check_store(parsed.location)
-    if parsed.command == "key":
-        return _key(parsed.name, frozenset(parsed.scopes.split("+")))
-    if parsed.command == "openapi":
-        sys.stdout.write(openapi_document())
-    else:
-        from gamutcore.warm import compile_kernels  # noqa: PLC0415  # a server compiles nothing
-
-        compile_kernels()
-    return 0
 
 
 def openapi_document() -> str:
@@ -106,7 +60,8 @@ def raise_file_limit() -> None:
         logger.warning("limit of open files was not raised: %s", error)
 
 
-def _key(name: str, scopes: frozenset[str]) -> int:
+def make_key(name: str, scopes: frozenset[str]) -> int:
+    """Print a new API key and its entry for the settings."""
     try:
         key, known = new_key(name, scopes)
     except ValueError as error:
@@ -119,7 +74,8 @@ def _key(name: str, scopes: frozenset[str]) -> int:
     return 0
 
 
-def _check_store(location: str | None) -> int:
+def check_store(location: str | None) -> int:
+    """Check a store, by default that of the settings, and print a report."""
     try:
         # Two clients of a bucket behave like two machines. A directory has one owner.
         location = location or Settings().store
@@ -150,7 +106,13 @@ def _settings(overrides: dict[str, Any]) -> Settings | None:
     return settings
 
 
-def _worker() -> int:
+def check_worker() -> int:
+    """Check the workers on this host."""
+    return health.main()
+
+
+def work() -> int:
+    """Build the jobs of a broker until the process is told to end."""
     settings = _settings({})
     if settings is None:
         return 2
@@ -170,7 +132,8 @@ def _worker() -> int:
         return 1
 
 
-def _print_settings(overrides: dict[str, Any]) -> int:
+def print_settings(overrides: dict[str, Any]) -> int:
+    """Print the settings in force with their sources."""
     settings = _settings(overrides)
     if settings is None:
         return 2
@@ -179,7 +142,14 @@ def _print_settings(overrides: dict[str, Any]) -> int:
     return 0
 
 
-def _serve(overrides: dict[str, Any]) -> int:
+def serve(overrides: dict[str, Any]) -> int:
+    """Serve over HTTP until the process is told to end.
+
+    Parameters
+    ----------
+    overrides : dict
+        Values of settings from the command line; None where not given.
+    """
     settings = _settings(overrides)
     if settings is None:
         return 2

@@ -21,6 +21,7 @@ from service.jobs.book import JobBook
 from service.jobs.events import EventStreams
 from service.meshes.library import Library
 from service.meshes.meshes import Meshes
+from service.queries.queries import Queries
 from service.readiness import Readiness, service_readiness
 from service.settings import Settings
 from service.storage.gamuts import GamutStore
@@ -58,6 +59,7 @@ class ServiceContainer:
     store: GamutStore = field(init=False)
     library: Library = field(init=False)
     meshes: Meshes = field(init=False)
+    queries: Queries = field(init=False)
     builds: Builds = field(init=False)
     metrics: Metrics = field(init=False, default_factory=Metrics)
     readiness: Readiness = field(init=False)
@@ -80,6 +82,13 @@ class ServiceContainer:
         )
         self.library = Library(self.store, settings.history_cache_bytes)
         self.meshes = Meshes(self.library, settings.mesh_cache_bytes)
+        self.queries = Queries(
+            self.library,
+            self.meshes.levels,
+            self.metrics.queries,
+            index_bytes=settings.query_index_bytes,
+            most_rows=settings.query_rows,
+        )
         book = JobBook.of_store(self.store, settings.build_attempts)
         observer = BuildObserver(self.metrics.builds, self.traces)
         engine = _build_engine(settings, self.store, book, observer)
@@ -113,6 +122,7 @@ class ServiceContainer:
             preparation.cancel()
             await asyncio.gather(preparation, return_exceptions=True)
             await self.builds.stop()
+            self.queries.close()
             self.library.close()
             # Closing joins threads, so it must not block the event loop.
             await asyncio.to_thread(self.store.close)

@@ -93,6 +93,7 @@ class Server(uvicorn.Server):
             host, port = bound.getsockname()[:2]
             address = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
             logger.info("Uvicorn running on http://%s (Press CTRL+C to quit)", address)
+            logger.info("Viewer at http://%s/view", address)
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         """Begin to stop."""

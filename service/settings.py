@@ -9,7 +9,16 @@ import re
 from collections.abc import Set as AbstractSet
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, ValidationInfo, field_validator
+from pydantic import (
+    AfterValidator,
+    Field,
+    NonNegativeFloat,
+    NonNegativeInt,
+    PositiveFloat,
+    PositiveInt,
+    ValidationInfo,
+    field_validator,
+)
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from gamutcore.limits import MAX_PIXELS, MAX_SAMPLES, Limits
@@ -60,282 +69,193 @@ class Settings(BaseSettings):
     """The settings of the service with defaults and ranges."""
 
     model_config = SettingsConfigDict(
-        env_prefix=ENVIRONMENT_PREFIX, extra="forbid", frozen=True, allow_inf_nan=False
+        env_prefix=ENVIRONMENT_PREFIX,
+        extra="forbid",
+        frozen=True,
+        allow_inf_nan=False,
+        use_attribute_docstrings=True,
     )
 
-    store: str = Field(
-        default="var/gamuts",
-        min_length=1,
-        description="Location of gamuts, inputs and jobs: a directory, which belongs to one "
-        "running service at a time, or `s3://bucket/prefix`, `gs://bucket/prefix` "
-        "or `az://container/prefix`, which any number of services share.",
-    )
-    store_bytes: int = Field(
-        default=0,
-        ge=0,
-        description="Size limit of a store directory in bytes. The least recently used gamuts "
-        "are removed for new ones. 0: no limit, and no gamut is removed.",
-    )
-    store_reserve_bytes: int = Field(
-        default=64 * _MEBIBYTE,
-        ge=0,
-        description="Free bytes that are kept on the file system of a store directory. A new "
-        "gamut that would use them is answered with 507.",
-    )
-    keep_inputs: bool = Field(
-        default=True,
-        description="Keep the input of a gamut, so that a damaged gamut can be rebuilt.",
-    )
-    broker: str = Field(
-        default="",
-        repr=False,  # it may contain a password
-        description="URL of the broker (`redis://`, `rediss://`, `amqp://` or `amqps://`) that"
-        " passes builds to `gamut worker` processes. Empty: this process builds. A"
-        " broker requires a bucket as store.",
-    )
-    host: str = Field(default="127.0.0.1", description="Listening address of `gamut serve`.")
-    port: int = Field(
-        default=8000,
-        ge=0,
-        le=65535,
-        description="Listening port of `gamut serve`; 0 selects a free port.",
-    )
-    api_keys: Annotated[str, AfterValidator(_check_api_keys)] = Field(
-        default="",
-        description="API keys as digests, as `gamut key NAME` prints them: "
-        "`NAME:SCOPES:SHA256`, separated by commas. Scopes are `read`, `write` or "
-        "`read+write`.",
-    )
-    allow_anonymous: Literal["auto", "none", "read", "all"] = Field(
-        default="auto",
-        description="Permissions of requests without a key. `auto`: none if there are keys; "
-        "otherwise all, on a loopback address only.",
-    )
-    rate_limit: float = Field(
-        default=0.0,
-        ge=0,
-        description="Requests per second for each key, or for each address without a key; more"
-        " are answered with 429. 0: no limit.",
-    )
-    rate_burst: int = Field(
-        default=100,
-        ge=1,
-        description="Number of requests that may arrive at once within the rate limit.",
-    )
-    build_rate_limit: float = Field(
-        default=0.0,
-        ge=0,
-        description="Requests per minute that build, for each key or address; more are "
-        "answered with 429. 0: no limit.",
-    )
-    build_rate_burst: int = Field(
-        default=10,
-        ge=1,
-        description="Number of building requests that may arrive at once within their rate limit.",
-    )
-    trusted_proxies: Annotated[str, AfterValidator(_check_proxies)] = Field(
-        default="",
-        description="Addresses or networks of proxies, separated by commas, whose "
-        "`X-Forwarded-For` and `X-Forwarded-Proto` are used; `*` for all. Empty: "
-        "the address of the connection is used.",
-    )
-    cors_origins: Annotated[str, AfterValidator(_check_origins)] = Field(
-        default="",
-        description="Origins whose pages may use the API (CORS), separated by commas, such as "
-        "`https://example.org`; `*` for all.",
-    )
-    log_level: Literal["critical", "error", "warning", "info", "debug"] = Field(
-        default="info", description="Lowest severity that is logged."
-    )
-    log_format: Literal["text", "json"] = Field(
-        default="text",
-        description="`text` for people, `json` for programs, with one object per line.",
-    )
-    access_log: bool = Field(
-        default=False,
-        description="Log a line for every request. This costs about a tenth of the throughput.",
-    )
-    worker_metrics_port: int = Field(
-        default=0,
-        ge=0,
-        le=65535,
-        description="Port where `gamut worker` serves its metrics on `GAMUT_HOST`; 0: none. "
-        "`gamut serve` has them at `/metrics`.",
-    )
-    traces: Literal["auto", "on", "off"] = Field(
-        default="auto",
-        description="OpenTelemetry traces, sent by OTLP over HTTP to the endpoint in the "
-        "`OTEL_...` variables. `auto`: on if an endpoint is set and the extra "
-        "`otel` is installed.",
-    )
-    max_body_bytes: int = Field(
-        default=160 * _MEBIBYTE,
-        ge=1024,
-        description="Largest request body in bytes; a larger one is answered with 413. A "
-        "picture of 24 megapixels has up to 144 MB.",
-    )
-    max_head_bytes: int = Field(
-        default=32 * 1024,
-        ge=1024,
-        description="Largest request target and header fields in bytes; more are answered with"
-        " 431.",
-    )
-    max_connections: int = Field(
-        default=1024,
-        ge=1,
-        description="Largest number of open connections. For a new one, the connection that "
-        "has been idle longest is closed; if none is idle, the answer is 503.",
-    )
-    head_timeout: float = Field(
-        default=10.0,
-        gt=0,
-        description="Seconds within which the request target and the header fields must "
-        "arrive; later ones are answered with 408.",
-    )
-    body_timeout: float = Field(
-        default=20.0,
-        gt=0,
-        description="Seconds for a body, in addition to the time that its size allows; slower "
-        "ones are answered with 408.",
-    )
-    min_body_rate: int = Field(
-        default=4096,
-        ge=1,
-        description="Smallest rate of a body in bytes per second, after `GAMUT_BODY_TIMEOUT`.",
-    )
-    write_timeout: float = Field(
-        default=30.0,
-        gt=0,
-        description="Seconds after which a client that reads nothing of its answer is "
-        "disconnected.",
-    )
-    max_inline_bytes: int = Field(
-        default=_MEBIBYTE,
-        ge=1024,
-        description="Largest JSON body with inline samples in bytes; larger data must be sent "
-        "as a file. Decoding JSON blocks other requests for about 0.1 s per "
-        "mebibyte.",
-    )
-    max_surface_samples: int = Field(
-        default=1_000_000,
-        ge=100_000,  # at least the default of the option
-        description="Largest accepted value of the option `surface_samples`.",
-    )
-    max_patches: int = Field(
-        default=MAX_SAMPLES,
-        ge=4,
-        le=MAX_SAMPLES,
-        description="Largest number of samples (patches) in characterisation data.",
-    )
-    max_pixels: int = Field(
-        default=MAX_PIXELS,
-        ge=1,
-        le=MAX_PIXELS,
-        description="Largest number of pixels in a picture.",
-    )
-    max_form_parts: int = Field(
-        default=40,
-        ge=2,
-        description="Largest number of fields, and of files, in a form; more are answered with"
-        " 413.",
-    )
-    build_workers: int = Field(
-        default=1,
-        ge=1,
-        le=64,
-        description="Number of worker processes. Each builds one gamut at a time.",
-    )
-    build_queue: int = Field(
-        default=16,
-        ge=1,
-        description="Largest number of waiting builds; more are answered with 429.",
-    )
-    build_timeout: float = Field(
-        default=120.0,
-        gt=0,
-        description="Seconds after which a build is ended and fails.",
-    )
-    build_memory_bytes: int = Field(
-        default=2048 * _MEBIBYTE,
-        ge=0,
-        description="Private memory of a build process in bytes. A build that uses more is "
-        "ended and fails. 0: no limit; otherwise at least 268435456 (256 MiB). A "
-        "million surface samples take 0.7 GB, a picture of 24 megapixels 0.8 GB.",
-    )
-    build_attempts: int = Field(
-        default=3,
-        ge=1,
-        le=10,
-        description="Number of attempts of a build whose process or service dies, before the "
-        "build fails.",
-    )
-    build_lease: float = Field(
-        default=20.0,
-        ge=3,
-        description="Seconds after which another `gamut worker` takes over a build without a "
-        "heartbeat. The clocks of all hosts must agree much more closely.",
-    )
-    resend_seconds: float = Field(
-        default=30.0,
-        ge=1,
-        description="Seconds after which an unstarted build is sent to the broker again, if "
-        "the broker's queue is empty.",
-    )
-    client_wait: float = Field(
-        default=30.0,
-        ge=0,
-        description="Seconds that POST waits for the build before it answers 202. Clients can "
-        "change it with `Prefer: wait=N` or `respond-async`.",
-    )
-    max_client_wait: float = Field(
-        default=300.0,
-        ge=0,
-        description="Largest accepted `Prefer: wait=N` in seconds.",
-    )
-    drain_seconds: float = Field(
-        default=20.0,
-        ge=0,
-        description="Seconds for running builds when the service stops. Unfinished and waiting"
-        " builds continue after the next start.",
-    )
-    job_retention_seconds: float = Field(
-        default=86_400.0,
-        ge=0,
-        description="Seconds for which a finished job can be read. Gamuts stay.",
-    )
-    max_event_streams: int = Field(
-        default=256,
-        ge=0,
-        description="Largest number of clients that follow jobs by server-sent events.",
-    )
-    history_cache_bytes: int = Field(
-        default=512 * _MEBIBYTE,
-        ge=0,
-        description="Memory for open histories in bytes; the least recently used are removed.",
-    )
-    mesh_cache_bytes: int = Field(
-        default=128 * _MEBIBYTE,
-        ge=0,
-        description="Memory for encoded meshes in bytes; the least recently used are removed.",
-    )
-    max_batch_meshes: int = Field(
-        default=100,
-        ge=1,
-        le=10_000,
-        description="Largest number of meshes in one request.",
-    )
-    max_batch_triangles: int = Field(
-        default=10_000_000,
-        ge=4,
-        le=40_000_000,  # as OBJ less than 4 GiB, the limit of a zip archive
-        description="Largest number of triangles of all meshes in one request.",
-    )
-    max_page_size: int = Field(
-        default=100,
-        ge=1,
-        le=1000,
-        description="Largest number of entries on a page of a list.",
-    )
+    store: str = Field(default="var/gamuts", min_length=1)
+    """Location of gamuts, inputs and jobs: a directory, which belongs to one running service at a
+    time, or `s3://bucket/prefix`, `gs://bucket/prefix` or `az://container/prefix`, which any number
+    of services share."""
+
+    store_bytes: NonNegativeInt = 0
+    """Size limit of a store directory in bytes. The least recently used gamuts are removed for new
+    ones. 0: no limit, and no gamut is removed."""
+
+    store_reserve_bytes: NonNegativeInt = 64 * _MEBIBYTE
+    """Free bytes that are kept on the file system of a store directory. A new gamut that would use
+    them is answered with 507."""
+
+    keep_inputs: bool = True
+    """Keep the input of a gamut, so that a damaged gamut can be rebuilt."""
+
+    broker: str = Field(default="", repr=False)  # it may contain a password
+    """URL of the broker (`redis://`, `rediss://`, `amqp://` or `amqps://`) that passes builds to
+    `gamut worker` processes. Empty: this process builds. A broker requires a bucket as store."""
+
+    host: str = "127.0.0.1"
+    """Listening address of `gamut serve`."""
+
+    port: int = Field(default=8000, ge=0, le=65535)
+    """Listening port of `gamut serve`; 0 selects a free port."""
+
+    api_keys: Annotated[str, AfterValidator(_check_api_keys)] = ""
+    """API keys as digests, as `gamut key NAME` prints them: `NAME:SCOPES:SHA256`, separated by
+    commas. Scopes are `read`, `write` or `read+write`."""
+
+    allow_anonymous: Literal["auto", "none", "read", "all"] = "auto"
+    """Permissions of requests without a key. `auto`: none if there are keys; otherwise all, on a
+    loopback address only."""
+
+    rate_limit: NonNegativeFloat = 0.0
+    """Requests per second for each key, or for each address without a key; more are answered with
+    429. 0: no limit."""
+
+    rate_burst: PositiveInt = 100
+    """Number of requests that may arrive at once within the rate limit."""
+
+    build_rate_limit: NonNegativeFloat = 0.0
+    """Requests per minute that build, for each key or address; more are answered with 429. 0: no
+    limit."""
+
+    build_rate_burst: PositiveInt = 10
+    """Number of building requests that may arrive at once within their rate limit."""
+
+    trusted_proxies: Annotated[str, AfterValidator(_check_proxies)] = ""
+    """Addresses or networks of proxies, separated by commas, whose `X-Forwarded-For` and
+    `X-Forwarded-Proto` are used; `*` for all. Empty: the address of the connection is used."""
+
+    cors_origins: Annotated[str, AfterValidator(_check_origins)] = ""
+    """Origins whose pages may use the API (CORS), separated by commas, such as
+    `https://example.org`; `*` for all."""
+
+    log_level: Literal["critical", "error", "warning", "info", "debug"] = "info"
+    """Lowest severity that is logged."""
+
+    log_format: Literal["text", "json"] = "text"
+    """`text` for people, `json` for programs, with one object per line."""
+
+    access_log: bool = False
+    """Log a line for every request. This costs about a tenth of the throughput."""
+
+    worker_metrics_port: int = Field(default=0, ge=0, le=65535)
+    """Port where `gamut worker` serves its metrics on `GAMUT_HOST`; 0: none. `gamut serve` has them
+    at `/metrics`."""
+
+    traces: Literal["auto", "on", "off"] = "auto"
+    """OpenTelemetry traces, sent by OTLP over HTTP to the endpoint in the `OTEL_...` variables.
+    `auto`: on if an endpoint is set and the extra `otel` is installed."""
+
+    max_body_bytes: int = Field(default=160 * _MEBIBYTE, ge=1024)
+    """Largest request body in bytes; a larger one is answered with 413. A picture of 24 megapixels
+    has up to 144 MB."""
+
+    max_head_bytes: int = Field(default=32 * 1024, ge=1024)
+    """Largest request target and header fields in bytes; more are answered with 431."""
+
+    max_connections: PositiveInt = 1024
+    """Largest number of open connections. For a new one, the connection that has been idle longest
+    is closed; if none is idle, the answer is 503."""
+
+    head_timeout: PositiveFloat = 10.0
+    """Seconds within which the request target and the header fields must arrive; later ones are
+    answered with 408."""
+
+    body_timeout: PositiveFloat = 20.0
+    """Seconds for a body, in addition to the time that its size allows; slower ones are answered
+    with 408."""
+
+    min_body_rate: PositiveInt = 4096
+    """Smallest rate of a body in bytes per second, after `GAMUT_BODY_TIMEOUT`."""
+
+    write_timeout: PositiveFloat = 30.0
+    """Seconds after which a client that reads nothing of its answer is disconnected."""
+
+    max_inline_bytes: int = Field(default=_MEBIBYTE, ge=1024)
+    """Largest JSON body with inline samples in bytes; larger data must be sent as a file. Decoding
+    JSON blocks other requests for about 0.1 s per mebibyte."""
+
+    max_surface_samples: int = Field(default=1_000_000, ge=100_000)  # the default of the option
+    """Largest accepted value of the option `surface_samples`."""
+
+    max_patches: int = Field(default=MAX_SAMPLES, ge=4, le=MAX_SAMPLES)
+    """Largest number of samples (patches) in characterisation data."""
+
+    max_pixels: int = Field(default=MAX_PIXELS, ge=1, le=MAX_PIXELS)
+    """Largest number of pixels in a picture."""
+
+    max_form_parts: int = Field(default=40, ge=2)
+    """Largest number of fields, and of files, in a form; more are answered with 413."""
+
+    build_workers: int = Field(default=1, ge=1, le=64)
+    """Number of worker processes. Each builds one gamut at a time."""
+
+    build_queue: PositiveInt = 16
+    """Largest number of waiting builds; more are answered with 429."""
+
+    build_timeout: PositiveFloat = 120.0
+    """Seconds after which a build is ended and fails."""
+
+    build_memory_bytes: NonNegativeInt = 2048 * _MEBIBYTE
+    """Private memory of a build process in bytes. A build that uses more is ended and fails. 0: no
+    limit; otherwise at least 268435456 (256 MiB). A million surface samples take 0.7 GB, a picture
+    of 24 megapixels 0.8 GB."""
+
+    build_attempts: int = Field(default=3, ge=1, le=10)
+    """Number of attempts of a build whose process or service dies, before the build fails."""
+
+    build_lease: float = Field(default=20.0, ge=3)
+    """Seconds after which another `gamut worker` takes over a build without a heartbeat. The clocks
+    of all hosts must agree much more closely."""
+
+    resend_seconds: float = Field(default=30.0, ge=1)
+    """Seconds after which an unstarted build is sent to the broker again, if the broker's queue is
+    empty."""
+
+    client_wait: NonNegativeFloat = 30.0
+    """Seconds that POST waits for the build before it answers 202, counted from the time when the
+    service can build. Clients can change it with `Prefer: wait=N` or `respond-async`."""
+
+    max_client_wait: NonNegativeFloat = 300.0
+    """Largest accepted `Prefer: wait=N` in seconds."""
+
+    drain_seconds: NonNegativeFloat = 20.0
+    """Seconds for running builds when the service stops. Unfinished and waiting builds continue
+    after the next start."""
+
+    job_retention_seconds: NonNegativeFloat = 86_400.0
+    """Seconds for which a finished job can be read. Gamuts stay."""
+
+    max_event_streams: NonNegativeInt = 256
+    """Largest number of clients that follow jobs by server-sent events."""
+
+    history_cache_bytes: NonNegativeInt = 512 * _MEBIBYTE
+    """Memory for open histories in bytes; the least recently used are removed."""
+
+    mesh_cache_bytes: NonNegativeInt = 128 * _MEBIBYTE
+    """Memory for encoded meshes in bytes; the least recently used are removed."""
+
+    query_index_bytes: NonNegativeInt = 256 * _MEBIBYTE
+    """Memory for indexes of the levels of one gamut in bytes; the least recently used are removed.
+    They count for `GAMUT_HISTORY_CACHE_BYTES` as well. A level of 1,000 triangles takes 0.2 MB, a
+    full boundary of 150,000 about 50 MB."""
+
+    query_rows: PositiveInt = 2_000_000
+    """Largest number of rows of queries under way; more are answered with 429. A row takes up to 90
+    bytes."""
+
+    max_batch_meshes: int = Field(default=100, ge=1, le=10_000)
+    """Largest number of meshes in one request."""
+
+    # As OBJ, this many triangles have less than 4 GiB, the limit of a zip archive.
+    max_batch_triangles: int = Field(default=10_000_000, ge=4, le=40_000_000)
+    """Largest number of triangles of all meshes in one request."""
+
+    max_page_size: int = Field(default=100, ge=1, le=1000)
+    """Largest number of entries on a page of a list."""
 
     @field_validator("build_memory_bytes")
     @classmethod
@@ -408,5 +328,6 @@ def settings_table() -> str:
     rows = ["| variable | default | meaning |", "|---|---|---|"]
     for name, field in Settings.model_fields.items():
         default = str(field.default).lower() if isinstance(field.default, bool) else field.default
-        rows.append(f"| `{ENVIRONMENT_PREFIX}{name.upper()}` | `{default}` | {field.description} |")
+        meaning = " ".join((field.description or "").split())
+        rows.append(f"| `{ENVIRONMENT_PREFIX}{name.upper()}` | `{default}` | {meaning} |")
     return "\n".join(rows) + "\n"

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 VALIDATOR = Path(__file__).parent / "gltf"
-JAVASCRIPT = Path(__file__).parent / "javascript"
+WEB = Path(__file__).parents[1] / "web"
 
 # The same examples in every run, so that a failure in CI repeats at a desk. Tests are not timed.
 settings.register_profile("repository", derandomize=True, deadline=None)
@@ -44,6 +44,24 @@ def missing(what: str) -> None:
     if os.environ.get("CI") == "true":
         pytest.fail(what)
     pytest.skip(what)
+
+
+@pytest.fixture(scope="session")
+def typescript_program(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Path], list[str]]:
+    """Return a function from a program in TypeScript below ``web/`` to the command that runs it."""
+    node, esbuild = shutil.which("node"), WEB / "node_modules" / ".bin" / "esbuild"
+    if node is None:
+        missing("Programs in TypeScript need Node.js, which is not installed")
+    if not esbuild.exists():
+        missing("The packages of web/ are not installed: run `make test`, or npm ci in web")
+
+    def command(source: Path) -> list[str]:
+        bundle = tmp_path_factory.mktemp("typescript") / f"{source.stem}.mjs"
+        options = ["--bundle", "--platform=node", "--format=esm", "--log-level=warning"]
+        subprocess.run([str(esbuild), str(source), *options, f"--outfile={bundle}"], check=True)
+        return [str(node), str(bundle)]
+
+    return command
 
 
 @pytest.fixture(scope="session")
@@ -88,15 +106,14 @@ def gltf_report(
 @pytest.fixture(scope="session")
 def javascript_levels(
     tmp_path_factory: pytest.TempPathFactory,
+    typescript_program: Callable[[Path], list[str]],
 ) -> Callable[..., list[tuple[np.ndarray, ...]]]:
     """Return a function from a history file, or a prefix, to its levels as JavaScript reads them.
 
     The levels are those of `counts`, or all. Each is (positions, faces), with the values of
     `channels` device channels if there are any.
     """
-    node = shutil.which("node")
-    if node is None:
-        missing("The reader of histories in JavaScript needs Node.js, which is not installed")
+    program = typescript_program(WEB / "history" / "tests" / "levels.ts")
 
     def levels(
         data: bytes, counts: list[int] | None = None, channels: int = 0
@@ -106,8 +123,7 @@ def javascript_levels(
         asked = ["all"] if counts is None else [str(count) for count in counts]
         ended = subprocess.run(
             [
-                str(node),
-                str(JAVASCRIPT / "levels.mjs"),
+                *program,
                 *(["--device"] if channels else []),
                 str(path),
                 *asked,

@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from benchmarks import bench, figures, markdown, scaling
+from benchmarks import bench, boundaries, figures, markdown, scaling
 from benchmarks.common import FOGRA39L
 from benchmarks.devices import Device, devices, exact_mismatch, faults, sphere
 from benchmarks.documents import DOCUMENTS
@@ -19,9 +19,10 @@ from benchmarks.raster import View, picture
 from benchmarks.render import PICTURES
 from benchmarks.scaling import Measured, hit_ratio
 from benchmarks.summary import best_peer, boundary_methods, error_ratios, level_errors, mean_errors
+from gamutcore import Gamut
 from gamutcore.export import mesh_file
-from gamutcore.gamut import Options, build_gamut
 from gamutcore.mesh import TriangleMesh
+from gamutcore.references import REFERENCES
 
 CENTRE = np.array([50.0, 0.0, 0.0])
 CLAIMED_COUNTS = (1000, 500, 100, 50, 20)
@@ -35,6 +36,22 @@ VERSION_10_PERCENT = {
 @pytest.fixture(scope="module")
 def results():
     return json.loads(figures.RESULTS.read_text())
+
+
+class TestBoundaries:
+    def test_faces_of_the_cube_enclose_the_published_volume(self):
+        """Lindbloom's table agrees with dense faces within 0.053 %."""
+        for slug, published in boundaries.LINDBLOOM.items():
+            found = boundaries.cube_volume(REFERENCES[slug], 100)
+            assert found == pytest.approx(published, rel=0.0006)
+
+    @pytest.mark.parametrize(("kind", "limit"), [("default", 5e-4), ("surface", 2e-4)])
+    def test_committed_volumes_keep_the_targets(self, kind, limit):
+        stored = json.loads(boundaries.RESULTS.read_text())
+        for row in stored["spaces"]:
+            assert row[kind]["volume"] == pytest.approx(row["exact"], rel=limit), row["name"]
+        for row in stored["devices"]:
+            assert row[kind]["volume"] == pytest.approx(row["exact"], rel=5e-4), row["name"]
 
 
 class TestResults:
@@ -98,10 +115,11 @@ class TestResults:
 
 
 def test_every_picture_is_shown_and_light():
-    documents = [path.read_text() for path in figures.DOCUMENT.parent.glob("*.md")]
-    shown = {name for text in documents for name in re.findall(r"\]\(pictures/([^)]+)\)", text)}
-    files = [path for path in PICTURES.iterdir() if path.suffix in {".png", ".svg"}]
-    assert shown == {file.name for file in files}
+    documents = [path.read_text() for path in figures.DOCUMENT.parent.rglob("*.md")]
+    picture = re.compile(r"\]\((?:\.\./)*pictures/([^)]+\.(?:png|svg))\)")
+    shown = {name for text in documents for name in picture.findall(text)}
+    files = [path for path in PICTURES.rglob("*") if path.suffix in {".png", ".svg"}]
+    assert shown == {str(file.relative_to(PICTURES)) for file in files}
     assert max(file.stat().st_size for file in files) < 300_000
 
 
@@ -265,7 +283,7 @@ class TestScaling:
     @pytest.mark.slow
     def test_the_bytes_of_an_answer_are_those_of_the_mesh(self):
         results, gamuts, _ = scaling.read_results()
-        level = build_gamut(FOGRA39L.read_bytes(), Options()).level(1000)
+        level = Gamut(FOGRA39L.read_bytes()).level(1000)
         mesh_bytes = len(mesh_file(level, "glb", {}))
         answer_bytes = Measured.from_results(results, gamuts).answer_bytes
         # The answer adds its header fields and the provenance inside the GLB.

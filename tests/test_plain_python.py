@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from gamutcore.boundary import BOUNDARIES, compute_boundary
+from gamutcore.colours.device.ink_cube import InkCube
 from gamutcore.colours.device.scattered_model import scattered_model
+from gamutcore.colours.device.surface import device_surface
 from gamutcore.colours.spaces.srgb import srgb
 
 ROUNDING = 12
@@ -21,8 +23,15 @@ def results():
     device = np.stack(np.meshgrid(*[np.linspace(0, 1, 3)] * 3), axis=-1).reshape(-1, 3)
     lab = np.column_stack([100 * device.mean(axis=1), 80 * (device[:, :2] - device[:, 2:])])
     arrays = {"srgb": srgb(lab).round(ROUNDING)}
-    for method in BOUNDARIES:
-        boundary = compute_boundary(lab + 1e-3 * np.sin(7 * device), method)
+    bent = lab + 1e-3 * np.sin(7 * device)
+    cube = device_surface(InkCube(np.zeros(4), np.ones(4)), lambda values: values[:, :3], 200)
+    inks = cube.device[:, :3] * 60 - 25 * cube.device[:, 3:] + np.sin(3 * cube.device[:, 1:])
+    for method, entry in BOUNDARIES.items():
+        boundary = (
+            compute_boundary(inks, method, faces=cube.faces)
+            if entry.needs_faces
+            else compute_boundary(bent, method)
+        )
         arrays[method] = boundary.mesh.vertices[boundary.mesh.faces]
         arrays[f"{method} sources"] = boundary.sources
     arrays["scattered"] = scattered_model(device, lab).colours(device / 2).round(ROUNDING - 3) + 0.0

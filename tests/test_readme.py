@@ -1,5 +1,6 @@
 """The commands of the README, run as printed except for the port."""
 
+import csv
 import os
 import re
 import signal
@@ -31,7 +32,7 @@ def commands(block):
     return [line.strip() for line in lines if line.strip() and not line.startswith("#")]
 
 
-FIRST, CURL, *_ = blocks("sh")
+FIRST, CURL, QUERY = blocks("sh")
 
 
 @pytest.fixture
@@ -137,3 +138,29 @@ def test_the_python_example_writes_a_closed_mesh(folder):
     mesh = trimesh.load(file, process=False)
     assert len(mesh.faces) == 1000
     assert mesh.is_watertight
+
+
+@pytest.mark.slow
+def test_the_query_reports_on_every_spot_colour(folder):
+    (query,) = commands(QUERY)
+    assert query.startswith("gamut query ")
+    program = f"{sys.executable} -m service"
+    ended = subprocess.run(
+        ["bash", "-c", query.replace("gamut", program, 1)],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )
+    assert ended.returncode == 0, ended.stderr
+    given, report = (
+        list(csv.DictReader(path.read_text("utf-8").splitlines()))
+        for path in (ROOT / "examples/spots.csv", folder / "report.csv")
+    )
+    assert [{name: row[name] for name in given[0]} for row in report] == given
+    added = ["in_gamut", "distance", "nearest_L", "nearest_a", "nearest_b", "delta_e_2000"]
+    assert list(report[0])[len(given[0]) :] == [*added, "C", "M", "Y", "K"]
+    inside = sum(row["in_gamut"] == "true" for row in report)
+    assert f"{inside} of {len(report)} colours are in gamut." in ended.stdout
+    assert max(report, key=lambda row: float(row["delta_e_2000"]))["name"] in ended.stdout

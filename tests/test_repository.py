@@ -86,6 +86,7 @@ class TestPins:
                 *extras["service"],
                 *extras["test"],
                 *extras["lint"],
+                *extras["docs"],
             ]
         ]
         seen = set()
@@ -99,7 +100,7 @@ class TestPins:
             try:
                 needed = importlib.metadata.requires(requirement.name) or []
             except importlib.metadata.PackageNotFoundError:
-                continue  # the lint packages, where only the tests' are installed
+                continue  # of `lint` and `docs`, where only the tests' packages are installed
             for text in needed:
                 further = Requirement(text)
                 environments = [
@@ -129,9 +130,9 @@ class TestPins:
         assert installed
         assert installed == {name: pins()[name] for name in installed}
 
-    @pytest.mark.parametrize("folder", ["gltf", "azurite"])
+    @pytest.mark.parametrize("folder", ["tests/gltf", "tests/azurite", "web"])
     def test_the_npm_locks_have_digests_and_no_addresses(self, folder):
-        lock = json.loads((ROOT / "tests" / folder / "package-lock.json").read_text())
+        lock = json.loads((ROOT / folder / "package-lock.json").read_text())
         packages = {name: entry for name, entry in lock["packages"].items() if name}
         assert packages
         for name, entry in packages.items():
@@ -232,7 +233,14 @@ def test_the_index_lists_every_decision_record():
         assert (folder / name).read_text().startswith(head), name
 
 
-def test_the_example_is_the_file_that_its_notice_speaks_of():
-    notice = (ROOT / "examples/README.md").read_text()
-    (stated,) = re.findall(r"`([0-9a-f]{64})`", notice)
-    assert hashlib.sha256((ROOT / "examples/FOGRA39L.ti3").read_bytes()).hexdigest() == stated
+def test_the_examples_are_the_files_that_their_notices_speak_of():
+    sections = (ROOT / "examples/README.md").read_text().split("\n## ")[1:]
+    files = {section.splitlines()[0]: section for section in sections}
+    listed = {path.name for path in (ROOT / "examples").iterdir() if path.name != "README.md"}
+    assert listed <= files.keys()
+    stated = {name: re.findall(r"`([0-9a-f]{64})`", files[name]) for name in listed}
+    assert "FOGRA39L.ti3" in stated
+    for name, digests in stated.items():
+        if digests:  # a file of others
+            content = (ROOT / "examples" / name).read_bytes()
+            assert [hashlib.sha256(content).hexdigest()] == digests, name

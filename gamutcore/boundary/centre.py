@@ -5,11 +5,12 @@ All boundary methods use these functions, so they refuse the same input with the
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.boundary.insertion_order import curve_positions, insertion_order
 from gamutcore.boundary.radial_hull import radial_hull
 from gamutcore.errors import (
     CentreError,
@@ -24,7 +25,14 @@ from gamutcore.kernels import kernel
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = ["automatic_centre", "bounds", "centre_on_grid", "points_on_grid"]
+__all__ = [
+    "Centre",
+    "automatic_centre",
+    "bounds",
+    "centre_of_points",
+    "centre_on_grid",
+    "points_on_grid",
+]
 
 LARGEST_COORDINATE = 1e12
 """Larger coordinates are refused: products of several coordinates must stay far from overflow."""
@@ -39,6 +47,29 @@ box."""
 
 SAMPLE = 1000
 """Number of points in which a simplex is searched first. The points are in random order."""
+
+
+class Centre(NamedTuple):
+    """A centre, how it was found, and how deep inside of the surface it is.
+
+    Attributes
+    ----------
+    point : (3,) float64
+    origin : str
+        ``"middle of the bounding box"`` or ``"centroid of the convex hull"`` of points;
+        ``"star-kernel"``, ``"least hidden area"`` or ``"deep point within the faces"`` of a
+        device's surface; ``"the option centre"``.
+    depth : float or None
+        Distance from the nearest plane of a face: of the convex hull of points, or of the faces of
+        a device's surface that are not hidden. None if it is not known.
+    hidden : float
+        Share of the area of a device's surface that turns its back to the centre.
+    """
+
+    point: FloatArray
+    origin: str
+    depth: float | None = None
+    hidden: float = 0.0
 
 
 def points_on_grid(points: ArrayLike) -> tuple[FloatArray, float]:
@@ -163,7 +194,29 @@ def centre_on_grid(centre: object, points: FloatArray, step: float) -> FloatArra
     return rounded
 
 
-def automatic_centre(points: FloatArray, step: float) -> FloatArray:
+def centre_of_points(points: ArrayLike) -> Centre:
+    """Return the automatic centre of points.
+
+    Parameters
+    ----------
+    points : (n, 3) array_like
+
+    Returns
+    -------
+    Centre
+        As of `automatic_centre`.
+
+    Raises
+    ------
+    InvalidPointsError, TooFewPointsError, FlatPointsError
+        The points enclose no volume.
+    """
+    rounded, step = points_on_grid(points)
+    order = insertion_order(curve_positions(rounded - sum(bounds(rounded)) / 2))
+    return automatic_centre(rounded[order], step)
+
+
+def automatic_centre(points: FloatArray, step: float) -> Centre:
     """Return the middle of the points' bounding box, or the centroid of their hull.
 
     The middle of the box is halfway between black and white and between the opponent hues. From
@@ -180,7 +233,7 @@ def automatic_centre(points: FloatArray, step: float) -> FloatArray:
 
     Returns
     -------
-    (3,) float64
+    Centre
         On the grid, strictly inside the hull unless the hull is only a few steps thick.
 
     Raises
@@ -212,10 +265,13 @@ def automatic_centre(points: FloatArray, step: float) -> FloatArray:
             remedy="Give points that enclose a volume.",
         )
     centroid = np.array(moment) / volume
-    depth_of_middle = _depth(relative, faces, middle - inside)
-    if depth_of_middle >= 0.5 * _depth(relative, faces, centroid):
-        return nearest_grid_points(middle, step)
-    return nearest_grid_points(inside + centroid, step)
+    middle_depth = _depth(relative, faces, middle - inside)
+    depth = _depth(relative, faces, centroid)
+    if middle_depth >= 0.5 * depth:
+        point = nearest_grid_points(middle, step)
+        return Centre(point, "middle of the bounding box", middle_depth)
+    point = nearest_grid_points(inside + centroid, step)
+    return Centre(point, "centroid of the convex hull", depth)
 
 
 def _point_inside(points: FloatArray, extent: float) -> FloatArray | None:

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from gamutcore.boundary.closed_surface import ClosedSurface, closed_surface
-from gamutcore.boundary.kernel_point import kernel_point
 from gamutcore.boundary.modified_convex_hull import Boundary
+from gamutcore.boundary.star_kernel import Planes, StarKernelPoint, face_planes, star_kernel_point
 from gamutcore.characterisation.samples import JSON
 from gamutcore.colours.spaces.cielab import xyz_to_lab
 from gamutcore.errors import CentreError, MeshError
@@ -128,7 +128,7 @@ def _on_grid(
         own = nearest_grid_points(mesh.centre, step)
         if not _inverted_faces(surface.mesh, own).size:
             return surface, own, "the file", _margin(surface.mesh, own)
-    found = kernel_point(surface.mesh)
+    found = _star_kernel_point(surface.mesh)
     point = nearest_grid_points(found.point, step)
     unseen = _inverted_faces(surface.mesh, point)
     if unseen.size:
@@ -145,9 +145,23 @@ def _inverted_faces(mesh: TriangleMesh, centre: FloatArray) -> np.ndarray:
 
 def _margin(mesh: TriangleMesh, centre: FloatArray) -> float:
     """Smallest distance of the centre from the plane of a face."""
-    first, second, third = mesh.corners(centre)
-    normals = np.cross(second - first, third - first)
-    return float((np.einsum("ij,ij->i", normals, first) / np.linalg.norm(normals, axis=1)).min())
+    return float(_planes(mesh, centre).offsets.min())
+
+
+def _planes(mesh: TriangleMesh, centre: FloatArray) -> Planes:
+    """Planes of the faces, relative to a centre."""
+    return face_planes(
+        np.ascontiguousarray(mesh.vertices - centre, np.float64),
+        np.ascontiguousarray(mesh.faces, np.int32),
+    )
+
+
+def _star_kernel_point(mesh: TriangleMesh) -> StarKernelPoint:
+    """The point that is farthest inside of the planes of all faces."""
+    lowest, highest = mesh.bounds
+    middle = (lowest + highest) / 2
+    found = star_kernel_point(_planes(mesh, middle), float((highest - lowest).max()))
+    return found._replace(point=found.point + middle)
 
 
 def _flat_faces(mesh: TriangleMesh) -> np.ndarray:
@@ -159,7 +173,7 @@ def _refuse_inverted_faces(mesh: TriangleMesh, centre: FloatArray) -> None:
     unseen = _inverted_faces(mesh, centre)
     if not unseen.size:
         return
-    found = kernel_point(mesh)
+    found = _star_kernel_point(mesh)
     if found.margin <= 0:
         raise _not_star_shaped(mesh, found.margin, len(unseen), found.decisive[:4])
     raise CentreError(

@@ -8,14 +8,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
+from gamutcore.boundary.device_surface import device_surface_boundary
 from gamutcore.boundary.modified_convex_hull import GAMMA, Boundary, modified_convex_hull
 from gamutcore.boundary.segment_maxima import SEGMENTS, segment_maxima
 from gamutcore.boundary.usv import usv
+from gamutcore.errors import OptionError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from numpy.typing import ArrayLike
+
+    from gamutcore.colours.device.surface import SurfaceFaces
 
 __all__ = ["BOUNDARIES", "GAMMA", "Method", "compute_boundary"]
 
@@ -29,16 +33,20 @@ class Method(NamedTuple):
         From points, ``centre`` and the method's options, as keywords, to a `Boundary`.
     defaults : mapping of str to object
         The method's options with their defaults.
+    needs_faces : bool
+        Whether `wrap` takes the faces of the device's cube, as the keyword ``faces``.
     """
 
     wrap: Callable[..., Boundary]
     defaults: Mapping[str, object]
+    needs_faces: bool = False
 
 
 BOUNDARIES: dict[str, Method] = {
-    "modified-convex-hull": Method(modified_convex_hull, {"gamma": 0.2}),
+    "modified-convex-hull": Method(modified_convex_hull, {"gamma": "auto"}),
     "convex-hull": Method(modified_convex_hull, {"gamma": 1.0}),
     "segment-maxima": Method(segment_maxima, {"segments": SEGMENTS}),
+    "device-surface": Method(device_surface_boundary, {}, needs_faces=True),
     "usv": Method(usv, {"gamma": 0.05, "basis": "icosahedron", "subdivisions": 4}),
 }
 """Boundary methods by the value of the option ``boundary``."""
@@ -48,6 +56,7 @@ def compute_boundary(
     points: ArrayLike,
     method: str,
     centre: ArrayLike | Literal["auto"] = "auto",
+    faces: SurfaceFaces | None = None,
     **parameters: Any,  # noqa: ANN401  # the method knows
 ) -> Boundary:
     """Return the closed surface that a method wraps around points.
@@ -60,6 +69,8 @@ def compute_boundary(
         A key of `BOUNDARIES`.
     centre : (3,) array_like or "auto", optional
         Point that radii are taken from.
+    faces : SurfaceFaces, optional
+        Triangles between the points that cover the surface of a device's cube.
     **parameters
         Options of the method; the others have their defaults.
 
@@ -71,7 +82,7 @@ def compute_boundary(
     Raises
     ------
     OptionError
-        A parameter is not accepted.
+        A parameter is not accepted, or the method needs faces and there are none.
     InvalidPointsError, BoundaryError
         No valid surface can be wrapped around the points.
 
@@ -82,4 +93,16 @@ def compute_boundary(
     12
     """
     chosen = BOUNDARIES[method]
-    return chosen.wrap(points, centre=centre, **{**chosen.defaults, **parameters})
+    given: dict[str, Any] = {**chosen.defaults, **parameters}
+    if chosen.needs_faces:
+        if faces is None:
+            raise OptionError.not_applicable(
+                "boundary",
+                method,
+                "the data gives no device model of three or more channels whose faces can be"
+                " sampled",
+                "Send a profile, or samples with device values that a model can be fitted to; with"
+                " many inks, also raise surface_samples. Or give another boundary.",
+            )
+        given["faces"] = faces
+    return chosen.wrap(points, centre=centre, **given)

@@ -13,27 +13,43 @@ about the centre. The surface is therefore star-shaped, because the hull is.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, cast
+from typing import TYPE_CHECKING, Literal, NamedTuple, cast
 
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
+from gamutcore.boundary.automatic_gamma import SCATTERED
 from gamutcore.boundary.centre import automatic_centre, bounds, centre_on_grid, points_on_grid
 from gamutcore.boundary.insertion_order import curve_positions, insertion_order
 from gamutcore.boundary.radial_hull import radial_hull
 from gamutcore.errors import BoundaryError, CentreError, FlatPointsError
 from gamutcore.kernels import kernel
 from gamutcore.mesh import TriangleMesh
-from gamutcore.option_types import Number, check_option
+from gamutcore.option_types import Choice, Number, check_option
 from gamutcore.star_shape import faces_not_seeing_centre
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = ["GAMMA", "Boundary", "modified_convex_hull"]
+__all__ = ["GAMMA", "Boundary", "Cuts", "coherent_order", "modified_convex_hull"]
 
-GAMMA = Number(0, 1, above_least=True)
+GAMMA = (Choice(("auto",)), Number(0, 1, above_least=True))
 """Accepted values of `gamma`."""
+
+
+class Cuts(NamedTuple):
+    """The points between which the vertices of a boundary are.
+
+    Attributes
+    ----------
+    ends : (m, 2) int64
+        Twice the same point for a vertex that is a point.
+    share : (m,) float64
+        Position between the two points, 0 to 1.
+    """
+
+    ends: LongArray
+    share: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,19 +64,23 @@ class Boundary:
     centre : (3,) float64
         On the same grid.
     sources : (m,) int64
-        Index of the point at each vertex.
+        Index of the point at each vertex; −1 for a constructed vertex, which is none of the points.
     gamma : float
+        Power of the radii; 0 for a method without it.
+    cuts : Cuts, optional
+        For a boundary whose vertices are all on the lines between two points.
     """
 
     mesh: TriangleMesh
     centre: FloatArray
     sources: LongArray
     gamma: float
+    cuts: Cuts | None = None
 
 
 def modified_convex_hull(
     points: ArrayLike,
-    gamma: float = 0.2,
+    gamma: float | Literal["auto"] = "auto",
     centre: ArrayLike | Literal["auto"] = "auto",
 ) -> Boundary:
     """Return a closed surface around points that is star-shaped about a centre.
@@ -70,8 +90,10 @@ def modified_convex_hull(
     points : (n, 3) array_like
         Colours, in coordinates of the colour space. They are first rounded to a grid, the precision
         of delivered levels. Duplicates and points at the centre are allowed.
-    gamma : float, optional
-        Power that radii are raised to, in (0, 1]; 1 for the convex hull.
+    gamma : float or "auto", optional
+        Power that radii are raised to, in (0, 1]; 1 for the convex hull. "auto" is the paper's 0.2
+        here, because nothing is known of the points. `gamutcore.boundary.wrapping` chooses by the
+        surface of a device.
     centre : (3,) array_like or "auto", optional
         Point that radii are taken from, rounded to the same grid. It must lie strictly inside the
         convex hull of the points. "auto" is explained at `automatic_centre`.
@@ -97,14 +119,15 @@ def modified_convex_hull(
     >>> modified_convex_hull(octahedron, gamma=0.2).mesh.triangles
     8
     """
-    power = cast("float", check_option("gamma", gamma, GAMMA))
+    checked = check_option("gamma", gamma, *GAMMA)
+    power = SCATTERED if checked == "auto" else cast("float", checked)
     rounded, step = points_on_grid(points)
     given = centre_on_grid(centre, rounded, step)
     about = sum(bounds(rounded)) / 2 if given is None else given
     positions = curve_positions(rounded - about)
     order = insertion_order(positions)
     ordered = rounded[order]
-    middle = automatic_centre(ordered, step) if given is None else given
+    middle = automatic_centre(ordered, step).point if given is None else given
 
     relative = ordered - middle
     faces = radial_hull(_radii_to_power(relative, power))
@@ -126,7 +149,7 @@ def modified_convex_hull(
             "The surface around the points is not star-shaped about the centre.",
             remedy="Give points that are not nearly in one plane, and a centre well inside them.",
         )
-    corners, packed = _coherent_order(faces, positions[order])
+    corners, packed = coherent_order(faces, positions[order])
     mesh = TriangleMesh(ordered[corners].astype(np.float32), packed)
     return Boundary(mesh, middle, order[corners], power)
 
@@ -145,8 +168,10 @@ def _radii_to_power(relative: FloatArray, gamma: float) -> FloatArray:
     return np.asarray(relative * factor[:, np.newaxis])
 
 
-def _coherent_order(faces: IndexArray, positions: LongArray) -> tuple[LongArray, IndexArray]:
-    """Order vertices along a curve and faces by first vertex: neighbours are near in memory.
+def coherent_order(faces: IndexArray, positions: LongArray) -> tuple[LongArray, IndexArray]:
+    """Return an order of vertices along a curve, and of faces by first vertex.
+
+    Neighbours are then near in memory.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Helpers of the methods that divide directions into segments: points, centre, outermost points.
 
-The convex hull checks and rounds points and centres, so all methods use the same centre and refuse
-the same input with the same messages.
+`modified_convex_hull` checks points and centre here as well, so these methods use the same centre
+and refuse the same input with the same messages.
 """
 
 from __future__ import annotations

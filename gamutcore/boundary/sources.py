@@ -1,4 +1,4 @@
-"""Device values of the vertices of a boundary, from the device values of the wrapped colours."""
+"""Device values of the vertices of a boundary, from the points that the vertices come from."""
 
 from __future__ import annotations
 
@@ -34,10 +34,16 @@ def vertex_device_values(
     Returns
     -------
     DeviceValues
-        float64. A vertex that is one of the points has the point's values. A constructed vertex
-        (source −1) has the values of the nearest point. Values are not interpolated: very different
-        mixtures of inks can have nearly the same colour.
+        float64. A vertex that is one of the points has the point's values. A vertex on the line
+        between two points of the device's surface has the values between theirs. Another
+        constructed vertex (source −1) has the values of the nearest point: very different mixtures
+        of inks can have nearly the same colour, so values are not interpolated there.
     """
+    given = np.asarray(device, np.float64)
+    if boundary.cuts is not None:
+        start, end = given[boundary.cuts.ends[:, 0]], given[boundary.cuts.ends[:, 1]]
+        between = start + boundary.cuts.share[:, np.newaxis] * (end - start)
+        return DeviceValues(tuple(channels), np.clip(between, 0.0, 1.0))
     sources = boundary.sources.copy()
     constructed = sources < 0
     if constructed.any():
@@ -47,5 +53,5 @@ def vertex_device_values(
         vertices = boundary.mesh.vertices[constructed].astype(np.float64)
         sources[constructed] = tree.query(vertices)[1]
     # values on a face of the device cube may be off it by rounding
-    values = np.clip(np.asarray(device, np.float64)[sources], 0.0, 1.0)
+    values = np.clip(given[sources], 0.0, 1.0)
     return DeviceValues(tuple(channels), values)

@@ -1,9 +1,9 @@
 """Characterisation data: what is known of a device, read from files.
 
 `characterisation` recognises a format by content. It returns `Samples` (measured colours, with or
-without device values), an `IccProfile`, a `Picture` or a `GamutMesh`. `measurements_of` and
-`described_boundary` return further content of a profile. `FORMATS` lists all formats. Readers check
-every size and value in a file; `gamutcore.colours` computes colours.
+without device values), an `IccProfile`, a `Picture`, a `GamutMesh` or a `Reference`.
+`measurements_of` and `described_boundary` return further content of a profile. `FORMATS` lists all
+formats. Readers check every size and value in a file; `gamutcore.colours` computes colours.
 """
 
 from gamutcore.characterisation.embedded import measurements_of

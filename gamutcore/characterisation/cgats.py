@@ -19,6 +19,7 @@ import numpy as np
 from gamutcore.characterisation.columns import MAX_COLUMNS, ColumnRoles, column_roles
 from gamutcore.characterisation.conditions import (
     CONDITION_KEYWORDS,
+    WHOLE_KEYWORDS,
     chosen_condition,
     condition_label,
     stated_condition,
@@ -47,7 +48,19 @@ _STRUCTURE = frozenset({*_COUNTS, "BEGIN_DATA_FORMAT", "END_DATA_FORMAT", "BEGIN
 _ILLUMINATION = "ILLUMINATION_PERFECT_DIFFUSE_REFLECTOR_XYZ"
 """IDMS 1.3: the reference of the colours of reflective displays."""
 
+_SINGLE_VALUES = frozenset(
+    {
+        *("ILLUMINANT", "ILLUMINATION_NAME", _ILLUMINATION, "LUMINANCE_XYZ_CDM2"),
+        *("OBSERVER", "OBSERVER_ANGLE", "CIE_OBSERVER", "CIE_OBSERVER_ANGLE"),
+        *("DEVICE_CLASS", "CGV_DISPLAY_TYPE", "COLOR_REP", "IDMS_FILE_TYPE"),
+        *WHOLE_KEYWORDS,
+    }
+)
+"""Keywords that have one value. Other keywords may repeat, with one statement each."""
+
 _MAX_KEYWORDS = 10_000
+_MAX_REPETITIONS = 20
+"""Maximum number of texts of one keyword that are kept."""
 _MAX_TABLES = 100
 """Maximum number of tables in a file. Real files have one or two."""
 
@@ -77,10 +90,6 @@ def looks_like_cgats(text: str) -> bool:
     ----------
     text : str
         The decoded file.
-
-    Returns
-    -------
-    bool
     """
     return _DATA_MARK.search(text) is not None
 
@@ -99,7 +108,8 @@ def cgats_samples(text: str, *, condition: str | None = None) -> Samples:
     -------
     Samples
         Samples of the first table with colours. Its conditions are the keywords before the end of
-        the table. Of repeated keywords, the last one counts.
+        the table. Different texts of a keyword that repeats in one header are joined by "; ". Of
+        keywords with a single value, such as DEVICE_CLASS, the last one counts.
 
     Raises
     ------
@@ -128,6 +138,7 @@ class _Reader:
         self.state = _State.HEADER
         self.keywords: dict[str, str] = {}
         self.keyword_lines: dict[str, int] = {}
+        self.header: dict[str, list[str]] = {}
         self.own: dict[str, str] = {}
         self.stated: str | None = None
         self.dialect = ""
@@ -235,6 +246,13 @@ class _Reader:
             self._keyword("MEASUREMENT_SOURCE", head.text, line)
 
     def _keyword(self, name: str, value: str, line: int) -> None:
+        if name in self.header and name not in _SINGLE_VALUES:
+            texts = self.header[name]
+            if value not in texts and len(texts) < _MAX_REPETITIONS:
+                texts.append(value)
+            value = "; ".join(texts)
+        elif len(self.header) < _MAX_KEYWORDS:
+            self.header[name] = [value]
         if name in CONDITION_KEYWORDS:
             self.own[name] = value
         if self.finished:  # keywords after the used table do not apply to it
@@ -265,6 +283,7 @@ class _Reader:
 
     def _begin_data(self, line: int) -> None:
         self.state = _State.SKIPPED_DATA
+        self.header = {}
         self.tables += 1
         if self.tables > _MAX_TABLES:
             raise SampleLimitError(

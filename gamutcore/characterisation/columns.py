@@ -157,10 +157,6 @@ def column_roles(
     where : dict, optional
         Location of the names, for errors.
 
-    Returns
-    -------
-    ColumnRoles
-
     Raises
     ------
     MissingColumnError

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CONDITION_KEYWORDS",
+    "WHOLE_KEYWORDS",
     "chosen_condition",
     "condition_label",
     "is_reflective_condition",
@@ -31,12 +32,14 @@ MAX_SHOWN = 10
 _CODE = re.compile(r"(?<![A-Z0-9])M([0-3])(?![A-Z0-9.])")
 _ULTRAVIOLET_CUT = re.compile(r"UV[ _-]?(?:CUT|EXCLUDED|FILTER(?:ED)?)\b|NO[ _-]UV\b")
 _POLARISED = re.compile(r"(?<!NO )(?<!NON-)(?<!UN)\bPOLARI[SZ](?:ED|ER|ING|ATION)\b")
-_WHOLE_KEYWORDS = (
+WHOLE_KEYWORDS = (
     "MEASUREMENT_CONDITION",
     "MEASUREMENT_CONDITIONS",
     "MEASUREMENT_MODE",
     "ISO13655_CONDITION",
 )
+"""Keywords whose whole text is a measurement condition."""
+
 _SEARCHED_KEYWORDS = (
     "FILTER",
     "INSTRUMENT_FILTER",
@@ -45,8 +48,9 @@ _SEARCHED_KEYWORDS = (
     "ISIS_INFO",
     "INSTRUMENTATION",
     "WEIGHTING_FUNCTION",
+    "MEASUREMENT_GEOMETRY",
 )
-CONDITION_KEYWORDS = frozenset({*_WHOLE_KEYWORDS, *_SEARCHED_KEYWORDS})
+CONDITION_KEYWORDS = frozenset({*WHOLE_KEYWORDS, *_SEARCHED_KEYWORDS})
 """Keywords that may state a measurement condition."""
 
 _REMEDY = "Choose one of them by the option `condition`."
@@ -77,16 +81,7 @@ def condition_label(text: str) -> str:
 
 
 def is_reflective_condition(label: str | None) -> bool:
-    """Return whether a condition is one of ISO 13655, which apply to reflecting samples.
-
-    Parameters
-    ----------
-    label : str or None
-
-    Returns
-    -------
-    bool
-    """
+    """Return whether a condition is one of ISO 13655, which apply to reflecting samples."""
     return label is not None and re.match(r"M[0-3]\b", label) is not None
 
 
@@ -104,7 +99,7 @@ def stated_condition(keywords: Mapping[str, str]) -> str | None:
         None if they state none. An ultraviolet filter means M2, a polariser M3. The absence of a
         filter means nothing, because the lamp is unknown.
     """
-    for keyword in _WHOLE_KEYWORDS:
+    for keyword in WHOLE_KEYWORDS:
         text = keywords.get(keyword, "").strip()
         if text:
             return condition_label(text)

@@ -37,10 +37,6 @@ def delimited_samples(text: str, *, condition: str | None = None) -> Samples:
     condition : str, optional
         The measurement condition to read, if the text has several.
 
-    Returns
-    -------
-    Samples
-
     Raises
     ------
     UnrecognisedFormatError

@@ -3,7 +3,8 @@
 Profiling software stores them in tags: `targ` (Argyll, GMG and others: CGATS text with device
 values and colours), `CIED` with `DevD` (Gretag and X-Rite: colours and device values in one or two
 texts, as CGATS or CxF), and `CxF `. They have the measured values without the profile's smoothing,
-and the measurement conditions.
+and the measurement conditions. Instead of measurements, `targ` may name a data set of ICC's
+characterization data registry.
 """
 
 from __future__ import annotations
@@ -39,6 +40,11 @@ DEVICE_TAG = "DevD"
 MAX_TEXT = 64 * 1024 * 1024
 """Maximum size of an embedded text in bytes, unpacked. The largest targets take about 10 MB."""
 
+_REGISTERED = b"ICCHDAT"
+"""First characters of a reference to a registered data set (ICC.1:2022, charTargetTag)."""
+_REGISTRY = "https://www.color.org/registry2.xalter"
+MAX_NAME = 80
+
 _PLAIN = ("text", "utf8", "data")
 _PACKED = ("ZXML", "zut8")
 _SECTION = re.compile(
@@ -57,10 +63,6 @@ def measurements_of(data: Characterisation, *, condition: str | None = None) -> 
     data : Samples or IccProfile
     condition : str, optional
         The measurement condition to read, as for `characterisation`.
-
-    Returns
-    -------
-    Samples
 
     Raises
     ------
@@ -100,14 +102,13 @@ def embedded_samples(profile: IccProfile, *, condition: str | None = None) -> Sa
     CharacterisationError, InvalidPointsError
         The measurements are malformed; ``where["tag"]`` names the tag.
     """
-    tag = next((tag for tag in MEASUREMENT_TAGS if tag in profile.tags), None)
-    if tag is None:
-        raise OptionError(
-            "source is 'measurements', and the profile has none of the tags "
-            f"{', '.join(name.strip() for name in MEASUREMENT_TAGS)}.",
-            where={"field": "source"},
-            remedy="Leave it out, or send the measurements themselves.",
-        )
+    tags = [tag for tag in MEASUREMENT_TAGS if tag in profile.tags]
+    data_set = _registered_data_set(profile) if "targ" in tags else None
+    if data_set is not None:
+        tags.remove("targ")
+    if not tags:
+        raise _no_measurements(data_set)
+    tag = tags[0]
     text = _embedded_text(profile, tag)
     try:
         if tag == "CIED" and DEVICE_TAG in profile.tags:
@@ -124,6 +125,29 @@ def embedded_samples(profile: IccProfile, *, condition: str | None = None) -> Sa
             remedy="It is a text with columns of device values and colours.",
         )
     return _described(samples, profile, tag)
+
+
+def _no_measurements(data_set: str | None) -> OptionError:
+    known = ", ".join(name.strip() for name in MEASUREMENT_TAGS)
+    why, advice = f"the profile has none of the tags {known}", "send the measurements themselves"
+    if data_set is not None:
+        why = f"the profile only refers to the registered data set {data_set}"
+        advice = f"send the data set, which the registry at {_REGISTRY} describes"
+    return OptionError(
+        f"source is 'measurements', and {why}.",
+        where={"field": "source"},
+        remedy=f"Leave it out, or {advice}.",
+    )
+
+
+def _registered_data_set(profile: IccProfile) -> str | None:
+    """Return the registered name that the tag `targ` has in place of measurements, or None."""
+    element = profile.element("targ")
+    text = element.data[8:]
+    if element.kind != "text" or not text.startswith(_REGISTERED):
+        return None
+    name = text[len(_REGISTERED) :].split(b"\0")[0].decode("latin-1").strip()
+    return name[:MAX_NAME] or "without a name"
 
 
 def _described(samples: Samples, profile: IccProfile, tag: str) -> Samples:

@@ -21,7 +21,7 @@ class Format:
     title : str
         Name for people.
     kind : str
-        Content: ``"profile"``, ``"measurements"``, ``"picture"`` or ``"mesh"``.
+        Content: ``"profile"``, ``"measurements"``, ``"picture"``, ``"mesh"`` or ``"reference"``.
     extensions : tuple of str
         Usual extensions.
     media_types : tuple of str
@@ -132,6 +132,14 @@ FORMATS = (
         "a length that fits its facets, or `solid` and `facet`",
     ),
     Format("obj", "Wavefront OBJ", "mesh", (".obj",), ("model/obj",), "lines `v` and `f`"),
+    Format(
+        "reference",
+        "JSON definition",
+        "reference",
+        (".json",),
+        ("application/json",),
+        "a JSON object with `reference`, without `samples`",
+    ),
 )
 """All formats, in the order of the documents."""
 
@@ -139,17 +147,13 @@ FORMATS = (
 def format_summary() -> str:
     """Return the formats by kind, as a part of a sentence.
 
-    Returns
-    -------
-    str
-
     Examples
     --------
     >>> format_summary().startswith("a profile (ICC profile")
     True
     """
     kinds = {"profile": "a profile", "measurements": "measurements", "picture": "a picture"}
-    kinds["mesh"] = "a gamut mesh"
+    kinds |= {"mesh": "a gamut mesh", "reference": "a reference gamut"}
     parts = []
     for kind, article in kinds.items():
         titles = [entry.title.partition(":")[0] for entry in FORMATS if entry.kind == kind]

@@ -129,10 +129,6 @@ def statements(said: Mapping[str, str]) -> Statements:
         Names to texts. ``centre`` (three numbers), ``space`` with its parameters, and facts about
         the device have a meaning; letter case does not matter. Escapes such as ``\xb0``, which this
         package writes in ASCII formats, are decoded.
-
-    Returns
-    -------
-    Statements
     """
     kept = {name[:80]: text[:MAX_STATED_LENGTH] for name, text in list(said.items())[:MAX_STATED]}
     if kept.get("generator", "").startswith("gamutcore "):
@@ -147,10 +143,6 @@ def statements(said: Mapping[str, str]) -> Statements:
 
 def unescaped(text: str) -> str:
     """Return an ASCII text with Python's escapes replaced by the characters.
-
-    Parameters
-    ----------
-    text : str
 
     Returns
     -------
@@ -225,10 +217,6 @@ def gamut_mesh(
         Further facts.
     warnings : sequence of str
 
-    Returns
-    -------
-    GamutMesh
-
     Raises
     ------
     SampleLimitError
@@ -294,16 +282,7 @@ def gamut_mesh(
 
 
 def reads_device_values(vertices: int, channels: int) -> bool:
-    """Return whether the number of device values is within the limits.
-
-    Parameters
-    ----------
-    vertices, channels : int
-
-    Returns
-    -------
-    bool
-    """
+    """Return whether the number of device values is within the limits."""
     return channels <= MAX_CHANNELS and vertices * channels <= MAX_DEVICE_VALUES
 
 
@@ -314,10 +293,6 @@ def by_channel(found: Iterable[tuple[str, FloatArray]]) -> dict[str, FloatArray]
     ----------
     found : iterable of (str, (v,) float)
         In the order of the file.
-
-    Returns
-    -------
-    dict of str
     """
     values: dict[str, FloatArray] = {}
     for name, column in found:

@@ -45,10 +45,6 @@ def json_samples(text: str, *, condition: str | None = None) -> Samples:
     condition : str, optional
         The measurement condition to read, if the document has several.
 
-    Returns
-    -------
-    Samples
-
     Raises
     ------
     MalformedFileError

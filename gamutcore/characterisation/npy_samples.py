@@ -46,10 +46,6 @@ def npy_samples(data: bytes, *, condition: str | None = None) -> Samples:
     condition : str, optional
         The measurement condition to read, if a field states several.
 
-    Returns
-    -------
-    Samples
-
     Raises
     ------
     MalformedFileError

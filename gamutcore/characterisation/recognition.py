@@ -20,13 +20,14 @@ from gamutcore.characterisation.npy_samples import NPY_MAGIC, npy_samples
 from gamutcore.characterisation.pictures import Picture, picture_format, read_picture
 from gamutcore.characterisation.samples import Samples
 from gamutcore.errors import OptionError, UnrecognisedFormatError
+from gamutcore.references import Reference, parse_definition
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 __all__ = ["Characterisation", "characterisation"]
 
-Characterisation: TypeAlias = Samples | IccProfile | Picture | GamutMesh
+Characterisation: TypeAlias = Samples | IccProfile | Picture | GamutMesh | Reference
 
 
 def characterisation(  # noqa: PLR0911 (one return for each kind)
@@ -41,16 +42,12 @@ def characterisation(  # noqa: PLR0911 (one return for each kind)
     condition : str, optional
         The measurement condition to read, such as ``"M1"``, if the data has several.
 
-    Returns
-    -------
-    Samples, IccProfile, Picture or GamutMesh
-
     Raises
     ------
     UnrecognisedFormatError
         The content has no known format.
     OptionError
-        A condition is requested of a profile, a picture or a mesh.
+        A condition is requested of a profile, a picture, a mesh or a reference gamut.
     CharacterisationError, InvalidPointsError, MeshError
         The format is known, but the content is malformed. ``where`` has the location.
     """
@@ -78,18 +75,23 @@ def characterisation(  # noqa: PLR0911 (one return for each kind)
         return _without_condition(mesh, condition)
     start = text[:1000].lstrip()
     if start.startswith(("{", "[")):
+        reference = parse_definition(text)
+        if reference is not None:
+            return _without_condition(reference, condition)
         return json_samples(text, condition=condition)
     if looks_like_cgats(text):
         return cgats_samples(text, condition=condition)
     return delimited_samples(text, condition=condition)
 
 
-def _without_condition(mesh: GamutMesh, condition: str | None) -> GamutMesh:
+def _without_condition(
+    device: GamutMesh | Reference, condition: str | None
+) -> GamutMesh | Reference:
     if condition is not None:
         raise OptionError.not_applicable(
-            "condition", condition, "a mesh has no measurement condition"
+            "condition", condition, "meshes and reference gamuts have no measurement condition"
         )
-    return mesh
+    return device
 
 
 def _unrecognised(message: str) -> UnrecognisedFormatError:

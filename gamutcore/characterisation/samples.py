@@ -169,10 +169,6 @@ def samples_from_values(
     warnings : sequence of str
         Faults tolerated so far.
 
-    Returns
-    -------
-    Samples
-
     Raises
     ------
     TooFewPointsError

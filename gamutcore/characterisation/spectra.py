@@ -74,10 +74,6 @@ class Spectra:
 def wavelength(name: str) -> float | None:
     """Return the wavelength in the name of a column, in nm.
 
-    Parameters
-    ----------
-    name : str
-
     Returns
     -------
     float or None
@@ -91,16 +87,7 @@ def wavelength(name: str) -> float | None:
 
 
 def are_wavelengths(cells: Sequence[str]) -> bool:
-    """Return whether a row of numbers consists of wavelengths, ascending in even steps.
-
-    Parameters
-    ----------
-    cells : sequence of str
-
-    Returns
-    -------
-    bool
-    """
+    """Return whether a row of numbers consists of wavelengths, ascending in even steps."""
     found = [wavelength(cell) for cell in cells]
     numbers = [number for number in found if number is not None]
     if len(numbers) < max(FEWEST_BANDS, len(found)):
@@ -166,10 +153,6 @@ def spans_the_visible_range(wavelengths: Sequence[float]) -> bool:
     ----------
     wavelengths : sequence of float
         In nm.
-
-    Returns
-    -------
-    bool
     """
     return wavelengths[0] <= _REACHES[0] and wavelengths[-1] >= _REACHES[1]
 

@@ -54,10 +54,6 @@ def number(token: str) -> float:
     token : str
         Text without white space.
 
-    Returns
-    -------
-    float
-
     Raises
     ------
     ValueError

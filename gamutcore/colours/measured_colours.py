@@ -22,6 +22,7 @@ from gamutcore.colours.spaces.cielab import (
     white_of,
     xyz_to_lab,
 )
+from gamutcore.colours.spaces.white_points import adaptation_text
 from gamutcore.colours.spectral import ILLUMINANTS, emission_xyz, reflectance_xyz
 from gamutcore.errors import InvalidPointsError, OptionError
 
@@ -56,12 +57,15 @@ class MeasuredColours:
         The assumptions.
     as_measured : bool
         Whether the tristimulus values are a display's own, without adaptation.
+    lights : bool
+        Whether the data states that the samples are lights.
     """
 
     lab: FloatArray
     provenance: dict[str, JSON]
     warnings: tuple[str, ...]
     as_measured: bool = False
+    lights: bool = False
 
 
 def measured_colours(
@@ -96,10 +100,6 @@ def measured_colours(
         Adaptation of colours of another white to D50, a key of
         `gamutcore.colours.spaces.white_points.ADAPTATIONS`.
 
-    Returns
-    -------
-    MeasuredColours
-
     Raises
     ------
     OptionError
@@ -109,15 +109,11 @@ def measured_colours(
     InvalidPointsError
         The medium's white has no luminance.
     """
-    if intent not in {"relative", "absolute"}:
-        raise OptionError(
-            f"The intent {intent} exists in ICC profiles only; the data is measured samples.",
-            where={"field": "intent"},
-            remedy="Give relative or absolute.",
-        )
+    OptionError.check_intent(intent, "the data is measured samples")
     medium = _Medium(samples, intent, observer, illuminant, adaptation)
     colours = medium.colours()
-    return replace(colours, as_measured=medium.as_measured)
+    lights = medium.display and not medium.assumed
+    return replace(colours, as_measured=medium.as_measured, lights=lights)
 
 
 class _Medium:
@@ -136,7 +132,14 @@ class _Medium:
         self.samples = samples
         self.intent = intent
         self.warnings: list[str] = []
-        self.display = _is_display(samples)
+        declared = _stated_display(samples)
+        self.assumed = declared is None and samples.additive
+        self.display = self.assumed if declared is None else declared
+        if self.assumed:
+            self.warnings.append(
+                "The data does not state its medium. Its RGB values are assumed to be a display's; "
+                "state DEVICE_CLASS OUTPUT for a printer or other reflecting samples."
+            )
         self.illuminant, self.illuminant_text = self._illuminant()
         self.foreign_observer = ""
         self.observer, self.observer_text = self._observer()
@@ -231,11 +234,6 @@ class _Medium:
         if self.display and spectra.kind != "reflectance":
             if illuminant is not None:
                 raise _no_illuminant(illuminant)
-            if spectra.kind == "unknown" and not self._declares_display():
-                self.warnings.append(
-                    "The spectra are taken as the light of a display; declare DEVICE_CLASS OUTPUT "
-                    "if they are reflectances."
-                )
             xyz = emission_xyz(spectra.wavelengths, spectra.values, degrees)
             self.illuminant, self.illuminant_text = "D50", "none: self-luminous"
             self.reference = ICC_D50
@@ -253,13 +251,11 @@ class _Medium:
             self.reference = self._reference_white()
         self.samples = replace(self.samples, lab=None, xyz=xyz, illumination=None)
 
-    def _declares_display(self) -> bool:
-        conditions = self.samples.conditions
-        return bool(conditions.get("DEVICE_CLASS") or conditions.get("CGV_DISPLAY_TYPE"))
-
     def _kind(self) -> str:
         if self.samples.device is None and self.samples.white is None:
             return "unknown"
+        if self.assumed:
+            return "display (assumed, not stated)"
         return "display" if self.display else "reflective"
 
     def _bare_colours(self) -> MeasuredColours:
@@ -273,6 +269,11 @@ class _Medium:
                 "Give relative, or leave it out.",
             )
         adaptation = "none: colours without device values are taken as they are"
+        self.intent = "none: the colours as given"
+        self.warnings.append(
+            "The data has no device values and states no white. Its colours are used as they are; "
+            "they are not made relative to the white of the medium."
+        )
         if samples.lab is not None:
             return MeasuredColours(
                 samples.lab, self._provenance(None, adaptation), tuple(self.warnings)
@@ -371,8 +372,7 @@ class _Medium:
         return adaptation_to_d50(xyz, white, self.adaptation)
 
     def _adaptation(self, white: str) -> str:
-        none = self.adaptation == "none"
-        return "none, as asked" if none else f"{self.adaptation} from {white} to D50"
+        return adaptation_text(self.adaptation, white)
 
     def _illuminant(self) -> tuple[str, str]:
         conditions = self.samples.conditions
@@ -432,7 +432,8 @@ def _no_illuminant(value: str) -> OptionError:
     return OptionError.not_applicable("illuminant", value, "the samples are lights")
 
 
-def _is_display(samples: Samples) -> bool:
+def _stated_display(samples: Samples) -> bool | None:
+    """Return whether the data states that it is a display's, or other than a display's."""
     stated = samples.conditions.get("DEVICE_CLASS", "").strip().upper()
     if stated:
         return stated in {"DISPLAY", "EMISSION", "MNTR", "MONITOR", "PROJECTOR"}
@@ -445,7 +446,7 @@ def _is_display(samples: Samples) -> bool:
     if is_reflective_condition(samples.condition):
         return False
     # in Argyll's files, iRGB are the device values of RGB printers
-    return samples.additive and not samples.conditions.get("COLOR_REP", "").startswith("iRGB")
+    return False if samples.conditions.get("COLOR_REP", "").startswith("iRGB") else None
 
 
 def _list_of(values: FloatArray) -> list[JSON]:

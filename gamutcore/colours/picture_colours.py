@@ -6,22 +6,32 @@ function that the file declares or that are assumed. Pictures in CIELAB have the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gamutcore.characterisation import IccProfile
 from gamutcore.characterisation.pictures import Encoding, Picture
+from gamutcore.characterisation.pictures.raster import MODELS
 from gamutcore.characterisation.samples import JSON, IntArray
-from gamutcore.colours.profile_colours import declared_white, profile_colours
+from gamutcore.colours.device.surface import SurfaceColours
+from gamutcore.colours.profile_colours import (
+    declared_white,
+    profile_colours,
+)
 from gamutcore.colours.spaces.cielab import adaptation_to_d50, xyz_to_lab
+from gamutcore.colours.spaces.formulas import pq_luminance
+from gamutcore.colours.spaces.white_points import (
+    adaptation_text,
+    chromaticity_xyz,
+    rgb_to_xyz,
+)
 from gamutcore.errors import OptionError
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
 
-__all__ = ["POPULARITY_CELL", "PictureColours", "picture_colours", "popular"]
+__all__ = ["POPULARITY_CELL", "picture_colours", "popular"]
 
 POPULARITY_CELL = 2.0
 """Edge length in CIELAB of the cells in which pixels are counted for the popularity cut. Colours
@@ -34,40 +44,13 @@ REFERENCE_WHITE = 203.0
 """Luminance of white in cd/m² for PQ and HLG (ITU-R BT.2408, 2.1)."""
 
 
-@dataclass(frozen=True, eq=False)
-class PictureColours:
-    """Colours of a picture, and their provenance.
-
-    Parameters
-    ----------
-    lab : (m, 3) float
-        L*, a*, b*, relative to D50.
-    provenance : dict
-        JSON-able.
-    warnings : tuple of str
-    as_measured : bool
-        Whether the tristimulus values are the encoding's own, without adaptation.
-    own_values : (3, 3) float, optional
-        As of `ProfileColours`.
-    device : (m, k) float, optional
-        The values of the pixels, 0 to 1; None for CIELAB and for values outside of that range.
-    """
-
-    lab: FloatArray
-    provenance: dict[str, JSON]
-    warnings: tuple[str, ...]
-    as_measured: bool = False
-    own_values: FloatArray | None = None
-    device: FloatArray | None = None
-
-
 def picture_colours(
     picture: Picture,
     intent: str,
     popularity: float | None = None,
     *,
     adaptation: str = "Bradford",
-) -> PictureColours:
+) -> SurfaceColours:
     """Return the colours of a picture.
 
     Parameters
@@ -81,10 +64,6 @@ def picture_colours(
     adaptation : str
         Adaptation from the white of the encoding to D50, a key of
         `gamutcore.colours.spaces.white_points.ADAPTATIONS`. Not used for profiles and CIELAB.
-
-    Returns
-    -------
-    PictureColours
 
     Raises
     ------
@@ -102,12 +81,7 @@ def picture_colours(
         as_measured = own_values is not None
         warnings += profile_warnings
     else:
-        if intent not in {"relative", "absolute"}:
-            raise OptionError(
-                f"The intent {intent} exists in ICC profiles only, and the picture has no profile.",
-                where={"field": "intent"},
-                remedy="Give relative or absolute.",
-            )
+        OptionError.check_intent(intent, "the picture has no profile")
         if isinstance(picture.meaning, Encoding):
             lab, how = _by_encoding(picture, picture.meaning, intent, adaptation)
             as_measured = intent == "absolute"
@@ -134,13 +108,18 @@ def picture_colours(
             "cells": cells,
         }
         lab, values = lab[kept], values[kept]
-    return PictureColours(
+    provenance |= {
+        "model": {"name": "none: the colours of the picture"},
+        "surface": {"points": len(lab)},
+        "warnings": list[JSON](dict.fromkeys(warnings)),
+    }
+    return SurfaceColours(
         lab,
-        provenance,
-        tuple(dict.fromkeys(warnings)),
-        as_measured,
-        own_values,
         values if is_device else None,
+        provenance,
+        as_measured,
+        MODELS[picture.model] if is_device else (),
+        own_values,
     )
 
 
@@ -196,24 +175,23 @@ def _by_profile(
         found = profile_colours(profile, np.ascontiguousarray(device), intent)
         lab[start : start + len(values)] = found.lab
     assert found is not None  # noqa: S101 (a picture has at least one colour)
-    adaptation = "as in the profile: media-relative to D50"
-    if intent == "absolute":
-        adaptation = (
-            "none: as in the profile"
-            if found.absolute
-            else "none: media-relative colours scaled by the media white"
+    warnings = [*found.warnings]
+    outside = ((picture.values < 0) | (picture.values > 1)).any(axis=1)
+    if outside.any() and found.kind != "mpet":
+        warnings.append(
+            f"{int(outside.sum())} of {len(picture)} colours have values outside 0 to 1. The "
+            "profile's transform clips them."
         )
-    elif intent == "perceptual":
-        adaptation = "as in the profile, with the perceptual reference medium's black point"
     white, white_warnings = declared_white(profile)
-    how: dict[str, JSON] = {"white": white, "adaptation": adaptation, "transform": found.tag}
-    return lab, how, (*found.warnings, *white_warnings), found.own_values
+    how: dict[str, JSON] = {"white": white, "adaptation": found.adaptation, "transform": found.tag}
+    return lab, how, (*warnings, *white_warnings), found.own_values
 
 
 def _by_encoding(
     picture: Picture, encoding: Encoding, intent: str, adaptation: str
 ) -> tuple[FloatArray, dict[str, JSON]]:
-    matrix, white = _to_xyz(encoding)
+    white = chromaticity_xyz(*encoding.white)
+    matrix = rgb_to_xyz(encoding.primaries, white)
     lab = np.empty((len(picture), 3))
     for start in range(0, len(picture), _AT_A_TIME):
         values = picture.values[start : start + _AT_A_TIME]
@@ -222,24 +200,10 @@ def _by_encoding(
         if intent == "relative":
             xyz = adaptation_to_d50(xyz, white, adaptation)
         lab[start : start + len(values)] = xyz_to_lab(xyz)
-    text = f"{adaptation} from the encoding's white to D50"
-    if adaptation == "none":
-        text = "none, as asked"
-    if intent == "absolute":
-        text = "none"
+    text = "none"
+    if intent == "relative":
+        text = adaptation_text(adaptation, "the encoding's white")
     return lab, {"white": [round(float(value), 6) for value in white], "adaptation": text}
-
-
-def _to_xyz(encoding: Encoding) -> tuple[FloatArray, FloatArray]:
-    """Matrix from linear RGB to XYZ, and the white (SMPTE RP 177)."""
-
-    def xyz(chromaticity: tuple[float, float]) -> FloatArray:
-        x, y = chromaticity
-        return np.array([x / y, 1.0, (1 - x - y) / y])
-
-    white = xyz(encoding.white)
-    primaries = np.column_stack([xyz(primary) for primary in encoding.primaries])
-    return primaries * np.linalg.solve(primaries, white), white
 
 
 def _light(values: FloatArray, encoding: Encoding, luminance: FloatArray) -> FloatArray:
@@ -250,20 +214,11 @@ def _light(values: FloatArray, encoding: Encoding, luminance: FloatArray) -> Flo
         light: FloatArray = values**encoding.gamma
         return light
     if encoding.transfer == "PQ":
-        return _pq_luminance(values) / REFERENCE_WHITE
+        return pq_luminance(values) / REFERENCE_WHITE
     if encoding.transfer == "HLG":
         return _hlg_luminance(values, luminance) / REFERENCE_WHITE
     # IEC 61966-2-1, 5.2.
     return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
-
-
-def _pq_luminance(values: FloatArray) -> FloatArray:
-    """Luminance in cd/m² (SMPTE ST 2084; ITU-R BT.2100, table 4)."""
-    m1, m2 = 2610 / 16384, 2523 / 4096 * 128
-    c1, c2, c3 = 3424 / 4096, 2413 / 4096 * 32, 2392 / 4096 * 32
-    root = values ** (1 / m2)
-    light: FloatArray = 10_000.0 * (np.maximum(root - c1, 0) / (c2 - c3 * root)) ** (1 / m1)
-    return light
 
 
 def _hlg_luminance(values: FloatArray, luminance: FloatArray) -> FloatArray:

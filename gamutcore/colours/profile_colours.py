@@ -43,8 +43,8 @@ class ProfileColours:
         The tag or tags of the transform.
     kind : str
         The type of the tag (``"mft1"``, ``"mft2"``, ``"mAB "``, ``"mpet"``); empty for curves.
-    absolute : bool
-        Whether the profile itself has colours as measured, so nothing was scaled.
+    adaptation : str
+        How the colours relate to D50, for the provenance.
     warnings : tuple of str
         Substitutes for missing elements.
     own_values : (3, 3) float, optional
@@ -55,7 +55,7 @@ class ProfileColours:
     lab: FloatArray
     tag: str
     kind: str
-    absolute: bool
+    adaptation: str
     warnings: tuple[str, ...]
     own_values: FloatArray | None = None
 
@@ -70,10 +70,6 @@ def profile_colours(profile: IccProfile, device: FloatArray, intent: str) -> Pro
         Device values, 0 to 1, of the profile's n channels.
     intent : str
         ``"perceptual"``, ``"relative"``, ``"saturation"`` or ``"absolute"``.
-
-    Returns
-    -------
-    ProfileColours
 
     Raises
     ------
@@ -90,34 +86,34 @@ def profile_colours(profile: IccProfile, device: FloatArray, intent: str) -> Pro
     colours = transform.pcs_values(device)
     scale, offset = np.ones(3), np.zeros(3)
     own_values = None
+    adaptation = "as in the profile: media-relative to D50"
+    if intent == "absolute":
+        adaptation = "none: as in the profile"
+    elif intent == "perceptual":
+        adaptation = "as in the profile, with the perceptual reference medium's black point"
     if intent == "absolute" and not transform.absolute:
         white, white_warnings = profile.media_white()
         warnings += white_warnings
         scale = white / ICC_D50
         own_values = _own_values(profile, white)
+        adaptation = "none: media-relative colours scaled by the media white"
     elif intent == "perceptual" and (profile.version[0] < 4 or "TRC" in transform.tag):
         scale, offset = 1 - PERCEPTUAL_BLACK / ICC_D50, PERCEPTUAL_BLACK
     else:
         lab = colours if transform.pcs == "Lab" else xyz_to_lab(colours)
-        return ProfileColours(
-            lab, transform.tag, transform.kind, transform.absolute, tuple(warnings)
-        )
+        return ProfileColours(lab, transform.tag, transform.kind, adaptation, tuple(warnings))
     # As in the reference implementation, negative tristimulus values are clipped before and after
     # this adjustment only. CIELAB colours near black can have them.
     if transform.pcs == "Lab":
         colours = np.maximum(lab_to_xyz(colours), 0.0)
     lab = xyz_to_lab(np.maximum(colours * scale + offset, 0.0))
     return ProfileColours(
-        lab, transform.tag, transform.kind, transform.absolute, tuple(warnings), own_values
+        lab, transform.tag, transform.kind, adaptation, tuple(warnings), own_values
     )
 
 
 def declared_white(profile: IccProfile) -> tuple[JSON, list[str]]:
     """Return the media white of a profile for the provenance.
-
-    Parameters
-    ----------
-    profile : IccProfile
 
     Returns
     -------

@@ -8,25 +8,46 @@ model already. Bare colours are passed on. Every choice and assumption is in the
 from __future__ import annotations
 
 import contextlib
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gamutcore.characterisation import IccProfile, Picture
-from gamutcore.characterisation.pictures.raster import MODELS
 from gamutcore.characterisation.samples import JSON
-from gamutcore.colours.device.cube_surface import SURFACE_SAMPLES
+from gamutcore.colours.device.ink_cube import surface_corners
 from gamutcore.colours.device.ink_limits import InkLimits, LimitedCube, limited_cube
 from gamutcore.colours.device.model import device_model
-from gamutcore.colours.device.surface import MAX_PATCHES, device_surface
+from gamutcore.colours.device.surface import (
+    MAX_PATCHES,
+    SURFACE_SAMPLES,
+    DeviceSurface,
+    SurfaceColours,
+    SurfaceFaces,
+    device_surface,
+    outward_faces,
+)
 from gamutcore.colours.measured_colours import MeasuredColours, measured_colours
 from gamutcore.colours.picture_colours import picture_colours
+from gamutcore.colours.plausibility import (
+    extrapolation_warnings,
+    impossible_colour_warnings,
+    range_warnings,
+)
 from gamutcore.colours.profile_colours import ProfileColours, declared_white, profile_colours
+from gamutcore.colours.reference_colours import (
+    encode_rgb,
+    reference_lab,
+    reference_provenance,
+    reference_white,
+    rgb_xyz,
+    surface_xyz,
+)
 from gamutcore.colours.spaces.formulas import Cielab
 from gamutcore.colours.spaces.white_points import white_point
 from gamutcore.errors import MalformedProfileError, OptionError
 from gamutcore.option_types import Choice, check_option
+from gamutcore.references import Reference
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -43,10 +64,16 @@ _POOR_FIT = 5.0
 """Mean leave-one-out ΔE*ab above which a model is called unreliable; real devices reach 0.1 to
 1.5."""
 
+_LINEAR_NODES = np.linspace(0.0, 1.0, 17) ** 2
+"""Linear values that divide the edges of an RGB space, denser in the dark as lightness is."""
+
 _FIT_REMEDY = (
     "Leave it out to use the samples' own colours. Or send at least two distinct device values "
     "more than there are varying channels, and not all of them in one plane."
 )
+
+_LIGHTS = frozenset({"display", "colour space"})
+"""Classes of profiles whose colours are lights, which the optimal colour solid does not limit."""
 
 _KINDS = {
     "mft1": "lut8",
@@ -57,36 +84,8 @@ _KINDS = {
 """Names of the types of a profile's transforms (ICC.1:2022, clause 10)."""
 
 
-@dataclass(frozen=True, eq=False)
-class SurfaceColours:
-    """Points that the boundary of the gamut is wrapped around.
-
-    Parameters
-    ----------
-    points : (m, 3) float
-        CIELAB L*, a*, b*, relative to ICC's D50.
-    device : (m, k) float or None
-        Their device values, or the values of pixels, 0 to 1; None for bare colours.
-    provenance : dict
-        All inputs and choices, JSON-able.
-    as_measured : bool
-        Whether the tristimulus values are a display's or an encoding's own, without adaptation.
-    channels : tuple of str
-        Names of the k device channels; empty for bare colours.
-    own_values : (3, 3) float, optional
-        As of `ProfileColours`.
-    """
-
-    points: FloatArray
-    device: FloatArray | None
-    provenance: dict[str, JSON]
-    as_measured: bool = False
-    channels: tuple[str, ...] = ()
-    own_values: FloatArray | None = None
-
-
 def surface_colours(
-    characterisation: Samples | IccProfile | Picture,
+    characterisation: Samples | IccProfile | Picture | Reference,
     *,
     intent: str = "relative",
     surface_samples: int = 100_000,
@@ -103,7 +102,7 @@ def surface_colours(
 
     Parameters
     ----------
-    characterisation : Samples, IccProfile or Picture
+    characterisation : Samples, IccProfile, Picture or Reference
         As read by `gamutcore.characterisation.characterisation`.
     intent : str
         ``"relative"`` or ``"absolute"``; for profiles also ``"perceptual"`` or ``"saturation"``.
@@ -123,10 +122,6 @@ def surface_colours(
     model : str, optional
         Device model of measured samples, one of `gamutcore.colours.device.model.DEVICE_MODELS`.
 
-    Returns
-    -------
-    SurfaceColours
-
     Raises
     ------
     OptionError
@@ -139,9 +134,11 @@ def surface_colours(
     intent = str(check_option("intent", intent, Choice(INTENTS)))
     check_option("surface_samples", surface_samples, SURFACE_SAMPLES)
     if isinstance(characterisation, Picture):
-        return _picture_points(characterisation, intent, popularity, adaptation)
+        return picture_colours(characterisation, intent, popularity, adaptation=adaptation)
     if isinstance(characterisation, IccProfile):
         return _profile_surface(characterisation, intent, surface_samples, limits or InkLimits())
+    if isinstance(characterisation, Reference):
+        return _reference_surface(characterisation, intent, surface_samples, adaptation)
     medium = measured_colours(
         characterisation, intent, observer=observer, illuminant=illuminant, adaptation=adaptation
     )
@@ -195,30 +192,8 @@ def colours_in_space(colours: SurfaceColours, space: ColourSpace) -> SurfaceColo
         "axes": " ".join(space.axes),
         "warnings": warnings,
     }
-    return replace(colours, points=points, provenance=provenance)
-
-
-def _picture_points(
-    picture: Picture,
-    intent: str,
-    popularity: float | None,
-    adaptation: str,
-) -> SurfaceColours:
-    colours = picture_colours(picture, intent, popularity, adaptation=adaptation)
-    provenance: dict[str, JSON] = {
-        **colours.provenance,
-        "model": {"name": "none: the colours of the picture"},
-        "surface": {"points": len(colours.lab)},
-        "warnings": list[JSON](colours.warnings),
-    }
-    return SurfaceColours(
-        colours.lab,
-        colours.device,
-        provenance,
-        colours.as_measured,
-        () if colours.device is None else MODELS[picture.model],
-        colours.own_values,
-    )
+    faces = None if colours.faces is None else outward_faces(points, colours.faces)
+    return replace(colours, points=points, provenance=provenance, faces=faces)
 
 
 def _profile_surface(
@@ -229,25 +204,20 @@ def _profile_surface(
         profile.channels, np.zeros(channels), np.ones(channels), limits, inks=profile.inks
     )
     nodes = profile.transform(intent)[0].nodes
-    device, density = _surface_values(
+    surface = _surface_values(
         limited, lambda values: profile_colours(profile, values, intent).lab, surface_samples, nodes
     )
-    colours = profile_colours(profile, device, intent)
+    density = surface.density
+    colours = profile_colours(profile, surface.device, intent)
     points = colours.lab
     white, white_warnings = declared_white(profile)
-    adaptation = {
-        "absolute": "none: as in the profile"
-        if colours.absolute
-        else "none: media-relative colours scaled by the media white",
-        "perceptual": "as in the profile, with the perceptual reference medium's black point",
-    }.get(intent, "as in the profile: media-relative to D50")
     provenance: dict[str, JSON] = {
         **profile.provenance,
         "intent": intent,
         "white": white,
         "illuminant": "D50",
         "observer": "2°",
-        "adaptation": adaptation,
+        "adaptation": colours.adaptation,
         **_declared_luminance(profile),
         **_limits_provenance(limited),
         "model": {"name": "ICC profile", "tag": colours.tag, "kind": _kind(colours)},
@@ -260,12 +230,64 @@ def _profile_surface(
                     *colours.warnings,
                     *white_warnings,
                     *_count_warnings(len(points), surface_samples, density),
+                    *impossible_colour_warnings(points, lights=profile.device_class in _LIGHTS),
                 ]
             )
         ),
     }
     own = colours.own_values
-    return SurfaceColours(points, device, provenance, own is not None, profile.channels, own)
+    return SurfaceColours(
+        points,
+        surface.device,
+        provenance,
+        own is not None,
+        profile.channels,
+        own,
+        surface.faces,
+    )
+
+
+def _reference_surface(
+    reference: Reference, intent: str, surface_samples: int, adaptation: str
+) -> SurfaceColours:
+    model: dict[str, JSON] = {"name": "none: the colours themselves"}
+    faces: SurfaceFaces | None
+    surface: DeviceSurface | None = None
+    channels: tuple[str, ...] = ()
+    if reference.kind == "rgb":
+        channels, white = ("R", "G", "B"), reference_white(reference)
+        curve = reference.definition["curve"]
+        surface = _surface_values(
+            limited_cube(channels, np.zeros(3), np.ones(3), InkLimits(), inks=False),
+            lambda values: reference_lab(rgb_xyz(reference, values), white, intent, adaptation)[0],
+            surface_samples,
+            np.tile(encode_rgb(_LINEAR_NODES, curve), (3, 1)),
+        )
+        xyz, faces = rgb_xyz(reference, surface.device), surface.faces
+        encoding = curve if isinstance(curve, str) else f"γ {curve:g}"
+        model = {"name": "primaries and white", "encoding": encoding}
+    else:
+        xyz, white, corners = surface_xyz(reference, surface_samples)
+        faces = SurfaceFaces(corners, np.zeros(len(corners), np.int32), closed=True)
+    lab, adapted = reference_lab(xyz, white, intent, adaptation)
+    points: dict[str, JSON] = {"points": len(lab)}
+    provenance: dict[str, JSON] = {
+        **reference_provenance(reference, white),
+        "channels": list(channels),
+        "intent": intent,
+        "adaptation": adapted,
+        "model": model,
+        "surface": points | ({} if surface is None else {"density": surface.density}),
+        "warnings": [],
+    }
+    return SurfaceColours(
+        lab,
+        None if surface is None else surface.device,
+        provenance,
+        intent == "absolute",
+        channels,
+        faces=faces,
+    )
 
 
 def _kind(colours: ProfileColours) -> str:
@@ -277,11 +299,11 @@ def _surface_values(
     colours: Callable[[FloatArray], FloatArray],
     surface_samples: int,
     nodes: FloatArray | None = None,
-) -> tuple[FloatArray, str]:
-    """Device values at the surface of the printable part of a device's cube, and their density."""
+) -> DeviceSurface:
+    """Device values at the surface of the printable part of a device's cube."""
     cube = limited.cube
     if not len(cube.lowest):
-        return limited.base[np.newaxis], "corners"
+        return DeviceSurface(limited.base[np.newaxis], "corners")
     whole = limited.free.all() and (cube.lowest == 0).all() and (cube.highest == 1).all()
     surface = device_surface(
         cube,
@@ -289,7 +311,7 @@ def _surface_values(
         surface_samples,
         nodes if whole else None,
     )
-    return limited.device(surface.device), surface.density
+    return replace(surface, device=limited.device(surface.device))
 
 
 def _limits_provenance(limited: LimitedCube) -> dict[str, JSON]:
@@ -317,6 +339,7 @@ def _sample_surface(
     if samples.device is None:
         provenance["patches"] = _patches(samples, len(medium.lab))
         provenance["model"] = {"name": "none: the colours themselves"}
+        warnings += impossible_colour_warnings(medium.lab, lights=medium.lights)
         provenance["warnings"] = list[JSON](warnings)
         return SurfaceColours(medium.lab, None, provenance)
 
@@ -339,24 +362,30 @@ def _sample_surface(
         if kind is not None:
             raise OptionError.not_applicable("device_model", kind, why, _FIT_REMEDY)
         warnings.append(f"{why[:1].upper()}{why[1:]}; the samples' colours are used.")
+        warnings += impossible_colour_warnings(lab, lights=medium.lights)
         provenance["warnings"] = list[JSON](warnings)
         return SurfaceColours(lab, device, provenance, channels=samples.channels)
 
     warnings += model.warnings
-    warnings += _range_warnings(samples, lowest, highest, device, limited)
+    warnings += range_warnings(samples, device, limited)
     if model.mean_error is not None and model.mean_error > _POOR_FIT:
         warnings.append(f"Left-out samples have a mean error of {model.mean_error:.1f} ΔE*ab.")
-    values, density = _surface_values(limited, model.colours, surface_samples, model.nodes)
-    points = model.colours(values)
+    surface = _surface_values(limited, model.colours, surface_samples, model.nodes)
+    density, points = surface.density, model.colours(surface.device)
     dark = points[:, 0] < 0
     if dark.any():
         warnings.append(f"{int(dark.sum())} colours below L* 0 were raised to 0.")
         points[dark, 0] = 0.0
+    corners = limited.device(surface_corners(limited.cube))
+    warnings += extrapolation_warnings(corners, device, points, lab)
+    warnings += impossible_colour_warnings(points, lights=medium.lights)
     warnings += _count_warnings(len(points), surface_samples, density)
     provenance["surface"] = {"points": len(points), "density": density}
     provenance.update(_limits_provenance(limited))
     provenance["warnings"] = list[JSON](warnings)
-    return SurfaceColours(points, values, provenance, channels=samples.channels)
+    return SurfaceColours(
+        points, surface.device, provenance, channels=samples.channels, faces=surface.faces
+    )
 
 
 def _patches(samples: Samples, used: int, *, averaged: int = 0, thinned: int = 0) -> JSON:
@@ -397,26 +426,3 @@ def _mean_colours(device: FloatArray, lab: FloatArray) -> tuple[FloatArray, Floa
     counts = np.diff(np.append(starts, len(ranked)))
     sums = np.add.reduceat(lab[order], starts, axis=0)
     return ranked[starts], sums / counts[:, np.newaxis]
-
-
-def _range_warnings(
-    samples: Samples,
-    lowest: FloatArray,
-    highest: FloatArray,
-    device: FloatArray,
-    limited: LimitedCube,
-) -> list[str]:
-    warnings = [
-        f"{channel} was measured only from {100 * low:.3g} to {100 * high:.3g} %; the gamut covers "
-        "that range."
-        for channel, low, high in zip(samples.channels, lowest, highest, strict=True)
-        if low > 0.005 or high < 0.995
-    ]
-    full = float(limited.base[~limited.free].sum() + limited.cube.largest_sum)
-    most = float(device.sum(axis=1).max())
-    if not samples.additive and most < 0.99 * full:
-        warnings.append(
-            f"The largest measured sum of inks is {100 * most:.0f} %; colours up to "
-            f"{100 * full:.0f} % are extrapolated."
-        )
-    return warnings

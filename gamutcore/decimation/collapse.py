@@ -1,11 +1,11 @@
 """The collapse loop: the cheapest valid collapse, repeatedly, down to a number of vertices.
 
-Data layout: a `Surface` (positions, corner table, edges), a `CostState`, a `Workspace` with an
-indexed heap of edges, and a `Record` that receives every collapse. An edge is queued with the error
-of its first candidate position, the optimum of the cost. At the front of the queue the candidate is
-rounded to the grid and tested. If it is not valid, the edge is queued again with the error of its
-next candidate. An edge without a valid candidate is parked: it stays outside the queue until its
-link changes.
+Data layout: a `Stage` (surface, grid and state of the cost), a `Workspace` with an indexed heap of
+edges, and a `Record` that receives every collapse. An edge is queued with the error of its first
+candidate position, the optimum of the cost. At the front of the queue the candidate is rounded to
+the grid and tested. If it is not valid, the edge is queued again with the error of its next
+candidate. An edge without a valid candidate is parked: it stays outside the queue until its link
+changes.
 """
 
 from __future__ import annotations
@@ -13,19 +13,10 @@ from __future__ import annotations
 import numpy as np
 
 from gamutcore.corner_table import following, preceding
-from gamutcore.decimation.candidates import CANDIDATES, Grid, write_candidate
-from gamutcore.decimation.costs.dispatch import CostState, enter_level, error_at, find_optimum
+from gamutcore.decimation.candidates import CANDIDATES, write_candidate
+from gamutcore.decimation.costs.dispatch import enter_level, error_at, find_optimum
 from gamutcore.decimation.costs.parameters import MEMORYLESS
 from gamutcore.decimation.edge_collapse import (
-    COLLAPSES,
-    ORDERED,
-    PHASE,
-    QUERIES,
-    REQUEUED,
-    ROOM,
-    START,
-    SWEEPING,
-    Loop,
     Workspace,
     candidate_is_valid,
     collapse_edge,
@@ -34,8 +25,14 @@ from gamutcore.decimation.edge_collapse import (
 from gamutcore.decimation.edge_queue import dequeue, enqueue, fill_queue
 from gamutcore.decimation.record import Record, has_room
 from gamutcore.decimation.relaxation import relax
-from gamutcore.decimation.star import LARGEST_LINK, Surface, link_condition_holds, write_edge_link
-from gamutcore.decimation.sweeps import begin_sweeps, collapse_in_sweeps
+from gamutcore.decimation.stage import Stage
+from gamutcore.decimation.star import (
+    LARGEST_LINK,
+    edge_ends,
+    link_condition_holds,
+    write_edge_link,
+)
+from gamutcore.decimation.sweeps import collapse_in_sweeps
 from gamutcore.kernels import kernel, leaf_kernel
 
 __all__ = ["PERTURBATION", "collapse_edges"]
@@ -58,15 +55,19 @@ def _perturb(work: Workspace, edge: int, value: float) -> float:
 
 
 @leaf_kernel
-def _requeue(
-    state: CostState, surface: Surface, work: Workspace, edge: int, collapses: int
-) -> None:
+def _optimum_error(stage: Stage, work: Workspace, edge: int) -> float:
+    """Evaluate an edge: write its optimum and return the error of it in the present trial."""
+    work.choice[edge], work.evaluated[edge] = 0, work.collapses[0]
+    value = find_optimum(stage, int(stage.surface.corner_facing[edge]), work.point)
+    return _perturb(work, edge, value)
+
+
+@leaf_kernel
+def _requeue(stage: Stage, work: Workspace, edge: int) -> None:
     """Queue an edge, or move it in the queue, with the error of its optimum."""
     if work.queue.heap_index[edge] < 0:
         work.parked[0] -= 1
-    work.choice[edge], work.evaluated[edge] = 0, collapses
-    value = find_optimum(state, surface, int(surface.corner_facing[edge]), work.point)
-    enqueue(work.queue, edge, _perturb(work, edge, value))
+    enqueue(work.queue, edge, _optimum_error(stage, work, edge))
 
 
 @leaf_kernel
@@ -76,17 +77,13 @@ def _park(work: Workspace, edge: int) -> None:
 
 
 @leaf_kernel
-def _queue_next_candidate(
-    state: CostState, surface: Surface, work: Workspace, edge: int, count: int
-) -> None:
+def _queue_next_candidate(stage: Stage, work: Workspace, edge: int, count: int) -> None:
     """Queue an edge with the error of its next candidate; park it if there is none."""
-    corner = int(surface.corner_facing[edge])
+    corner = int(stage.surface.corner_facing[edge])
     for choice in range(work.choice[edge] + 1, CANDIDATES):
         work.choice[edge] = choice
-        if write_candidate(
-            state, surface, corner, choice, work.link, count, work.gradient, work.point
-        ):
-            value = error_at(state, surface, corner, work.point)
+        if write_candidate(stage, corner, choice, work.link, count, work.point):
+            value = error_at(stage, corner, work.point)
             # an infinite error comes last, but may be the only way on
             if not np.isnan(value):
                 value = _perturb(work, edge, value)
@@ -96,69 +93,47 @@ def _queue_next_candidate(
 
 
 @leaf_kernel
-def _refresh(
-    state: CostState,
-    surface: Surface,
-    work: Workspace,
-    kept: int,
-    collapses: int,
-    in_order: bool,
-) -> None:
+def _refresh(stage: Stage, work: Workspace, kept: int, eager: bool) -> None:
     """Update the queue around a new vertex.
 
     With accumulated quadrics only the edges of the vertex have new errors. Otherwise the edges of
-    its neighbours have as well. Near the end these are evaluated at once unless they were large,
-    before that when they come to the front of the queue. Errors grow as faces do, so an old error
-    is seldom too large. Parked edges of the neighbours return in any case.
+    its neighbours have as well. If `eager`, these are evaluated at once unless they were large;
+    else when they come to the front of the queue. Errors grow as faces do, so an old error is
+    seldom too large. Parked edges of the neighbours return in any case.
     """
-    queue = work.queue
-    on_link = state.parameters.kind == MEMORYLESS
+    surface, queue, collapses = stage.surface, work.queue, work.collapses[0]
+    on_link = stage.parameters.kind == MEMORYLESS
     work.changed[kept] = collapses
-    eager = on_link and in_order and queue.size[0] > 0
-    large = LARGE * abs(queue.priority[queue.heap[0]]) if eager else -np.inf
-    eager = large >= 0.0
-    first = int(surface.corner_at[kept])
-    spoke = first
-    while True:
+    large = -np.inf
+    if eager and on_link and queue.size[0] > 0:
+        large = LARGE * abs(queue.priority[queue.heap[0]])
+    spoke = int(surface.corner_at[kept])
+    for _ in range(surface.degree[kept]):
         if not on_link:
-            _requeue(
-                state, surface, work, int(np.int64(surface.edge_of[preceding(spoke)])), collapses
-            )
+            _requeue(stage, work, int(surface.edge_of[preceding(spoke)]))
         neighbour = int(surface.vertex[following(spoke)])
         work.changed[neighbour] = collapses
         # links of such a vertex's edges are not evaluated, so their errors do not change
-        few = surface.degree[neighbour] <= LARGEST_LINK
-        if work.parked[0] > 0 or (eager and few):
-            begin = int(surface.corner_at[neighbour])
-            around = begin
-            while True:
-                edge = int(np.int64(surface.edge_of[preceding(around)]))
-                if queue.heap_index[edge] < 0 or (
-                    eager
-                    and few
-                    and queue.priority[edge] <= large
-                    and work.evaluated[edge] < collapses
-                ):
-                    _requeue(state, surface, work, edge, collapses)
+        limit = large if surface.degree[neighbour] <= LARGEST_LINK else -np.inf
+        if work.parked[0] > 0 or limit >= 0.0:
+            around = int(surface.corner_at[neighbour])
+            for _ in range(surface.degree[neighbour]):
+                edge = int(surface.edge_of[preceding(around)])
+                changes = queue.priority[edge] <= limit and work.evaluated[edge] < collapses
+                if queue.heap_index[edge] < 0 or changes:
+                    _requeue(stage, work, edge)
                 around = int(surface.swung[around])
-                if around == begin:
-                    break
         spoke = int(surface.swung[spoke])
-        if spoke == first:
-            break
 
 
 @leaf_kernel
-def _queue_all(state: CostState, surface: Surface, work: Workspace, collapses: int) -> None:
+def _queue_all(stage: Stage, work: Workspace) -> None:
     """Queue all edges, each with the error of its optimum."""
     queue, queued = work.queue, 0
     for edge in range(queue.heap_index.size):
         queue.heap_index[edge] = -1
-        corner = int(surface.corner_facing[edge])
-        if corner >= 0:
-            value = find_optimum(state, surface, corner, work.point)
-            queue.priority[edge] = _perturb(work, edge, value)
-            work.choice[edge], work.evaluated[edge] = 0, collapses
+        if stage.surface.corner_facing[edge] >= 0:
+            queue.priority[edge] = _optimum_error(stage, work, edge)
             queue.heap[queued] = edge
             queued += 1
     fill_queue(queue, queued)
@@ -166,30 +141,17 @@ def _queue_all(state: CostState, surface: Surface, work: Workspace, collapses: i
 
 
 @kernel
-def collapse_edges(
-    state: CostState,
-    surface: Surface,
-    grid: Grid,
-    record: Record,
-    work: Workspace,
-    loop: Loop,
-    swept: int,
-    wanted: int,
-) -> bool:
+def collapse_edges(stage: Stage, record: Record, work: Workspace, swept: int, wanted: int) -> int:
     """Collapse edges, cheapest first.
 
     Parameters
     ----------
-    state : CostState
-    surface : Surface
+    stage : Stage
         Left at the last level.
-    grid : Grid
-        Its positions follow those of the surface.
     record : Record
         Receives the collapses.
     work : Workspace
-    loop : Loop
-        Progress of the loop, updated. A call continues where the last one ended.
+        A call continues after the collapses of the last one.
     swept : int
         Number of collapses to make in sweeps, before strict order begins.
     wanted : int
@@ -197,80 +159,51 @@ def collapse_edges(
 
     Returns
     -------
-    bool
-        False if the record has no room for `loop.counts[ROOM]` changes: extend it and call again.
-        True if the wanted number is reached, or no edge can be collapsed validly.
+    int
+        Number of changes that the record has no room for: extend it and call again. 0 if the wanted
+        number of collapses is reached, or no edge can be collapsed validly.
     """
-    counts = loop.counts
-    if counts[PHASE] == START:
-        enter_level(state, surface, len(grid.position))
-        if swept > 0:
-            begin_sweeps(state, surface, work, loop)
-        counts[PHASE] = SWEEPING
-    if counts[PHASE] == SWEEPING:
-        if swept > 0 and not collapse_in_sweeps(state, surface, grid, record, work, loop, swept):
-            counts[ROOM] = LARGEST_LINK
-            return False
-        if counts[COLLAPSES] < wanted:
-            _queue_all(state, surface, work, counts[COLLAPSES])
-        counts[REQUEUED] = counts[COLLAPSES]
-        counts[PHASE] = ORDERED
-    return _collapse_in_order(state, surface, grid, record, work, loop, wanted)
+    enter_level(stage, len(stage.grid.position) - work.collapses[0])
+    if work.collapses[0] < swept and not collapse_in_sweeps(stage, record, work, swept):
+        return LARGEST_LINK
+    return _collapse_in_order(stage, record, work, wanted)
 
 
 @leaf_kernel
-def _collapse_in_order(
-    state: CostState,
-    surface: Surface,
-    grid: Grid,
-    record: Record,
-    work: Workspace,
-    loop: Loop,
-    wanted: int,
-) -> bool:
+def _collapse_in_order(stage: Stage, record: Record, work: Workspace, wanted: int) -> int:
     """Collapse the cheapest edge repeatedly. Parameters and result as in `collapse_edges`."""
-    parameters, queue, counts = state.parameters, work.queue, loop.counts
-    on_link = parameters.kind == MEMORYLESS
-    collapses, query = counts[COLLAPSES], counts[QUERIES]
-    while collapses < wanted:
+    surface, parameters, queue = stage.surface, stage.parameters, work.queue
+    on_link, requeued = parameters.kind == MEMORYLESS, -1
+    queue.size[0] = 0
+    while work.collapses[0] < wanted:
         if queue.size[0] == 0:
             # parked edges return if a collapse has changed anything since
-            if collapses == counts[REQUEUED]:
+            if work.collapses[0] == requeued:
                 break
-            _queue_all(state, surface, work, collapses)
-            counts[REQUEUED] = collapses
+            _queue_all(stage, work)
+            requeued = work.collapses[0]
             continue
-        # int64, as in the sweeps, so that every kernel has one signature
-        edge = int(np.int64(queue.heap[0]))
+        edge = int(queue.heap[0])
         if on_link and is_stale(surface, work, edge):
-            _requeue(state, surface, work, edge, collapses)
+            _requeue(stage, work, edge)
             continue
-        corner = int(surface.corner_facing[edge])
-        kept = int(surface.vertex[following(corner)])
-        dead = int(surface.vertex[preceding(corner)])
-        query += 1
-        if not link_condition_holds(surface, kept, dead, query):
+        _, kept, dead = edge_ends(surface, edge)
+        if not link_condition_holds(surface, kept, dead):
             _park(work, edge)
             continue
         around = int(surface.degree[kept] + surface.degree[dead])
-        if not has_room(record, collapses, around):
-            counts[COLLAPSES], counts[QUERIES], counts[ROOM] = collapses, query, around
-            return False
+        if not has_room(record, work.collapses[0], around):
+            return around
         count = write_edge_link(surface, kept, dead, work.link)
-        if not candidate_is_valid(state, surface, grid, work, edge, count):
-            _queue_next_candidate(state, surface, work, edge, count)
+        if not candidate_is_valid(stage, work, edge, count):
+            _queue_next_candidate(stage, work, edge, count)
             continue
-        kept = collapse_edge(state, surface, grid, record, work, edge, collapses)
-        collapses += 1
+        kept = collapse_edge(stage, record, work, edge)
         if parameters.moved_vertices > 0:
-            relax(state, surface, grid, record, work, kept, collapses)
-        if collapses == wanted:
-            break
-        left = len(grid.position) - collapses
-        if enter_level(state, surface, left):
-            _queue_all(state, surface, work, collapses)
+            relax(stage, record, work, kept)
+        left = len(stage.grid.position) - work.collapses[0]
+        if work.collapses[0] < wanted and enter_level(stage, left):
+            _queue_all(stage, work)
         else:
-            in_order = left - 4 < parameters.eager_collapses
-            _refresh(state, surface, work, kept, collapses, in_order)
-    counts[COLLAPSES], counts[QUERIES] = collapses, query
-    return True
+            _refresh(stage, work, kept, left - 4 < parameters.eager_collapses)
+    return 0

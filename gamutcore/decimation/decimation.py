@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gamutcore.corner_table import opposite_corners
-from gamutcore.decimation.candidates import Grid
 from gamutcore.decimation.costs import cost_named
-from gamutcore.decimation.costs.dispatch import cost_state
 from gamutcore.decimation.progress import report_progress
 from gamutcore.decimation.record import Record
-from gamutcore.decimation.stages import Stage, join_records
-from gamutcore.decimation.star import DEFICIT_LARGEST, surface_of
+from gamutcore.decimation.stage import Grid, new_stage
+from gamutcore.decimation.stages import join_records
+from gamutcore.decimation.star import DEFICIT_LARGEST
 from gamutcore.decimation.trials import progress_of, run_schedule
 from gamutcore.errors import DecimationError, MeshError
 from gamutcore.grid import mesh_grid_step, nearest_grid_points
@@ -120,12 +119,12 @@ def decimate(
     with report_progress(work.fraction, progress):
         # the stage has no name here, so that its state can be freed before the last level
         results = run_schedule(
-            Stage(
-                cost_state(chosen.parameters, positions, faces),
-                surface_of(positions, faces, opposite),
+            new_stage(
+                chosen.parameters,
+                positions,
+                faces,
+                opposite,
                 Grid(on_grid, origin / unit, float(step / unit)),
-                np.arange(len(positions), dtype=np.int32),
-                np.arange(len(faces), dtype=np.int32),
             ),
             chosen,
             work,

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import Float32Array, IndexArray, LongArray
-from gamutcore.corner_table import following, preceding
-from gamutcore.decimation.star import Surface
+from gamutcore.corner_table import following
+from gamutcore.decimation.star import LARGEST_LINK, Surface
 from gamutcore.kernels import leaf_kernel
 
 __all__ = [
@@ -23,10 +23,12 @@ __all__ = [
     "extend_record",
     "has_room",
     "record_collapse",
-    "record_moved_corners",
     "record_shift",
     "trim_record",
 ]
+
+SHIFTS = 12
+"""Room for so many shifts per vertex. About six neighbours move in a collapse."""
 
 
 class Record(NamedTuple):
@@ -67,9 +69,13 @@ class Record(NamedTuple):
     shift: Float32Array
 
 
-def empty_record(vertices: int) -> Record:
-    """Return a record with room for all collapses of a boundary with `vertices` vertices."""
-    steps = vertices - 4
+def empty_record(vertices: int, moved_vertices: int = 0) -> Record:
+    """Return a record with room for all collapses of a boundary with `vertices` vertices.
+
+    There is room for the shifts of usual boundaries, whose vertices move in levels of at most
+    `moved_vertices` vertices.
+    """
+    steps, shifts = vertices - 4, SHIFTS * min(vertices, moved_vertices) + 2 * LARGEST_LINK
     return Record(
         kept=np.empty(steps, np.int32),
         dead=np.empty(steps, np.int32),
@@ -79,9 +85,15 @@ def empty_record(vertices: int) -> Record:
         moved_end=np.empty(steps, np.int64),
         moved=np.empty(4 * vertices, np.int32),
         shifted_end=np.empty(steps, np.int64),
-        shifted=np.empty(16, np.int32),
-        shift=np.empty((16, 2, 3), np.float32),
+        shifted=np.empty(shifts, np.int32),
+        shift=np.empty((shifts, 2, 3), np.float32),
     )
+
+
+@leaf_kernel
+def _end(ends: LongArray, collapses: int) -> int:
+    """End of the parts of the first `collapses` collapses."""
+    return int(ends[collapses - 1]) if collapses > 0 else 0
 
 
 @leaf_kernel
@@ -95,11 +107,12 @@ def record_collapse(
     kept: int,
     dead: int,
 ) -> None:
-    """Record a collapse before it happens, without its moved corners and shifts.
+    """Record a collapse before it happens, without its shifts.
 
     Parameters
     ----------
     record : Record
+        With room for the degree of the dead vertex.
     index : int
         Number of earlier collapses.
     surface : Surface
@@ -121,41 +134,20 @@ def record_collapse(
         left, right = right, left
     record.sides[index, 0], record.sides[index, 1] = surface.vertex[left], surface.vertex[right]
     record.corner[index, 0], record.corner[index, 1] = following(left), following(right)
-
-
-@leaf_kernel
-def record_moved_corners(surface: Surface, right_corner: int, record: Record, filled: int) -> int:
-    """Append the corners that pass from the dead vertex to the kept one.
-
-    Parameters
-    ----------
-    surface : Surface
-        Before the collapse.
-    right_corner : int
-        Corner of the dead vertex in the face (dead, kept, right).
-    record : Record
-        With room for the corners.
-    filled : int
-        Number of entries of `record.moved` in use.
-
-    Returns
-    -------
-    int
-        Number of entries in use afterwards.
-    """
-    kept = surface.vertex[following(right_corner)]
-    corner = int(surface.swung[right_corner])
-    while surface.vertex[preceding(corner)] != kept:
-        record.moved[filled] = corner
+    filled = _end(record.moved_end, index)
+    moved = int(surface.swung[following(right)])
+    for _ in range(surface.degree[dead] - 2):
+        record.moved[filled] = moved
         filled += 1
-        corner = int(surface.swung[corner])
-    return filled
+        moved = int(surface.swung[moved])
+    record.moved_end[index] = filled
+    record.shifted_end[index] = _end(record.shifted_end, index)
 
 
 @leaf_kernel
 def record_shift(
     record: Record,
-    filled: int,
+    index: int,
     vertex: int,
     before: Float32Array,
     row: int,
@@ -167,8 +159,8 @@ def record_shift(
     ----------
     record : Record
         With room for the shift.
-    filled : int
-        Number of entries of `record.shifted` in use.
+    index : int
+        Number of earlier collapses.
     vertex : int
     before : (n, 3) float32
         Row `row` is the position before the move.
@@ -176,43 +168,37 @@ def record_shift(
     grid_position : (V, 3) float32
         Positions after the move.
     """
+    filled = record.shifted_end[index]
     record.shifted[filled] = vertex
     for axis in range(3):
         record.shift[filled, 0, axis] = before[row, axis]
         record.shift[filled, 1, axis] = grid_position[vertex, axis]
+    record.shifted_end[index] += 1
 
 
 @leaf_kernel
 def has_room(record: Record, collapses: int, changes: int) -> bool:
     """Whether `changes` moved corners and as many shifts fit after `collapses` collapses."""
-    if collapses == 0:
-        return min(record.moved.size, record.shifted.size) >= changes
     return (
-        record.moved_end[collapses - 1] + changes <= record.moved.size
-        and record.shifted_end[collapses - 1] + changes <= record.shifted.size
+        _end(record.moved_end, collapses) + changes <= record.moved.size
+        and _end(record.shifted_end, collapses) + changes <= record.shifted.size
     )
 
 
 def extend_record(record: Record, collapses: int, changes: int) -> Record:
-    """Return a record for which `has_room` holds; too short arrays are replaced by longer ones."""
-    moved, shifted, shift = record.moved, record.shifted, record.shift
-    used = record.moved_end[collapses - 1] if collapses > 0 else 0
-    if used + changes > moved.size:
-        moved = np.empty(2 * moved.size + changes, np.int32)
-        moved[:used] = record.moved[:used]
-    used = record.shifted_end[collapses - 1] if collapses > 0 else 0
-    if used + changes > shifted.size:
-        shifted = np.empty(2 * shifted.size + changes, np.int32)
-        shift = np.empty((shifted.size, 2, 3), np.float32)
-        shifted[:used] = record.shifted[:used]
-        shift[:used] = record.shift[:used]
+    """Return a record with more room, for which `has_room` holds."""
+    used = trim_record(record, collapses)
+    moved = np.empty(2 * record.moved.size + changes, np.int32)
+    shifted = np.empty(2 * record.shifted.size + changes, np.int32)
+    shift = np.empty((shifted.size, 2, 3), np.float32)
+    moved[: used.moved.size], shifted[: used.shifted.size] = used.moved, used.shifted
+    shift[: used.shifted.size] = used.shift
     return record._replace(moved=moved, shifted=shifted, shift=shift)
 
 
 def trim_record(record: Record, collapses: int) -> Record:
     """Return the first `collapses` collapses of a record, without unused entries."""
-    moved = record.moved_end[collapses - 1] if collapses > 0 else 0
-    shifts = record.shifted_end[collapses - 1] if collapses > 0 else 0
+    moved, shifts = _end(record.moved_end, collapses), _end(record.shifted_end, collapses)
     parts = {name: values[:collapses] for name, values in record._asdict().items()}
     parts.update(
         moved=record.moved[:moved], shifted=record.shifted[:shifts], shift=record.shift[:shifts]

@@ -1,66 +1,28 @@
 """Decimation in stages: the remaining surface of one stage is compacted for the next.
 
-When a surface of a hundred thousand vertices has been decimated to a few thousand, each face lies
-in a cache line of its own. Compacted, the surface fits the cache and is small enough to copy for
-several trials. A stage numbers its vertices and faces from 0 and writes a record of its own.
-`join_records` joins the records in the numbers of the full boundary.
+A stage numbers its vertices and faces from 0 and writes a record of its own. `join_records` joins
+the records in the numbers of the full boundary.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gamutcore.decimation.candidates import Grid
 from gamutcore.decimation.collapse import collapse_edges
-from gamutcore.decimation.costs.dispatch import CostState, cost_state_on
 from gamutcore.decimation.costs.parameters import MEMORYLESS, SWEPT_DOWN_TO
-from gamutcore.decimation.edge_collapse import COLLAPSES, ROOM, empty_workspace, new_loop
+from gamutcore.decimation.edge_collapse import empty_workspace
 from gamutcore.decimation.record import Record, empty_record, extend_record, trim_record
-from gamutcore.decimation.star import Surface, surface_of
+from gamutcore.decimation.stage import Stage
 
 if TYPE_CHECKING:
     from gamutcore.arrays import Float32Array, FloatArray, IndexArray, LongArray
 
-__all__ = [
-    "EXACT_ERRORS",
-    "Stage",
-    "StageResult",
-    "compact_stage",
-    "copy_stage",
-    "join_records",
-    "run_stage",
-]
+__all__ = ["EXACT_ERRORS", "StageResult", "join_records", "run_stage"]
 
 EXACT_ERRORS = np.empty(0)
 """Perturbation of a stage whose errors are not perturbed."""
-
-
-class Stage(NamedTuple):
-    """A surface to decimate, and the numbers of its vertices and faces in the full boundary.
-
-    Attributes
-    ----------
-    state : CostState
-    surface : Surface
-    grid : Grid
-    vertices : (v,) int32
-        Their numbers in the full boundary.
-    faces : (f,) int32
-        Their numbers in the full boundary.
-    """
-
-    state: CostState
-    surface: Surface
-    grid: Grid
-    vertices: IndexArray
-    faces: IndexArray
-
-    @property
-    def size(self) -> int:
-        """Number of vertices before the first collapse."""
-        return len(self.vertices)
 
 
 class StageResult(NamedTuple):
@@ -110,78 +72,17 @@ def run_stage(
     StageResult
         With more vertices left only if no edge can be collapsed validly.
     """
-    state, surface, grid = stage.state, stage.surface, stage.grid
-    work = empty_workspace(surface.corner_facing.size, stage.size, counter, perturbation)
-    record, loop = empty_record(stage.size), new_loop()
+    parameters, edges = stage.parameters, stage.surface.corner_facing.size
+    record = empty_record(stage.size, parameters.moved_vertices)
+    work = empty_workspace(edges, stage.size, counter, perturbation)
     swept = 0
-    if sweep and state.parameters.kind == MEMORYLESS:
-        swept = max(stage.size - max(until, SWEPT_DOWN_TO), 0)
-    wanted = stage.size - until
+    if sweep and parameters.kind == MEMORYLESS:
+        swept = stage.size - max(until, SWEPT_DOWN_TO, parameters.compared_vertices)
     # as plain Python, kernels divide by zero like compiled code does: to infinity, without a word
     with np.errstate(all="ignore"):
-        while not collapse_edges(state, surface, grid, record, work, loop, swept, wanted):
-            record = extend_record(record, int(loop.counts[COLLAPSES]), int(loop.counts[ROOM]))
-    return StageResult(stage, trim_record(record, int(loop.counts[COLLAPSES])))
-
-
-def compact_stage(stage: Stage) -> Stage:
-    """Return the remaining surface of a stage as a stage of its own, in the same order.
-
-    Parameters
-    ----------
-    stage : Stage
-        After some collapses.
-
-    Returns
-    -------
-    Stage
-    """
-    surface, grid = stage.surface, stage.grid
-    corners = surface.corner_facing[surface.corner_facing >= 0]
-    alive = np.zeros(len(stage.faces), np.bool_)
-    alive[corners // 3] = True
-    alive[surface.opposite[corners] // 3] = True
-    faces, face_number = _renumber(alive)
-    corner_vertex = surface.vertex.reshape(-1, 3)[faces]
-    alive = np.zeros(stage.size, np.bool_)
-    alive[corner_vertex] = True
-    vertices, vertex_number = _renumber(alive)
-    opposite = surface.opposite.reshape(-1, 3)[faces].ravel()
-    small = surface_of(
-        surface.position[vertices],
-        vertex_number[corner_vertex],
-        3 * face_number[opposite // 3] + opposite % 3,
-    )
-    small.deficit[:] = surface.deficit
-    return Stage(
-        cost_state_on(stage.state, vertices, faces),
-        small,
-        grid._replace(position=grid.position[vertices]),
-        stage.vertices[vertices],
-        stage.faces[faces],
-    )
-
-
-def _renumber(alive: Any) -> tuple[IndexArray, IndexArray]:  # noqa: ANN401  # an array of bool
-    """Return the indices that are alive, and the new number of each of them."""
-    indices = np.flatnonzero(alive).astype(np.int32)
-    number = np.empty(len(alive), np.int32)
-    number[indices] = np.arange(len(indices), dtype=np.int32)
-    return indices, number
-
-
-def copy_stage(stage: Stage) -> Stage:
-    """Return a copy that can be decimated without changing the stage."""
-    return stage._replace(
-        state=_copy(stage.state), surface=_copy(stage.surface), grid=_copy(stage.grid)
-    )
-
-
-def _copy(values: Any) -> Any:  # noqa: ANN401
-    """Copy nested NamedTuples of arrays and numbers."""
-    if isinstance(values, tuple):
-        return type(values)(*map(_copy, values))
-    return values.copy() if isinstance(values, np.ndarray) else values
+        while missing := collapse_edges(stage, record, work, swept, stage.size - until):
+            record = extend_record(record, int(work.collapses[0]), int(missing))
+    return StageResult(stage, trim_record(record, int(work.collapses[0])))
 
 
 def join_records(results: list[StageResult]) -> tuple[Record, IndexArray, Float32Array]:

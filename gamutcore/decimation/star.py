@@ -1,4 +1,4 @@
-"""The geometry of one collapse: which positions of the new vertex keep the mesh star-shaped.
+"""The surface that is decimated, and which positions of a new vertex keep it star-shaped.
 
 Positions are relative to the centre, so a face (p0, p1, p2) sees the centre from inside when
 det(p0, p1, p2) > 0. A collapse changes only the faces around the two ends of its edge. The next
@@ -15,6 +15,7 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
 from gamutcore.corner_table import following, preceding, swing
+from gamutcore.decimation.vectors import Vector, cross, dot, minus, plus, row, triple
 from gamutcore.kernels import kernel, leaf_kernel
 from gamutcore.star_shape import sees_centre
 
@@ -23,6 +24,7 @@ __all__ = [
     "DEFICIT_NOW",
     "LARGEST_LINK",
     "Surface",
+    "edge_ends",
     "find_inner_direction",
     "keeps_star_shape",
     "link_condition_holds",
@@ -30,16 +32,13 @@ __all__ = [
     "squared_length",
     "star_volume",
     "surface_of",
+    "volume_gradient",
     "write_edge_link",
     "write_vertex_link",
-    "write_volume_gradient",
 ]
 
-DEFICIT_NOW = 0
-"""Index into `Surface.deficit`: volume missing at the present level."""
-
-DEFICIT_LARGEST = 1
-"""Index into `Surface.deficit`: largest absolute value so far."""
+DEFICIT_NOW, DEFICIT_LARGEST = range(2)
+"""Indices into `Surface.deficit`: volume missing at the present level; its largest value so far."""
 
 LARGEST_LINK = 64
 """Longer links are not collapsed in sweeps, evaluated by samples, or moved: they take too long, and
@@ -70,7 +69,9 @@ class Surface(NamedTuple):
     corner_facing : (E,) int32
         One of the two corners that face an edge; −1 if the edge has been removed.
     mark : (V,) int64
-        Scratch: the last query that visited a vertex.
+        Scratch: the last query of the link condition that visited a vertex.
+    queries : (1,) int64
+        Number of these queries.
     deficit : (2,) float64
         Six times the volume that the level lacks. Indexed by `DEFICIT_NOW`, `DEFICIT_LARGEST`.
     """
@@ -84,6 +85,7 @@ class Surface(NamedTuple):
     edge_of: IndexArray
     corner_facing: IndexArray
     mark: LongArray
+    queries: LongArray
     deficit: FloatArray
 
 
@@ -119,7 +121,6 @@ def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -
             edge_of[opposite[corner]] = edges
             corner_facing[edges] = corner
             edges += 1
-    mark = np.full(len(positions), -1, np.int64)
     return Surface(
         positions.copy(),
         vertex,
@@ -129,56 +130,57 @@ def surface_of(positions: FloatArray, faces: IndexArray, opposite: IndexArray) -
         degree,
         edge_of,
         corner_facing,
-        mark,
+        np.zeros(len(positions), np.int64),
+        np.zeros(1, np.int64),
         np.zeros(2, np.float64),
     )
 
 
 @leaf_kernel
-def squared_length(surface: Surface, corner: int) -> float:
-    """Squared length of the edge that a corner faces."""
-    position = surface.position
-    one, two = surface.vertex[following(corner)], surface.vertex[preceding(corner)]
-    x = position[one, 0] - position[two, 0]
-    y = position[one, 1] - position[two, 1]
-    z = position[one, 2] - position[two, 2]
-    return x * x + y * y + z * z
+def edge_ends(surface: Surface, edge: int) -> tuple[int, int, int]:
+    """Return one of the two corners that face an edge, and the two ends of the edge."""
+    corner = int(surface.corner_facing[edge])
+    return corner, int(surface.vertex[following(corner)]), int(surface.vertex[preceding(corner)])
 
 
 @leaf_kernel
-def link_condition_holds(surface: Surface, kept: int, dead: int, query: int) -> bool:
-    """Whether the ends of an edge have exactly two common neighbours.
+def squared_length(surface: Surface, corner: int) -> float:
+    """Squared length of the edge that a corner faces."""
+    one, two = surface.vertex[following(corner)], surface.vertex[preceding(corner)]
+    along = minus(row(surface.position, one, 0), row(surface.position, two, 0))
+    return dot(along, along)
 
-    Parameters
-    ----------
-    surface : Surface
-    kept, dead : int
-        The ends of the edge.
-    query : int
-        A number that no query has used before, for `Surface.mark`.
 
-    Returns
-    -------
-    bool
-    """
+@leaf_kernel
+def link_condition_holds(surface: Surface, kept: int, dead: int) -> bool:
+    """Whether the ends of an edge have exactly two common neighbours."""
     mark, vertex = surface.mark, surface.vertex
-    first = int(surface.corner_at[kept])
-    corner = first
-    while True:
+    surface.queries[0] += 1
+    query, common = surface.queries[0], 0
+    corner = int(surface.corner_at[kept])
+    for _ in range(surface.degree[kept]):
         mark[vertex[following(corner)]] = query
         corner = int(surface.swung[np.uint64(corner)])
-        if corner == first:
-            break
-    common = 0
-    first = int(surface.corner_at[dead])
-    corner = first
-    while True:
+    corner = int(surface.corner_at[dead])
+    for _ in range(surface.degree[dead]):
         if mark[vertex[following(corner)]] == query:
             common += 1
         corner = int(surface.swung[np.uint64(corner)])
-        if corner == first:
-            break
     return common == 2
+
+
+@leaf_kernel
+def _append_link(surface: Surface, centre: int, other: int, link: IndexArray, count: int) -> int:
+    """Append the pairs of the faces around `centre` that do not contain `other`."""
+    vertex, corner = surface.vertex, int(surface.corner_at[centre])
+    for _ in range(surface.degree[centre]):
+        one, two = vertex[following(corner)], vertex[preceding(corner)]
+        if one != other and two != other:
+            link[count, 0] = one
+            link[count, 1] = two
+            count += 1
+        corner = int(surface.swung[np.uint64(corner)])
+    return count
 
 
 @leaf_kernel
@@ -198,38 +200,13 @@ def write_edge_link(surface: Surface, kept: int, dead: int, link: IndexArray) ->
     int
         Number of pairs.
     """
-    vertex = surface.vertex
-    count = 0
-    for end in range(2):
-        centre, other = (kept, dead) if end == 0 else (dead, kept)
-        first = int(surface.corner_at[centre])
-        corner = first
-        while True:
-            one, two = vertex[following(corner)], vertex[preceding(corner)]
-            if one != other and two != other:
-                link[count, 0] = one
-                link[count, 1] = two
-                count += 1
-            corner = int(surface.swung[np.uint64(corner)])
-            if corner == first:
-                break
-    return count
+    return _append_link(surface, dead, kept, link, _append_link(surface, kept, dead, link, 0))
 
 
 @leaf_kernel
 def write_vertex_link(surface: Surface, centre: int, link: IndexArray) -> int:
-    """Write the directed link of a vertex. Parameters and result are as in `write_edge_link`."""
-    count = 0
-    first = int(surface.corner_at[centre])
-    corner = first
-    while True:
-        link[count, 0] = surface.vertex[following(corner)]
-        link[count, 1] = surface.vertex[preceding(corner)]
-        count += 1
-        corner = int(surface.swung[np.uint64(corner)])
-        if corner == first:
-            break
-    return count
+    """Write the directed link of a vertex, in order around it. As `write_edge_link` otherwise."""
+    return _append_link(surface, centre, -1, link, 0)
 
 
 @leaf_kernel
@@ -238,38 +215,21 @@ def keeps_star_shape(
 ) -> bool:
     """Whether all faces between a new vertex at (x, y, z) and its link see the centre."""
     for pair in range(count):
-        one, two = link[pair, 0], link[pair, 1]
-        ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
-        bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
+        ax, ay, az = row(position, link[pair, 0], 0)
+        bx, by, bz = row(position, link[pair, 1], 0)
         if not sees_centre(ax, ay, az, bx, by, bz, x, y, z):
             return False
     return True
 
 
 @leaf_kernel
-def write_volume_gradient(
-    position: FloatArray, link: IndexArray, count: int, gradient: FloatArray
-) -> None:
-    """Write the vector g such that a vertex at x encloses the volume g·x ÷ 6 with its link.
-
-    Parameters
-    ----------
-    position : (V, 3) float64
-    link : (m, 2) int32
-        A directed link of `count` pairs.
-    count : int
-    gradient : (3,) float64
-        Receives the sum of the pairs' cross products.
-    """
-    gx, gy, gz = 0.0, 0.0, 0.0
+def volume_gradient(position: FloatArray, link: IndexArray, count: int) -> Vector:
+    """Return the vector g such that a vertex at x encloses the volume g·x ÷ 6 with its link."""
+    total = (0.0, 0.0, 0.0)
     for pair in range(count):
-        one, two = link[pair, 0], link[pair, 1]
-        ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
-        bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
-        gx += ay * bz - az * by
-        gy += az * bx - ax * bz
-        gz += ax * by - ay * bx
-    gradient[0], gradient[1], gradient[2] = gx, gy, gz
+        side = cross(row(position, link[pair, 0], 0), row(position, link[pair, 1], 0))
+        total = plus(total, side)
+    return total
 
 
 @leaf_kernel
@@ -278,26 +238,21 @@ def star_volume(surface: Surface, kept: int, dead: int) -> float:
     position, vertex = surface.position, surface.vertex
     total = 0.0
     for end in range(2):
-        centre, other = (kept, dead) if end == 0 else (dead, kept)
-        x, y, z = position[centre, 0], position[centre, 1], position[centre, 2]
-        first = int(surface.corner_at[centre])
-        corner = first
-        while True:
+        centre = kept if end == 0 else dead
+        at = row(position, centre, 0)
+        corner = int(surface.corner_at[centre])
+        for _ in range(surface.degree[centre]):
             one, two = vertex[following(corner)], vertex[preceding(corner)]
             # both stars contain the two faces at the edge: they are counted with `kept` only
-            if end == 0 or (one != other and two != other):
-                ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
-                bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
-                total += x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
+            if end == 0 or (one != kept and two != kept):
+                total += triple(row(position, one, 0), row(position, two, 0), at)
             corner = int(surface.swung[np.uint64(corner)])
-            if corner == first:
-                break
     return total
 
 
 @leaf_kernel
 def scale_to_preserve_volume(
-    surface: Surface, kept: int, dead: int, gradient: FloatArray, point: FloatArray
+    surface: Surface, kept: int, dead: int, link: IndexArray, count: int, point: FloatArray
 ) -> bool:
     """Move a new vertex along its radius to the point where the collapse preserves the volume.
 
@@ -310,8 +265,9 @@ def scale_to_preserve_volume(
     surface : Surface
     kept, dead : int
         The ends of the edge that the vertex replaces.
-    gradient : (3,) float64
-        Volume gradient of the edge's link.
+    link : (m, 2) int32
+        The edge's directed link of `count` pairs.
+    count : int
     point : (3,) float64
         A position relative to the centre; scaled.
 
@@ -320,13 +276,15 @@ def scale_to_preserve_volume(
     bool
         False if no such point exists. `point` is then unchanged.
     """
-    volume = point[0] * gradient[0] + point[1] * gradient[1] + point[2] * gradient[2]
+    gradient = volume_gradient(surface.position, link, count)
     whole = star_volume(surface, kept, dead)
     wanted = whole + surface.deficit[DEFICIT_NOW]
+    volume = dot((point[0], point[1], point[2]), gradient)
     scale = (wanted if wanted > 0.5 * whole else whole) / volume
     if not (scale > 0.0 and scale < np.inf):
         return False
-    point[0], point[1], point[2] = scale * point[0], scale * point[1], scale * point[2]
+    for axis in range(3):
+        point[axis] *= scale
     return True
 
 
@@ -363,16 +321,13 @@ def find_inner_direction(
         x, y, z = x / length, y / length, z / length
         least, nx, ny, nz = np.inf, 0.0, 0.0, 0.0
         for pair in range(count):
-            one, two = link[pair, 0], link[pair, 1]
-            ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
-            bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
-            cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-            norm = np.sqrt(cx * cx + cy * cy + cz * cz)
+            side = cross(row(position, link[pair, 0], 0), row(position, link[pair, 1], 0))
+            norm = np.sqrt(dot(side, side))
             if not norm > 0.0:
                 return False
-            depth = (x * cx + y * cy + z * cz) / norm
+            depth = dot((x, y, z), side) / norm
             if depth < least:
-                least, nx, ny, nz = depth, cx / norm, cy / norm, cz / norm
+                least, nx, ny, nz = depth, side[0] / norm, side[1] / norm, side[2] / norm
         if least > best:
             best = least
             direction[0], direction[1], direction[2] = x, y, z

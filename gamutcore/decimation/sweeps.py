@@ -11,17 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gamutcore.corner_table import following, preceding
-from gamutcore.decimation.candidates import Grid
-from gamutcore.decimation.costs.dispatch import CostState, enter_level, find_optimum
+from gamutcore.decimation.costs.dispatch import find_optimum
 from gamutcore.decimation.edge_collapse import (
-    BLOCK_BEGIN,
-    BLOCK_SWEEPS,
-    COLLAPSES,
-    ERRORS_CHANGED,
-    QUERIES,
-    ROUND,
-    Loop,
     Workspace,
     collapse_edge,
     is_stale,
@@ -30,10 +21,16 @@ from gamutcore.decimation.edge_collapse import (
 )
 from gamutcore.decimation.edge_queue import dequeue, fill_queue
 from gamutcore.decimation.record import Record, has_room
-from gamutcore.decimation.star import LARGEST_LINK, Surface, link_condition_holds, write_edge_link
+from gamutcore.decimation.stage import Stage
+from gamutcore.decimation.star import (
+    LARGEST_LINK,
+    edge_ends,
+    link_condition_holds,
+    write_edge_link,
+)
 from gamutcore.kernels import leaf_kernel
 
-__all__ = ["begin_sweeps", "collapse_in_sweeps"]
+__all__ = ["collapse_in_sweeps"]
 
 RATIO = 1.7
 """Ratio of the limits of consecutive sweeps."""
@@ -56,151 +53,114 @@ the last limit has to be reached everywhere."""
 
 
 @leaf_kernel
-def begin_sweeps(state: CostState, surface: Surface, work: Workspace, loop: Loop) -> None:
-    """Set the first limit: a quantile of the errors of edges from all over the surface.
+def _evaluate(stage: Stage, work: Workspace, edge: int) -> bool:
+    """Write the optimum of an edge and its error; False if the edge has been removed."""
+    corner = int(stage.surface.corner_facing[edge])
+    if corner < 0:
+        return False
+    work.queue.priority[edge] = find_optimum(stage, corner, work.point)
+    work.evaluated[edge] = work.collapses[0]
+    return True
 
-    Parameters
-    ----------
-    state : CostState
-    surface : Surface
-    work : Workspace
-        Its queue is empty before and after.
-    loop : Loop
-        Its limit is written.
-    """
-    queue, edges = work.queue, surface.corner_facing.size
-    sampled = edges // SAMPLED + 1
-    for index in range(sampled):
-        edge = min(SAMPLED * index, edges - 1)
-        value = find_optimum(state, surface, int(surface.corner_facing[edge]), work.point)
-        queue.priority[edge] = value if value < np.inf else np.inf  # noqa: FURB136  # NaN too
-        queue.heap[index] = edge
+
+@leaf_kernel
+def _first_limit(stage: Stage, work: Workspace) -> float:
+    """Quantile of the errors of edges from all over the surface, found by the empty queue."""
+    queue, sampled = work.queue, 0
+    for edge in range(0, stage.surface.corner_facing.size, SAMPLED):
+        if _evaluate(stage, work, edge):
+            value = queue.priority[edge]
+            queue.priority[edge] = value if value < np.inf else np.inf  # noqa: FURB136  # NaN too
+            queue.heap[sampled] = edge
+            sampled += 1
     fill_queue(queue, sampled)
     for _ in range(sampled // FIRST_PART):
-        dequeue(queue, int(np.int64(queue.heap[0])))
-    loop.limit[0] = queue.priority[queue.heap[0]] / RATIO
+        dequeue(queue, int(queue.heap[0]))
+    limit = queue.priority[queue.heap[0]]
     for index in range(queue.size[0]):
         queue.heap_index[queue.heap[index]] = -1
     queue.size[0] = 0
+    return limit
 
 
 @leaf_kernel
-def _evaluate(
-    state: CostState, surface: Surface, work: Workspace, begin: int, end: int, collapses: int
-) -> None:
-    """Evaluate the edges of a block."""
-    for edge in range(begin, end):
-        corner = int(surface.corner_facing[edge])
-        if corner >= 0:
-            work.queue.priority[edge] = find_optimum(state, surface, corner, work.point)
-            work.evaluated[edge] = collapses
-
-
-@leaf_kernel
-def collapse_in_sweeps(
-    state: CostState,
-    surface: Surface,
-    grid: Grid,
-    record: Record,
-    work: Workspace,
-    loop: Loop,
-    wanted: int,
-) -> bool:
+def collapse_in_sweeps(stage: Stage, record: Record, work: Workspace, wanted: int) -> bool:
     """Collapse edges below a rising limit of the error, in the order of memory.
 
     Parameters
     ----------
-    state, surface, grid, record, work
+    stage, record
         As in `collapse_edges`.
-    loop : Loop
-        Updated.
+    work : Workspace
+        Its queue is empty before and after.
     wanted : int
-        Number of collapses to make.
+        Number of collapses to make in all.
 
     Returns
     -------
     bool
-        False if the record has no room for another collapse; call again with more room. True if the
-        wanted number is reached, the errors of all edges have changed, or no edge can be collapsed.
+        False if the record has no room for another collapse. True if the wanted number is reached,
+        or no edge can be collapsed.
     """
-    counts, edges = loop.counts, work.queue.priority.size
-    whole = WHOLE * (len(grid.position) - wanted)
-    while counts[COLLAPSES] < wanted:
-        before = counts[COLLAPSES]
-        in_blocks = len(grid.position) - before > whole
-        times = SWEEPS_PER_BLOCK if in_blocks else 1
-        # in each round there are fewer edges in the same memory
-        block = BLOCK << min(counts[ROUND], 16) if in_blocks else edges
-        while counts[BLOCK_BEGIN] < edges:
-            begin, end = counts[BLOCK_BEGIN], min(counts[BLOCK_BEGIN] + block, edges)
-            if counts[ROUND] == 0 and counts[BLOCK_SWEEPS] == 0:
-                _evaluate(state, surface, work, begin, end, counts[COLLAPSES])
-            while counts[BLOCK_SWEEPS] < times:
-                limit = loop.limit[0] * RATIO ** (counts[BLOCK_SWEEPS] + 1)
-                if not _sweep(state, surface, grid, record, work, loop, wanted, begin, end, limit):
+    edges, vertices = work.queue.priority.size, len(stage.grid.position)
+    limit = _first_limit(stage, work)
+    block, first = BLOCK, True
+    while work.collapses[0] < wanted:
+        before, times = work.collapses[0], SWEEPS_PER_BLOCK
+        if vertices - before <= WHOLE * (vertices - wanted):
+            block, times = edges, 1
+        for begin in range(0, edges, block):
+            end = min(begin + block, edges)
+            if first:
+                for edge in range(begin, end):
+                    _evaluate(stage, work, edge)
+            higher = limit
+            for _ in range(times):
+                if not _sweep(stage, record, work, wanted, begin, end, higher):
                     return False
-                if counts[COLLAPSES] == wanted or counts[ERRORS_CHANGED] == 1:
-                    return True
-                counts[BLOCK_SWEEPS] += 1
-            counts[BLOCK_BEGIN], counts[BLOCK_SWEEPS] = end, 0
-        counts[ROUND], counts[BLOCK_BEGIN] = counts[ROUND] + 1, 0
-        if counts[COLLAPSES] == before and not loop.limit[0] < np.inf:
+                higher *= RATIO
+        if work.collapses[0] == before and not limit < np.inf:
             break
-        loop.limit[0] *= RATIO**times
+        for _ in range(times):
+            limit *= RATIO
+        # in each round there are fewer edges in the same memory
+        block, first = min(2 * block, edges), False
     return True
 
 
 @leaf_kernel
 def _sweep(
-    state: CostState,
-    surface: Surface,
-    grid: Grid,
+    stage: Stage,
     record: Record,
     work: Workspace,
-    loop: Loop,
     wanted: int,
     begin: int,
     end: int,
     limit: float,
 ) -> bool:
     """Sweep a block of edges once; False if the record has no room for another collapse."""
-    priority, counts = work.queue.priority, loop.counts
-    collapses, query = counts[COLLAPSES], counts[QUERIES]
-    room = True
+    surface, priority = stage.surface, work.queue.priority
     for edge in range(begin, end):
-        corner = int(surface.corner_facing[edge])
-        if corner < 0 or priority[edge] > limit:
+        if surface.corner_facing[edge] < 0 or priority[edge] > limit:
             continue
         stale = is_stale(surface, work, edge)
         if stale:
-            work.evaluated[edge] = collapses
-            priority[edge] = find_optimum(state, surface, corner, work.point)
+            _evaluate(stage, work, edge)
             if priority[edge] > limit:
                 continue
-        kept = int(surface.vertex[following(corner)])
-        dead = int(surface.vertex[preceding(corner)])
-        query += 1
-        if not link_condition_holds(surface, kept, dead, query):
-            continue
+        corner, kept, dead = edge_ends(surface, edge)
         # the two faces at the edge count once for each end
-        count = surface.degree[kept] + surface.degree[dead] - 4
-        if count > LARGEST_LINK:
+        count = int(surface.degree[kept] + surface.degree[dead] - 4)
+        if count > LARGEST_LINK or not link_condition_holds(surface, kept, dead):
             continue
-        count = write_edge_link(surface, kept, dead, work.link)
+        write_edge_link(surface, kept, dead, work.link)
         if not stale:
-            find_optimum(state, surface, corner, work.point)
-        if not rounded_point_is_valid(surface, grid, work, count):
+            find_optimum(stage, corner, work.point)
+        if not rounded_point_is_valid(stage, work, count):
             continue
-        room = has_room(record, collapses, count)
-        if not room:
+        if work.collapses[0] == wanted:
             break
-        kept = collapse_edge(state, surface, grid, record, work, edge, collapses)
-        collapses += 1
-        mark_changed(surface, work, kept, collapses)
-        if collapses == wanted:
-            break
-        if enter_level(state, surface, len(grid.position) - collapses):
-            counts[ERRORS_CHANGED] = 1
-            break
-    counts[COLLAPSES], counts[QUERIES] = collapses, query
-    return room
+        if not has_room(record, work.collapses[0], count):
+            return False
+        mark_changed(surface, work, collapse_edge(stage, record, work, edge))
+    return True

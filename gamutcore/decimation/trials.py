@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gamutcore.decimation.costs.dispatch import total_deviation
 from gamutcore.decimation.progress import Progress
-from gamutcore.decimation.stages import EXACT_ERRORS, compact_stage, copy_stage, run_stage
+from gamutcore.decimation.stage import Stage, compact_stage, copy_stage
+from gamutcore.decimation.stages import EXACT_ERRORS, StageResult, run_stage
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray, LongArray
     from gamutcore.decimation.costs import Cost, Trials
-    from gamutcore.decimation.stages import Stage, StageResult
 
 __all__ = ["Segment", "perturbation", "progress_of", "run_schedule", "schedule"]
 
@@ -35,7 +34,7 @@ GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 
 
 class Segment(NamedTuple):
-    """Part of a schedule: one stage, or all trials.
+    """Part of a schedule: one stage, or all trials of a stage.
 
     Attributes
     ----------
@@ -74,7 +73,7 @@ def schedule(cost: Cost, size: int) -> list[Segment]:
     --------
     >>> from gamutcore.decimation.costs import cost_named
     >>> [(s.vertices, s.until) for s in schedule(cost_named("volume"), 9000)]
-    [(9000, 6000), (6000, 2000), (2000, 100), (100, 27), (27, 4)]
+    [(9000, 6000), (6000, 2000), (2000, 70), (70, 27), (27, 4)]
     """
     trials = cost.trials if cost.trials and cost.trials.until < size else None
     begin = min(trials.vertices, size) if trials else size
@@ -118,7 +117,8 @@ def run_schedule(stage: Stage, cost: Cost, progress: Progress) -> list[StageResu
             stage = compact_stage(results[-1].stage)
             # the state of a large boundary takes much memory, and the new stage has its own
             old = results[-1].stage
-            results[-1] = results[-1]._replace(stage=old._replace(state=stage.state))
+            small = old._replace(quadrics=stage.quadrics, deviation=stage.deviation)
+            results[-1] = results[-1]._replace(stage=small)
         counter = progress.begin_part()
         if segment.trials is None:
             result = run_stage(stage, segment.until, counter, sweep=not results)
@@ -164,5 +164,5 @@ def _run_trials(stage: Stage, trials: Trials, counter: LongArray) -> StageResult
         perturbed = perturbation(copy.surface.corner_facing.size, trial)
         results.append(run_stage(copy, trials.until, counter, perturbation=perturbed))
         complete = results[-1].left == trials.until
-        deviations.append(total_deviation(copy.state) if complete else np.inf)
+        deviations.append(copy.deviation.error.sum() if complete else np.inf)
     return results[int(np.argmin(deviations))]

@@ -1,4 +1,4 @@
-"""Mesh files: any level as glTF, PLY, STL or OBJ.
+"""Mesh files: any level as glTF, PLY, STL or OBJ; and pictures of sections as SVG.
 
 Positions are the coordinates of the colour space in the space's own order (L*, a*, b*), so clients
 can compute with them. Vertex colours, orientation for display and provenance are added in the
@@ -14,10 +14,28 @@ from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.errors import OptionError
 from gamutcore.export.gltf import glb, gltf
 from gamutcore.export.ply import ply
+from gamutcore.export.section_svg import (
+    SectionAxes,
+    leaf_axes,
+    lightness_axes,
+    plane_axes,
+    rings_svg,
+    section_svg,
+)
 from gamutcore.export.triangle_files import obj, stl
 from gamutcore.mesh import TriangleMesh
 
-__all__ = ["FORMATS", "MeshFormat", "mesh_file"]
+__all__ = [
+    "FORMATS",
+    "MeshFormat",
+    "SectionAxes",
+    "leaf_axes",
+    "lightness_axes",
+    "mesh_file",
+    "plane_axes",
+    "rings_svg",
+    "section_svg",
+]
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,10 @@ def stl(mesh: TriangleMesh, _provenance: Mapping[str, str], _space: ColourSpace 
 
 
 def obj(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = CIELAB) -> bytes:
-    """Return a mesh as Wavefront OBJ, with sRGB after each vertex and provenance in comments.
+    """Return a mesh as Wavefront OBJ, with sRGB and provenance in comments.
+
+    The colours are lines ``#MRGB`` as ZBrush writes them, which Blender reads. Colours behind the
+    positions would be extra coordinates to other readers, such as meshio.
 
     Parameters
     ----------
@@ -50,13 +53,19 @@ def obj(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = 
     bytes
     """
     from trimesh.exchange.obj import export_obj  # noqa: PLC0415  # slow; only these formats need it
-    from trimesh.visual import ColorVisuals  # noqa: PLC0415
 
-    coloured = mesh.to_trimesh()
     colours = np.rint(srgb(space.appearance_lab(mesh.vertices)) * 255.0).astype(np.uint8)
-    coloured.visual = ColorVisuals(coloured, vertex_colors=colours)
     header = "\n# ".join(
         line.encode("ascii", "backslashreplace").decode() for line in comment_lines(provenance)
     )
-    exported: str = export_obj(coloured, include_normals=False, digits=12, header=header)
-    return exported.encode()
+    exported: str = export_obj(mesh.to_trimesh(), include_normals=False, digits=12, header=header)
+    vertices, first_face, faces = exported.partition("\nf ")
+    return f"{vertices}\n{_polypaint(colours)}{first_face[1:]}{faces}".encode()
+
+
+def _polypaint(colours: np.ndarray) -> str:
+    """Return lines of vertex colours: ``#MRGB`` and 64 times mask, red, green and blue in hex."""
+    words = [f"ff{red:02x}{green:02x}{blue:02x}" for red, green, blue in colours.tolist()]
+    return "".join(
+        f"#MRGB {''.join(words[start : start + 64])}\n" for start in range(0, len(words), 64)
+    )

@@ -15,6 +15,7 @@ import numpy as np
 
 from gamutcore.arrays import ByteArray, LongArray
 from gamutcore.kernels import inlined_kernel, leaf_kernel
+from gamutcore.kernels.bits import bit_length
 
 __all__ = [
     "LONGEST_CODE",
@@ -23,6 +24,7 @@ __all__ = [
     "Contexts",
     "bit_reader",
     "decode_sign",
+    "doublings_beyond",
     "encode_sign",
     "read_adaptive",
     "read_below",
@@ -125,11 +127,14 @@ def read_bits(reader: BitReader, count: int) -> int:
 def write_bits(writer: BitWriter, value: int, count: int) -> None:
     """Write a number of 0 to 32 bits."""
     position = int(writer.position[0])
-    for bit in range(count - 1, -1, -1):
-        if (value >> bit) & 1:
-            writer.data[position >> 3] |= np.uint8(128 >> (position & 7))
-        position += 1
-    writer.position[0] = position
+    writer.position[0] = position + count
+    while count > 0:
+        free = 8 - (position & 7)
+        taken = min(free, count)
+        count -= taken
+        bits = (value >> count) & ((1 << taken) - 1)
+        writer.data[position >> 3] |= np.uint8(bits << (free - taken))
+        position += taken
 
 
 @inlined_kernel
@@ -152,13 +157,17 @@ def write_below(writer: BitWriter, value: int, limit: int) -> None:
 def read_adaptive(reader: BitReader, contexts: Contexts, context: int) -> int:
     """Read a number ≥ 0 in the adaptive Golomb-Rice code."""
     parameter = _rice_parameter(contexts, context)
-    window = _peek_32_bits(reader, min(int(reader.position[0]), reader.length))
-    zeros = 0
-    while zeros < LONGEST_UNARY and not (window >> (31 - zeros)) & 1:
-        zeros += 1
+    position = min(int(reader.position[0]), reader.length)
+    window = _peek_32_bits(reader, position)
+    zeros = min(32 - bit_length(window), LONGEST_UNARY)
     if zeros == LONGEST_UNARY:
         read_bits(reader, zeros)
         value = read_bits(reader, PLAIN_BITS)
+    elif zeros + parameter < 32 and position + zeros + parameter < reader.length:
+        # the whole code is in the window
+        reader.position[0] = position + zeros + 1 + parameter
+        rest = (window >> (31 - zeros - parameter)) & ((1 << parameter) - 1)
+        value = (zeros << parameter) + rest
     else:
         read_bits(reader, zeros + 1)
         value = (zeros << parameter) + read_bits(reader, parameter)
@@ -225,20 +234,23 @@ def _peek_32_bits(reader: BitReader, position: int) -> int:
 @inlined_kernel
 def _truncated_binary(limit: int) -> tuple[int, int]:
     """Bits of the short codes of truncated binary, and the number of short codes."""
-    count = 0
-    while limit >> (count + 1):
-        count += 1
+    count = bit_length(limit) - 1
     return count, (2 << count) - limit
+
+
+@inlined_kernel
+def doublings_beyond(number: int, count: int) -> int:
+    """Smallest n with number < count · 2ⁿ, for a number ≥ 0 and a count ≥ 1."""
+    # with bit lengths a and b: count · 2ᵃ⁻ᵇ has a bits as well, and the next power has more
+    doublings = max(bit_length(number) - bit_length(count), 0)
+    return doublings + int(number >= count << doublings)
 
 
 @inlined_kernel
 def _rice_parameter(contexts: Contexts, context: int) -> int:
     """Smallest k for which 2ᵏ is not below the mean."""
     total, count = int(contexts.totals[context]), int(contexts.counts[context])
-    parameter = 0
-    while parameter < LARGEST_PARAMETER and (count << parameter) < total:
-        parameter += 1
-    return parameter
+    return min(doublings_beyond(max(total - 1, 0), count), LARGEST_PARAMETER)
 
 
 @inlined_kernel

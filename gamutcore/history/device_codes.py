@@ -25,6 +25,8 @@ from gamutcore.history.bit_codes import (
     read_adaptive,
     write_adaptive,
 )
+from gamutcore.history.prefix_order import part_begin
+from gamutcore.history.stepping import undo_splits
 from gamutcore.kernels import inlined_kernel, kernel
 
 __all__ = [
@@ -35,7 +37,6 @@ __all__ = [
     "first_value_contexts",
     "level_values",
     "read_values",
-    "split_values",
     "write_values",
 ]
 
@@ -60,7 +61,7 @@ class SplitEdges(NamedTuple):
     length : (V − 4,) uint8
         Length class of the edge.
     shifted_end : (V − 4,) int32
-        End of each split's part of `shifted`.
+        End of each split's part of `shifted`; splits without corrections have no part.
     shifted : (s,) int32
         Neighbours that move.
     corrected : int
@@ -103,21 +104,19 @@ def first_value_contexts(channels: int) -> Contexts:
 
 @kernel
 def collapse_values(
-    values: ShortArray, edges: SplitEdges, nearest: ShortArray, splits: SplitValues
+    values: ShortArray,
+    edges: SplitEdges,
+    nearest: ShortArray,
+    splits: SplitValues,
+    start: int,
+    end: int,
 ) -> None:
-    """Collapse the values of the full boundary to four slots in place, and record each split.
+    """Collapse the values of a level with `end` slots to `start` in place, and record each split.
 
-    Parameters
-    ----------
-    values : (V, k) int16
-        Values of the full boundary; its first four rows become those of the coarsest level.
-    edges : SplitEdges
-    nearest : (corrected, k) int16
-        Values that the full boundary has nearest to the parents of corrected splits.
-    splits : SplitValues
-        Filled, except for `shifted_coarse`, which holds the values nearest to neighbours that move.
+    `nearest` and, before they are recorded, `splits.shifted_coarse` are the values that the full
+    boundary has nearest to the parents of corrected splits and to the neighbours that move.
     """
-    for split in range(len(edges.parent) - 1, -1, -1):
+    for split in range(end - 5, start - 5, -1):
         parent = edges.parent[split]
         for channel in range(values.shape[1]):
             fine = int(values[parent, channel])
@@ -129,7 +128,7 @@ def collapse_values(
             splits.added[split, channel] = added
             splits.coarse[split, channel] = coarse
             values[parent, channel] = coarse
-        for index in range(_first_shift(edges, split), _last_shift(edges, split)):
+        for index in range(part_begin(edges.shifted_end, split), edges.shifted_end[split]):
             for channel in range(values.shape[1]):
                 splits.shifted_fine[index, channel] = values[edges.shifted[index], channel]
                 values[edges.shifted[index], channel] = splits.shifted_coarse[index, channel]
@@ -139,26 +138,10 @@ def collapse_values(
 def write_values(
     contexts: Contexts, edges: SplitEdges, largest: int, splits: SplitValues, start: int, end: int
 ) -> BitWriter:
-    """Write the values of the splits that add slots [start, end) as a stream.
-
-    Parameters
-    ----------
-    contexts : Contexts
-        State after the group before; updated.
-    edges : SplitEdges
-    largest : int
-        Steps of full scale.
-    splits : SplitValues
-    start, end : int
-
-    Returns
-    -------
-    BitWriter
-    """
+    """Write the values of the splits that add slots [start, end); `largest` is full scale."""
     channels = splits.coarse.shape[1]
-    numbers = 2 * (end - start)
-    for split in range(start - 4, end - 4):
-        numbers += _last_shift(edges, split) - _first_shift(edges, split)
+    ends = edges.shifted_end
+    numbers = 2 * (end - start) + part_begin(ends, end - 4) - part_begin(ends, start - 4)
     room = (numbers * channels * LONGEST_CODE) // 8 + 8
     writer = BitWriter(np.zeros(room, np.uint8), np.zeros(1, np.int64))
     for split in range(start - 4, end - 4):
@@ -173,7 +156,7 @@ def write_values(
                 correction = coarse - _interpolate(fine, change, edges.fraction[split])
                 context = _context(CORRECTION, channel, channels, coarse, largest, length)
                 write_adaptive(writer, contexts, context, encode_sign(correction))
-        for index in range(_first_shift(edges, split), _last_shift(edges, split)):
+        for index in range(part_begin(edges.shifted_end, split), edges.shifted_end[split]):
             for channel in range(channels):
                 coarse = int(splits.shifted_coarse[index, channel])
                 change = int(splits.shifted_fine[index, channel]) - coarse
@@ -193,23 +176,9 @@ def read_values(
     start: int,
     end: int,
 ) -> int:
-    """Read the values of the splits that add slots [start, end), and apply them.
+    """Read the values of the splits that add slots [start, end), and apply them to a level.
 
-    Parameters
-    ----------
-    reader : BitReader
-    contexts, edges, largest
-        As for `write_values`.
-    values : (V, k) int16
-        Values of the level with `start` slots; become those of the level with `end` slots.
-    splits : SplitValues
-        Receives the values.
-    start, end : int
-
-    Returns
-    -------
-    int
-        First slot whose values are missing, or not from 0 to `largest`; 0 if there is none.
+    Return the first slot whose values are missing, or not from 0 to `largest`; 0 if there is none.
     """
     channels = values.shape[1]
     for slot in range(start, end):
@@ -232,7 +201,7 @@ def read_values(
             splits.added[split, channel] = added
             values[parent, channel] = fine
             values[slot, channel] = added
-        for index in range(_first_shift(edges, split), _last_shift(edges, split)):
+        for index in range(part_begin(edges.shifted_end, split), edges.shifted_end[split]):
             moved = edges.shifted[index]
             for channel in range(channels):
                 coarse = int(values[moved, channel])
@@ -249,56 +218,28 @@ def read_values(
 
 
 @kernel
-def split_values(
-    values: ShortArray, edges: SplitEdges, splits: SplitValues, start: int, end: int
-) -> None:
-    """Refine the values of a level with `start` slots to `end` slots, in place."""
-    for slot in range(start, end):
-        split = slot - 4
-        for channel in range(values.shape[1]):
-            values[edges.parent[split], channel] = splits.fine[split, channel]
-            values[slot, channel] = splits.added[split, channel]
-        for index in range(_first_shift(edges, split), _last_shift(edges, split)):
-            for channel in range(values.shape[1]):
-                values[edges.shifted[index], channel] = splits.shifted_fine[index, channel]
-
-
-@kernel
 def level_values(
     vertices: int, snapshot: ShortArray, edges: SplitEdges, splits: SplitValues
 ) -> ShortArray:
     """Return the (vertices, k) int16 values of a level from a snapshot that is not coarser."""
-    channels = snapshot.shape[1]
-    values = np.empty((vertices, channels), np.int16)
-    for slot in range(vertices):
-        for channel in range(channels):
-            values[slot, channel] = snapshot[slot, channel]
-    for split in range(len(snapshot) - 5, vertices - 5, -1):
-        parent = edges.parent[split]
-        if parent < vertices:
-            for channel in range(channels):
-                values[parent, channel] = splits.coarse[split, channel]
-        for index in range(_first_shift(edges, split), _last_shift(edges, split)):
-            if edges.shifted[index] < vertices:
-                for channel in range(channels):
-                    values[edges.shifted[index], channel] = splits.shifted_coarse[index, channel]
+    values = snapshot[:vertices].copy()
+    undo_splits(
+        values,
+        values.shape[1],
+        len(snapshot),
+        vertices,
+        edges.parent,
+        splits.coarse,
+        edges.shifted_end,
+        edges.shifted,
+        splits.shifted_coarse,
+    )
     return values
 
 
 @inlined_kernel
 def _interpolate(value: int, change: int, fraction: float) -> int:
     return value + math.floor(fraction * change + 0.5)
-
-
-@inlined_kernel
-def _first_shift(edges: SplitEdges, split: int) -> int:
-    """Begin of the neighbours of a split whose values are stored."""
-    return int(edges.shifted_end[split - 1]) if 0 < split < edges.corrected else 0
-
-
-@inlined_kernel
-def _last_shift(edges: SplitEdges, split: int) -> int:
-    return int(edges.shifted_end[split]) if split < edges.corrected else 0
 
 
 @inlined_kernel

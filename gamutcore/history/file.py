@@ -21,8 +21,7 @@ import numpy as np
 from safetensors import SafetensorError, deserialize
 
 from gamutcore.corner_table import opposite_corners
-from gamutcore.errors import HistoryFileError, NeighbourLimitError
-from gamutcore.history.bit_codes import stream_bytes
+from gamutcore.errors import HistoryFileError
 from gamutcore.history.device_history import (
     DeviceHistory,
     device_streams,
@@ -30,27 +29,13 @@ from gamutcore.history.device_history import (
     parse_device_section,
 )
 from gamutcore.history.history import History
-from gamutcore.history.packed_splits import PackedSplits
-from gamutcore.history.prefix_order import Splits, group_count, group_ranges
-from gamutcore.history.rings import (
-    DEGREE,
-    MOST_WORK,
-    VISITED,
-    WORK_PER_VERTEX,
-    Replay,
-    first_replay,
-)
-from gamutcore.history.split_codes import (
-    LARGEST_COORDINATE,
-    MINIMUM_SPLIT_BITS,
-    MOVED_PER_VERTEX,
-    first_contexts,
-)
-from gamutcore.history.split_writer import write_group
+from gamutcore.history.packed_splits import PackedSplits, split_streams, splits_in_steps
+from gamutcore.history.prefix_order import group_count, group_ranges
+from gamutcore.history.split_codes import LARGEST_COORDINATE, MINIMUM_SPLIT_BITS
 from gamutcore.history.streams import DAMAGE_REMEDY, DEVICE, SPLITS, stream_name
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Mapping
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -106,13 +91,13 @@ def history_bytes(history: History, metadata: Mapping[str, str] | None = None) -
     NeighbourLimitError
         If readers would refuse the file because reading it could take minutes.
     """
-    splits = _in_steps(history.splits, history.step)
+    splits = splits_in_steps(history.splits, history.step)
     arrays: list[tuple[str, NDArray[np.generic]]] = [
         ("centre", np.asarray(history.centre, "<f8")),
         ("step", np.array([history.step], "<f8")),
         ("base.positions", np.asarray(splits.base_positions, "<i4")),
         ("base.faces", np.asarray(splits.base_faces, "<i4")),
-        *_named_streams(SPLITS, _split_streams(splits)),
+        *_named_streams(SPLITS, split_streams(splits)),
     ]
     described = {**(metadata or {}), "format": FORMAT, "version": VERSION}
     described["vertices"] = str(splits.vertices)
@@ -211,52 +196,8 @@ def _field_error(field: str, message: str, remedy: str = DAMAGE_REMEDY) -> Histo
     return HistoryFileError(message, where={"field": field}, remedy=remedy)
 
 
-def _split_streams(splits: Splits) -> Iterator[ByteArray]:
-    """Yield the stream of each group; positions are in steps."""
-    base_in_steps = cast("IndexArray", splits.base_positions)
-    replay = first_replay(base_in_steps, splits.base_faces, splits.vertices)
-    contexts = first_contexts()
-    for start, end in group_ranges(splits.vertices):
-        writer, faulty, replay = write_group(contexts, replay, splits, start, end)
-        if faulty:
-            raise HistoryFileError(
-                f"the split that adds slot {faulty} does not fit the level before it",
-                where={"slot": int(faulty)},
-                remedy="splits in the order that build_history gives them",
-            )
-        _refuse_much_work(replay, splits, end)
-        yield stream_bytes(writer)
-
-
-def _refuse_much_work(replay: Replay, splits: Splits, end: int) -> None:
-    """Check the work of readers up to the end of a group, so that no reader refuses the file."""
-    visited, moved = int(replay.used[VISITED]), int(splits.moved_end[end - 5])
-    if visited > MOST_WORK + WORK_PER_VERTEX * end or moved > MOVED_PER_VERTEX * end:
-        most = int(replay.span[:end, DEGREE].max())
-        raise NeighbourLimitError(
-            f"Up to {most} triangles meet at a vertex, and levels would take too long to read.",
-            where={"neighbours": most},
-            remedy="Divide the surface so that fewer triangles meet at a vertex.",
-        )
-
-
 def _named_streams(kind: str, streams: Iterable[ByteArray]) -> list[tuple[str, ByteArray]]:
     return [(stream_name(number, kind), stream) for number, stream in enumerate(streams)]
-
-
-def _in_steps(splits: Splits, step: float) -> Splits:
-    """Return the splits with positions as int32 in steps."""
-    whole: dict[str, Any] = {}
-    for name, array in splits._asdict().items():
-        if array.dtype != np.float32:
-            continue
-        steps = np.rint(array.astype(np.float64) / step)
-        if not (np.abs(steps) <= LARGEST_COORDINATE).all() or (steps * step != array).any():
-            message = f"positions in {name!r} are not on the grid of the step {step!r}"
-            remedy = f"multiples of the step, at most {LARGEST_COORDINATE} times it"
-            raise _field_error(name, message, remedy)
-        whole[name] = steps.astype(np.int32)
-    return splits._replace(**whole)
 
 
 def _assemble(header: Mapping[str, object], body: bytes) -> bytes:

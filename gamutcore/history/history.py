@@ -20,13 +20,13 @@ from gamutcore.errors import TriangleCountError
 from gamutcore.history.device_history import build_device_history
 from gamutcore.history.packed_splits import PackedSplits
 from gamutcore.history.prefix_order import (
+    extended_copy,
     group_count,
     group_ranges,
     prefix_order_splits,
     vertex_slots,
 )
 from gamutcore.history.stepping import LevelCursor, level_from_snapshot, refine
-from gamutcore.history.streams import extended_copy
 from gamutcore.mesh import TriangleMesh
 
 if TYPE_CHECKING:
@@ -198,7 +198,6 @@ class History:
         snapshot, splits = self._snapshots[groups], self._splits
         positions, faces = level_from_snapshot(
             vertices,
-            len(snapshot.vertices),
             snapshot.vertices,
             snapshot.faces,
             splits.parent,

@@ -23,21 +23,10 @@ distance is a tenth larger in levels of 1000 triangles; with 12 it is the same."
 def nearest_values(
     points: Float32Array, vertices: Float32Array, faces: IndexArray, values: ShortArray
 ) -> ShortArray:
-    """Return the values of a surface at the points nearest to given points.
+    """Return the values of a closed surface at the points nearest to given points.
 
-    Parameters
-    ----------
-    points : (n, 3) float32
-    vertices : (m, 3) float32
-    faces : (f, 3) int32
-        A closed surface.
-    values : (m, k) int16
-        Values at the vertices, interpolated within the faces.
-
-    Returns
-    -------
-    (n, k) int16
-        Each value is between those at the corners of its face.
+    Values are interpolated within the faces. The result, (n, k) int16, has values between those at
+    the corners of the face.
     """
     if not len(points):
         return np.empty((0, values.shape[1]), np.int16)

@@ -1,4 +1,4 @@
-"""The splits of a history file, unpacked group by group when a level needs them.
+"""The splits of a history file, packed into streams and unpacked when a level needs them.
 
 Each group is checked while it is unpacked: every level that it leads to is closed and star-shaped
 about the centre. Groups that nobody asks for cost nothing but the bytes of their streams.
@@ -6,26 +6,52 @@ about the centre. Groups that nobody asks for cost nothing but the bytes of thei
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from gamutcore.errors import HistoryFileError
-from gamutcore.history.prefix_order import Splits, ascending_order
-from gamutcore.history.rings import first_replay, larger_replay
-from gamutcore.history.split_codes import first_contexts
-from gamutcore.history.split_reader import FAULTS, MOVED, SHIFTED, read_group
-from gamutcore.history.streams import DAMAGE_REMEDY, SPLITS, Streams, extended_copy
+from gamutcore.errors import HistoryFileError, NeighbourLimitError
+from gamutcore.history.bit_codes import BitWriter, read_bits, stream_bytes
+from gamutcore.history.prediction import first_contexts
+from gamutcore.history.prefix_order import (
+    Splits,
+    ascending_order,
+    empty_splits,
+    extended_copy,
+    group_ranges,
+)
+from gamutcore.history.rings import (
+    DEGREE,
+    LONGEST,
+    MOST_WORK,
+    MOVED,
+    MOVED_PER_VERTEX,
+    VISITED,
+    WORK_PER_VERTEX,
+    Replay,
+    first_replay,
+    larger_replay,
+)
+from gamutcore.history.split_codes import (
+    FAULTS,
+    LARGEST_COORDINATE,
+    NO_ROOM,
+    RING_BYTES,
+    SPLIT_BYTES,
+    Group,
+    read_group,
+    write_group,
+)
+from gamutcore.history.streams import DAMAGE_REMEDY, SPLITS, Streams
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
+
+    from numpy.typing import NDArray
 
     from gamutcore.arrays import ByteArray, FloatArray, IndexArray
 
-__all__ = ["PackedSplits"]
-
-ROWS = ("parent", "coarse", "fine", "added", "faces", "moved_end", "shifted_end")
-"""Fields of `Splits` with one row per split."""
+__all__ = ["PackedSplits", "split_streams", "splits_in_steps"]
 
 
 class PackedSplits:
@@ -48,8 +74,7 @@ class PackedSplits:
     ----------
     streams : Streams
     splits : Splits
-        The unpacked splits. `moved` and the `shifted` arrays have spare room until all groups are
-        unpacked. Unpacking never changes rows in use.
+        The unpacked splits.
     """
 
     def __init__(
@@ -62,23 +87,8 @@ class PackedSplits:
         step: float,
     ) -> None:
         self.streams = Streams(SPLITS, streams, vertices)
-        self.splits = Splits(
-            base_positions=(positions * step).astype(np.float32),
-            base_faces=faces,
-            parent=np.empty(0, np.int32),
-            coarse=np.empty((0, 3), np.float32),
-            fine=np.empty((0, 3), np.float32),
-            added=np.empty((0, 3), np.float32),
-            faces=np.empty((0, 2, 3), np.int32),
-            moved_end=np.empty(0, np.int32),
-            moved=np.empty(0, np.int32),
-            shifted_end=np.empty(0, np.int32),
-            shifted=np.empty(0, np.int32),
-            shifted_coarse=np.empty((0, 3), np.float32),
-            shifted_fine=np.empty((0, 3), np.float32),
-        )
-        self._used = np.zeros(2, np.int64)
-        self._centre, self._step = centre, step
+        self.splits = empty_splits((positions * step).astype(np.float32), faces, 0)
+        self._centre, self._step = centre / step, np.float32(step)
         self._replay = first_replay(positions, faces)
         self._contexts = first_contexts()
 
@@ -91,43 +101,109 @@ class PackedSplits:
     def unpack(self) -> None:
         """Unpack and check the next group.
 
-        Raises
-        ------
-        HistoryFileError
-            If the group is damaged; every later call raises the same error.
+        Damage raises a `HistoryFileError`; every later call raises the same error.
         """
         with self.streams.next_group() as (name, start, end, reader):
-            before = int(self._used[SHIFTED])
-            rows = {row: extended_copy(getattr(self.splits, row), end - 4) for row in ROWS}
-            fault, slot, self._replay, splits = read_group(
-                reader,
-                self._contexts,
-                larger_replay(self._replay, end),
-                self.splits._replace(**rows),
-                self._used,
-                start,
-                end,
-                self.streams.vertices,
-                self._centre,
-                self._step,
-            )
+            group = Group(start, end, read_bits(reader, 1))
+            rows = empty_splits(self._replay.position[:4], self.splits.base_faces, end - start)
+            fault, slot = NO_ROOM, start
+            while fault == NO_ROOM:
+                rows = self._with_room(rows, group)
+                self._replay = larger_replay(self._replay, end)
+                fault, slot = read_group(
+                    reader, self._contexts, self._replay, rows, group, slot, self._centre
+                )
             if fault:
                 raise HistoryFileError(
                     f"in the split that adds slot {slot}, {FAULTS[fault]}",
                     where={"field": name, "slot": int(slot)},
                     remedy=DAMAGE_REMEDY,
                 )
-            moved, shifted = int(self._used[MOVED]), int(self._used[SHIFTED])
-            part = slice(before, shifted)
-            ends = splits.shifted_end[start - 4 :] - before
-            order = ascending_order(ends, splits.shifted[part])
-            for array in (splits.shifted, splits.shifted_coarse, splits.shifted_fine):
-                array[part] = array[part][order]
-            self.splits = splits
-        if self.streams.is_complete:
-            self.splits = splits._replace(
-                moved=splits.moved[:moved].copy(),
-                shifted=splits.shifted[:shifted].copy(),
-                shifted_coarse=splits.shifted_coarse[:shifted].copy(),
-                shifted_fine=splits.shifted_fine[:shifted].copy(),
+            self._append(rows)
+
+    def _with_room(self, rows: Splits, group: Group) -> Splits:
+        """Return the splits of a group with room for more moved corners and neighbours."""
+        more = 4 * (group.end - group.start) + int(self._replay.used[LONGEST])
+        moved = 2 * rows.moved.size + more
+        shifted = group.shifts * (2 * rows.shifted.size + more)
+        return rows._replace(
+            moved=extended_copy(rows.moved, moved),
+            shifted=extended_copy(rows.shifted, shifted),
+            shifted_coarse=extended_copy(rows.shifted_coarse, shifted),
+            shifted_fine=extended_copy(rows.shifted_fine, shifted),
+        )
+
+    def _append(self, rows: Splits) -> None:
+        """Append the splits of a group, whose positions are in steps."""
+        order = ascending_order(rows.shifted_end, rows.shifted[: rows.shifted_end[-1]])
+        rows = rows._replace(
+            moved_end=rows.moved_end + len(self.splits.moved),
+            moved=rows.moved[: rows.moved_end[-1]],
+            shifted_end=rows.shifted_end + len(self.splits.shifted),
+            shifted=rows.shifted[order],
+            shifted_coarse=rows.shifted_coarse[order],
+            shifted_fine=rows.shifted_fine[order],
+        )
+        columns: list[Any] = [*self.splits[:2]]
+        for old, new in zip(self.splits[2:], rows[2:], strict=True):
+            column: NDArray[Any] = np.concatenate([old, new], dtype=old.dtype, casting="unsafe")
+            if column.dtype == np.float32:
+                column[len(old) :] *= self._step
+            columns.append(column)
+        self.splits = Splits(*columns)
+
+
+def splits_in_steps(splits: Splits, step: float) -> Splits:
+    """Return the splits with positions as int32 in steps, or raise a `HistoryFileError`."""
+    whole: dict[str, Any] = {}
+    for name, array in splits._asdict().items():
+        if array.dtype != np.float32:
+            continue
+        steps = np.rint(array.astype(np.float64) / step)
+        if not (np.abs(steps) <= LARGEST_COORDINATE).all() or (steps * step != array).any():
+            message = f"positions in {name!r} are not on the grid of the step {step!r}"
+            remedy = f"multiples of the step, at most {LARGEST_COORDINATE} times it"
+            raise HistoryFileError(message, where={"field": name}, remedy=remedy)
+        whole[name] = steps.astype(np.int32)
+    return splits._replace(**whole)
+
+
+def split_streams(splits: Splits) -> Iterator[ByteArray]:
+    """Yield the stream of each group; positions are in steps.
+
+    Splits that do not fit the level before them raise a `HistoryFileError`, and those that readers
+    would refuse as too much work a `NeighbourLimitError`.
+    """
+    replay = first_replay(cast("IndexArray", splits.base_positions), splits.base_faces)
+    contexts = first_contexts()
+    shifted = 0
+    for start, end in group_ranges(splits.vertices):
+        group = Group(start, end, int(splits.shifted_end[end - 5] > shifted))
+        shifted = splits.shifted_end[end - 5]
+        writer = BitWriter(np.array([group.shifts << 7], np.uint8), np.ones(1, np.int64))
+        fault, slot = NO_ROOM, start
+        while fault == NO_ROOM:
+            more = SPLIT_BYTES * (end - start) + RING_BYTES * int(replay.used[LONGEST])
+            longer = np.pad(writer.data, (0, writer.data.size + more))
+            writer, replay = writer._replace(data=longer), larger_replay(replay, end)
+            fault, slot = write_group(writer, contexts, replay, splits, group, slot)
+        if fault:
+            raise HistoryFileError(
+                f"the split that adds slot {slot} does not fit the level before it",
+                where={"slot": int(slot)},
+                remedy="splits in the order that build_history gives them",
             )
+        _refuse_much_work(replay, end)
+        yield stream_bytes(writer)
+
+
+def _refuse_much_work(replay: Replay, end: int) -> None:
+    """Check the work of readers up to the end of a group, so that no reader refuses the file."""
+    visited, moved = replay.used[VISITED], replay.used[MOVED]
+    if visited > MOST_WORK + WORK_PER_VERTEX * end or moved > MOVED_PER_VERTEX * end:
+        most = int(replay.span[:end, DEGREE].max())
+        raise NeighbourLimitError(
+            f"Up to {most} triangles meet at a vertex, and levels would take too long to read.",
+            where={"neighbours": most},
+            remedy="Divide the surface so that fewer triangles meet at a vertex.",
+        )

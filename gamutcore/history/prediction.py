@@ -1,9 +1,9 @@
 """Prediction of a split from the level before it, and the star test of the new faces.
 
-Positions are integers in steps of the grid. The ring of the parent gives the plane that both
-vertices nearly lie in, the likely size of the differences, and a first guess of the positions.
-Writer and reader compute these alike, in integers and in float64 operations of a fixed order.
-``docs/history-format.md`` repeats them for readers in other languages.
+The ring of the parent gives the plane that both vertices nearly lie in, the likely size of the
+differences, and a first guess of the positions. Writer and reader both replay the history, and
+compute predictions alike: in integers and in float64 operations of a fixed order, which
+``docs/history-format.md`` specifies.
 """
 
 from __future__ import annotations
@@ -11,23 +11,41 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.history.rings import BEGIN, CORNER, DEGREE, LINKED, NEIGHBOUR, ROOM, Replay
+import numpy as np
+
+from gamutcore.arrays import FloatArray
+from gamutcore.history.bit_codes import Contexts, doublings_beyond
+from gamutcore.history.rings import DEGREE, NEIGHBOUR, Cut, Replay, copy_ring
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 
 __all__ = [
+    "ADDED",
     "CLASSES",
-    "LARGEST_CLASS",
+    "KEPT",
+    "KINDS",
+    "PARENT",
+    "SHIFTED",
     "Frame",
+    "difference_contexts",
     "find_frame",
+    "first_contexts",
     "plane_height",
-    "sees_centre_after_split",
     "star_sees_centre",
 ]
 
 LARGEST_CLASS = 31
 CLASSES = LARGEST_CLASS + 1
-"""A length class is the power of two that a length is below, up to 2³¹ steps."""
+"""A length class is the exponent of the power of two that a mean is below, up to 2³¹ steps."""
+
+KEPT = 0
+"""Context of the number of faces that the parent keeps."""
+
+PARENT, ADDED, SHIFTED = 1, 3, 5
+"""Differences of the parent, the new slot and a neighbour that moves: the kind of the differences
+along the plane of the ring. The next kind has those off the plane."""
+
+KINDS = 7
+"""Kinds of numbers. Each has a context for every length class."""
 
 
 class Frame(NamedTuple):
@@ -57,26 +75,10 @@ class Frame(NamedTuple):
 
 
 @inlined_kernel
-def find_frame(replay: Replay, slot: int, ring: IndexArray, degree: int, kept: int) -> Frame:
-    """Return the prediction of a split.
-
-    Parameters
-    ----------
-    replay : Replay
-        The level before the split.
-    slot : int
-        The parent.
-    ring : (≥ degree, 2) int32
-        Its ring, beginning with the face (parent, left, …).
-    degree : int
-    kept : int
-        How many of the faces the parent keeps, from the first one.
-
-    Returns
-    -------
-    Frame
-    """
-    position = replay.position
+def find_frame(replay: Replay, cut: Cut) -> Frame:
+    """Return the prediction of a split from the level before it."""
+    position, ring = replay.position, replay.ring
+    slot, degree, kept = cut.parent, cut.degree, cut.kept
     cx, cy, cz = int(position[slot, 0]), int(position[slot, 1]), int(position[slot, 2])
     near_x, near_y, near_z, far_x, far_y, far_z = 0, 0, 0, 0, 0, 0
     normal_x, normal_y, normal_z = 0.0, 0.0, 0.0
@@ -132,8 +134,8 @@ def find_frame(replay: Replay, slot: int, ring: IndexArray, degree: int, kept: i
         slope_v,
         _expected_offset(near[u], near_count, far[u], far_count),
         _expected_offset(near[v], near_count, far[v], far_count),
-        _length_class(float(distance), degree),
-        _length_class(off, degree),
+        min(doublings_beyond(distance, degree), LARGEST_CLASS),
+        min(doublings_beyond(math.floor(off), degree), LARGEST_CLASS),
     )
 
 
@@ -147,15 +149,17 @@ def _expected_offset(near: int, near_count: int, far: int, far_count: int) -> in
     return math.floor((2.0 * (near / near_count) - far / far_count) / 5.0 + 0.5)
 
 
+def first_contexts() -> Contexts:
+    """Return the contexts at the beginning of a file: a guess for each length class."""
+    total = np.tile(2 ** np.arange(CLASSES, dtype=np.int64) // 2, KINDS)
+    return Contexts(total, np.ones(KINDS * CLASSES, np.int64))
+
+
 @inlined_kernel
-def _length_class(total: float, count: int) -> int:
-    """Smallest n with total ÷ count < 2ⁿ, at most `LARGEST_CLASS`."""
-    limit = float(count)
-    length_class = 0
-    while length_class < LARGEST_CLASS and not total < limit:
-        limit *= 2.0
-        length_class += 1
-    return length_class
+def difference_contexts(frame: Frame, kind: int) -> tuple[int, int]:
+    """Contexts of the differences of a position along the plane and off it."""
+    along = frame.height if kind == ADDED else frame.size
+    return CLASSES * kind + along, CLASSES * (kind + 1) + frame.height
 
 
 @inlined_kernel
@@ -164,72 +168,29 @@ def plane_height(frame: Frame, along_u: int, along_v: int) -> int:
     return math.floor(frame.slope_u * along_u + frame.slope_v * along_v + 0.5)
 
 
-@inlined_kernel
-def sees_centre_after_split(
-    replay: Replay,
-    parent: int,
-    slot: int,
-    ring: IndexArray,
-    degree: int,
-    kept: int,
-    centre: FloatArray,
-    step: float,
-) -> bool:
-    """Whether the centre is on the inner side of all faces around both slots of a split.
-
-    `replay` is the level after the split; `ring`, `degree` and `kept` are as for `split_slot`;
-    `centre` is (3,) float64.
-    """
-    px, py, pz = _relative_position(replay, parent, centre, step)
-    kx, ky, kz = _relative_position(replay, slot, centre, step)
-    x, y, z = _relative_position(replay, int(ring[0, NEIGHBOUR]), centre, step)
-    valid = _determinant(px, py, pz, kx, ky, kz, x, y, z) > 0.0
-    for index in range(degree):
-        ax, ay, az = x, y, z
-        following = ring[index + 1, NEIGHBOUR] if index + 1 < degree else ring[0, NEIGHBOUR]
-        x, y, z = _relative_position(replay, int(following), centre, step)
-        if index < kept:
-            valid &= _determinant(px, py, pz, ax, ay, az, x, y, z) > 0.0
-        else:
-            valid &= _determinant(kx, ky, kz, ax, ay, az, x, y, z) > 0.0
-        if index == kept - 1:
-            valid &= _determinant(kx, ky, kz, px, py, pz, x, y, z) > 0.0
-    return valid
-
-
 @leaf_kernel
-def star_sees_centre(replay: Replay, slot: int, centre: FloatArray, step: float) -> bool:
-    """Whether the centre is on the inner side of all faces around a slot."""
-    begin, degree = int(replay.span[slot, BEGIN]), int(replay.span[slot, DEGREE])
-    linked = replay.span[slot, ROOM] == LINKED
-    corner = begin
-    last = replay.links[begin, NEIGHBOUR] if linked else replay.entries[begin + degree - 1, 1]
-    ax, ay, az = _relative_position(replay, slot, centre, step)
-    x, y, z = _relative_position(replay, int(last), centre, step)
+def star_sees_centre(replay: Replay, slot: int, centre: FloatArray) -> bool:
+    """Whether the centre, in steps, is on the inner side of all faces around a slot.
+
+    Leaves the ring of the slot in `replay.ring`.
+    """
+    copy_ring(replay, slot, 0)
+    ring, degree = replay.ring, replay.span[slot, DEGREE]
+    ax, ay, az = _relative_position(replay, slot, centre)
+    x, y, z = _relative_position(replay, int(ring[degree - 1, NEIGHBOUR]), centre)
     valid = True
     for index in range(degree):
         bx, by, bz = x, y, z
-        if linked:
-            corner = int(replay.links[corner, CORNER])
-            following = replay.links[corner, NEIGHBOUR]
-        else:
-            following = replay.entries[begin + index, NEIGHBOUR]
-        x, y, z = _relative_position(replay, int(following), centre, step)
+        x, y, z = _relative_position(replay, int(ring[index, NEIGHBOUR]), centre)
         valid &= _determinant(ax, ay, az, bx, by, bz, x, y, z) > 0.0
     return valid
 
 
 @inlined_kernel
-def _relative_position(
-    replay: Replay, slot: int, centre: FloatArray, step: float
-) -> tuple[float, float, float]:
+def _relative_position(replay: Replay, slot: int, centre: FloatArray) -> tuple[float, float, float]:
     """Position of a slot relative to the centre."""
-    position = replay.position
-    return (
-        position[slot, 0] * step - centre[0],
-        position[slot, 1] * step - centre[1],
-        position[slot, 2] * step - centre[2],
-    )
+    x, y, z = replay.position[slot, 0], replay.position[slot, 1], replay.position[slot, 2]
+    return x - centre[0], y - centre[1], z - centre[2]
 
 
 @inlined_kernel

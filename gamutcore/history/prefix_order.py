@@ -12,28 +12,37 @@ Within a split, `moved` is in the order of the ring and `shifted` is ascending.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gamutcore.arrays import Float32Array, IndexArray
+from gamutcore.arrays import Float32Array, IndexArray, LongArray
+from gamutcore.kernels import inlined_kernel, kernel
 
 if TYPE_CHECKING:
-    from gamutcore.arrays import LongArray
     from gamutcore.decimation import Decimation
 
 __all__ = [
     "Splits",
     "ascending_order",
+    "copy_row",
+    "empty_splits",
+    "extended_copy",
     "group_count",
     "group_ranges",
+    "part_begin",
     "prefix_order_splits",
     "vertex_slots",
 ]
 
+Scalar = TypeVar("Scalar", bound="np.generic[Any]")
+
 
 class Splits(NamedTuple):
     """A history as the splits that lead from four triangles to the full boundary.
+
+    While a file is written or read, positions are int32, in steps of the grid.
 
     Row i of `parent`, `coarse`, `fine`, `added`, `faces` and of both `…_end` arrays belongs to the
     split that adds slot k = i + 4.
@@ -91,17 +100,36 @@ class Splits(NamedTuple):
         return sum(array.nbytes for array in self)
 
 
+def empty_splits(base_positions: NDArray[Any], base_faces: IndexArray, splits: int) -> Splits:
+    """Return rows for so many splits, not initialised, and no moved corners or neighbours.
+
+    All positions have the type of the base positions.
+    """
+    positions: NDArray[Any] = np.empty((3, splits, 3), base_positions.dtype)
+    shifted: NDArray[Any] = np.empty((2, 0, 3), base_positions.dtype)
+    numbers, none = np.empty((3, splits), np.int32), np.empty(0, np.int32)
+    return Splits(
+        base_positions=base_positions,
+        base_faces=base_faces,
+        parent=numbers[0],
+        coarse=positions[0],
+        fine=positions[1],
+        added=positions[2],
+        faces=np.empty((splits, 2, 3), np.int32),
+        moved_end=numbers[1],
+        moved=none,
+        shifted_end=numbers[2],
+        shifted=none,
+        shifted_coarse=shifted[0],
+        shifted_fine=shifted[1],
+    )
+
+
 def group_ranges(vertices: int) -> list[tuple[int, int]]:
-    """Return the groups of splits of a history with so many vertices.
+    """Return the first slot and the end of each group of splits of a history with so many vertices.
 
     Each group doubles the number of vertices. A history file has one stream per group, and a
     history keeps one snapshot per group.
-
-    Returns
-    -------
-    list of (int, int)
-        First slot and end of the slots that each group adds: [4, 8), [8, 16), …; the last group
-        ends at the vertex count.
 
     Examples
     --------
@@ -127,30 +155,20 @@ def vertex_slots(decimation: Decimation) -> IndexArray:
 
 
 def prefix_order_splits(decimation: Decimation, slots: IndexArray) -> Splits:
-    """Turn the collapses of a decimation into splits in prefix order.
-
-    Parameters
-    ----------
-    decimation : Decimation
-    slots : (V,) int32
-        Result of `vertex_slots`.
-
-    Returns
-    -------
-    Splits
-    """
+    """Turn the collapses of a decimation into splits, with slots by `vertex_slots`."""
     record = decimation.record
     splits = len(record.dead)
-    # where each corner goes: 3 · new face + place after the face's first corner
+    # new number of each face, and the place of its first corner
     first_corner = np.full(2 * splits + 4, -1, np.int32)
     removed = record.corner[::-1].ravel()
-    first_corner[removed // 3] = removed % 3
+    removed_face = removed // 3
+    first_corner[removed_face] = removed - 3 * removed_face
     left = np.flatnonzero(first_corner < 0)
     base = slots[decimation.vertex.reshape(-1, 3)[left]]
     first_corner[left] = base.argmin(axis=1)
     face = np.empty(2 * splits + 4, np.int32)
-    face[np.concatenate([left, removed // 3])] = np.arange(2 * splits + 4, dtype=np.int32)
-    corner = 3 * face[:, np.newaxis] + (np.arange(3) - first_corner[:, np.newaxis]) % 3
+    face[left] = np.arange(4, dtype=np.int32)
+    face[removed_face] = np.arange(4, 2 * splits + 4, dtype=np.int32)
 
     added = np.arange(4, splits + 4, dtype=np.int32)
     parent, sides = slots[record.kept[::-1]], slots[record.sides[::-1]]
@@ -171,7 +189,7 @@ def prefix_order_splits(decimation: Decimation, slots: IndexArray) -> Splits:
         added=np.ascontiguousarray(record.position[::-1, 1]),
         faces=np.stack(new_faces, axis=1).reshape(-1, 2, 3),
         moved_end=moved_end,
-        moved=corner.ravel()[record.moved[moved_order]].astype(np.int32),
+        moved=_renumber_corners(record.moved, moved_order, face, first_corner),
         shifted_end=shifted_end,
         shifted=slots[record.shifted[shifted_order]],
         shifted_coarse=record.shift[shifted_order, 1],
@@ -180,26 +198,53 @@ def prefix_order_splits(decimation: Decimation, slots: IndexArray) -> Splits:
 
 
 def ascending_order(ends: IndexArray, slots: IndexArray) -> LongArray:
-    """Return the order in which slots ascend within the part of each split.
-
-    Parameters
-    ----------
-    ends : (n,) int32
-        Ends of the parts.
-    slots : (s,) int32
-
-    Returns
-    -------
-    (s,) int64
-    """
+    """Return the order in which slots ascend within the part of each split."""
     part = np.repeat(np.arange(len(ends)), np.diff(ends, prepend=0))
     return np.lexsort((slots, part))
 
 
-def _reversed_parts(ends: LongArray) -> tuple[IndexArray, LongArray]:
+def extended_copy(array: NDArray[Scalar], rows: int) -> NDArray[Scalar]:
+    """Return a copy of an array with so many rows; further rows are not initialised."""
+    longer: NDArray[Scalar] = np.empty((rows, *array.shape[1:]), array.dtype)
+    longer[: len(array)] = array
+    return longer
+
+
+@inlined_kernel
+def part_begin(ends: NDArray[Scalar], part: int) -> int:
+    """Begin of a part, if the parts have these ends and follow one another."""
+    return int(ends[part - 1]) if part > 0 else 0
+
+
+@inlined_kernel
+def copy_row(target: NDArray[Scalar], to: int, source: NDArray[Scalar], row: int) -> None:
+    """Copy a row of an array; numba takes seconds to compile an assignment of slices."""
+    for column in range(source.shape[1]):
+        target[to, column] = source[row, column]
+
+
+@kernel
+def _reversed_parts(ends: LongArray) -> tuple[IndexArray, IndexArray]:
     """Ends of the parts in reverse order of the parts, and the order of their elements."""
-    lengths = np.diff(ends, prepend=0)[::-1]
-    reversed_ends = np.cumsum(lengths)
-    offsets = ends[::-1] - reversed_ends
-    order = np.arange(lengths.sum()) + np.repeat(offsets, lengths)
-    return reversed_ends.astype(np.int32), order
+    parts = len(ends)
+    reversed_ends = np.empty(parts, np.int32)
+    order = np.empty(ends[parts - 1] if parts > 0 else 0, np.int32)
+    filled = 0
+    for part in range(parts - 1, -1, -1):
+        for index in range(part_begin(ends, part), ends[part]):
+            order[filled] = index
+            filled += 1
+        reversed_ends[parts - 1 - part] = filled
+    return reversed_ends, order
+
+
+@kernel
+def _renumber_corners(
+    corners: IndexArray, order: IndexArray, face: IndexArray, first_corner: IndexArray
+) -> IndexArray:
+    """Corners in a new order, with new numbers of their faces and of the places in these."""
+    renumbered = np.empty(len(order), np.int32)
+    for index in range(len(order)):
+        old_face, place = divmod(corners[order[index]], 3)
+        renumbered[index] = 3 * face[old_face] + (place - first_corner[old_face]) % 3
+    return renumbered

@@ -14,25 +14,28 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import IndexArray, LongArray
-from gamutcore.history.streams import extended_copy
-from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
+from gamutcore.history.prefix_order import copy_row, extended_copy
+from gamutcore.kernels import inlined_kernel, leaf_kernel
 
 __all__ = [
     "BEGIN",
     "CORNER",
     "DEGREE",
     "LINKED",
+    "LONGEST",
     "LONGEST_LIST",
     "MOST_WORK",
+    "MOVED",
+    "MOVED_PER_VERTEX",
     "NEIGHBOUR",
     "ROOM",
     "VISITED",
     "WALK_COST",
     "WORK_PER_VERTEX",
+    "Cut",
     "Replay",
     "copy_ring",
     "first_replay",
-    "grow_replay",
     "has_room",
     "larger_replay",
     "ring_start",
@@ -54,8 +57,11 @@ LINKED = 0
 CORNER, NEIGHBOUR = range(2)
 """Columns of `Replay.entries`, and of `Replay.links`, whose `CORNER` is the next corner."""
 
-TAKEN, VISITED = range(2)
+TAKEN, VISITED, LONGEST, MOVED = range(4)
 """Elements of `Replay.used`."""
+
+SPLIT_ROOM = 4 * LONGEST_LIST
+"""A split stores at most four lists anew: of the parent, the new slot and the slots beside."""
 
 WALK_COST = 32
 """Work of an entry whose neighbour's position is read, if the search through an entry is 1. About
@@ -65,6 +71,12 @@ MOST_WORK, WORK_PER_VERTEX = 2**32, 2048
 """Limit of `VISITED` in a history: four seconds, plus two microseconds per vertex. Real histories
 need about 250 per vertex. Only rings of parents and of moved neighbours are walked in full, so a
 large degree alone never reaches the limit; thousands of splits at such slots do."""
+
+
+MOVED_PER_VERTEX = 24
+"""Limit of the moved corners ÷ vertices of the full boundary. Real histories move three. Writers
+give the smaller part of a ring to the new slot, so each corner moves about log₂ V times at most.
+Writers refuse histories beyond the limit."""
 
 
 class Replay(NamedTuple):
@@ -84,39 +96,49 @@ class Replay(NamedTuple):
         Corner and neighbour of each entry.
     links : (0 or ≥ 6 V − 12, 2) int32
         Next corner and neighbour of each corner in a linked ring. Empty until a ring is linked.
-    used : (2,) int64
-        `TAKEN`: entries in use or abandoned. `VISITED`: work done, see `WALK_COST`.
+    ring : (V, 2) int32
+        The entries around the parent of a `Cut`.
+    used : (4,) int64
+        `TAKEN`: entries in use or abandoned. `VISITED`: work done, see `WALK_COST`. `LONGEST`:
+        largest degree so far. `MOVED`: corners that passed to new slots.
     """
 
     position: IndexArray
     span: IndexArray
     entries: IndexArray
     links: IndexArray
+    ring: IndexArray
     used: LongArray
 
 
-def first_replay(positions: IndexArray, faces: IndexArray, vertices: int = 4) -> Replay:
-    """Return the coarsest level.
+class Cut(NamedTuple):
+    """A split of a slot. `Replay.ring` has the faces around the parent before the split.
 
-    Parameters
+    Attributes
     ----------
-    positions : (4, 3) int32
-        In steps.
-    faces : (4, 3) int32
-        A closed, oriented tetrahedron.
-    vertices : int, optional
-        Vertices to make room for.
-
-    Returns
-    -------
-    Replay
+    parent, slot : int
+        The slot that is split, and the new slot.
+    degree : int
+        Faces around the parent; the first one is (parent, left, …).
+    kept : int
+        How many of these the parent keeps, from the first one; 1 ≤ kept < degree.
     """
+
+    parent: int
+    slot: int
+    degree: int
+    kept: int
+
+
+def first_replay(positions: IndexArray, faces: IndexArray, vertices: int = 4) -> Replay:
+    """Return a coarsest level, a closed tetrahedron, with room for so many vertices."""
     replay = Replay(
         np.empty((vertices, 3), np.int32),
         np.empty((vertices, 3), np.int32),
         np.empty((_usual_entries(vertices), 2), np.int32),
         np.empty((0, 2), np.int32),
-        np.zeros(2, np.int64),
+        np.empty((vertices, 2), np.int32),
+        np.array([4 * SMALLEST_ROOM, 0, 3, 0]),
     )
     replay.position[:4] = positions
     for slot in range(4):
@@ -132,49 +154,41 @@ def first_replay(positions: IndexArray, faces: IndexArray, vertices: int = 4) ->
             replay.entries[SMALLEST_ROOM * slot + index] = entry[:2]
             entry = next(other for other in around if other[1] == entry[2])
         replay.span[slot] = SMALLEST_ROOM * slot, 3, SMALLEST_ROOM
-    replay.used[TAKEN] = 4 * SMALLEST_ROOM
     return replay
 
 
 def larger_replay(replay: Replay, vertices: int) -> Replay:
-    """Return a copy with room for so many vertices and for rings of the usual length."""
+    """Return a copy with room for so many vertices, and for the rings of at least one split."""
+    taken, needs_links = int(replay.used[TAKEN]), replay.used[LONGEST] >= LONGEST_LIST
+    entries = max(_usual_entries(vertices), 2 * (taken + SPLIT_ROOM))
     return Replay(
         extended_copy(replay.position, vertices),
         extended_copy(replay.span, vertices),
-        extended_copy(replay.entries, max(_usual_entries(vertices), len(replay.entries))),
-        extended_copy(replay.links, 6 * vertices) if len(replay.links) else replay.links,
+        extended_copy(replay.entries[:taken], entries),
+        extended_copy(replay.links, 6 * vertices) if needs_links else replay.links,
+        np.empty((vertices, 2), np.int32),
         replay.used,
     )
 
 
 def _usual_entries(vertices: int) -> int:
-    return SMALLEST_ROOM * vertices + 64
+    return SMALLEST_ROOM * vertices + SPLIT_ROOM
 
 
 @inlined_kernel
-def ring_start(replay: Replay, slot: int) -> tuple[int, int]:
-    """Return the degree of a slot, and the position of its lowest face in its ring."""
-    begin, degree = int(replay.span[slot, BEGIN]), int(replay.span[slot, DEGREE])
-    lowest = 0
-    if replay.span[slot, ROOM] == LINKED:
-        corner = smallest = begin
-        for index in range(1, degree):
-            corner = int(replay.links[corner, CORNER])
-            if corner < smallest:
-                lowest, smallest = index, corner
-        return degree, lowest
-    smallest = int(replay.entries[begin, CORNER])
-    for index in range(1, degree):
-        corner = int(replay.entries[begin + index, CORNER])
-        if corner < smallest:
-            lowest, smallest = index, corner
-    return degree, lowest
+def has_room(replay: Replay) -> bool:
+    """Whether there is room for the rings of any split."""
+    return bool(
+        replay.used[TAKEN] + SPLIT_ROOM <= len(replay.entries)
+        and (replay.used[LONGEST] < LONGEST_LIST or len(replay.links) > 0)
+    )
 
 
 @inlined_kernel
-def copy_ring(replay: Replay, slot: int, start: int, ring: IndexArray) -> None:
-    """Copy the ring of a slot, beginning with entry `start`, to `ring`, (≥ degree, 2) int32."""
+def copy_ring(replay: Replay, slot: int, start: int) -> None:
+    """Copy the ring of a slot, beginning with entry `start`, to `replay.ring`."""
     begin, degree = int(replay.span[slot, BEGIN]), int(replay.span[slot, DEGREE])
+    ring = replay.ring
     if replay.span[slot, ROOM] == LINKED:
         corner = begin
         target = degree - start if start > 0 else 0
@@ -191,61 +205,27 @@ def copy_ring(replay: Replay, slot: int, start: int, ring: IndexArray) -> None:
 
 
 @inlined_kernel
-def has_room(replay: Replay, ring: IndexArray, degree: int, kept: int) -> bool:
-    """Whether `split_slot` has room for all rings that it may have to store anew."""
-    longest, needed = _needed_room(replay, ring, degree, kept)
-    return bool(
-        replay.used[TAKEN] + needed <= len(replay.entries)
-        and (longest < LONGEST_LIST or len(replay.links) > 0)
-    )
+def ring_start(replay: Replay, slot: int) -> tuple[int, int]:
+    """Return the degree of a slot, and the position of its lowest face in its ring.
 
-
-@kernel
-def grow_replay(replay: Replay, ring: IndexArray, degree: int, kept: int) -> Replay:
-    """Return the same level with room for a split."""
-    longest, needed = _needed_room(replay, ring, degree, kept)
-    entries, links = replay.entries, replay.links
-    taken = int(replay.used[TAKEN])
-    if taken + needed > len(entries):
-        # element by element: numba takes seconds to compile an assignment of slices
-        entries = np.empty((2 * (taken + needed), 2), np.int32)
-        for index in range(taken):
-            entries[index, 0] = replay.entries[index, 0]
-            entries[index, 1] = replay.entries[index, 1]
-    if longest >= LONGEST_LIST and len(links) == 0:
-        links = np.empty((6 * len(replay.position), 2), np.int32)
-    return Replay(replay.position, replay.span, entries, links, replay.used)
+    Leaves the ring in `replay.ring`.
+    """
+    copy_ring(replay, slot, 0)
+    degree, lowest = int(replay.span[slot, DEGREE]), 0
+    for index in range(1, degree):
+        if replay.ring[index, CORNER] < replay.ring[lowest, CORNER]:
+            lowest = index
+    return degree, lowest
 
 
 @inlined_kernel
-def _needed_room(replay: Replay, ring: IndexArray, degree: int, kept: int) -> tuple[int, int]:
-    """Longest ring that a split changes, and how many entries its rings may take."""
-    left = int(replay.span[ring[0, NEIGHBOUR], DEGREE])
-    right = int(replay.span[ring[kept, NEIGHBOUR], DEGREE])
-    parts = 4 * (min(degree, LONGEST_LIST) + 2)
-    sides = 2 * (min(left, LONGEST_LIST) + min(right, LONGEST_LIST) + 2)
-    return max(degree, left, right), parts + sides + 4 * SMALLEST_ROOM
-
-
-@inlined_kernel
-def split_slot(
-    replay: Replay, parent: int, slot: int, ring: IndexArray, degree: int, kept: int
-) -> None:
+def split_slot(replay: Replay, cut: Cut) -> None:
     """Split a slot: give some of its faces to a new slot, and insert two faces between them.
 
-    The new faces are (parent, slot, left) and (slot, parent, right). Positions do not change.
-
-    Parameters
-    ----------
-    replay : Replay
-        A level with `slot` vertices and room for one more.
-    parent, slot : int
-    ring : (≥ degree, 2) int32
-        The parent's ring, beginning with the face (parent, left, …).
-    degree : int
-    kept : int
-        How many of the faces the parent keeps, from the first one; 1 ≤ kept < degree.
+    The new faces are (parent, slot, left) and (slot, parent, right). Positions do not change. The
+    level has `cut.slot` vertices before, and room for one more.
     """
+    ring, parent, slot, degree, kept = replay.ring, cut.parent, cut.slot, cut.degree, cut.kept
     left, right = int(ring[0, NEIGHBOUR]), int(ring[kept, NEIGHBOUR])
     one, two = 6 * slot - 12, 6 * slot - 9
     visited = WALK_COST * degree
@@ -259,10 +239,13 @@ def split_slot(
     last = _corner_before(int(ring[kept - 1, CORNER]))
     visited += _insert(replay, right, _corner_after(int(ring[kept, CORNER])), last, two + 2, slot)
     replay.used[VISITED] += visited
+    replay.used[MOVED] += degree - kept
 
-    _store(replay, parent, ring, 0, kept, two + 1, right, one, slot)
+    _store(replay, parent, 0, kept, (two + 1, right), (one, slot))
     replay.span[slot, DEGREE], replay.span[slot, ROOM] = 0, 0
-    _store(replay, slot, ring, kept, degree, one + 1, left, two, parent)
+    _store(replay, slot, kept, degree, (one + 1, left), (two, parent))
+    sides = max(replay.span[left, DEGREE], replay.span[right, DEGREE])
+    replay.used[LONGEST] = max(replay.used[LONGEST], sides, kept + 2, degree - kept + 2)
 
 
 @inlined_kernel
@@ -315,46 +298,37 @@ def _insert(
     to = _set_degree(replay, slot, degree + 1)
     if to != begin:
         for index in range(gap):
-            entries[to + index, 0] = entries[begin + index, 0]
-            entries[to + index, 1] = entries[begin + index, 1]
+            copy_row(entries, to + index, entries, begin + index)
     for index in range(degree - 1, gap - 1, -1):
-        entries[to + index + 1, 0] = entries[begin + index, 0]
-        entries[to + index + 1, 1] = entries[begin + index, 1]
+        copy_row(entries, to + index + 1, entries, begin + index)
     entries[to + gap, CORNER], entries[to + gap, NEIGHBOUR] = corner, neighbour
     return degree
 
 
 @leaf_kernel
 def _store(
-    replay: Replay,
-    slot: int,
-    ring: IndexArray,
-    start: int,
-    end: int,
-    one: int,
-    neighbour_one: int,
-    two: int,
-    neighbour_two: int,
+    replay: Replay, slot: int, start: int, end: int, one: tuple[int, int], two: tuple[int, int]
 ) -> None:
-    """Set the ring of a slot to entries [start, end) of another ring and two more entries."""
+    """Set the ring of a slot to entries [start, end) of `replay.ring` and two more entries."""
     span, entries, links = replay.span, replay.entries, replay.links
-    degree = end - start + 2
+    ring, degree = replay.ring, end - start + 2
     if degree > LONGEST_LIST:
         for index in range(start, end):
             corner = ring[index, CORNER]
-            links[corner, CORNER] = ring[index + 1, CORNER] if index + 1 < end else one
+            links[corner, CORNER] = ring[index + 1, CORNER] if index + 1 < end else one[CORNER]
             links[corner, NEIGHBOUR] = ring[index, NEIGHBOUR]
-        links[one, CORNER], links[one, NEIGHBOUR] = two, neighbour_one
-        links[two, CORNER], links[two, NEIGHBOUR] = ring[start, CORNER], neighbour_two
+        links[one[CORNER], CORNER], links[one[CORNER], NEIGHBOUR] = two[CORNER], one[NEIGHBOUR]
+        links[two[CORNER], CORNER] = ring[start, CORNER]
+        links[two[CORNER], NEIGHBOUR] = two[NEIGHBOUR]
         span[slot, BEGIN], span[slot, DEGREE] = ring[start, CORNER], degree
         span[slot, ROOM] = LINKED
         return
     at = _set_degree(replay, slot, degree)
     for index in range(start, end):
-        entries[at, 0], entries[at, 1] = ring[index, 0], ring[index, 1]
-        at += 1
-    entries[at, CORNER], entries[at, NEIGHBOUR] = one, neighbour_one
-    entries[at + 1, CORNER], entries[at + 1, NEIGHBOUR] = two, neighbour_two
+        copy_row(entries, at + index - start, ring, index)
+    at += degree - 2
+    entries[at, CORNER], entries[at, NEIGHBOUR] = one
+    entries[at + 1, CORNER], entries[at + 1, NEIGHBOUR] = two
 
 
 @inlined_kernel

@@ -13,18 +13,26 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.arrays import Float32Array, IndexArray
+from gamutcore.arrays import Float32Array, IndexArray, ShortArray
 from gamutcore.errors import TriangleCountError
+from gamutcore.history.prefix_order import copy_row, part_begin
 from gamutcore.kernels import inlined_kernel, kernel
 from gamutcore.mesh import TriangleMesh
 
 if TYPE_CHECKING:
     from gamutcore.history.prefix_order import Splits
 
-__all__ = ["LevelCursor", "level_from_snapshot", "refine"]
+__all__ = [
+    "LevelCursor",
+    "apply_splits",
+    "fine_columns",
+    "level_from_snapshot",
+    "refine",
+    "undo_splits",
+]
 
 # arrays one by one: numba takes three microseconds more for a tuple of them
-_fine_columns = attrgetter(
+fine_columns = attrgetter(
     "parent",
     "fine",
     "added",
@@ -35,6 +43,8 @@ _fine_columns = attrgetter(
     "shifted",
     "shifted_fine",
 )
+"""The last arguments of `apply_splits`, from `Splits`."""
+
 _coarse_columns = attrgetter(
     "parent", "coarse", "moved_end", "moved", "shifted_end", "shifted", "shifted_coarse"
 )
@@ -45,15 +55,9 @@ def refine(
 ) -> None:
     """Split a level with `start` vertices until it has `end`, in place.
 
-    Parameters
-    ----------
-    splits : Splits
-    positions : (≥ end, 3) float32
-    corners : (≥ 6 end − 12,) int32
-        Slots at the corners of all faces, face by face.
-    start, end : int
+    The arrays have room for the finer level; `corners` are the slots at the corners, face by face.
     """
-    _refine(positions, corners, start, end, *_fine_columns(splits))
+    apply_splits(positions, corners, start, end, *fine_columns(splits))
 
 
 class LevelCursor:
@@ -68,7 +72,7 @@ class LevelCursor:
 
     def __init__(self, splits: Splits, level: TriangleMesh) -> None:
         self._most = splits.vertices
-        self._columns = _fine_columns(splits), _coarse_columns(splits)
+        self._columns = fine_columns(splits), _coarse_columns(splits)
         self._vertices = len(level.vertices)
         self._positions = np.empty((splits.vertices, 3), np.float32)
         self._faces = np.empty((2 * splits.vertices - 4, 3), np.int32)
@@ -115,24 +119,14 @@ class LevelCursor:
             )
         fine, coarse = self._columns
         if vertices > self._vertices:
-            _refine(self._positions, self._corners, self._vertices, vertices, *fine)
+            apply_splits(self._positions, self._corners, self._vertices, vertices, *fine)
         else:
             _coarsen(self._positions, self._corners, self._vertices, vertices, *coarse)
         self._vertices = vertices
 
 
-@inlined_kernel
-def _set_positions(
-    positions: Float32Array, ends: IndexArray, split: int, slots: IndexArray, values: Float32Array
-) -> None:
-    """Write the positions of the neighbours that a split moves."""
-    for index in range(ends[split - 1] if split > 0 else 0, ends[split]):
-        for axis in range(3):
-            positions[slots[index], axis] = values[index, axis]
-
-
 @kernel
-def _refine(
+def apply_splits(
     positions: Float32Array,
     corners: IndexArray,
     start: int,
@@ -145,16 +139,16 @@ def _refine(
     moved: IndexArray,
     shifted_end: IndexArray,
     shifted: IndexArray,
-    shifted_positions: Float32Array,
+    shifted_fine: Float32Array,
 ) -> None:
+    """Split a level as `refine` does, from a kernel. The last arrays are fields of `Splits`."""
     for slot in range(start, end):
         split = slot - 4
-        above = parent[split]
-        for axis in range(3):
-            positions[above, axis] = fine[split, axis]
-            positions[slot, axis] = added[split, axis]
-        _set_positions(positions, shifted_end, split, shifted, shifted_positions)
-        for index in range(moved_end[split - 1] if split > 0 else 0, moved_end[split]):
+        copy_row(positions, parent[split], fine, split)
+        copy_row(positions, slot, added, split)
+        for index in range(part_begin(shifted_end, split), shifted_end[split]):
+            copy_row(positions, shifted[index], shifted_fine, index)
+        for index in range(part_begin(moved_end, split), moved_end[split]):
             corners[moved[index]] = slot
         first = 3 * (2 * slot - 4)
         for side in range(2):
@@ -174,22 +168,44 @@ def _coarsen(
     moved: IndexArray,
     shifted_end: IndexArray,
     shifted: IndexArray,
-    shifted_positions: Float32Array,
+    shifted_coarse: Float32Array,
 ) -> None:
-    for slot in range(start - 1, end - 1, -1):
-        split = slot - 4
-        above = parent[split]
-        for axis in range(3):
-            positions[above, axis] = coarse[split, axis]
-        _set_positions(positions, shifted_end, split, shifted, shifted_positions)
-        for index in range(moved_end[split - 1] if split > 0 else 0, moved_end[split]):
-            corners[moved[index]] = above
+    undo_splits(positions, 3, start, end, parent, coarse, shifted_end, shifted, shifted_coarse)
+    for split in range(start - 5, end - 5, -1):
+        for index in range(part_begin(moved_end, split), moved_end[split]):
+            corners[moved[index]] = parent[split]
+
+
+@inlined_kernel
+def undo_splits(
+    rows: Float32Array | ShortArray,
+    columns: int,
+    start: int,
+    end: int,
+    parent: IndexArray,
+    coarse: Float32Array | ShortArray,
+    shifted_end: IndexArray,
+    shifted: IndexArray,
+    shifted_coarse: Float32Array | ShortArray,
+) -> None:
+    """Turn the first rows of a level with `start` slots into those of the level with `end` slots.
+
+    Rows are positions or device values. Only `end` rows are needed. With a constant number of
+    columns the loops over columns are unrolled.
+    """
+    for split in range(start - 5, end - 5, -1):
+        if parent[split] < end:
+            for column in range(columns):
+                rows[parent[split], column] = coarse[split, column]
+        for index in range(part_begin(shifted_end, split), shifted_end[split]):
+            if shifted[index] < end:
+                for column in range(columns):
+                    rows[shifted[index], column] = shifted_coarse[index, column]
 
 
 @kernel
 def level_from_snapshot(
     vertices: int,
-    snapshot_vertices: int,
     snapshot_positions: Float32Array,
     snapshot_faces: IndexArray,
     parent: IndexArray,
@@ -198,33 +214,9 @@ def level_from_snapshot(
     shifted: IndexArray,
     shifted_coarse: Float32Array,
 ) -> tuple[Float32Array, IndexArray]:
-    """Read a level from a snapshot of a level that is not coarser.
-
-    Parameters
-    ----------
-    vertices : int
-        Vertices of the level.
-    snapshot_vertices : int
-    snapshot_positions : (snapshot_vertices, 3) float32
-    snapshot_faces : (2 snapshot_vertices − 4, 3) int32
-    parent, coarse, shifted_end, shifted, shifted_coarse
-        Fields of `Splits`, with rows up to the snapshot.
-
-    Returns
-    -------
-    positions : (vertices, 3) float32
-    faces : (2 vertices − 4, 3) int32
-    """
-    positions = snapshot_positions[:vertices].copy()
-    for slot in range(snapshot_vertices - 1, vertices - 1, -1):
-        above = parent[slot - 4]
-        if above < vertices:
-            for axis in range(3):
-                positions[above, axis] = coarse[slot - 4, axis]
-        for index in range(shifted_end[slot - 5] if slot > 4 else 0, shifted_end[slot - 4]):
-            if shifted[index] < vertices:
-                for axis in range(3):
-                    positions[shifted[index], axis] = shifted_coarse[index, axis]
+    """Return positions and faces of a level from a snapshot of a level that is not coarser."""
+    positions, start = snapshot_positions[:vertices].copy(), len(snapshot_positions)
+    undo_splits(positions, 3, start, vertices, parent, coarse, shifted_end, shifted, shifted_coarse)
     faces = np.empty((2 * vertices - 4, 3), np.int32)
     for face in range(len(faces)):
         for place in range(3):

@@ -7,9 +7,7 @@ code and the level of the stream before, so a damaged stream makes all later one
 from __future__ import annotations
 
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, TypeVar
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from gamutcore.errors import HistoryFileError
 from gamutcore.history.bit_codes import bit_reader, read_bits
@@ -18,14 +16,10 @@ from gamutcore.history.prefix_order import group_ranges
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from numpy.typing import NDArray
-
     from gamutcore.arrays import ByteArray
     from gamutcore.history.bit_codes import BitReader
 
-__all__ = ["DAMAGE_REMEDY", "DEVICE", "SPLITS", "Streams", "extended_copy", "stream_name"]
-
-Scalar = TypeVar("Scalar", bound="np.generic[Any]")
+__all__ = ["DAMAGE_REMEDY", "DEVICE", "SPLITS", "Streams", "stream_name"]
 
 SPLITS, DEVICE = "splits", "device"
 """Kinds of streams: the geometry of the splits, and their device values."""
@@ -38,32 +32,15 @@ def stream_name(number: int, kind: str = SPLITS) -> str:
     return f"{kind}.{number:02d}"
 
 
-def extended_copy(array: NDArray[Scalar], rows: int) -> NDArray[Scalar]:
-    """Return a copy of an array with at least as many rows; the new rows are not initialised.
-
-    Groups double in size, so all copies together are about as large as the final array.
-    """
-    longer: NDArray[Scalar] = np.empty((rows, *array.shape[1:]), array.dtype)
-    longer[: len(array)] = array
-    return longer
-
-
 class Streams:
     """The streams of one kind, and how many of them are unpacked.
-
-    Parameters
-    ----------
-    kind : str
-        `SPLITS` or `DEVICE`.
-    streams : sequence of (n,) uint8
-        One per group.
-    vertices : int
-        Vertices of the full boundary.
 
     Attributes
     ----------
     kind : str
+        `SPLITS` or `DEVICE`.
     vertices : int
+        Vertices of the full boundary.
     unpacked : int
         Number of groups that are unpacked.
     """
@@ -90,21 +67,9 @@ class Streams:
     def next_group(self) -> Iterator[tuple[str, int, int, BitReader]]:
         """Unpack the next group in the body of a ``with`` statement.
 
-        A failure leaves the state of the adaptive code undefined. Every later call therefore
-        raises the same error.
-
-        Yields
-        ------
-        name : str
-            Name of the stream's array.
-        start, end : int
-            Slots that the group adds.
-        reader : BitReader
-
-        Raises
-        ------
-        HistoryFileError
-            If the body leaves more than the zeros that fill the last byte.
+        Yields the name of the stream, the first slot and the end of the group, and a reader. A
+        failure leaves the state of the adaptive code undefined, so every later call raises the same
+        error. More than the zeros that fill the last byte raise a `HistoryFileError`.
         """
         if self._fault is not None:
             raise self._fault.with_traceback(None)

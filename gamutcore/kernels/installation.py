@@ -102,12 +102,15 @@ def ensure_compiled(group: str) -> None:
         logger.error("the %s kernels were not compiled: exit status %d", group, process.returncode)
 
 
-def load_kernels() -> int:
-    """Load all machine code that is cached for this processor and return how many kernels have it.
+def load_kernels(modules: tuple[str, ...] = ("gamutcore",)) -> int:
+    """Load machine code that is cached for this processor and return how many kernels have it.
 
-    Only kernels of imported modules are loaded.
+    Parameters
+    ----------
+    modules : tuple of str, optional
+        Modules and packages whose kernels are loaded, as far as they are imported; by default all.
     """
-    return sum(kernel.load() for kernel in KERNELS)
+    return sum(kernel.load() for kernel in KERNELS if kernel.py_func.__module__.startswith(modules))
 
 
 @contextlib.contextmanager

@@ -18,7 +18,16 @@ from gamutcore.kernels import inlined_kernel, kernel
 if TYPE_CHECKING:
     from gamutcore.metric.distance_bound import Surface
 
-__all__ = ["INDEX", "MOVES", "Cones", "Locations", "compute_cones", "find_crossing", "locate"]
+__all__ = [
+    "INDEX",
+    "MOVES",
+    "Cones",
+    "Locations",
+    "compute_cones",
+    "find_crossing",
+    "locate",
+    "relocate",
+]
 
 ROUNDING = 1e-15
 """A determinant of three points counts as zero up to this part of the product of their lengths. Its
@@ -163,6 +172,43 @@ def locate(
         face[INDEX(point)], beyond[INDEX(point)] = found, ratio - 1.0
         along[INDEX(point)] = abs(1.0 - 1.0 / ratio) * radius
     return Locations(face, beyond, along)
+
+
+@kernel
+def relocate(
+    position: FloatArray,
+    points: IndexArray,
+    cones: Cones,
+    locations: Locations,
+    moves: int = MOVES,
+) -> None:
+    """Update the locations of some points, starting from their present faces.
+
+    Parameters
+    ----------
+    position : (n, 3) float64
+        None is the origin.
+    points : (m,) int32
+        The points whose locations are updated.
+    cones : Cones
+    locations : Locations
+        Locations of all points. `face` is a face near the point, for example of another level.
+    moves : int
+        As for `locate`.
+    """
+    for index in range(len(points)):
+        point = points[INDEX(index)]
+        face = locations.face[INDEX(point)]
+        x, y, z = position[INDEX(point), 0], position[INDEX(point), 1], position[INDEX(point), 2]
+        radius = np.sqrt(x * x + y * y + z * z)
+        face = _walk(x, y, z, radius, face, cones, moves)
+        ratio = (
+            cones.normal[INDEX(face), 0] * x
+            + cones.normal[INDEX(face), 1] * y
+            + cones.normal[INDEX(face), 2] * z
+        )
+        locations.face[INDEX(point)], locations.beyond[INDEX(point)] = face, ratio - 1.0
+        locations.along[INDEX(point)] = abs(1.0 - 1.0 / ratio) * radius
 
 
 @inlined_kernel

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from gamutcore.mesh import TriangleMesh
 
 __all__ = [
+    "ATTAINED",
     "SLACK",
     "STACK",
     "Surface",
@@ -48,7 +49,10 @@ FACE, HALVED, NEAREST, SQUARED, COLUMNS = 9, 10, 11, 14, 17
 """Columns of the stack of `raise_bound`, after nine coordinates: a face near the piece, the number
 of halvings, then for each corner the nearest face (−1 if unknown) and its squared distance."""
 
-STACK = (HALVINGS + 2, COLUMNS)
+ATTAINED = HALVINGS + 2
+"""Row of the stack that has the point at which the lower bound was attained last."""
+
+STACK = (HALVINGS + 3, COLUMNS)
 """Shape of the work array of `raise_bound`."""
 
 
@@ -248,6 +252,20 @@ def _bound(piece: FloatArray, row: int, surface: Surface, face: int) -> float:
     )
 
 
+@inlined_kernel
+def _raised(lower: float, attained: float, stack: FloatArray, row: int) -> float:
+    """Return the larger bound; keep the furthest corner as `ATTAINED` if that is the second."""
+    if attained <= lower:
+        return lower
+    furthest = 0
+    for corner in range(1, 3):
+        if stack[row, SQUARED + corner] > stack[row, SQUARED + furthest]:
+            furthest = corner
+    for axis in range(3):
+        stack[ATTAINED, axis] = stack[row, 3 * furthest + axis]
+    return attained
+
+
 @leaf_kernel
 def raise_bound(
     stack: FloatArray,
@@ -257,13 +275,15 @@ def raise_bound(
     lower: float,
     upper: float,
     halvings: float,
+    slack: float,
 ) -> tuple[float, float, float]:
     """Raise the bound of the largest distance to a surface so that it holds for a triangle.
 
     Parameters
     ----------
     stack : `STACK` float64
-        The corners of the triangle as the first nine numbers; the rest is work space.
+        The corners of the triangle as the first nine numbers; the rest is work space. The first
+        numbers of the row `ATTAINED` become the point, if `lower` rises.
     surface : Surface
     face : int
         A face near the triangle.
@@ -273,6 +293,8 @@ def raise_bound(
         An attained distance and the bound, over all triangles so far.
     halvings : float
         Number of halvings left, over all triangles.
+    slack : float
+        Ratio of the bound to an attained distance at which the bound is not improved further.
 
     Returns
     -------
@@ -289,7 +311,7 @@ def raise_bound(
     while top > 0:
         top -= 1
         face = int(stack[top, FACE])
-        accepted = max(upper, SLACK * lower)
+        accepted = max(upper, slack * lower)
         if (
             np.sqrt(_bound(stack, top, surface, face)) + surface.deviation[face] + deviation
             <= accepted
@@ -318,8 +340,8 @@ def raise_bound(
             )
         attained, bound = attained + deviation, bound + deviation
         # after a descent that ended too early, the bound may be below the distance found
-        lower = max(lower, min(attained, bound))
-        if bound <= max(upper, SLACK * lower) or halvings <= 0.0 or stack[top, HALVED] >= HALVINGS:
+        lower = _raised(lower, min(attained, bound), stack, top)
+        if bound <= max(upper, slack * lower) or halvings <= 0.0 or stack[top, HALVED] >= HALVINGS:
             upper = max(upper, bound)
             continue
         # halve the longest edge; each half starts from the face nearest to its own end

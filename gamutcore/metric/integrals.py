@@ -2,8 +2,8 @@
 
 The integrals are closed forms with ten divisions, and with a special case for triangles that the
 face cuts, which is half of them. Triangles are pushed to a queue. A full queue is integrated in one
-loop without branches, which the compiler vectorises; that takes a third of the time. Sums are
-formed in the order of the queue, so they do not depend on the batches.
+loop without branches, which the compiler vectorises; that takes a third of the time. Results are
+added to the sums of the faces in the order of the queue, so they do not depend on the batches.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gamutcore.arrays import FloatArray
+from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 from gamutcore.metric.cones import INDEX
 
-__all__ = ["CAPACITY", "Queue", "empty_queue", "flush", "integrate", "push", "push_three"]
+__all__ = ["CAPACITY", "Queue", "empty_queue", "flush", "integrate", "push", "push_part"]
 
 CAPACITY = 256
 """Triangles in a queue. With their integrals they take 20 kB, which fit into the L1 cache."""
@@ -32,25 +32,28 @@ class Queue(NamedTuple):
     ----------
     triangle : (7 `CAPACITY`,) float64
         Seven rows: N · p − 1 at the three corners, the weights of the three integrals, and the
-        length of N. `push_three` uses the weights differently, and marks its first triangle by a
-        negative length.
+        length of N.
+    face : (`CAPACITY`,) int32
+        The face that each triangle is seen through.
     integral : (3 `CAPACITY`,) float64
         Three rows of results of `integrate`.
     """
 
     triangle: FloatArray
+    face: IndexArray
     integral: FloatArray
 
 
 def empty_queue() -> Queue:
     """Return an empty queue."""
-    return Queue(np.zeros(7 * CAPACITY), np.zeros(3 * CAPACITY))
+    return Queue(np.zeros(7 * CAPACITY), np.zeros(CAPACITY, np.int32), np.zeros(3 * CAPACITY))
 
 
 @inlined_kernel
 def push(
     waiting: Queue,
     count: int,
+    face: int,
     corners: tuple[float, float, float],
     weights: tuple[float, float, float],
     slope: float,
@@ -62,6 +65,8 @@ def push(
     waiting : Queue
     count : int
         Less than `CAPACITY`.
+    face : int
+        The face that the triangle is seen through.
     corners : tuple of float
         N · p − 1 at the corners.
     weights : tuple of float
@@ -73,39 +78,23 @@ def push(
     triangle[at], triangle[at + ONE], triangle[at + TWO] = corners
     triangle[at + THREE], triangle[at + FOUR], triangle[at + FIVE] = weights
     triangle[at + SIX] = slope
+    waiting.face[at] = face
     return count + 1
 
 
 @inlined_kernel
-def push_three(
+def push_part(
     waiting: Queue,
     count: int,
-    corners: tuple[float, float, float, float, float],
-    shares: tuple[float, float, float],
+    face: int,
+    corners: tuple[float, float, float],
+    share: float,
     weights: tuple[float, float, float],
-    slopes: tuple[float, float],
+    slope: float,
 ) -> int:
-    """Push the three parts of a triangle that a single edge crosses; return the new count.
-
-    Parameters
-    ----------
-    waiting : Queue
-    count : int
-        Less than `CAPACITY` − 2.
-    corners : tuple of float
-        N · p − 1 at the three corners, and at the crossings of the edges from the second and from
-        the first corner to the third.
-    shares : tuple of float
-        Areas of the parts ÷ area of the triangle: two parts before the edge, one beyond it.
-    weights : tuple of float
-        As for `push`, for the whole triangle.
-    slopes : tuple of float
-        Lengths of N before the edge and beyond it.
-    """
-    one, two, three, four, five = corners
-    count = push(waiting, count, (one, two, four), (shares[0], weights[0], 0.0), -slopes[0])
-    count = push(waiting, count, (one, four, five), (shares[1], weights[1], 0.0), slopes[0])
-    return push(waiting, count, (four, three, five), (shares[2], weights[2], 0.0), slopes[1])
+    """Push a part of a triangle, a `share` of its area; the rest is as for `push`."""
+    one, two, three = weights
+    return push(waiting, count, face, corners, (share * one, share * two, share * three), slope)
 
 
 @leaf_kernel
@@ -151,45 +140,22 @@ def integrate(waiting: Queue, count: int) -> None:
 
 
 @leaf_kernel
-def flush(
-    waiting: Queue, count: int, difference: float, first: float, second: float
-) -> tuple[float, float, float]:
-    """Integrate the triangles of a queue, and return three sums with the results added.
+def flush(waiting: Queue, count: int, sums: FloatArray) -> None:
+    """Integrate the triangles of a queue, and add the weighted results to sums.
 
     Parameters
     ----------
     waiting : Queue
     count : int
         Number of triangles.
-    difference, first, second : float
-        The sums so far.
+    sums : (F, 3) float64
+        Sums of the three integrals for each face; updated.
     """
     integrate(waiting, count)
     triangle, integral = waiting.triangle, waiting.integral
-    index = 0
-    while index < count:
-        at = INDEX(index)
-        gap, mean, back = integral[at], integral[at + ONE], integral[at + TWO]
-        one, two, three = triangle[at + THREE], triangle[at + FOUR], triangle[at + FIVE]
+    for index in range(count):
+        at, face = INDEX(index), INDEX(waiting.face[INDEX(index)])
         slope = triangle[at + SIX]
-        if slope >= 0.0:
-            difference += one * gap
-            first += two * mean / slope
-            second += three * back * slope
-            index += 1
-            continue
-        slope = -slope
-        beside, last = INDEX(index + 1), INDEX(index + 2)
-        share1, share2, share3 = one, triangle[beside + THREE], triangle[last + THREE]
-        beyond = triangle[last + SIX]
-        difference += two * (share1 * gap + share2 * integral[beside] + share3 * integral[last])
-        first += triangle[beside + FOUR] * (
-            (share1 * mean + share2 * integral[beside + ONE]) / slope
-            + share3 * integral[last + ONE] / beyond
-        )
-        second += triangle[last + FOUR] * (
-            (share1 * back + share2 * integral[beside + TWO]) * slope
-            + share3 * integral[last + TWO] * beyond
-        )
-        index += 3
-    return difference, first, second
+        sums[face, 0] += triangle[at + THREE] * integral[at]
+        sums[face, 1] += triangle[at + FOUR] * integral[at + ONE] / slope
+        sums[face, 2] += triangle[at + FIVE] * integral[at + TWO] * slope

@@ -1,70 +1,80 @@
-"""Search for the smallest level of a history whose error is within limits.
+"""The smallest level of a history whose error is within limits.
 
-The error curve of a description covers about twenty levels, few of them fine, with bounds up to
-38 % too large. Where the curve cannot decide, a level is compared with the full boundary, and the
-result is remembered. The order of the comparisons depends only on the triangle counts and on which
-levels are within the limits. Tighter limits therefore never give fewer triangles, and earlier
-requests never change an answer. See ``docs/decisions/error-curve.md``.
+A limit of the distance gives the first of fixed triangle counts whose level keeps it. A limit of
+the mismatch first gives a least count, by bisection; the search begins there. Both depend on the
+history and the limit only. So looser limits never give more triangles, and no answer promises what
+a smaller answer promises as well. See ``docs/decisions/error-curve.md``.
 """
 
 from __future__ import annotations
 
-from math import inf, isqrt
+from collections.abc import Iterable, Mapping, Sequence
+from math import inf
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gamutcore.history import MINIMUM_TRIANGLES
-from gamutcore.metric.distance_bound import halving_limit
+from gamutcore.metric.cones import compute_cones, locate
+from gamutcore.metric.distance_bound import halving_limit, make_surface
 from gamutcore.metric.error_curve import round_up, surface_in_preorder
-from gamutcore.metric.radial_overlay import compare_surfaces, enclosed_volume
+from gamutcore.metric.overlay_distances import (
+    FROM_LOWER,
+    FROM_POINT,
+    FROM_UPPER,
+    TO_FACE,
+    TO_LOWER,
+    TO_POINT,
+    TO_UPPER,
+    new_bounds,
+)
+from gamutcore.metric.radial_overlay import compare_surfaces
+from gamutcore.metric.witnesses import Evidence, LevelWalk, find_evidence
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
     from gamutcore.history import History
+    from gamutcore.metric.distance_bound import Surface
 
-__all__ = ["NO_ERROR", "BoundedLevel", "Bounds", "FullBoundary", "LevelSearch"]
+__all__ = ["NO_ERROR", "BoundedLevel", "Bounds", "LevelSearch", "error_bounds", "search_counts"]
 
-EVEN_UP_TO = 32
-"""All levels up to this triangle count are tried, from the coarsest."""
+EVEN_UP_TO = 2048
+"""All levels up to this triangle count are considered. The distance stays nearly constant over long
+ranges of counts and then falls by half within one split."""
 
-DENSE = 2.0**0.25
-"""Ratio of the following counts, which are tried beside those of the curve. The largest distance of
-a coarse level is often half as much again as that of a coarser level, so larger ratios would miss
-levels with half of the triangles."""
+RATIO = 2.0 ** (1 / 8)
+"""Ratio of the following counts, and of those among which a mismatch is bisected. The mismatch
+falls steadily, so the answer has at most so many times the triangles needed."""
 
-DENSE_UP_TO = 4000
-"""Largest of these counts. Distances of finer levels hardly rise with the count, and finer levels
-take longer to compare."""
+FINE_UP_TO = 65_536
+"""Largest count with this ratio."""
 
-CURVE_EXCESS = 2.0
-"""A level is rejected without a comparison if its bound in the curve exceeds a limit this many
-times. Distances in the curve are up to 38 % too large; counts between those of the curve use the
-next finer count."""
+SPARSE = 2.0
+"""Ratio of the last counts."""
 
-RESOLUTION = 128
-"""The search ends when at most triangle count ÷ this number can still be saved."""
-
-CROSSINGS = 10
-"""A comparison of F with n triangles takes about as long as F + 10 √(F n) triangles at 57 ns each
-(measured), because edges cross faces."""
-
-WORK = 9_000_000
-"""Work that the second part of a search may take for any gamut, in triangles."""
-
-WORK_PER_TRIANGLE = 20
-"""Additional work per triangle of the full boundary. Both take 0.7 s of one core for 175,000
-triangles, and 4 s for 2.5 million. Among the finest levels, up to 2 % and 30 % of the triangles
-could still be saved then. Work is counted, not timed, so that answers do not depend on the
-machine."""
+SLACK = 1.00002
+"""Ratio of a bound to an attained distance. A limit just above the attained distance would
+otherwise be kept by far fewer triangles than the bound promises."""
 
 HALVINGS = 100_000.0
-"""Halvings of a comparison in addition to a quarter of the faces. Levels of ellipsoids 60 times as
+"""Halvings of a level in addition to a quarter of the faces. Levels of ellipsoids 60 times as
 wide as high take up to 53,000 (0.1 s); 600 times as wide, up to 130,000 (0.6 s)."""
 
-ENTRY_BYTES = 300
-"""Approximate memory per remembered level."""
+SIMILAR = 1.2
+"""A level of the curve whose bound is so many times the limit is the first to give evidence. Bounds
+of the curve are 8 % too large on average."""
+
+KEPT = 256
+"""Most levels that a search keeps."""
+
+ROW_BYTES = 200
+"""Approximate memory per level of a curve."""
+
+SAME = 1e-9
+"""Points as close as this, relative to the distance from the full boundary, are the same."""
+
+UNBOUNDED = 1e300
+"""A slack with which no distance is improved."""
+
+NO_POINTS, NO_FACES = np.empty((0, 3)), np.empty(0, np.int32)
 
 
 class Bounds(NamedTuple):
@@ -81,20 +91,13 @@ class Bounds(NamedTuple):
     distance: float = inf
     mismatch: float = inf
 
-    def within(self, limits: Bounds, times: float = 1.0) -> bool:
-        """Whether both bounds are at most the limits multiplied by `times`."""
-        return self.distance <= times * limits.distance and self.mismatch <= times * limits.mismatch
-
-    def smaller(self, other: Bounds) -> Bounds:
-        """Return the smaller bound of each kind."""
-        return Bounds(min(self.distance, other.distance), min(self.mismatch, other.mismatch))
+    def within(self, limits: Bounds) -> bool:
+        """Whether both bounds are at most the limits."""
+        return self.distance <= limits.distance and self.mismatch <= limits.mismatch
 
 
 NO_ERROR = Bounds(0.0, 0.0)
 """Bounds of the full boundary."""
-
-UNKNOWN = Bounds()
-"""Bounds of a level that nothing is known of."""
 
 
 class BoundedLevel(NamedTuple):
@@ -111,185 +114,267 @@ class BoundedLevel(NamedTuple):
     bounds: Bounds
 
 
-class FullBoundary:
-    """The full boundary of a history, prepared for comparisons with levels.
+def search_counts(full: int) -> list[int]:
+    """Return the triangle counts of the levels that a search considers.
 
     Parameters
     ----------
-    history : History
-        All of it is unpacked. The surface takes 36 bytes per triangle; comparisons with fine levels
-        take more.
+    full : int
+        Triangle count of the full boundary, which is not among them.
+
+    Returns
+    -------
+    list of int
+        Even and ascending.
     """
+    counts = list(range(4, min(EVEN_UP_TO + 1, full), 2))
+    return counts + [count for count in _spread_counts(full) if count > EVEN_UP_TO]
 
-    def __init__(self, history: History) -> None:
-        self._history = history
-        self._surface, self._near = surface_in_preorder(history.full(), history)
-        self._order = np.arange(len(self._near), dtype=np.int32)
-        self._volume = enclosed_volume(self._surface)
 
-    def bounds(self, triangles: int) -> Bounds:
-        """Compare a level with the full boundary.
-
-        Parameters
-        ----------
-        triangles : int
-            Triangle count of a level.
-
-        Returns
-        -------
-        Bounds
-            Rounded up as in a description. The mismatch is otherwise exact. The distance is mostly
-            within 3 %; for flat bodies it can be half as much again
-            (`gamutcore.metric.distance_bound`).
-        """
-        level, _ = surface_in_preorder(self._history.level(triangles), self._history)
-        halvings = halving_limit(self._surface, HALVINGS)
-        found, _ = compare_surfaces(
-            self._surface, level, self._order, self._near, halvings=halvings
-        )
-        furthest = max(found.from_reference.maximum, found.to_reference.maximum)
-        return Bounds(round_up(furthest), round_up(found.difference / self._volume))
+def _spread_counts(full: int) -> list[int]:
+    """Return those of `search_counts` among which a mismatch is bisected."""
+    counts, count = set(), 4.0
+    while count < full:
+        counts.add(int(count) // 2 * 2)
+        count *= RATIO if count < FINE_UP_TO else SPARSE
+    return sorted(counts)
 
 
 class LevelSearch:
-    """Search for levels within limits, by the error curve and by remembered comparisons.
-
-    One thread may search while another calls `find_known`.
+    """Search for levels within limits. It keeps what was found; any thread may use it.
 
     Parameters
     ----------
-    triangles : int
-        Triangle count of the full boundary.
-    levels : iterable of mapping
-        Errors from a description (`LevelError.to_mapping`). Levels without bounds, and counts that
-        the history does not have, are ignored.
+    curve : sequence of mapping
+        The error curve from a description (`levels`), with the full boundary as last level. Without
+        bounds, as in old descriptions, the same limits are kept, by more triangles if need be.
     """
 
-    def __init__(self, triangles: int, levels: Iterable[Mapping[str, Any]]) -> None:
-        self._full = triangles
-        curve = {
-            int(level["triangles"]): level
-            for level in levels
-            if "distance_bound" in level
-            and "mismatch_bound" in level
-            and level["triangles"] in range(MINIMUM_TRIANGLES, triangles, 2)
-        }
-        self._curve = {count: _own_bounds(level) for count, level in curve.items()}
-        # for each count to try, the bounds of that count or of the next finer count in the curve
-        self._tried: dict[int, Bounds] = {}
-        finer = NO_ERROR
-        for count in sorted(_dense_counts(triangles) | curve.keys(), reverse=True):
-            if count in curve:
-                # mismatch of this level only: its bound holds for finer levels as well
-                own = self._curve[count]
-                finer = own._replace(mismatch=curve[count].get("mismatch", own.mismatch))
-            self._tried[count] = finer
-        self._tried = dict(sorted(self._tried.items()))
-        self._compared: dict[int, Bounds] = {}
+    def __init__(self, curve: Sequence[Mapping[str, Any]]) -> None:
+        bounds = [
+            Bounds(row.get("distance_bound", inf), row.get("mismatch_bound", inf)) for row in curve
+        ]
+        self._curve = [
+            BoundedLevel(row["triangles"], bound)
+            for row, bound in zip(curve[:-1], bounds, strict=False)
+        ]
+        self._curve.append(BoundedLevel(curve[-1]["triangles"], NO_ERROR))
+        self._found: dict[Bounds, BoundedLevel] = {}
 
     @property
     def nbytes(self) -> int:
         """Approximate memory in bytes."""
-        return ENTRY_BYTES * (len(self._tried) + len(self._compared))
+        return ROW_BYTES * (1 + len(self._curve) + len(self._found))
+
+    def find_bound(self, limits: Bounds) -> BoundedLevel:
+        """Return the smallest level of the error curve within limits; `find` has no larger one."""
+        within = (level for level in self._curve if level.bounds.within(limits))
+        return next(within, self._curve[-1])
 
     def find_known(self, limits: Bounds) -> BoundedLevel | None:
-        """Return the result of `find` if it needs no further comparison, else None."""
-        level = self._search(limits)
-        return level if isinstance(level, BoundedLevel) else None
+        """Return the result of `find` if it was found or needs no comparison, else None."""
+        if limits in self._found:
+            return self._found[limits]
+        level = self.find_bound(limits)
+        is_first = level.triangles == self._curve[0].triangles
+        return level if is_first or min(limits) <= 0.0 else None
 
     def find(self, history: History, limits: Bounds) -> BoundedLevel:
-        """Return the smallest level whose error is found to be within limits.
+        """Return the smallest level that keeps limits.
 
         Parameters
         ----------
         history : History
-            The history of the triangle count and error curve given before.
+            The history that the curve belongs to.
         limits : Bounds
             Upper limits of the bounds of the level.
 
         Returns
         -------
         BoundedLevel
-            The full boundary if no other level is within the limits, as for limits of zero. Tighter
-            limits never give fewer triangles.
+            One of the levels of `search_counts`, or of the curve, if that is smaller. The full
+            boundary if no other level is within the limits, as for limits of zero.
 
         Raises
         ------
         HistoryFileError
             If the file of the history is damaged.
         """
-        level = self._search(limits)
-        full = None
-        while not isinstance(level, BoundedLevel):
-            full = FullBoundary(history) if full is None else full
-            self._compared[level] = full.bounds(level)
-            level = self._search(limits)
+        level = self.find_known(limits)
+        if level is not None:
+            return level
+        level = self._search(history, limits)
+        if len(self._found) == KEPT:
+            self._found = {}
+        self._found[limits] = level
         return level
 
-    def _search(self, limits: Bounds) -> BoundedLevel | int:
-        """Return the result, or the triangle count of the next level to compare.
+    def _search(self, history: History, limits: Bounds) -> BoundedLevel:
+        most = self.find_bound(limits)
+        comparison = _Comparison(history)
+        least, mismatch = self._least_count(comparison, limits.mismatch)
+        counts = [
+            count
+            for count in search_counts(self._curve[-1].triangles)
+            if least <= count < most.triangles
+        ]
+        if not counts:
+            return most
+        similar = [
+            level.triangles
+            for level in self._curve
+            if counts[0] < level.triangles < most.triangles
+            and level.bounds.distance > SIMILAR * limits.distance
+        ]
+        found = _first_within(comparison, counts, limits, similar[-1:])
+        if found is None:
+            return most
+        if limits.mismatch == inf:
+            coarser = (level for level in self._curve if level.triangles <= found.triangles)
+            mismatch = min(level.bounds.mismatch for level in coarser)
+        # a level is found for the mismatch that it promises
+        if mismatch < inf:
+            mismatch = max(mismatch, found.bounds.mismatch)
+            found = found._replace(bounds=found.bounds._replace(mismatch=mismatch))
+        return found
 
-        The first part tries a fixed sequence of counts. A count within some limits is within
-        looser limits too, so tighter limits never end at a smaller count. The second part bisects
-        the gap below that count; `_middle` makes the counts a fixed tree. Two limits share their
-        path in the tree until the looser limit turns to fewer triangles. Work is charged for every
-        count on the path, whether it was compared before or not; otherwise a tighter limit could
-        end earlier than a looser one.
+    def _least_count(self, comparison: _Comparison, mismatch: float) -> tuple[int, float]:
+        """Return the least triangle count to consider for a limit of the mismatch, and its bound.
+
+        The counts between two levels of the curve are bisected in a fixed order, so a looser limit
+        never gives a larger count.
         """
-        chosen = BoundedLevel(self._full, NO_ERROR)
-        if min(limits) <= 0.0:
-            return chosen
-        lower, work = MINIMUM_TRIANGLES - 2, 0
-        for count, expected in self._tried.items():
-            bounds = self._deciding_bounds(count, expected, limits)
-            if bounds is None:
-                return count
-            if bounds.within(limits):
-                chosen = BoundedLevel(count, bounds)
-                break
-            lower = count
-        while (count := _middle(lower, chosen.triangles)) < chosen.triangles:
-            work += self._full + CROSSINGS * isqrt(self._full * count)
-            if work > WORK + WORK_PER_TRIANGLE * self._full:
-                break
-            bounds = self._compared.get(count)
-            if bounds is None:
-                return count
-            if bounds.within(limits):
-                chosen = BoundedLevel(count, bounds)
+        above = next(
+            index for index, level in enumerate(self._curve) if level.bounds.mismatch <= mismatch
+        )
+        triangles, (_, bound) = self._curve[above]
+        if above > 0:
+            # bounds of the curve are a little too large: the level before may be within the limit
+            before = self._curve[above - 1].triangles
+            exact = comparison.mismatch(before)
+            if exact <= mismatch:
+                above, triangles, bound = above - 1, before, exact
+        if above == 0:
+            return triangles, bound
+        low, high = self._curve[above - 1].triangles, triangles
+        counts = [
+            count for count in _spread_counts(self._curve[-1].triangles) if low < count < high
+        ]
+        while counts:
+            middle = len(counts) // 2
+            exact = comparison.mismatch(counts[middle])
+            if exact <= mismatch:
+                triangles, bound, counts = counts[middle], exact, counts[:middle]
             else:
-                lower = count
-        return chosen
-
-    def _deciding_bounds(self, count: int, expected: Bounds, limits: Bounds) -> Bounds | None:
-        """Return bounds that decide about a level; None if the level must be compared."""
-        promised = self._curve.get(count, UNKNOWN)
-        if promised.within(limits):
-            return promised
-        if not expected.within(limits, CURVE_EXCESS):
-            return expected
-        compared = self._compared.get(count)
-        return None if compared is None else compared.smaller(promised)
+                counts = counts[middle + 1 :]
+        return triangles, bound
 
 
-def _own_bounds(level: Mapping[str, Any]) -> Bounds:
-    """Return the bounds of a described level; the distance is that of this level only."""
-    own = (level[side]["maximum"] for side in ("from_full", "to_full") if side in level)
-    return Bounds(max(own, default=level["distance_bound"]), level["mismatch_bound"])
+def error_bounds(history: History, counts: Iterable[int]) -> list[BoundedLevel]:
+    """Return the errors of levels, each compared with the full boundary as a whole.
+
+    Parameters
+    ----------
+    history : History
+    counts : iterable of int
+        Triangle counts of levels, below that of the full boundary.
+
+    Returns
+    -------
+    list of BoundedLevel
+        In this order. A comparison takes 15 to 60 ms.
+    """
+    comparison = _Comparison(history)
+    return [BoundedLevel(count, comparison.bounds(count, inf)[0]) for count in counts]
 
 
-def _dense_counts(full: int) -> set[int]:
-    """Return the counts that are tried for any curve."""
-    counts = set(range(MINIMUM_TRIANGLES, min(EVEN_UP_TO + 1, full), 2))
-    count = EVEN_UP_TO * DENSE
-    while count < min(full, DENSE_UP_TO + 1):
-        counts.add(int(count) // 2 * 2)
-        count *= DENSE
-    return counts
+class _Comparison:
+    """Compares levels of a history with its full boundary.
+
+    Parameters
+    ----------
+    history : History
+        All of it is unpacked.
+    """
+
+    def __init__(self, history: History) -> None:
+        self.history = history
+        self._full, self._near = surface_in_preorder(history.full(), history)
+        self._order = np.arange(len(self._near), dtype=np.int32)
+        self._centre = np.asarray(history.centre, np.float64)
+
+    def evidence(self, triangles: int, limit: float) -> Evidence | None:
+        """Return evidence from vertices that a level exceeds a limit of the distance."""
+        level = self._surface(triangles)
+        locations = locate(self._full.position, self._order, self._near, compute_cones(level))
+        return find_evidence(self._full, level, locations, limit)
+
+    def bounds(self, triangles: int, limit: float) -> tuple[Bounds, Evidence]:
+        """Return the error of a level, and evidence if its distance exceeds a limit."""
+        level = self._surface(triangles)
+        found = new_bounds(halving_limit(self._full, HALVINGS), SLACK)
+        difference, _ = compare_surfaces(self._full, level, self._order, self._near, bounds=found)
+        point, faces = NO_POINTS, NO_FACES
+        if found[FROM_LOWER] > limit:
+            point = found[np.newaxis, FROM_POINT : FROM_POINT + 3].copy()
+        if found[TO_LOWER] > limit:
+            # at a corner it is also on the other faces there
+            corners = level.corner.reshape(-1, 3)
+            away = level.position - found[TO_POINT : TO_POINT + 3]
+            is_there = np.linalg.norm(away, axis=1) <= SAME * found[TO_LOWER]
+            beyond = is_there[corners].any(axis=1)
+            beyond[int(found[TO_FACE])] = True
+            faces = np.flatnonzero(beyond).astype(np.int32)
+        distance = round_up(max(found[FROM_UPPER], found[TO_UPPER]))
+        return Bounds(distance, round_up(difference.mismatch)), Evidence(point, faces)
+
+    def mismatch(self, triangles: int) -> float:
+        """Return the mismatch of a level; distances are not bounded, which saves half the time."""
+        found, _ = compare_surfaces(
+            self._full,
+            self._surface(triangles),
+            self._order,
+            self._near,
+            bounds=new_bounds(0.0, UNBOUNDED),
+        )
+        return round_up(found.mismatch)
+
+    def _surface(self, triangles: int) -> Surface:
+        level = self.history.level(triangles)
+        position = np.ascontiguousarray(level.vertices.astype(np.float64) - self._centre)
+        return make_surface(position, np.ascontiguousarray(level.faces, np.int32).ravel())
 
 
-def _middle(lower: int, upper: int) -> int:
-    """Return an even count near the geometric mean of two; the upper one if they are close."""
-    if upper - lower <= max(2, upper // RESOLUTION):
-        return upper
-    return max(lower + 2, isqrt(lower * upper) // 2 * 2)
+def _first_within(
+    comparison: _Comparison, counts: list[int], limits: Bounds, similar: list[int]
+) -> BoundedLevel | None:
+    """Return the first level within limits.
+
+    Parameters
+    ----------
+    comparison : _Comparison
+    counts : list of int
+        Ascending.
+    limits : Bounds
+    similar : list of int
+        At most one level, whose distance is about the limit.
+    """
+    limit = limits.distance
+    walk = LevelWalk(comparison.history, np.array(counts, np.int32))
+    for triangles in similar:
+        ahead = comparison.evidence(triangles, limit)
+        if ahead is not None:
+            walk.skip(ahead._replace(faces=NO_FACES), limit)
+    while walk.index < len(counts):
+        index, triangles = walk.index, counts[walk.index]
+        evidence = comparison.evidence(triangles, limit)
+        if evidence is not None:
+            walk.skip(evidence, limit)
+        if walk.index == index:
+            bounds, evidence = comparison.bounds(triangles, limit)
+            if bounds.within(limits):
+                return BoundedLevel(triangles, bounds)
+            walk.skip(evidence, limit)
+        if walk.index == index:
+            walk.advance()
+    return None

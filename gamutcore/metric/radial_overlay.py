@@ -10,7 +10,7 @@ Most faces are seen through one face or cross a single edge; the others are clip
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -32,12 +32,18 @@ from gamutcore.metric.distance_bound import (
     Surface,
     breadth_first,
     halving_limit,
-    nearest_face,
-    raise_bound,
-    squared_distance,
     star_shaped_surface,
 )
-from gamutcore.metric.integrals import CAPACITY, Queue, empty_queue, flush, push, push_three
+from gamutcore.metric.integrals import CAPACITY, Queue, empty_queue, flush, push, push_part
+from gamutcore.metric.overlay_distances import (
+    FROM_UPPER,
+    TO_UPPER,
+    new_bounds,
+    raise_bounds,
+    raise_lower_bounds,
+    set_corner,
+    set_crossing,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -49,13 +55,26 @@ __all__ = [
     "RadialDifference",
     "compare_surfaces",
     "enclosed_volume",
+    "integrate_surfaces",
+    "overlay_workspace",
     "radial_difference",
 ]
 
 
-FROM_LOWER, FROM_UPPER, TO_LOWER, TO_UPPER, HALVINGS_LEFT = range(5)
-"""Elements of the array of bounds: lower and upper bound of the distances from the reference to the
-other surface, the same from the other surface to the reference, and the number of halvings left."""
+class Workspace(NamedTuple):
+    """Work space for `integrate_surfaces`.
+
+    Attributes
+    ----------
+    clipping : Clipping
+    waiting : Queue
+        Empty.
+    stack : `STACK` float64
+    """
+
+    clipping: Clipping
+    waiting: Queue
+    stack: FloatArray
 
 
 @dataclass(frozen=True)
@@ -149,7 +168,7 @@ def compare_surfaces(
     order: IndexArray,
     near: IndexArray,
     *,
-    halvings: float | None = None,
+    bounds: FloatArray | None = None,
     moves: int = MOVES,
 ) -> tuple[RadialDifference, FloatArray]:
     """Compare two surfaces that are star-shaped about the origin.
@@ -162,8 +181,8 @@ def compare_surfaces(
         The coarser surface. A finer one gives the same result in more time.
     order, near : (V,) int32
         For the vertices of the reference, as for `locate`.
-    halvings : float, optional
-        Most halvings for tight distances; by default the `halving_limit` of the reference.
+    bounds : (`BOUNDS`,) float64, optional
+        As from `new_bounds`; updated. By default distances are within 3 %.
     moves : int
         As for `locate`.
 
@@ -176,21 +195,22 @@ def compare_surfaces(
     """
     cones = compute_cones(other)
     locations = locate(reference.position, order, near, cones, moves)
-    halvings = halving_limit(reference) if halvings is None else halvings
-    bounds = np.array([0.0, 0.0, 0.0, 0.0, halvings])
-    deviation = np.zeros(len(other.deviation))
-    volume, area, difference, first, second = _integrate_surfaces(
+    if bounds is None:
+        bounds = new_bounds(halving_limit(reference), SLACK)
+    deviation, sums = np.zeros(len(other.deviation)), np.zeros((len(other.deviation), 3))
+    raise_lower_bounds(reference, other, locations, order, bounds)
+    volume, area = integrate_surfaces(
         reference,
         other,
         cones,
         locations,
-        clipping_workspace(),
-        empty_queue(),
-        np.empty(STACK),
+        overlay_workspace(),
         bounds,
+        sums,
         deviation,
         moves,
     )
+    difference, first, second = sums.sum(axis=0).tolist()
     other_volume, other_area = _volume_and_area(other)
     result = RadialDifference(
         volume=volume,
@@ -200,6 +220,11 @@ def compare_surfaces(
         to_reference=Distances(second / other_area, float(bounds[TO_UPPER])),
     )
     return result, deviation
+
+
+def overlay_workspace() -> Workspace:
+    """Return work space for `integrate_surfaces`."""
+    return Workspace(clipping_workspace(), empty_queue(), np.empty(STACK))
 
 
 def enclosed_volume(surface: Surface) -> float:
@@ -228,7 +253,7 @@ def _corners(corner: IndexArray, face: int) -> tuple[Any, Any, Any]:
 
 
 @leaf_kernel
-def _square(position: FloatArray, vertex: int) -> float:
+def _squared_radius(position: FloatArray, vertex: int) -> float:
     x, y, z = position[vertex, 0], position[vertex, 1], position[vertex, 2]
     return x * x + y * y + z * z
 
@@ -244,145 +269,51 @@ def _face_extent(position: FloatArray, one: int, two: int, three: int) -> tuple[
 
 
 @leaf_kernel
-def _set_lower_bounds(
-    reference: Surface, other: Surface, locations: Locations, bounds: FloatArray
-) -> float:
-    """Set lower bounds from the vertices of the reference and the other surface on their rays.
-
-    Return the largest distance of a vertex from the centre.
-    """
-    position, reach, deviation = reference.position, 0.0, reference.deviation
-    for vertex in range(len(position)):
-        x, y, z = position[vertex, 0], position[vertex, 1], position[vertex, 2]
-        reach = max(reach, x * x + y * y + z * z)
-        face = reference.fan[INDEX(reference.fan_end[vertex] - 1)]
-        own = deviation[INDEX(face)]
-        if locations.along[vertex] + own > bounds[FROM_LOWER]:
-            _, squared = nearest_face(x, y, z, other, locations.face[vertex])
-            bounds[FROM_LOWER] = max(bounds[FROM_LOWER], np.sqrt(squared) + own)
-        if locations.along[vertex] + own > bounds[TO_LOWER]:
-            t = 1.0 / (1.0 + locations.beyond[vertex])
-            face, squared = nearest_face(t * x, t * y, t * z, reference, face)
-            bounds[TO_LOWER] = max(bounds[TO_LOWER], np.sqrt(squared) + deviation[face])
-    bounds[FROM_UPPER], bounds[TO_UPPER] = SLACK * bounds[FROM_LOWER], SLACK * bounds[TO_LOWER]
-    return float(np.sqrt(reach))
-
-
-@leaf_kernel
-def _raise_bounds(
-    triangle: FloatArray,
-    stack: FloatArray,
-    reference: Surface,
-    face: int,
-    other: Surface,
-    through: int,
-    bounds: FloatArray,
-    deviation: FloatArray,
-) -> None:
-    """Raise the bounds so that they hold for a triangle of the reference, seen through a face.
-
-    The distance of a corner along its ray is at least its distance from the face, in both
-    directions. The largest distance of a corner holds for the whole triangle, also for `deviation`.
-    """
-    furthest, own = 0.0, reference.deviation[face]
-    for row in range(3):
-        x, y, z = triangle[row, 0], triangle[row, 1], triangle[row, 2]
-        shift = 1.0 - 1.0 / (1.0 + triangle[row, 3])
-        furthest = max(furthest, shift * shift * (x * x + y * y + z * z))
-    furthest = np.sqrt(furthest) + own
-    if furthest > deviation[through]:
-        # on steep faces the distance along rays is far larger than the distance from the face
-        squared = 0.0
-        for row in range(3):
-            x, y, z = triangle[row, 0], triangle[row, 1], triangle[row, 2]
-            squared = max(squared, squared_distance(x, y, z, other, through))
-            t = 1.0 / (1.0 + triangle[row, 3])
-            squared = max(squared, squared_distance(t * x, t * y, t * z, reference, face))
-        deviation[through] = max(deviation[through], own + np.sqrt(squared))
-    if furthest > bounds[FROM_UPPER]:
-        for row in range(3):
-            for axis in range(3):
-                stack[0, 3 * row + axis] = triangle[row, axis]
-        bounds[FROM_LOWER], bounds[FROM_UPPER], bounds[HALVINGS_LEFT] = raise_bound(
-            stack,
-            other,
-            through,
-            own,
-            bounds[FROM_LOWER],
-            bounds[FROM_UPPER],
-            bounds[HALVINGS_LEFT],
-        )
-    if furthest > bounds[TO_UPPER]:
-        for row in range(3):
-            for axis in range(3):
-                stack[0, 3 * row + axis] = triangle[row, axis] / (1.0 + triangle[row, 3])
-        bounds[TO_LOWER], bounds[TO_UPPER], bounds[HALVINGS_LEFT] = raise_bound(
-            stack, reference, face, 0.0, bounds[TO_LOWER], bounds[TO_UPPER], bounds[HALVINGS_LEFT]
-        )
-
-
-@leaf_kernel
-def _set_corner(
-    triangle: FloatArray, row: int, position: FloatArray, vertex: int, d: float
-) -> None:
-    for axis in range(3):
-        triangle[row, axis] = position[vertex, axis]
-    triangle[row, 3] = d
-
-
-@leaf_kernel
-def _set_crossing(
-    triangle: FloatArray, row: int, position: FloatArray, one: int, two: int, share: float, d: float
-) -> None:
-    for axis in range(3):
-        start = position[one, axis]
-        triangle[row, axis] = start + share * (position[two, axis] - start)
-    triangle[row, 3] = d
-
-
-@leaf_kernel
-def _integrate_surfaces(  # noqa: C901, PLR0912  # the time is in these branches
+def integrate_surfaces(  # noqa: C901, PLR0912  # the time is in these branches
     reference: Surface,
     other: Surface,
     cones: Cones,
     locations: Locations,
-    work: Clipping,
-    waiting: Queue,
-    stack: FloatArray,
+    workspace: Workspace,
     bounds: FloatArray,
+    sums: FloatArray,
     deviation: FloatArray,
     moves: int,
-) -> tuple[float, float, float, float, float]:
-    """Integrate over all pieces.
+) -> tuple[float, float]:
+    """Integrate over the pieces of all faces.
 
     Parameters
     ----------
+    reference, other : Surface
+    cones : Cones
+        Of the other surface.
     locations : Locations
         Locations of the vertices of the reference in the cones of the other surface.
-    waiting : Queue
-        An empty queue.
-    bounds : (5,) float64
-        Indexed by `FROM_LOWER` and so on; updated.
+    workspace : Workspace
+    bounds : (`BOUNDS`,) float64
+        As from `new_bounds`; updated.
+    sums : (F, 3) float64
+        For each face of the other surface, the integrals of the pieces that are seen through it:
+        volume of the symmetric difference, and distances from the planes over the reference and
+        over the other surface; updated.
     deviation : (F,) float64
-        Zeros; become the deviations of the faces of the other surface.
+        The deviations of the faces of the other surface; updated.
+    moves : int
+        As for `locate`.
 
     Returns
     -------
     volume, area : float
-        Volume and area of the reference.
-    difference : float
-        Volume of the symmetric difference.
-    first, second : float
-        Integrals of the distances from the planes over the reference and over the other surface.
+        Volume within the reference, and its area.
     """
+    work, waiting, stack = workspace
     position, corner, triangle = reference.position, reference.corner, work.triangle
     beyond, along, slope = locations.beyond, locations.along, cones.slope
-    reach = _set_lower_bounds(reference, other, locations, bounds)
-    volume, area, difference, first, second = 0.0, 0.0, 0.0, 0.0, 0.0
+    volume, area = 0.0, 0.0
     queued = 0
     for face in range(len(corner) // 3):
         if queued > CAPACITY - 3:
-            difference, first, second = flush(waiting, queued, difference, first, second)
+            flush(waiting, queued, sums)
             queued = 0
         one, two, three = _corners(corner, face)
         # rotate the corners so that the first two share a cone if any two do
@@ -399,62 +330,67 @@ def _integrate_surfaces(  # noqa: C901, PLR0912  # the time is in these branches
         d1, d2, d3 = beyond[one], beyond[two], beyond[three]
         own = reference.deviation[face]
         pending = own + max(along[one], along[two], along[three])
+        weights = (part, whole, weight)
         if through == last == locations.face[two]:
-            weights = (part, whole, weight)
-            queued = push(waiting, queued, (d1, d2, d3), weights, slope[INDEX(through)])
+            queued = push(waiting, queued, through, (d1, d2, d3), weights, slope[INDEX(through)])
             if pending > min(bounds[FROM_UPPER], bounds[TO_UPPER]):
-                _set_corner(triangle, 0, position, one, d1)
-                _set_corner(triangle, 1, position, two, d2)
-                _set_corner(triangle, 2, position, three, d3)
-                _raise_bounds(triangle, stack, reference, face, other, through, bounds, deviation)
+                set_corner(triangle, 0, position, one, d1)
+                set_corner(triangle, 1, position, two, d2)
+                set_corner(triangle, 2, position, three, d3)
+                raise_bounds(triangle, stack, reference, face, other, through, bounds, deviation)
             else:
                 deviation[INDEX(through)] = max(deviation[INDEX(through)], pending)
             continue
         radius = np.sqrt(
-            max(_square(position, one), _square(position, two), _square(position, three))
+            max(
+                _squared_radius(position, one),
+                _squared_radius(position, two),
+                _squared_radius(position, three),
+            )
         )
         if through == locations.face[two]:
             single, from_two, from_one = find_crossing(
                 position, one, two, three, through, last, cones
             )
             if single:
+                at, beside = INDEX(through), INDEX(last)
                 x, y, z = position[three, 0], position[three, 1], position[three, 2]
                 normal = cones.normal
-                at = INDEX(through)
                 d = normal[at, 0] * x + normal[at, 1] * y + normal[at, 2] * z - 1.0
                 d4, d5 = d2 + from_two * (d - d2), d1 + from_one * (d - d1)
-                queued = push_three(
-                    waiting,
-                    queued,
-                    (d1, d2, d3, d4, d5),
-                    (from_two, from_one * (1.0 - from_two), (1.0 - from_two) * (1.0 - from_one)),
-                    (part, whole, weight),
-                    (slope[at], slope[INDEX(last)]),
-                )
                 away = own + radius * max(abs(d4) / (1.0 + d4), abs(d5) / (1.0 + d5))
-                pending = max(pending, away)
-                if pending > min(bounds[FROM_UPPER], bounds[TO_UPPER]):
-                    _set_corner(triangle, 0, position, one, d1)
-                    _set_corner(triangle, 1, position, two, d2)
-                    _set_crossing(triangle, 2, position, two, three, from_two, d4)
-                    _raise_bounds(
-                        triangle, stack, reference, face, other, through, bounds, deviation
-                    )
-                    _set_crossing(triangle, 1, position, one, three, from_one, d5)
-                    _raise_bounds(
-                        triangle, stack, reference, face, other, through, bounds, deviation
-                    )
-                    _set_corner(triangle, 0, position, three, d3)
-                    _raise_bounds(triangle, stack, reference, face, other, last, bounds, deviation)
-                else:
+                close = max(pending, away) <= min(bounds[FROM_UPPER], bounds[TO_UPPER])
+                share, corners = from_two, (d1, d2, d4)
+                queued = push_part(waiting, queued, through, corners, share, weights, slope[at])
+                share, corners = from_one * (1.0 - from_two), (d1, d4, d5)
+                queued = push_part(waiting, queued, through, corners, share, weights, slope[at])
+                if close:
                     deviation[at] = max(deviation[at], own + along[one], own + along[two], away)
-                    at = INDEX(last)
-                    deviation[at] = max(deviation[at], own + along[three], away)
+                else:
+                    set_corner(triangle, 0, position, one, d1)
+                    set_corner(triangle, 1, position, two, d2)
+                    set_crossing(triangle, 2, position, two, three, from_two, d4)
+                    raise_bounds(
+                        triangle, stack, reference, face, other, through, bounds, deviation
+                    )
+                    set_crossing(triangle, 1, position, one, three, from_one, d5)
+                    raise_bounds(
+                        triangle, stack, reference, face, other, through, bounds, deviation
+                    )
+                share, corners = (1.0 - from_two) * (1.0 - from_one), (d4, d3, d5)
+                queued = push_part(waiting, queued, last, corners, share, weights, slope[beside])
+                if close:
+                    deviation[beside] = max(deviation[beside], own + along[three], away)
+                else:
+                    set_crossing(triangle, 2, position, two, three, from_two, d4)
+                    set_crossing(triangle, 1, position, one, three, from_one, d5)
+                    set_corner(triangle, 0, position, three, d3)
+                    raise_bounds(triangle, stack, reference, face, other, last, bounds, deviation)
                 continue
         top = push_face(work, position, one, two, three, through)
         piece, frame = work.piece, work.frame
         while True:
-            through, count, top = pop_piece(work, top, cones, reach, moves)
+            through, count, top = pop_piece(work, top, cones, radius, moves)
             if through < 0:
                 break
             largest, least = 0.0, np.inf
@@ -477,11 +413,10 @@ def _integrate_surfaces(  # noqa: C901, PLR0912  # the time is in these branches
                     piece[index, 1] - piece[0, 1]
                 ) * (piece[index + 1, 0] - piece[0, 0])
                 if queued == CAPACITY:
-                    difference, first, second = flush(waiting, queued, difference, first, second)
+                    flush(waiting, queued, sums)
                     queued = 0
                 corners = (piece[0, 2], piece[index, 2], piece[index + 1, 2])
-                weights = (part * share, whole * share, weight * share)
-                queued = push(waiting, queued, corners, weights, slope[at])
+                queued = push_part(waiting, queued, through, corners, share, weights, slope[at])
                 if pending > min(bounds[FROM_UPPER], bounds[TO_UPPER]):
                     for row in range(3):
                         number = 0 if row == 0 else index + row - 1
@@ -491,8 +426,8 @@ def _integrate_surfaces(  # noqa: C901, PLR0912  # the time is in these branches
                                 frame[axis] + u * frame[3 + axis] + v * frame[6 + axis]
                             )
                         triangle[row, 3] = piece[number, 2]
-                    _raise_bounds(
+                    raise_bounds(
                         triangle, stack, reference, face, other, through, bounds, deviation
                     )
-    difference, first, second = flush(waiting, queued, difference, first, second)
-    return volume, area, difference, first, second
+    flush(waiting, queued, sums)
+    return volume, area

@@ -92,7 +92,7 @@ def voxel_mismatch(
     A voxel that no surface meets is entirely inside or outside and counted exactly. A voxel that a
     surface meets is wrong by at most one voxel. Let n voxels differ and N be in the reference. Let
     s voxels meet either surface and s′ that of the reference. Let V and V′ be the exact volumes of
-    the difference and of the reference in voxels. Then |n − V| ≤ s, |N − V′| ≤ s′ and
+    the difference and of the reference in voxels. Then ``|n − V| ≤ s``, ``|N − V′| ≤ s′`` and::
 
         |n ÷ N − V ÷ V′| ≤ |n − V| ÷ N + V ÷ V′ · |V′ − N| ÷ N ≤ (s + (n + s) ÷ V′ · s′) ÷ N
     """

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import ipaddress
 import math
+import re
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
 from service.access.api_keys import READ, WRITE, ApiKeys
@@ -21,10 +22,10 @@ if TYPE_CHECKING:
 
 __all__ = ["ANONYMOUS_SCOPES", "Access", "AccessRules", "OpenToAllError", "is_loopback"]
 
-_OPEN = frozenset({"/", "/livez", "/readyz", "/docs", "/openapi.json", "/problems"})
+_OPEN = frozenset({"/", "/livez", "/readyz", "/docs", "/openapi.json", "/problems", "/view"})
 """Paths that need no key and are not counted."""
 
-_OPEN_PREFIXES = ("/problems/", "/docs/")
+_OPEN_PREFIXES = ("/problems/", "/docs/", "/view/")
 
 ANONYMOUS_SCOPES = {
     "none": frozenset[str](),
@@ -81,11 +82,16 @@ class Access:
     ----------
     app : ASGI app
     rules : AccessRules
+    reading : pattern, optional
+        Paths of operations that read, although their method is POST.
     """
 
-    def __init__(self, app: ASGIApp, rules: AccessRules) -> None:
+    def __init__(
+        self, app: ASGIApp, rules: AccessRules, reading: re.Pattern[str] | None = None
+    ) -> None:
         self.app = app
         self.rules = rules
+        self._reading = reading
         self._private = READ not in rules.anonymous
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -97,7 +103,7 @@ class Access:
         client, scopes, problem = self._client(scope)
         counted: list[tuple[bytes, bytes]] = []
         if problem is None:
-            needed = READ if scope["method"] in {"GET", "OPTIONS"} else WRITE
+            needed = READ if self._reads(scope) else WRITE
             if needed not in scopes:
                 problem = self._missing(needed, anonymous=client.startswith("address "))
         if problem is None:
@@ -110,9 +116,17 @@ class Access:
             await send(message)
 
         if problem is None:
+            scope["refuse_build"] = partial(self._refuse_build, client, scopes)
             await self.app(scope, receive, send_with_limits)
         else:
             await problem_response(problem)(scope, receive, send_with_limits)
+
+    def _reads(self, scope: Scope) -> bool:
+        """Return whether a request changes nothing."""
+        if scope["method"] in {"GET", "OPTIONS"}:
+            return True
+        is_query = self._reading is not None and self._reading.match(scope["path"])
+        return scope["method"] == "POST" and bool(is_query)
 
     def _client(self, scope: Scope) -> tuple[str, frozenset[str], Problem | None]:
         """Return the client's name and scopes, and the problem with its key if there is one."""
@@ -148,10 +162,24 @@ class Access:
         detail = f"The API key does not have the scope {needed}."
         return Problem("scope-missing", detail, {"scope": needed}, headers=challenge)
 
+    def _refuse_build(
+        self,
+        client: str,
+        scopes: frozenset[str],
+        is_write: bool,
+    ) -> Problem | None:
+        """Count a build that a GET starts; return the problem if the client may not start it."""
+        if is_write and WRITE not in scopes:
+            return self._missing(WRITE, anonymous=client.startswith("address "))
+        if self.rules.builds is None:
+            return None
+        left = self.rules.builds.take(client)
+        return None if left.granted else _too_often("builds", self.rules.builds, left)
+
     def _count(self, scope: Scope, client: str) -> tuple[Problem | None, list[tuple[bytes, bytes]]]:
         """Count a request. Return the problem, if any, and the rate-limit header fields."""
         limits = [("requests", self.rules.requests)]
-        if scope["method"] == "POST":
+        if scope["method"] == "POST" and not self._reads(scope):
             limits.append(("builds", self.rules.builds))
         policies, states = [], []
         refused: Problem | None = None

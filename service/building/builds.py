@@ -1,8 +1,9 @@
 """Builds as the routes see them: submit, look up, wait, follow and cancel, with any engine.
 
 The state of a job is in the job book (`service.jobs.book`), and any replica can answer from it. The
-engine of this process has fresher information without reading the store. Identical requests meet
-here first, then in the book. See ``docs/decisions/jobs.md``.
+engine of this process is asked first: it has the newest state of its own jobs in memory. Identical
+requests to one process share a submission here. Identical requests to several replicas share the
+job in the book. See ``docs/decisions/jobs.md``.
 """
 
 from __future__ import annotations
@@ -140,7 +141,7 @@ class Builds:
         trace : mapping, optional
             Header fields that carry the trace of the request.
         sha256 : str, optional
-            SHA-256 of the data, hexadecimal, where it is known.
+            SHA-256 of the data, hexadecimal; computed by the store unless given.
 
         Raises
         ------
@@ -150,7 +151,7 @@ class Builds:
             The store cannot take the job or the data.
         """
         return await self._submissions.value(
-            gamut_id, lambda: self._submit(gamut_id, options, (data, sha256), trace)
+            gamut_id, lambda: self._submit(gamut_id, options, data, sha256, trace)
         )
 
     async def rebuild(self, gamut_id: str) -> JobDocument | None:
@@ -171,7 +172,7 @@ class Builds:
         except LookupError:
             return None
         found = await self._submissions.value(
-            gamut_id, lambda: self._submit(gamut_id, options, None, None)
+            gamut_id, lambda: self._submit(gamut_id, options, None)
         )
         return None if isinstance(found, Record) else found
 
@@ -257,16 +258,18 @@ class Builds:
         self,
         gamut_id: str,
         options: Mapping[str, Any],
-        posted: tuple[bytes, str | None] | None,
-        trace: Mapping[str, str] | None,
+        data: bytes | None,
+        sha256: str | None = None,
+        trace: Mapping[str, str] | None = None,
     ) -> Record | JobDocument:
-        """Return a gamut's record or its job. Without posted data, the input is stored already."""
+        """Return a gamut's record or its job. Without data, the input is stored already."""
         # In this order, because a build that ends in between is then found in the store.
         document = self._engine.document(gamut_id)
         if document is not None:
             return document
         with contextlib.suppress(GamutNotStoredError), timed("store"):
             return await asyncio.to_thread(self._store.record, gamut_id)
+        # Requests for a job under way need no room in the queue.
         present = await asyncio.to_thread(self._book.read, gamut_id)
         # Counted before the engine is asked, so that simultaneous requests see each other.
         self._arriving += 1
@@ -275,8 +278,8 @@ class Builds:
                 await self._admit(self._arriving - 1)
             async with self._input_lock(gamut_id):
                 accepted, new = await asyncio.to_thread(self._book.accept, gamut_id, options, trace)
-                if posted is not None:
-                    await self._keep_input(accepted, *posted, new=new)
+                if data is not None:
+                    await self._keep_input(accepted, data, sha256, new=new)
             if new or accepted.state == "queued":
                 await self._engine.enqueue(accepted, joined=not new)
         finally:
@@ -391,6 +394,7 @@ class Builds:
             return
         if not self._store.to_be_rebuilt(job_id):
             self._store.drop_input(job_id)
+            self._store.names.drop(job_id)
 
 
 def _progress(document: JobDocument) -> JobDocument:

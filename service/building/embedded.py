@@ -1,7 +1,7 @@
-"""The build engine of a single machine: a queue in memory and one worker process per slot.
+"""The build engine of a single machine: a queue in memory, and slots that take jobs from it.
 
-Nothing here is durable. Accepted jobs are in the job book and are queued again at the start. See
-``docs/decisions/builds-in-a-worker-process.md``.
+A slot is a thread with one worker process. Nothing here is durable. Accepted jobs are in the job
+book and are queued again at the start. See ``docs/decisions/builds-in-a-worker-process.md``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Job runner: one job at a time with one worker process: claim, input, build, publish, finish.
 
-The slots of `service.building.embedded` and the workers on other machines use the same runner. Its
-state comes from the store and goes back to the store. All methods block.
+The slots of `service.building.embedded` and the workers of a broker use the same runner. Its state
+comes from the store and goes back to the store. All methods block.
 """
 
 from __future__ import annotations
@@ -315,6 +315,7 @@ class JobRunner:
             process = self.warm(interruption)
             event = process.result(
                 {
+                    "id": job_id,
                     "input": str(scratch[0]),
                     "output": str(scratch[1]),
                     "options": renewer.document.options,
@@ -435,6 +436,12 @@ class JobRunner:
             return self._memory_problem()
         if event["event"] == "failed":
             return _failure_problem(event["errno"])
+        if event["event"] == "outdated":
+            return Problem(
+                "build-outdated",
+                "The job was accepted under another version of the algorithm, whose gamuts this "
+                "version cannot build.",
+            )
         return None
 
     def _replace_if_large(self, process: BuildProcess) -> None:

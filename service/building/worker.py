@@ -26,9 +26,10 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
 from gamutcore.errors import GamutError
-from gamutcore.gamut import Options, build_gamut
+from gamutcore.gamut import Gamut
 from gamutcore.kernels.installation import ensure_compiled, load_kernels
 from gamutcore.limits import Limits
+from gamutcore.options import Options
 from service.building.process import private_bytes
 from service.telemetry.logs import configure_logging
 
@@ -94,12 +95,15 @@ def build(request: dict[str, Any], events: Events) -> None:
     Parameters
     ----------
     request : dict
-        ``input`` and ``output`` are paths, ``options`` is a mapping of options, ``limits`` holds
-        the members of `Limits`, and ``memory`` is the memory limit in bytes, 0 for none.
+        ``id`` is the id that the gamut must get, ``input`` and ``output`` are paths, ``options`` is
+        a mapping of options, ``limits`` holds the members of `Limits`, and ``memory`` is the memory
+        limit in bytes, 0 for none.
     events : Events
-        Receives ``progress`` events, then one of ``built``, ``refused`` (the input or an option is
-        at fault), ``exhausted`` (memory) and ``failed`` (the system or a defect), with ``seconds``
-        by stage.
+        Receives ``progress`` events with a stage of `gamutcore.building.STAGES` or ``encoding``,
+        the writing of the history file. Then it receives one of ``built``, ``refused`` (the input
+        or an option is at fault), ``outdated`` (the job has the id of another version of the
+        algorithm), ``exhausted`` (memory) and ``failed`` (the system or a defect), with
+        ``seconds`` by stage.
     """
     progress = Progress(events)
     try:
@@ -110,16 +114,12 @@ def build(request: dict[str, Any], events: Events) -> None:
         with _data_limit(request.get("memory", 0)):
             data = Path(request["input"]).read_bytes()
             limits = Limits(**request.get("limits", {}))
-            gamut = build_gamut(data, options, progress=progress, limits=limits)
-            progress("encoding", 0.0)
-            content = gamut.to_bytes()
-            Path(request["output"]).write_bytes(content)
-            result: dict[str, Any] = {
-                "event": "built",
-                "sha256": hashlib.sha256(content).hexdigest(),
-                "nbytes": len(content),
-                "description": gamut.description,
-            }
+            gamut = Gamut(data, options, progress=progress, limits=limits)
+            if gamut.id == request["id"]:
+                result = _write_history(gamut, Path(request["output"]), progress)
+            else:
+                # Accepted before an upgrade: the id promises what another version would build.
+                result = {"event": "outdated"}
     except GamutError as error:
         result = {
             "event": "refused",
@@ -139,6 +139,19 @@ def build(request: dict[str, Any], events: Events) -> None:
         logger.exception("build ended with an unexpected error")
         result = {"event": "failed", "errno": None}
     events.send(result.pop("event"), **result, seconds=progress.seconds())
+
+
+def _write_history(gamut: Gamut, path: Path, progress: Progress) -> dict[str, Any]:
+    """Write the history file, and return the event that reports it."""
+    progress("encoding", 0.0)
+    content = gamut.to_bytes()
+    path.write_bytes(content)
+    return {
+        "event": "built",
+        "sha256": hashlib.sha256(content).hexdigest(),
+        "nbytes": len(content),
+        "description": gamut.description,
+    }
 
 
 @contextlib.contextmanager

@@ -59,7 +59,7 @@ ALLOWED_FIELDS = (
 )
 """Header fields of requests that scripts may set."""
 
-_METHODS = "GET, HEAD, POST, DELETE"
+_METHODS = "GET, HEAD, POST, PUT, DELETE"
 
 _PREFLIGHT_SECONDS = "7200"
 """Lifetime of a preflight answer in the browser. Chromium's maximum."""

@@ -6,23 +6,31 @@ another question. Messages state the accepted form, which pydantic's messages do
 
 import re
 from collections import Counter
+from collections.abc import Iterable
+from typing import Annotated
 
-from fastapi import Request
+from fastapi import Query, Request
 from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
+from gamutcore.option_types import near_match
+from gamutcore.references import REFERENCES
+from gamutcore.sides import Side
 from service.problems.problem import Problem, ProblemError
 
 __all__ = [
     "DECIMAL_NUMBER",
     "DECIMAL_PATTERN",
+    "GAMUT_ID",
+    "GAMUT_IDS",
+    "GAMUT_PATTERN",
     "ID",
-    "IDS",
     "ID_OR_NOTHING",
     "ID_PATTERN",
     "LARGEST_WHOLE",
     "POSITIVE_NUMBER",
     "WHOLE_NUMBER",
+    "SideName",
     "check_query",
 ]
 
@@ -39,14 +47,17 @@ _LONGEST_SHOWN = 40
 """Number of characters of a name or value that a problem repeats."""
 
 
-def _of_form(pattern: str, form: str, remedy: str) -> BeforeValidator:
-    """Return a validator that refuses text that does not match `pattern`."""
+def _of_form(pattern: str, form: str, remedy: str, names: Iterable[str] = ()) -> BeforeValidator:
+    """Return a validator that refuses text that does not match `pattern`, nor is among `names`."""
     whole = re.compile(rf"(?:{pattern})\Z")
 
     def checked(value: object) -> object:
         if isinstance(value, str) and not whole.match(value):
             shown = repr(value[:_LONGEST_SHOWN])
-            context = {"shown": shown, "form": form, "remedy": remedy}
+            # Names in place of an id were replaced by `service.routes.reference_slugs`.
+            meant = near_match(value.rpartition(",")[2], names)
+            said = f"Did you mean {meant}? {remedy}" if meant else remedy
+            context = {"shown": shown, "form": form, "remedy": said}
             raise PydanticCustomError("form", "{shown} is not {form}", context)
         return value
 
@@ -77,19 +88,44 @@ DECIMAL_NUMBER = _of_form(
 _AN_ID = "an id, which is 64 hexadecimal digits in lower case"
 
 ID = _of_form(ID_PATTERN, _AN_ID, "Give an `id` from POST /v1/gamuts or from a list.")
-"""Annotation of the id of a gamut or job."""
+"""Annotation of the id of a job."""
+
+GAMUT_ID = _of_form(
+    ID_PATTERN,
+    f"{_AN_ID}, or the slug of a reference gamut",
+    "Give an `id` from POST /v1/gamuts or from a list, or a slug from /v1/references.",
+    REFERENCES,
+)
+"""Annotation of the id of a gamut. Slugs were replaced by ids before."""
+
+GAMUT_PATTERN = "[0-9a-z]+(-[0-9a-z]+)*"
+"""Id of a gamut, or slug of a reference gamut."""
 
 ID_OR_NOTHING = _of_form(
     f"({ID_PATTERN})?", _AN_ID, "Give the `id` of the last entry, or follow `next`."
 )
 """Annotation of the start of a page of a list."""
 
-IDS = _of_form(
+GAMUT_IDS = _of_form(
     f"{ID_PATTERN}(,{ID_PATTERN})*",
-    "a list of ids, each of 64 hexadecimal digits in lower case",
-    "Give ids from /v1/gamuts, separated by commas.",
+    "a list of ids, each of 64 hexadecimal digits in lower case, or of slugs of reference gamuts",
+    "Give ids from /v1/gamuts or slugs from /v1/references, separated by commas.",
+    REFERENCES,
 )
-"""Annotation of one or more ids."""
+"""Annotation of one or more ids of gamuts."""
+
+SideName = Annotated[
+    Side,
+    Query(
+        alias="side",
+        description="`inside`: the mesh is contained in the full boundary. `outside`: it contains "
+        "the full boundary. `both`: the most accurate mesh, which crosses the full boundary. On "
+        "one side, device values are those of the vertices before they were moved there. Very "
+        "thin bodies may get fewer triangles than requested.",
+        examples=["both"],
+    ),
+]
+"""A query parameter of the operations on levels."""
 
 
 async def check_query(request: Request) -> None:

@@ -483,7 +483,7 @@ class JobBook:
                 return ended
 
     def _is_abandoned(self, document: JobDocument, silence: float) -> bool:
-        """Return whether the builder of a job is gone."""
+        """Return whether nobody works on a job: its lease has ended, or it was queued long ago."""
         if document.state == "running":
             return (document.lease_until or 0.0) < self._clock()
         return document.updated < rfc3339(self._clock() - silence)

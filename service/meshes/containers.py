@@ -8,9 +8,9 @@ the mesh cache; only the few bytes between them are made here.
 from __future__ import annotations
 
 import hashlib
+import io
 import json
-import struct
-import zlib
+import zipfile
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -20,15 +20,10 @@ from service.problems.problem import MEDIA_TYPE, Problem
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from gamutcore.sides import Side
     from service.meshes.encoding import EncodedMesh
 
 __all__ = ["CONTAINERS", "Asked", "Container", "Item", "MultipartContainer", "ZipContainer"]
-
-_DOS_DATE = 0x0021
-"""1 January 1980, the earliest date of the format."""
-
-_ZIP_VERSION = 20
-"""2.0, for folders in names (APPNOTE 4.4.3)."""
 
 _ATTRIBUTES = 0o100644 << 16
 """A regular file that everybody may read (APPNOTE 4.4.15), Unix."""
@@ -48,17 +43,21 @@ class Asked(NamedTuple):
     value : str
         Its value as the client wrote it.
     format_name : str
+    side : Side
     """
 
     gamut_id: str
     name: str
     value: str
     format_name: str
+    side: Side = "both"
 
     @property
     def address(self) -> str:
         """Address of the single mesh."""
-        return f"/v1/gamuts/{self.gamut_id}/mesh?{self.name}={self.value}&format={self.format_name}"
+        side = "" if self.side == "both" else f"&side={self.side}"
+        level = f"{self.name}={self.value}{side}"
+        return f"/v1/gamuts/{self.gamut_id}/mesh?{level}&format={self.format_name}"
 
 
 @dataclass(frozen=True)
@@ -89,19 +88,42 @@ class Container(Protocol):
         """Return the bytes after the last item."""
 
 
+class _Window(io.BytesIO):
+    """The end of a file that is written piece by piece: `take` removes what is there so far."""
+
+    _start = 0
+
+    def tell(self) -> int:
+        """Return the position in the whole file."""
+        return self._start + super().tell()
+
+    def seek(self, place: int, whence: int = io.SEEK_SET) -> int:
+        """Move to a position in the whole file that was not taken yet."""
+        return self._start + super().seek(place - self._start, whence)
+
+    def take(self) -> bytes:
+        """Return what was written since the last call."""
+        content = self.getvalue()
+        self._start += len(content)
+        super().seek(0)
+        self.truncate()
+        return content
+
+
 class ZipContainer:
     """A zip archive: ``GAMUT/TRIANGLES.SUFFIX`` for every mesh, and ``index.json`` at the end.
 
+    Names on one side are ``GAMUT/TRIANGLES-SIDE.SUFFIX``.
+
     The index has an entry for every requested mesh, with the file or the problem. A repeated level
-    is stored once. The archive has less than 4 GiB and 65,536 members, so ZIP64 is not needed.
+    is stored once. The archive has less than 4 GiB and 65,536 members, which every reader can read.
     """
 
     media_type = "application/zip"
 
     def __init__(self, _asked: Sequence[Asked]) -> None:
-        self._directory: list[bytes] = []
-        self._names: set[str] = set()
-        self._size = 0
+        self._window = _Window()
+        self._archive = zipfile.ZipFile(self._window, "w")
         self._index: list[dict[str, Any]] = []
 
     def parts(self, item: Item) -> Iterator[bytes]:
@@ -111,12 +133,15 @@ class ZipContainer:
             "gamut": asked.gamut_id,
             asked.name: int(asked.value) if asked.name == "triangles" else float(asked.value),
         }
+        if asked.side != "both":
+            entry["side"] = asked.side
         if mesh is None:
             entry["problem"] = None if item.problem is None else item.problem.document()
         else:
             fields = dict(mesh.headers)
             triangles = fields[b"gamut-triangles"].decode()
-            name = f"{asked.gamut_id}/{triangles}.{asked.format_name}"
+            side = "" if asked.side == "both" else f"-{asked.side}"
+            name = f"{asked.gamut_id}/{triangles}{side}.{asked.format_name}"
             entry["file"] = name
             entry["sha256"] = mesh.etag.strip('"')
             for field in _CARRIED:
@@ -126,47 +151,23 @@ class ZipContainer:
                         entry.setdefault("counts", {})[key] = int(fields[field])
                     else:
                         entry.setdefault("promises", {})[key] = float(fields[field])
-            if name not in self._names:
-                self._names.add(name)
-                yield from self._member(name, mesh.body)
+            if name not in self._archive.NameToInfo:
+                yield self._member(name, mesh.body)
         self._index.append(entry)
 
     def end(self) -> Iterator[bytes]:
-        """Return the index, the central directory and its end record (APPNOTE 4.3.16)."""
+        """Return the index and the central directory."""
         text = json.dumps({"meshes": self._index}, indent=1) + "\n"
-        yield from self._member("index.json", text.encode("ascii"))
-        directory = b"".join(self._directory)
-        count = len(self._directory)
-        yield directory
-        yield struct.pack("<4s4H2LH", b"PK\5\6", 0, 0, count, count, len(directory), self._size, 0)
+        yield self._member("index.json", text.encode("ascii"))
+        self._archive.close()
+        yield self._window.take()
 
-    def _member(self, name: str, content: bytes) -> Iterator[bytes]:
-        # Version, flags, method (stored), time, date, CRC, two sizes, lengths of name and extra
-        # field: the same in the local header and the directory (APPNOTE 4.3.7, 4.3.12).
-        common = struct.pack(
-            "<5H3L2H",
-            _ZIP_VERSION,
-            0,
-            0,
-            0,
-            _DOS_DATE,
-            zlib.crc32(content),
-            len(content),
-            len(content),
-            len(name),
-            0,
-        )
-        made_by_unix = (3 << 8) | _ZIP_VERSION
-        self._directory.append(
-            struct.pack("<4sH", b"PK\1\2", made_by_unix)
-            + common
-            + struct.pack("<3H2L", 0, 0, 0, _ATTRIBUTES, self._size)
-            + name.encode("ascii")
-        )
-        header = b"PK\3\4" + common + name.encode("ascii")
-        self._size += len(header) + len(content)
-        yield header
-        yield content
+    def _member(self, name: str, content: bytes) -> bytes:
+        # Without a time, which is the earliest date, equal meshes give equal archives.
+        member = zipfile.ZipInfo(name)
+        member.external_attr = _ATTRIBUTES
+        self._archive.writestr(member, content)
+        return self._window.take()
 
 
 class MultipartContainer:

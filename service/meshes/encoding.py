@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore.metric.level_search import Bounds
+from gamutcore.sides import Side
 from service.http.compression import IDENTITY, compress
 from service.http.conditional import IMMUTABLE, entity_tag, matches
 from service.http.negotiation import OCTET_STREAM
@@ -33,12 +34,13 @@ SUFFIXES = {mesh_format.suffix.removeprefix("."): name for name, mesh_format in 
 
 
 class MeshKey(NamedTuple):
-    """Identity of an encoded mesh: gamut, level, format and content coding."""
+    """Identity of an encoded mesh: gamut, level, format, content coding and side."""
 
     gamut_id: str
     triangles: int
     format_name: str
     coding: str = IDENTITY
+    side: Side = "both"
 
 
 @dataclass(frozen=True)
@@ -139,12 +141,13 @@ def encode_mesh(
 
 
 def _encode_level(opened: OpenGamut, key: MeshKey) -> EncodedMesh:
-    level = opened.gamut.level(key.triangles)
+    level = opened.gamut.level(key.triangles, side=key.side)
     body = mesh_file(level, key.format_name, opened.provenance, opened.space)
     mesh_format, triangles = FORMATS[key.format_name], len(level.faces)
-    name = f"{file_stem(key.gamut_id)}-{triangles}{mesh_format.suffix}"
+    side = "" if key.side == "both" else f"-{key.side}"
+    name = f"{file_stem(key.gamut_id)}-{triangles}{side}{mesh_format.suffix}"
     mesh = EncodedMesh.of(body, mesh_format.media_type, name, triangles, len(level.vertices))
-    bounds = _described_bounds(opened, triangles)
+    bounds = _described_bounds(opened, triangles) if key.side == "both" else None
     return mesh if bounds is None else mesh.with_bounds(bounds)
 
 

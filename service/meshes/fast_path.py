@@ -13,11 +13,12 @@ import re
 from typing import TYPE_CHECKING
 
 from gamutcore.export import FORMATS
+from gamutcore.sides import SIDES, Side
 from service.http.compression import preferred_coding
 from service.http.negotiation import preferred_media_type
 from service.http.parameters import DECIMAL_PATTERN
 from service.meshes.encoding import MEDIA_TYPES, SUFFIXES
-from service.meshes.level_search import LevelRequest
+from service.meshes.requested_levels import LevelRequest
 from service.telemetry.request_observer import MatchedRoute
 
 if TYPE_CHECKING:
@@ -35,8 +36,10 @@ _PATH = re.compile(r"/v1/gamuts/([0-9a-f]{64})/mesh(?:\.([a-z]+))?\Z", re.ASCII)
 _LIMIT = DECIMAL_PATTERN.encode()
 _QUERY = re.compile(
     rb"(?:triangles=([0-9]{1,9})|(?:max_error=(%b))?(?:(?:^|&)max_mismatch=(%b))?)"
-    rb"(?:(?:^|&)format=([a-z]+))?\Z" % (_LIMIT, _LIMIT)
+    rb"(?:(?:^|&)side=(both|inside|outside))?(?:(?:^|&)format=([a-z]+))?\Z" % (_LIMIT, _LIMIT)
 )
+
+_SIDES: dict[bytes | None, Side] = {None: "both", **{side.encode(): side for side in SIDES}}
 
 
 class MeshFastPath:
@@ -79,7 +82,7 @@ class MeshFastPath:
             if name in fields:
                 fields[name] = fields[name] + b"," + value if fields[name] else value
         gamut_id, suffix = path.groups()
-        triangles, max_error, max_mismatch, format_field = query.groups()
+        triangles, max_error, max_mismatch, side, format_field = query.groups()
         if suffix is not None and suffix not in SUFFIXES:
             return None, None
         if format_field is not None:
@@ -94,6 +97,7 @@ class MeshFastPath:
             None if triangles is None else int(triangles),
             None if max_error is None else float(max_error),
             None if max_mismatch is None else float(max_mismatch),
+            _SIDES[side],
         )
         known = fields[b"if-none-match"].decode("latin-1")
         scope["route"] = _ROUTE if suffix is None else _FILE_ROUTE

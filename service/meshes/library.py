@@ -11,10 +11,11 @@ import asyncio
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from gamutcore.colours.spaces import ColourSpace
 from gamutcore.errors import HistoryFileError
+from gamutcore.export.provenance import mesh_provenance
 from gamutcore.gamut import Gamut
 from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.caching.single_flight import SingleFlight
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from service.storage.gamuts import GamutStore
     from service.storage.records import Record
 
-__all__ = ["Library", "OpenGamut", "mesh_provenance"]
+__all__ = ["Library", "OpenGamut"]
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -178,37 +179,5 @@ class Library:
             gamut = Gamut.from_bytes(content)
         except HistoryFileError as error:
             raise self._store.set_aside(record, str(error)) from error
-        provenance = mesh_provenance(gamut.id, gamut.description)
+        provenance = mesh_provenance(gamut.description)
         return OpenGamut(record, gamut, provenance, gamut.colour_space)
-
-
-def mesh_provenance(gamut_id: str, description: dict[str, Any]) -> dict[str, str]:
-    """Return the simple values of a description, for the provenance of mesh files.
-
-    Numbers are written as in the description, without loss. The centre is the computed one, not the
-    option.
-    """
-    provenance = description.get("provenance", {})
-    facts = {"gamut": gamut_id}
-    for name, triple in (("centre", description.get("centre")), ("white", provenance.get("white"))):
-        if triple:
-            facts[name] = " ".join(map(repr, triple))
-    for name, part_name, member in (
-        ("input_sha256", "input", "sha256"),
-        ("algorithm_version", "algorithm", "version"),
-    ):
-        part = provenance.get(part_name, {})
-        if member in part:
-            facts[name] = str(part[member])
-    options = description.get("options", {})
-    white = options.get("reference_white")
-    if isinstance(white, list):
-        facts["reference_white"] = " ".join(map(repr, white))
-    if white is not None or "scale" in options:
-        # The space's adaptation, even if the provenance has another one for an earlier step.
-        facts["adaptation"] = str(options.get("adaptation", "Bradford"))
-    for part in ("options", "provenance"):
-        for name, value in description.get(part, {}).items():
-            if isinstance(value, str | int | float):
-                facts.setdefault(name, str(value))
-    return facts

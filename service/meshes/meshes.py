@@ -1,8 +1,8 @@
 """Meshes of a library's gamuts: level, encoding and cache.
 
-`Meshes.mesh` reads in one direction: open the gamut, find the level, encode it, keep it. Small
-levels that are unpacked are encoded on the event loop in about a millisecond. All others are
-encoded in a thread.
+`Meshes.find_ready` answers without waiting. `Meshes.mesh` asks it first, and then goes in one
+direction: open the gamut, find the level, encode it, keep it. Small levels that are unpacked are
+encoded on the event loop in about a millisecond. All others are encoded in a thread.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.caching.single_flight import SingleFlight
 from service.http.compression import IDENTITY
 from service.meshes.encoding import EncodedMesh, MeshKey, encode_mesh
-from service.meshes.level_search import LevelRequest, LevelSearches
+from service.meshes.requested_levels import LevelRequest, RequestedLevels
 
 if TYPE_CHECKING:
     from service.meshes.library import Library, OpenGamut
@@ -42,14 +42,14 @@ class Meshes:
     ----------
     cache : ByteBoundedCache
         The meshes in memory.
-    levels : LevelSearches
+    levels : RequestedLevels
         The levels that were found for limits.
     """
 
     def __init__(self, library: Library, capacity: int) -> None:
         self._library = library
         self.cache: ByteBoundedCache[MeshKey, EncodedMesh] = ByteBoundedCache(capacity)
-        self.levels = LevelSearches(library)
+        self.levels = RequestedLevels(library)
         self._encoding: SingleFlight[MeshKey, EncodedMesh] = SingleFlight()
 
     def find_ready(
@@ -79,9 +79,11 @@ class Meshes:
         if level is None:
             return None
         triangles, bounds = level
-        key = MeshKey(gamut_id, triangles, format_name, coding)
+        key = MeshKey(gamut_id, triangles, format_name, coding, request.side)
         mesh = self.cache.get(key)
         if mesh is None:
+            if request.side != "both":
+                return None
             small = triangles <= _INLINE_TRIANGLES.get(format_name, 0)
             if opened is None or not small or not opened.gamut.history.is_unpacked(triangles):
                 return None
@@ -107,7 +109,7 @@ class Meshes:
             return ready
         opened = await self._library.gamut(gamut_id)
         triangles, bounds = await self.levels.find(opened, request)
-        key = MeshKey(gamut_id, triangles, format_name, coding)
+        key = MeshKey(gamut_id, triangles, format_name, coding, request.side)
         mesh = self.cache.get(key)
         if mesh is None:
             mesh = await self._encoding.value(key, lambda: self._encode(opened, key))
@@ -122,9 +124,9 @@ class Meshes:
         plain = self.cache.get(key._replace(coding=IDENTITY))
         if plain is not None and key.coding == IDENTITY:
             return plain  # the fast path has encoded it since the last look
-        made = await self._library.with_level(
-            opened, key.triangles, encode_mesh, opened, key, plain
-        )
+        # a level on one side is compared with the full boundary
+        needed = key.triangles if key.side == "both" else opened.gamut.history.triangles
+        made = await self._library.with_level(opened, needed, encode_mesh, opened, key, plain)
         # A gamut that was deleted meanwhile leaves nothing in memory.
         if self._library.find_open(key.gamut_id) is opened:
             self._keep(made)

@@ -11,7 +11,12 @@ from fastapi.openapi.utils import get_openapi
 
 from gamutcore.version import __version__
 from service.openapi import models, request_models
-from service.openapi.documentation import SECURITY, SECURITY_SCHEMES
+from service.openapi.documentation import (
+    REFERENCE_JOB,
+    REFERENCE_OPTIONS,
+    SECURITY,
+    SECURITY_SCHEMES,
+)
 
 __all__ = ["APP_METADATA", "openapi_document"]
 
@@ -32,6 +37,7 @@ the id of its request in `X-Request-Id` and its timing in `Server-Timing`.
     "openapi_tags": [
         {"name": "gamuts", "description": "Built once, stored under a digest of data and options."},
         {"name": "meshes", "description": "Any level of a gamut, in glTF, PLY, STL or OBJ."},
+        {"name": "queries", "description": "Answers about colours: in gamut, nearest, mapped."},
         {"name": "jobs", "description": "Builds that take longer than the client waits."},
         {"name": "state", "description": "Liveness, readiness and metrics."},
     ],
@@ -40,6 +46,8 @@ the id of its request in `X-Request-Id` and its timing in `Server-Timing`.
 _BODY_MODELS = (
     request_models.MultipartSubmission,
     request_models.InlineSamples,
+    request_models.NewName,
+    request_models.ReferenceSubmission,
     models.ProblemDocument,
 )
 """Models that no parameter or response of FastAPI refers to."""
@@ -61,6 +69,7 @@ def openapi_document(app: FastAPI) -> dict[str, Any]:
         schema = model.model_json_schema(ref_template="#/components/schemas/{model}")
         schemas |= schema.pop("$defs", {})
         schemas[model.__name__] = schema
+    document["paths"] = _with_named_schemas(document["paths"], schemas)
     document["components"]["schemas"] = dict(sorted(schemas.items()))
     document["components"]["securitySchemes"] = SECURITY_SCHEMES
     # At the top, so that generated operations take clients with and without a key.
@@ -69,4 +78,30 @@ def openapi_document(app: FastAPI) -> dict[str, Any]:
         if not path.startswith("/v1/"):
             for operation in operations.values():
                 operation["security"] = []
+    for path, operations in document["paths"].items():
+        for method, operation in operations.items():
+            if method in {"get", "post"} and _takes_slugs(path):
+                operation["parameters"].append(REFERENCE_OPTIONS)
+                operation["responses"].setdefault("202", REFERENCE_JOB)
     return document
+
+
+def _with_named_schemas(node: Any, schemas: dict[str, Any]) -> Any:  # noqa: ANN401 - JSON
+    """Return a part of a document with references in the place of titled object schemas.
+
+    Generated clients then name the classes by the titles. The schemas are added to `schemas`.
+    """
+    if isinstance(node, list):
+        return [_with_named_schemas(each, schemas) for each in node]
+    if not isinstance(node, dict):
+        return node
+    node = {name: _with_named_schemas(each, schemas) for name, each in node.items()}
+    if {"title", "properties"} <= node.keys():
+        schemas[node["title"]] = node
+        return {"$ref": f"#/components/schemas/{node['title']}"}
+    return node
+
+
+def _takes_slugs(path: str) -> bool:
+    """Return whether an operation takes slugs of reference gamuts in the place of ids."""
+    return path.startswith("/v1/gamuts/{gamut_id}") or path == "/v1/meshes"

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from service.http.negotiation import OCTET_STREAM
-from service.openapi.models import ProblemDocument
+from service.openapi.models import JobDescription, ProblemDocument
 from service.problems.kinds import KINDS
 from service.problems.problem import MEDIA_TYPE, Problem
 
@@ -20,7 +20,11 @@ __all__ = [
     "EXAMPLE_LEVELS",
     "EXAMPLE_LIST",
     "EXAMPLE_READINESS",
+    "EXAMPLE_REFERENCES",
     "MESH_HEADERS",
+    "NAME_BODY",
+    "REFERENCE_JOB",
+    "REFERENCE_OPTIONS",
     "SECURITY",
     "SECURITY_SCHEMES",
     "SUBMISSION_BODY",
@@ -44,7 +48,7 @@ _LINKS = {
 _OPTIONS = {
     "space": "CIELAB",
     "boundary": "modified-convex-hull",
-    "gamma": 0.2,
+    "gamma": "auto",
     "centre": "auto",
     "cost": "volume",
     "surface_samples": 100000,
@@ -74,7 +78,9 @@ _CURVE = [
 
 _SUMMARY = {
     "id": EXAMPLE_ID,
+    "name": "Coated offset",
     "created": "2026-01-31T12:00:00.000Z",
+    "channels": ["C", "M", "Y", "K"],
     "options": _OPTIONS,
     "counts": {"triangles": 89674, "vertices": 44839, "minimum": 4, "constructed": 0},
     "volume": 454918.0,
@@ -86,6 +92,7 @@ EXAMPLE_GAMUT: dict[str, Any] = {
     "state": "ready",
     "history_bytes": 346120,
     "provenance": {"format": "cgats", "channels": ["C", "M", "Y", "K"], "warnings": []},
+    "device_surface_volume": 454916.0,
     "volume_preserved": True,
     "volume_error": 2.1e-06,
     "grid_step": 0.00048828125,
@@ -131,6 +138,29 @@ EXAMPLE_READINESS: dict[str, Any] = {
     "builds": {"queued": 0, "running": 1, "completed": 12},
 }
 
+EXAMPLE_REFERENCES: dict[str, Any] = {
+    "references": [
+        {
+            "slug": "srgb",
+            "name": "sRGB",
+            "aliases": [],
+            "kind": "rgb",
+            "white": [0.3127, 0.329],
+            "illuminant": "D65",
+            "observer": 2,
+            "primaries": [[0.64, 0.33], [0.3, 0.6], [0.15, 0.06]],
+            "source": "colour-science 0.4.7, colour.RGB_COLOURSPACES['sRGB']",
+            "links": {"gamut": "/v1/gamuts/srgb"},
+        }
+    ],
+    "not_offered": [
+        {
+            "name": "REDWideGamutRGB",
+            "reason": "Its blue primary has a negative luminance, which has no lightness.",
+        }
+    ],
+}
+
 _INLINE_EXAMPLE = {
     "columns": ["LAB_L", "LAB_A", "LAB_B"],
     "samples": [[0, 0, 0], [100, 0, 0], [50, 60, 0], [50, -30, 52], [50, -30, -52]],
@@ -162,12 +192,33 @@ SUBMISSION_BODY: dict[str, Any] = {
             },
         },
         "application/json": {
-            "schema": {"$ref": "#/components/schemas/InlineSamples"},
-            "examples": {"colours": {"summary": "Bare colours", "value": _INLINE_EXAMPLE}},
+            "schema": {
+                "anyOf": [
+                    {"$ref": "#/components/schemas/InlineSamples"},
+                    {"$ref": "#/components/schemas/ReferenceSubmission"},
+                ]
+            },
+            "examples": {
+                "colours": {"summary": "Bare colours", "value": _INLINE_EXAMPLE},
+                "reference": {
+                    "summary": "A reference gamut",
+                    "value": {"reference": "srgb", "options": {"surface_samples": 1000}},
+                },
+            },
         },
     },
 }
 
+
+NAME_BODY: dict[str, Any] = {
+    "required": True,
+    "content": {
+        "application/json": {
+            "schema": {"$ref": "#/components/schemas/NewName"},
+            "examples": {"name": {"value": {"name": "Coated offset"}}},
+        }
+    },
+}
 
 SECURITY_SCHEMES: dict[str, Any] = {
     "bearer": {
@@ -320,6 +371,34 @@ def json_response(
         response["links"] = links
     return response
 
+
+REFERENCE_OPTIONS: dict[str, Any] = {
+    "name": "options",
+    "in": "query",
+    "required": False,
+    "style": "form",
+    "explode": True,
+    "description": "Options of a reference gamut's build, as parameters of their own names: "
+    "`?space=CAM16-UCS&surround=dim`. Only with slugs. The answer has the address by id in "
+    "Content-Location, and may be cached for five minutes.",
+    "schema": {"$ref": "#/components/schemas/GamutOptions"},
+    "examples": {"space": {"value": {"space": "Oklab"}}},
+}
+
+REFERENCE_JOB = {
+    "description": "The reference gamut is being built.",
+    "content": {
+        "application/json": {
+            "schema": {"$ref": f"#/components/schemas/{JobDescription.__name__}"},
+            "examples": {"example": {"value": EXAMPLE_JOB}},
+        }
+    },
+    "headers": {
+        "Location": header("The job.", f"/v1/jobs/{EXAMPLE_ID}"),
+        "Retry-After": header("Seconds after which to ask again.", 1),
+        "Cache-Control": header("The state changes.", "no-store"),
+    },
+}
 
 _EVERYWHERE = (
     "bad-request",

@@ -6,10 +6,11 @@ compare both.
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import ConfigDict, Field
 from pydantic.json_schema import SkipJsonSchema
+from typing_extensions import TypeAliasType
 
-from service.openapi.request_models import Coordinates, GamutOptions, without_default
+from service.openapi.request_models import Coordinates, GamutOptions, Model
 
 __all__ = [
     "Counts",
@@ -18,6 +19,7 @@ __all__ = [
     "GamutDescription",
     "GamutLinks",
     "GamutList",
+    "GamutName",
     "GamutSummary",
     "JobDescription",
     "JobLinks",
@@ -25,66 +27,60 @@ __all__ = [
     "Level",
     "ProblemDocument",
     "Readiness",
+    "ReferenceList",
 ]
 
 
-class Counts(BaseModel):
+class Counts(Model):
     """Sizes of a gamut."""
 
     model_config = ConfigDict(extra="allow")
 
-    triangles: Annotated[int, Field(description="Triangles of the full boundary.")]
-    vertices: Annotated[int, Field(description="Vertices of the full boundary.")]
-    minimum: Annotated[int, Field(description="Triangles of the coarsest level.")] = 4
-    constructed: Annotated[
-        int,
-        Field(
-            description="Vertices of the full boundary that are not input colours: empty segments, "
-            "poles and moved maxima of `segment-maxima`."
-        ),
-    ] = 0
+    triangles: int
+    """Triangles of the full boundary."""
+    vertices: int
+    """Vertices of the full boundary."""
+    minimum: int = 4
+    """Triangles of the coarsest level."""
+    constructed: int = 0
+    """Vertices of the full boundary that are not input colours: empty segments, poles and moved
+    maxima of `segment-maxima`."""
 
 
-class Distances(BaseModel):
+class Distances(Model):
     """Distances from the points of one surface to another, in the space's unit."""
 
     model_config = ConfigDict(extra="allow")
 
-    mean: Annotated[float, Field(description="Mean over the surface's area; an estimate.")]
-    maximum: Annotated[float, Field(description="Upper bound for all points.")]
+    mean: float
+    """Mean over the surface's area; an estimate."""
+    maximum: float
+    """Upper bound for all points."""
 
 
-class Level(BaseModel):
+class Level(Model):
     """Errors of one level against the full boundary."""
 
     model_config = ConfigDict(extra="allow")
 
     triangles: int
     volume: float
-    mismatch: Annotated[
-        float,
-        Field(
-            description="Volume of the symmetric difference ÷ volume of the full boundary: an "
-            "estimate, within 1 to 3 % for devices. It is at least the relative difference of "
-            "the volumes, and at most `mismatch_bound`."
-        ),
-    ]
-    mismatch_bound: Annotated[
-        float,
-        Field(description="Upper bound of the mismatch of this level and all finer ones."),
-    ]
-    distance_bound: Annotated[
-        float,
-        Field(
-            description="Upper bound of the distance between this level, or a finer one, and the "
-            "full boundary, in both directions, in the space's unit."
-        ),
-    ]
-    from_full: Annotated[Distances, Field(description="From the full boundary to the level.")]
-    to_full: Annotated[Distances, Field(description="From the level to the full boundary.")]
+    mismatch: float
+    """Volume of the symmetric difference ÷ volume of the full boundary: an estimate, within 1 to 3
+    % for devices. It is at least the relative difference of the volumes, and at most
+    `mismatch_bound`."""
+    mismatch_bound: float
+    """Upper bound of the mismatch of this level and all finer ones."""
+    distance_bound: float
+    """Upper bound of the distance between this level, or a finer one, and the full boundary, in
+    both directions, in the space's unit."""
+    from_full: Distances
+    """From the full boundary to the level."""
+    to_full: Distances
+    """From the level to the full boundary."""
 
 
-class GamutLinks(BaseModel):
+class GamutLinks(Model):
     """Addresses of the parts of a gamut."""
 
     self: str
@@ -93,11 +89,16 @@ class GamutLinks(BaseModel):
     history: str
 
 
-class GamutSummary(BaseModel):
+class GamutSummary(Model):
     """A gamut in the list."""
 
     id: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
-    created: Annotated[str, Field(description="Time of publication, RFC 3339.")]
+    name: str
+    """Given by a client, else by the data. It may change."""
+    created: str
+    """Time of publication, RFC 3339."""
+    channels: list[str]
+    """Device channels; empty for bare colours."""
     options: GamutOptions
     counts: Counts
     volume: float
@@ -109,129 +110,178 @@ class GamutDescription(GamutSummary):
 
     model_config = ConfigDict(extra="allow")
 
-    state: Annotated[
-        Literal["ready"], Field(description="A gamut is visible only when it is complete.")
-    ]
-    history_bytes: Annotated[int, Field(description="Size of the history file.")]
-    provenance: Annotated[
-        dict[str, Any],
-        Field(description="Format, channels, white, conditions, device model with its error, ..."),
-    ]
-    volume_preserved: Annotated[
-        bool,
-        Field(
-            description="Whether all levels have this volume to a relative error of 0.00001. "
-            "True for the cost `volume`, unless the gamut is extremely thin or far from the "
-            "origin."
-        ),
-    ]
-    volume_error: Annotated[
-        Annotated[float, Field(ge=0)] | SkipJsonSchema[None],
-        Field(
-            description="Largest relative difference between this volume and that of any level. "
-            "Only for costs that preserve the volume; for others, `levels` has the volumes.",
-            json_schema_extra=without_default,
-        ),
-    ] = None
-    grid_step: Annotated[
-        float, Field(description="All coordinates are integer multiples of this power of two.")
-    ]
+    state: Literal["ready"]
+    """A gamut is visible only when it is complete."""
+    history_bytes: int
+    """Size of the history file."""
+    provenance: dict[str, Any]
+    """Format, channels, white, conditions, device model with its error, ..."""
+    device_surface_volume: Annotated[float, Field(ge=0)] | SkipJsonSchema[None] = None
+    """Volume that the sampled surface of the device encloses, for devices with a model or profile.
+    A warning names a difference of more than 0.5 % from `volume`."""
+    volume_preserved: bool
+    """Whether all levels have this volume to a relative error of 0.00001. True for the cost
+    `volume`, unless the gamut is extremely thin or far from the origin."""
+    volume_error: Annotated[float, Field(ge=0)] | SkipJsonSchema[None] = None
+    """Largest relative difference between this volume and that of any level. Only for costs that
+    preserve the volume; for others, `levels` has the volumes."""
+    grid_step: float
+    """All coordinates are integer multiples of this power of two."""
     area: float
     centre: Coordinates
-    bounds: Annotated[list[Coordinates], Field(description="Smallest and largest coordinates.")]
-    levels: Annotated[list[Level], Field(description="Error curve of the levels.")]
+    bounds: list[Coordinates]
+    """Smallest and largest coordinates."""
+    levels: list[Level]
+    """Error curve of the levels."""
 
 
-class GamutList(BaseModel):
+class GamutName(Model):
+    """The name of a gamut."""
+
+    id: str
+    name: str
+
+
+class GamutList(Model):
     """A page of the list of gamuts, in the order of their ids."""
 
     gamuts: list[GamutSummary]
-    next: Annotated[
-        str | None, Field(description="Address of the next page; null on the last page.")
-    ]
+    next: str | None
+    """Address of the next page; null on the last page."""
 
 
-class ErrorCurve(BaseModel):
+class ErrorCurve(Model):
     """The error curve of a gamut."""
 
     id: str
     levels: list[Level]
 
 
-class JobLinks(BaseModel):
+class JobLinks(Model):
     """Addresses of a job and its gamut."""
 
     self: str
-    gamut: Annotated[str | None, Field(description="Address of the gamut; null until it is built.")]
+    gamut: str | None
+    """Address of the gamut; null until it is built."""
 
 
-class ProblemDocument(BaseModel):
+class ProblemDocument(Model):
     """A problem (RFC 9457)."""
 
-    type: Annotated[str, Field(description="Page about the kind of problem.")]
+    type: str
+    """Page about the kind of problem."""
     title: str
     status: int
-    detail: Annotated[str, Field(description="Description of this occurrence.")]
-    code: Annotated[str, Field(description="Stable code of the kind of problem.")]
-    where: Annotated[
-        dict[str, Any],
-        Field(description="Place of the fault: field, line, column, tag, row, header, ..."),
-    ]
-    remedy: Annotated[str, Field(description="How to correct it.")]
+    detail: str
+    """Description of this occurrence."""
+    code: str
+    """Stable code of the kind of problem."""
+    where: dict[str, Any]
+    """Place of the fault: field, line, column, tag, row, header, ..."""
+    remedy: str
+    """How to correct it."""
 
 
-class JobDescription(BaseModel):
+class JobDescription(Model):
     """A build."""
 
-    id: Annotated[str, Field(description="Id of the gamut.")]
+    id: str
+    """Id of the gamut."""
     state: Literal["queued", "running", "succeeded", "failed", "cancelled"]
-    stage: Annotated[str, Field(description="Stage of a running build.")]
-    fraction: Annotated[float, Field(ge=0, le=1, description="Finished part of the stage.")]
-    attempts: Annotated[int, Field(description="Number of attempts.")]
+    stage: str
+    """Stage of a running build."""
+    fraction: Annotated[float, Field(ge=0, le=1)]
+    """Finished part of the stage."""
+    attempts: int
+    """Number of attempts."""
     created: str | None
     started: str | None
     finished: str | None
-    problem: Annotated[
-        ProblemDocument | None, Field(description="Why the build failed or was cancelled.")
-    ]
+    problem: ProblemDocument | None
+    """Why the build failed or was cancelled."""
     links: JobLinks
 
 
-class JobList(BaseModel):
+class JobList(Model):
     """A page of the list of jobs, in the order of their ids."""
 
     jobs: list[JobDescription]
-    next: Annotated[
-        str | None, Field(description="Address of the next page; null on the last page.")
-    ]
+    next: str | None
+    """Address of the next page; null on the last page."""
 
 
-class BuildCounts(BaseModel):
+Chromaticity = TypeAliasType(
+    "Chromaticity",
+    Annotated[list[float], Field(min_length=2, max_length=2, description="Chromaticity x, y.")],
+)
+
+
+class ReferenceLinks(Model):
+    """Address of a reference gamut."""
+
+    gamut: str
+
+
+class ReferenceGamut(Model):
+    """A reference gamut."""
+
+    slug: str
+    """Accepted wherever the id of a gamut is."""
+    name: str
+    aliases: list[str]
+    kind: Literal["rgb", "surface", "optimal"]
+    """RGB colour space, real surface colours, or optimal colours."""
+    white: Chromaticity
+    illuminant: str
+    """Name of the white."""
+    observer: Literal[2, 10]
+    """Standard observer, in degrees."""
+    primaries: list[Chromaticity] | None
+    """Red, green and blue; null for gamuts without primaries."""
+    source: str
+    links: ReferenceLinks
+
+
+class MissingReference(Model):
+    """An RGB colour space without a gamut."""
+
+    name: str
+    reason: str
+
+
+class ReferenceList(Model):
+    """The reference gamuts."""
+
+    references: list[ReferenceGamut]
+    not_offered: list[MissingReference]
+    """RGB colour spaces that have no gamut."""
+
+
+class BuildCounts(Model):
     """Numbers of builds."""
 
     queued: int
     running: int
-    completed: Annotated[int, Field(description="Since the start of the service.")]
+    completed: int
+    """Since the start of the service."""
 
 
-class ProbeResult(BaseModel):
+class ProbeResult(Model):
     """Result of one probe."""
 
-    status: Annotated[
-        Literal["ok", "degraded", "failed"],
-        Field(description="Only `failed` makes the service not ready."),
-    ]
+    status: Literal["ok", "degraded", "failed"]
+    """Only `failed` makes the service not ready."""
     detail: str
-    milliseconds: Annotated[float, Field(description="Duration of the check.")]
+    milliseconds: float
+    """Duration of the check."""
 
 
-class Readiness(BaseModel):
+class Readiness(Model):
     """Readiness of the service."""
 
     ready: bool
-    probes: Annotated[
-        dict[str, ProbeResult], Field(description="Kernels, workers, queue, store, disk, ...")
-    ]
+    probes: dict[str, ProbeResult]
+    """Kernels, workers, queue, store, disk, ..."""
     workers: int
     workers_warm: int
     builds: BuildCounts

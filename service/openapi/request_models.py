@@ -25,7 +25,15 @@ from gamutcore.option_types import (
 )
 from gamutcore.options import OPTIONS
 
-__all__ = ["Coordinates", "GamutOptions", "InlineSamples", "MultipartSubmission", "without_default"]
+__all__ = [
+    "Coordinates",
+    "GamutOptions",
+    "InlineSamples",
+    "Model",
+    "MultipartSubmission",
+    "NewName",
+    "ReferenceSubmission",
+]
 
 Coordinates = TypeAliasType(
     "Coordinates",
@@ -34,9 +42,25 @@ Coordinates = TypeAliasType(
 """A named schema: client generators give an anonymous one the default of the field around it."""
 
 
-def without_default(schema: dict[str, Any]) -> None:
-    """Leave the default out of a schema: it depends on other members, or is no member at all."""
-    del schema["default"]
+def _tidy(schema: dict[str, Any]) -> None:
+    """Put each description on one line. Leave out defaults that are null or an object.
+
+    Such a default depends on other members, or the member is absent.
+    """
+    for member in schema["properties"].values():
+        if "description" in member:
+            member["description"] = " ".join(member["description"].split())
+        if isinstance(member.get("default", ""), dict | None):
+            del member["default"]
+
+
+class Model(BaseModel):
+    """A model whose attribute docstrings describe its members."""
+
+    model_config = ConfigDict(use_attribute_docstrings=True, json_schema_extra=_tidy)
+
+
+_STRICT = ConfigDict(extra="forbid", json_schema_extra=_tidy)
 
 
 def _annotation(kind: OptionType) -> Any:  # noqa: ANN401  # a type that only pydantic reads
@@ -68,60 +92,58 @@ def _annotation(kind: OptionType) -> Any:  # noqa: ANN401  # a type that only py
 def _field(option: Option) -> tuple[Any, Any]:
     """Return the annotation and the default of an option's field."""
     annotation: Any = reduce(or_, map(_annotation, option.types))
-    if option.default is not None:
-        return Annotated[annotation, Field(description=option.documentation)], option.default
-    described = Field(description=option.documentation, json_schema_extra=without_default)
-    optional: Any = annotation | SkipJsonSchema[None]  # type: ignore[misc]
-    return Annotated[optional, described], None
+    if option.default is None:
+        annotation |= SkipJsonSchema[None]  # type: ignore[misc]
+    return Annotated[annotation, Field(description=option.documentation)], option.default
 
 
 _fields: dict[str, Any] = {name: _field(option) for name, option in OPTIONS.items()}
-_Options = create_model("_Options", __config__=ConfigDict(extra="forbid"), **_fields)
+_Options = create_model("_Options", __config__=_STRICT, **_fields)
 
 
 class GamutOptions(_Options):  # type: ignore[misc, valid-type]  # made from the declarations
     """Options of a gamut. Every option has a default. Answers state all that apply."""
 
 
-class InlineSamples(BaseModel):
+class InlineSamples(Model):
     """Characterisation data as JSON. Members without an option's name are conditions."""
 
     model_config = ConfigDict(extra="allow")
 
-    samples: Annotated[
-        list[list[float | str | None] | dict[str, float | str | None]],
-        Field(
-            description="One array of numbers, or one object by column name, per sample. Columns "
-            "other than colours and device values, such as names, may contain text."
-        ),
-    ]
-    columns: Annotated[
-        list[str] | SkipJsonSchema[None],
-        Field(
-            description="Names of the columns; L*, a*, b* by default. Device values (RGB_R, "
-            "CMYK_C, ...) beside the colour (LAB_L, XYZ_X, LCH_L, XYY_X, SPEC_380, ...) give a "
-            "device model.",
-            json_schema_extra=without_default,
-        ),
-    ] = None
-    white: Annotated[
-        Coordinates | SkipJsonSchema[None],
-        Field(
-            description="XYZ of the white, in the scale of the samples' XYZ.",
-            json_schema_extra=without_default,
-        ),
-    ] = None
-    conditions: Annotated[
-        dict[str, str | float] | SkipJsonSchema[None],
-        Field(
-            description="Measurement conditions by keyword, stored in the provenance.",
-            json_schema_extra=without_default,
-        ),
-    ] = None
-    options: Annotated[
-        GamutOptions,
-        Field(description="How the gamut is built.", json_schema_extra=without_default),
-    ] = GamutOptions()
+    samples: list[list[float | str | None] | dict[str, float | str | None]]
+    """One array of numbers, or one object by column name, per sample. Columns other than colours
+    and device values, such as names, may contain text."""
+    columns: list[str] | SkipJsonSchema[None] = None
+    """Names of the columns; L*, a*, b* by default. Device values (RGB_R, CMYK_C, ...) beside the
+    colour (LAB_L, XYZ_X, LCH_L, XYY_X, SPEC_380, ...) give a device model."""
+    white: Coordinates | SkipJsonSchema[None] = None
+    """XYZ of the white, in the scale of the samples' XYZ."""
+    conditions: dict[str, str | float] | SkipJsonSchema[None] = None
+    """Measurement conditions by keyword, stored in the provenance."""
+    name: Annotated[str | SkipJsonSchema[None], Field(min_length=1, max_length=200)] = None
+    """Name of the gamut. No part of its id."""
+    options: GamutOptions = GamutOptions()
+    """How the gamut is built."""
+
+
+class ReferenceSubmission(Model):
+    """A reference gamut, by its slug or name."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    reference: Annotated[str, Field(examples=["display-p3"])]
+    """A slug of `/v1/references`."""
+    options: GamutOptions = GamutOptions()
+    """How the gamut is built."""
+
+
+class NewName(Model):
+    """A name for a gamut."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    name: Annotated[str, Field(min_length=1, max_length=200)]
+    """Without control characters. White space at the ends is removed."""
 
 
 def _form_field(option: Option) -> tuple[Any, Any]:
@@ -136,16 +158,18 @@ def _form_field(option: Option) -> tuple[Any, Any]:
     else:
         annotation = reduce(or_, map(_annotation, option.types))
         described = option.documentation
-    field = Field(description=described, json_schema_extra=without_default)
-    return Annotated[annotation | SkipJsonSchema[None], field], None  # type: ignore[misc]
+    optional = annotation | SkipJsonSchema[None]  # type: ignore[misc]
+    return Annotated[optional, Field(description=described)], None
 
 
 _form_fields: dict[str, Any] = {name: _form_field(option) for name, option in OPTIONS.items()}
-_OptionFields = create_model("_OptionFields", __config__=ConfigDict(extra="forbid"), **_form_fields)
+_OptionFields = create_model("_OptionFields", __config__=_STRICT, **_form_fields)
 
 
 class MultipartSubmission(_OptionFields):  # type: ignore[misc, valid-type]  # from the declarations
     """Characterisation data as a file. Options are form fields, members of `options`, or both."""
+
+    model_config = ConfigDict(use_attribute_docstrings=True)
 
     file: Annotated[
         bytes,
@@ -154,11 +178,8 @@ class MultipartSubmission(_OptionFields):  # type: ignore[misc, valid-type]  # f
             json_schema_extra={"format": "binary"},
         ),
     ]
-    options: Annotated[
-        GamutOptions,
-        Field(
-            description="How the gamut is built. Options can also be form fields of their own "
-            "names, such as `ink_limit=300`, with numbers and lists as in JSON.",
-            json_schema_extra=without_default,
-        ),
-    ] = GamutOptions()
+    name: Annotated[str | SkipJsonSchema[None], Field(min_length=1, max_length=200)] = None
+    """Name of the gamut. No part of its id."""
+    options: GamutOptions = GamutOptions()
+    """How the gamut is built. Options can also be form fields of their own names, such as
+    `ink_limit=300`, with numbers and lists as in JSON."""

@@ -9,14 +9,15 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
+from gamutcore.errors import TriangleCountError
 from gamutcore.export import FORMATS
 from service.container import ServiceContainer, service_of
 from service.http.conditional import IMMUTABLE, check_if_match, matches
 from service.http.negotiation import OCTET_STREAM, preferred_media_type
-from service.http.parameters import DECIMAL_PATTERN, ID_PATTERN, IDS, check_query
+from service.http.parameters import DECIMAL_PATTERN, GAMUT_IDS, GAMUT_PATTERN, SideName, check_query
 from service.meshes.containers import CONTAINERS, Asked, Container, Item, ZipContainer
 from service.meshes.encoding import file_stem
-from service.meshes.level_search import LevelRequest
+from service.meshes.requested_levels import LevelRequest
 from service.openapi.documentation import BATCH_RESPONSE, EXAMPLE_ID, problems
 from service.problems.problem import Problem, ProblemError
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
@@ -71,12 +72,12 @@ async def download_meshes(
     gamuts: Annotated[
         str,
         Query(
-            description="Ids of gamuts, separated by commas.",
-            pattern=f"^{ID_PATTERN}(,{ID_PATTERN})*$",
+            description="Ids of gamuts, or slugs of reference gamuts, separated by commas.",
+            pattern=f"^{GAMUT_PATTERN}(,{GAMUT_PATTERN})*$",
             max_length=65 * 400,
             examples=[EXAMPLE_ID],
         ),
-        IDS,
+        GAMUT_IDS,
     ],
     triangles: Annotated[
         str | None, _numbers("Triangle counts, separated by commas.", "100,1000")
@@ -87,6 +88,7 @@ async def download_meshes(
     max_mismatch: Annotated[
         str | None, _numbers("Largest mismatches, separated by commas.", "0.001")
     ] = None,
+    side: SideName = "both",
     format_name: Annotated[
         str,
         Query(
@@ -117,7 +119,7 @@ async def download_meshes(
     if len(ids) * len(levels) > most:
         detail = f"{len(ids)} gamuts in {len(levels)} levels are requested."
         _refuse(detail, "gamuts", f"Request at most {most} meshes at once.")
-    asked = [Asked(one, name, value, format_name) for one in ids for name, value in levels]
+    asked = [Asked(one, name, value, format_name, side) for one in ids for name, value in levels]
     accept = ",".join(request.headers.getlist("accept"))
     media_type = preferred_media_type(accept, list(CONTAINERS))
     if media_type is None:
@@ -158,16 +160,7 @@ class _Batch:
                 "gamuts",
                 f"Request at most {most} triangles at once.",
             )
-        headers = {
-            "Cache-Control": "no-store" if failed else IMMUTABLE,
-            "Vary": "Accept",
-            "Gamut-Failures": str(len(failed)),
-        }
         media_type = self._container.media_type
-        if media_type == ZipContainer.media_type:
-            ids = {one.gamut_id for one in self._asked}
-            name = f"{file_stem(ids.pop())}-meshes.zip" if len(ids) == 1 else "meshes.zip"
-            headers["Content-Disposition"] = f'attachment; filename="{name}"'
         parts: list[bytes] = []
         pieces = self._pieces(failed)
         size = 0
@@ -176,14 +169,29 @@ class _Batch:
             size += len(piece)
             if size > _BUFFERED:
                 check_if_match(named)
+                headers = self._headers(failed)
                 return StreamingResponse(_chain(parts, pieces), 200, headers, media_type)
         content, digest = await asyncio.to_thread(_join, parts)
+        headers = self._headers(failed)
         headers["ETag"] = f'"{digest}"'
         check_if_match(named, headers["ETag"])
         if known and not failed and matches(",".join(known), headers["ETag"]):
             headers.pop("Content-Disposition", None)
             return Response(status_code=304, headers=headers)
         return Response(content, 200, headers, media_type)
+
+    def _headers(self, failed: dict[Asked, Problem]) -> dict[str, str]:
+        """Return the header fields of the answer, besides those of its content."""
+        headers = {
+            "Cache-Control": "no-store" if failed else IMMUTABLE,
+            "Vary": "Accept",
+            "Gamut-Failures": str(len(failed)),
+        }
+        if self._container.media_type == ZipContainer.media_type:
+            ids = {one.gamut_id for one in self._asked}
+            name = f"{file_stem(ids.pop())}-meshes.zip" if len(ids) == 1 else "meshes.zip"
+            headers["Content-Disposition"] = f'attachment; filename="{name}"'
+        return headers
 
     async def _check_all(self) -> tuple[dict[Asked, Problem], int]:
         """Return the missing meshes, and an upper bound of the triangles of the others.
@@ -226,18 +234,23 @@ class _Batch:
     async def _pieces(self, failed: dict[Asked, Problem]) -> AsyncIterator[bytes]:
         for one in self._asked:
             item = Item(one, None, failed[one]) if one in failed else await self._item(one)
+            if item.problem is not None:
+                failed[one] = item.problem
             for piece in await asyncio.to_thread(list, self._container.parts(item)):
                 yield piece
         for piece in self._container.end():
             yield piece
 
     async def _item(self, one: Asked) -> Item:
-        mesh = await self._service.meshes.mesh(one.gamut_id, _level_request(one), one.format_name)
-        return Item(one, mesh)
+        meshes = self._service.meshes
+        try:
+            return Item(one, await meshes.mesh(one.gamut_id, _level_request(one), one.format_name))
+        except TriangleCountError as error:  # a body that is too thin for a level on one side
+            return Item(one, None, Problem.from_error(error))
 
 
 def _level_request(one: Asked) -> LevelRequest:
-    return LevelRequest(**{one.name: _READ[one.name](one.value)})
+    return LevelRequest(**{one.name: _READ[one.name](one.value)}, side=one.side)
 
 
 async def _chain(parts: list[bytes], rest: AsyncIterator[bytes]) -> AsyncIterator[bytes]:

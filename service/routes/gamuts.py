@@ -5,7 +5,7 @@ import contextlib
 from collections.abc import AsyncIterator
 from typing import IO, Annotated, Any
 
-from fastapi import APIRouter, Depends, Path, Request
+from fastapi import APIRouter, Depends, Path, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
 from service.container import ServiceContainer, service_of
@@ -18,8 +18,8 @@ from service.http.conditional import (
     entity_tag,
     matches,
 )
-from service.http.negotiation import OCTET_STREAM, preference
-from service.http.parameters import ID, ID_PATTERN, check_query
+from service.http.negotiation import OCTET_STREAM
+from service.http.parameters import GAMUT_ID, GAMUT_PATTERN, SideName, check_query
 from service.meshes.encoding import file_stem
 from service.openapi.documentation import (
     EXAMPLE_GAMUT,
@@ -34,15 +34,22 @@ from service.openapi.documentation import (
     json_response,
     problems,
 )
-from service.openapi.models import ErrorCurve, GamutDescription, GamutList, JobDescription
+from service.openapi.models import (
+    ErrorCurve,
+    GamutDescription,
+    GamutList,
+    JobDescription,
+)
 from service.problems.kinds import BUILD_PROBLEMS, KINDS
 from service.problems.problem import JsonResponse, Problem, ProblemError
-from service.routes.jobs import job_document
-from service.routes.paging import After, Limit, page_of
-from service.routes.submission import submission
+from service.routes.naming import NamedRecord, named, named_page, refuse_reference
+from service.routes.paging import After, Limit, next_page
+from service.routes.submission import Submission, submission
+from service.routes.viewer import prefers_page, viewer_page
+from service.routes.waiting import wait_for_build
 from service.storage.gamuts import GamutDamagedError, GamutNotStoredError
+from service.storage.names import LONGEST_NAME
 from service.storage.records import Record
-from service.telemetry.server_timing import timed
 from service.telemetry.traces import propagation_headers
 
 __all__ = ["HISTORY_MEDIA_TYPE", "GamutId", "router"]
@@ -72,11 +79,12 @@ _NOT_MODIFIED: dict[int | str, dict[str, Any]] = {
 GamutId = Annotated[
     str,
     Path(
-        pattern=f"^{ID_PATTERN}$",
-        description="Id of the gamut: SHA-256 of options, input and algorithm, hexadecimal.",
+        pattern=f"^{GAMUT_PATTERN}$",
+        description="Id of the gamut: SHA-256 of options, input and algorithm, hexadecimal. Or "
+        "the slug of a reference gamut, such as `srgb`.",
         examples=[EXAMPLE_ID],
     ),
-    ID,
+    GAMUT_ID,
 ]
 
 router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(check_query)])
@@ -126,10 +134,12 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
             "body-too-large",
             "unsupported-media-type",
             "invalid-body",
+            "invalid-name",
             "invalid-parameter",
             *BUILD_PROBLEMS,
             "build-cancelled",
             "build-input-lost",
+            "build-outdated",
             "gamut-deleted",
             "gamut-rebuilding",
             "queue-full",
@@ -169,27 +179,32 @@ async def create_gamut(request: Request) -> Response:
             gamut_id, posted.options.to_mapping(), posted.data, propagation_headers(), posted.sha256
         )
         if isinstance(found, Record):
-            return _existing(found)
+            await _keep_name(service, posted, is_new=False)
+            return _existing(await _named(service, found))
         job = found
+        await _keep_name(service, posted, is_new=True)
     # The data leaves the memory before the wait for the build.
     del posted
-    prefer = preference(request.headers.getlist("prefer"))
-    seconds = prefer.seconds(settings.client_wait, settings.max_client_wait)
-    with timed("build"):
-        job = await service.builds.wait(gamut_id, seconds) or job
-    headers = {}
-    applied = prefer.applied_field(answered_async=not job.final, longest=settings.max_client_wait)
-    if applied:
-        headers["Preference-Applied"] = applied
-    if not job.final:
-        retry_after = service.builds.retry_after(job)
-        headers |= {"Location": f"/v1/jobs/{job.id}", "Retry-After": str(retry_after)}
-        headers["Cache-Control"] = "no-store"
-        return JsonResponse(job_document(job), 202, headers)
-    if job.problem is not None:
-        raise ProblemError(Problem.from_mapping(job.problem))
+    response, headers = await wait_for_build(service, job, request.headers.getlist("prefer"))
+    if response is not None:
+        return response
     record = await _record_of_built(service, gamut_id)
-    return _description_response(record, 201, {**headers, "Location": f"/v1/gamuts/{gamut_id}"})
+    location = {"Location": f"/v1/gamuts/{gamut_id}"}
+    return _description_response(await _named(service, record), 201, {**headers, **location})
+
+
+async def _named(service: ServiceContainer, record: Record) -> NamedRecord:
+    """Return a record with the gamut's name."""
+    return (await asyncio.to_thread(named, service.store, [record]))[0]
+
+
+async def _keep_name(service: ServiceContainer, posted: Submission, *, is_new: bool) -> None:
+    """Store the name in a request, or the name of a new gamut's file."""
+    names = service.store.names
+    if posted.name is not None:
+        await asyncio.to_thread(names.give, posted.gamut_id, posted.name)
+    elif is_new and posted.file:
+        await asyncio.to_thread(names.keep_file, posted.gamut_id, posted.file)
 
 
 async def _record_of_built(service: ServiceContainer, gamut_id: str) -> Record:
@@ -218,7 +233,8 @@ async def _check_admission_of_large(request: Request, service: ServiceContainer)
     "",
     operation_id="listGamuts",
     summary="List the gamuts",
-    description="Pages of all gamuts in the order of their ids. `next` is the next page.",
+    description="Pages of all gamuts in the order of their ids. `next` is the next page. With "
+    "`name`, a page may have fewer gamuts than `limit` although there is a next page.",
     responses={
         200: json_response("A page of gamuts.", GamutList, EXAMPLE_LIST),
         **problems("invalid-parameter", "store-unavailable"),
@@ -228,13 +244,21 @@ async def list_gamuts(
     request: Request,
     limit: Limit = 50,
     after: After = "",
+    name: Annotated[
+        str,
+        Query(
+            description="Only gamuts whose names contain this text, without regard to case.",
+            max_length=LONGEST_NAME,
+            examples=["FOGRA39"],
+        ),
+    ] = "",
 ) -> Response:
     """List the gamuts."""
     service = service_of(request)
     limit = min(limit, service.settings.max_page_size)
-    records = await asyncio.to_thread(service.store.page, after, limit + 1)
-    shown, following, link = page_of(records, limit, "/v1/gamuts")
-    document = {"gamuts": [_summary(record) for record in shown], "next": following}
+    shown, last = await asyncio.to_thread(named_page, service.store, after, limit, name)
+    following, link = next_page(last, limit, "/v1/gamuts", name=name)
+    document = {"gamuts": [_summary(each) for each in shown], "next": following}
     answer = JsonResponse(document, headers={"Cache-Control": "no-cache"} | link)
     return compress_response(answer, request.headers.getlist("accept-encoding"))
 
@@ -244,7 +268,7 @@ async def list_gamuts(
     operation_id="describeGamut",
     summary="Describe a gamut",
     description="Options with defaults, provenance, counts, volume, area, centre, bounds, error "
-    "curve and links.",
+    "curve and links. A client that prefers `text/html`, such as a browser, gets the viewer.",
     responses={
         200: json_response(
             "The gamut.", GamutDescription, EXAMPLE_GAMUT, {"ETag": _ENTITY_HEADERS["ETag"]}
@@ -261,9 +285,16 @@ async def list_gamuts(
 )
 async def describe_gamut(request: Request, gamut_id: GamutId) -> Response:
     """Describe a gamut."""
-    record = await service_of(request).library.record(gamut_id)
-    # Later versions of the service may add members, so the description is not immutable.
-    return _conditional(request, _description(record), "no-cache")
+    service = service_of(request)
+    record = await service.library.record(gamut_id)
+    if prefers_page(request):
+        return viewer_page(request)
+    # Later versions of the service may add members, and the name may change.
+    answer = JsonResponse(
+        _description(await _named(service, record)),
+        headers={"Cache-Control": "no-cache", "Vary": "Accept"},
+    )
+    return _conditional(request, answer)
 
 
 @router.delete(
@@ -278,6 +309,7 @@ async def describe_gamut(request: Request, gamut_id: GamutId) -> Response:
         204: {"description": "The gamut was deleted."},
         **problems(
             "gamut-not-found",
+            "reference-read-only",
             "gamut-rebuilding",
             "precondition-failed",
             "invalid-parameter",
@@ -288,9 +320,11 @@ async def describe_gamut(request: Request, gamut_id: GamutId) -> Response:
 async def delete_gamut(request: Request, gamut_id: GamutId) -> Response:
     """Delete a gamut."""
     service = service_of(request)
+    record = await service.library.record(gamut_id)
+    refuse_reference(record)
     if_match = request.headers.getlist("if-match")
     if if_match:
-        check_if_match(if_match, *_description_tags(await service.library.record(gamut_id)))
+        check_if_match(if_match, *_description_tags(await _named(service, record)))
     deleted = await asyncio.to_thread(service.store.delete, gamut_id)
     service.forget(gamut_id)
     if not deleted:
@@ -303,8 +337,9 @@ async def delete_gamut(request: Request, gamut_id: GamutId) -> Response:
     operation_id="describeLevels",
     summary="Read the error curve",
     description="Volume, mismatch and distances in both directions by triangle count. The bounds "
-    "hold for a level and all finer levels of the curve. `max_error` and `max_mismatch` start "
-    "from these levels and also search the levels between them.",
+    "hold for a level and all finer levels of the curve. `max_error` and `max_mismatch` select "
+    "from more levels. For one side, they "
+    "select from the levels of the curve. The first curve of a side takes a second or two.",
     responses={
         200: json_response("The error curve.", ErrorCurve, EXAMPLE_LEVELS, _ENTITY_HEADERS),
         **_NOT_MODIFIED,
@@ -317,11 +352,18 @@ async def delete_gamut(request: Request, gamut_id: GamutId) -> Response:
         ),
     },
 )
-async def describe_levels(request: Request, gamut_id: GamutId) -> Response:
+async def describe_levels(request: Request, gamut_id: GamutId, side: SideName = "both") -> Response:
     """Read the error curve."""
-    record = await service_of(request).library.record(gamut_id)
-    levels = {"id": record.id, "levels": record.description["levels"]}
-    return _conditional(request, levels, IMMUTABLE)
+    service = service_of(request)
+    if side == "both":
+        record = await service.library.record(gamut_id)
+        levels = record.description["levels"]
+    else:
+        opened = await service.library.gamut(gamut_id)
+        curve = await service.meshes.levels.curve(opened, side)
+        levels = [level.to_mapping() for level in curve]
+    document = {"id": gamut_id, "levels": levels}
+    return _conditional(request, JsonResponse(document, headers={"Cache-Control": IMMUTABLE}))
 
 
 @router.get(
@@ -409,31 +451,33 @@ async def _chunks(file: IO[bytes], start: int, end: int) -> AsyncIterator[bytes]
             yield chunk
 
 
-def _conditional(request: Request, document: dict[str, Any], cache_control: str) -> Response:
-    answer: Response = JsonResponse(document, headers={"Cache-Control": cache_control})
+def _conditional(request: Request, answer: Response) -> Response:
     answer = compress_response(answer, request.headers.getlist("accept-encoding"))
     return conditional(answer, request.headers)
 
 
-def _description_tags(record: Record) -> list[str]:
+def _description_tags(gamut: NamedRecord) -> list[str]:
     """Return the entity tags of a gamut's description in all content codings."""
-    content = bytes(JsonResponse(_description(record)).body)
+    content = bytes(JsonResponse(_description(gamut)).body)
     return [entity_tag(content), *(entity_tag(compress(content, coding)) for coding in CODINGS)]
 
 
-def _existing(record: Record) -> Response:
-    return _description_response(record, 200, {"Content-Location": f"/v1/gamuts/{record.id}"})
+def _existing(gamut: NamedRecord) -> Response:
+    return _description_response(gamut, 200, {"Content-Location": f"/v1/gamuts/{gamut.id}"})
 
 
-def _description_response(record: Record, status: int, headers: dict[str, str]) -> Response:
-    return JsonResponse(_description(record), status, {"Cache-Control": "no-cache", **headers})
+def _description_response(gamut: NamedRecord, status: int, headers: dict[str, str]) -> Response:
+    return JsonResponse(_description(gamut), status, {"Cache-Control": "no-cache", **headers})
 
 
-def _summary(record: Record) -> dict[str, Any]:
+def _summary(gamut: NamedRecord) -> dict[str, Any]:
+    record = gamut.record
     address = f"/v1/gamuts/{record.id}"
     return {
         "id": record.id,
+        "name": gamut.name,
         "created": record.created,
+        "channels": record.description["provenance"].get("channels", []),
         **{name: record.description[name] for name in ("options", "counts", "volume")},
         "links": {
             "self": address,
@@ -444,10 +488,10 @@ def _summary(record: Record) -> dict[str, Any]:
     }
 
 
-def _description(record: Record) -> dict[str, Any]:
+def _description(gamut: NamedRecord) -> dict[str, Any]:
     return {
-        **record.description,
-        **_summary(record),
+        **gamut.record.description,
+        **_summary(gamut),
         "state": "ready",
-        "history_bytes": record.nbytes,
+        "history_bytes": gamut.record.nbytes,
     }

@@ -10,9 +10,15 @@ from service.container import service_of
 from service.http.compression import preferred_coding
 from service.http.conditional import check_if_match
 from service.http.negotiation import preferred_media_type
-from service.http.parameters import DECIMAL_NUMBER, LARGEST_WHOLE, WHOLE_NUMBER, check_query
+from service.http.parameters import (
+    DECIMAL_NUMBER,
+    LARGEST_WHOLE,
+    WHOLE_NUMBER,
+    SideName,
+    check_query,
+)
 from service.meshes.encoding import MEDIA_TYPES, SUFFIXES
-from service.meshes.level_search import DEFAULT_TRIANGLES, LevelRequest
+from service.meshes.requested_levels import DEFAULT_TRIANGLES, LevelRequest
 from service.openapi.documentation import MESH_HEADERS, binary_content, problems
 from service.problems.problem import Problem, ProblemError
 from service.routes.gamuts import GamutId
@@ -106,6 +112,7 @@ async def download_mesh(
     triangles: Triangles = None,
     max_error: MaxError = None,
     max_mismatch: MaxMismatch = None,
+    side: SideName = "both",
     format_name: FormatName = None,
 ) -> Response:
     """Download a mesh in the negotiated format."""
@@ -124,7 +131,7 @@ async def download_mesh(
                 )
             )
         format_name = MEDIA_TYPES[media_type]
-    wanted = LevelRequest(triangles, max_error, max_mismatch)
+    wanted = LevelRequest(triangles, max_error, max_mismatch, side)
     return await _mesh(request, gamut_id, wanted, format_name)
 
 
@@ -150,6 +157,7 @@ async def download_mesh_file(
     triangles: Triangles = None,
     max_error: MaxError = None,
     max_mismatch: MaxMismatch = None,
+    side: SideName = "both",
     format_name: FormatName = None,
 ) -> Response:
     """Download a mesh in the format of the suffix."""
@@ -159,7 +167,7 @@ async def download_mesh_file(
         raise ProblemError(
             Problem("not-found", detail, {"field": "suffix"}, f"Use one of {known}.")
         )
-    wanted = LevelRequest(triangles, max_error, max_mismatch)
+    wanted = LevelRequest(triangles, max_error, max_mismatch, side)
     return await _mesh(request, gamut_id, wanted, format_name or SUFFIXES[suffix])
 
 

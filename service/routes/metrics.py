@@ -3,11 +3,10 @@
 import asyncio
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fastapi import APIRouter, Request
 from fastapi.responses import Response
-from prometheus_client.core import Metric
 
 from service.building.engine import EngineFacts
 from service.caching.byte_bounded_cache import ByteBoundedCache
@@ -20,8 +19,12 @@ from service.telemetry.metrics_endpoint import (
     exposition,
     gauge,
     metric_family,
+    query_families,
     request_families,
 )
+
+if TYPE_CHECKING:
+    from prometheus_client.core import Metric
 
 __all__ = ["router", "service_families"]
 
@@ -79,10 +82,11 @@ async def read_metrics(request: Request) -> Response:
     return Response(body, headers=headers)
 
 
-def service_families(service: ServiceContainer) -> Iterator[Metric]:
+def service_families(service: ServiceContainer) -> "Iterator[Metric]":
     """Return the metrics of a service."""
     yield from request_families(service.metrics.requests)
     yield from build_families(service.metrics.builds)
+    yield from query_families(service.metrics.queries, service.queries.admission.rows)
     yield from _engine_families(service.builds.facts())
     yield gauge("gamut_event_streams", "Open event streams of jobs.", service.events.count)
     levels = service.meshes.levels
@@ -117,7 +121,7 @@ def service_families(service: ServiceContainer) -> Iterator[Metric]:
         )
 
 
-def _engine_families(facts: EngineFacts) -> Iterator[Metric]:
+def _engine_families(facts: EngineFacts) -> "Iterator[Metric]":
     yield gauge("gamut_builds_queued", "Builds that wait for a worker.", facts.queued)
     yield gauge("gamut_builds_running", "Builds under way.", facts.running)
     yield gauge("gamut_build_queue_capacity", "Largest number of waiting builds.", facts.capacity)
@@ -130,7 +134,7 @@ def _engine_families(facts: EngineFacts) -> Iterator[Metric]:
     )
 
 
-def _cache_families(caches: dict[str, ByteBoundedCache[Any, Any]]) -> Iterator[Metric]:
+def _cache_families(caches: dict[str, ByteBoundedCache[Any, Any]]) -> "Iterator[Metric]":
     for kind, name, attribute, meaning in (
         ("counter", "gamut_cache_hits", "hits", "Values found in memory."),
         ("counter", "gamut_cache_misses", "misses", "Values that had to be computed."),
@@ -142,7 +146,7 @@ def _cache_families(caches: dict[str, ByteBoundedCache[Any, Any]]) -> Iterator[M
         yield metric_family(kind, name, meaning, samples)
 
 
-def _store_families(store: GamutStore) -> Iterator[Metric]:
+def _store_families(store: GamutStore) -> "Iterator[Metric]":
     yield counter("gamut_store_hits", "Requested gamuts that exist.", store.hits)
     yield counter("gamut_store_misses", "Requested gamuts that do not exist.", store.misses)
     yield counter("gamut_store_evictions", "Gamuts evicted for lack of space.", store.evictions)

@@ -34,9 +34,11 @@ _INTRODUCTION = (
 )
 
 _LINKS = {
+    "/view": "Viewer",
     "/docs": "All operations, interactive",
     "/openapi.json": "OpenAPI document",
     "/v1/gamuts": "Stored gamuts",
+    "/v1/references": "Reference gamuts",
     "/problems": "Kinds of problems",
     "/metrics": "Metrics for Prometheus",
     "/readyz": "Readiness",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Protocol, TypeVar
+from urllib.parse import urlencode
 
 from fastapi import Query
 
@@ -12,7 +13,7 @@ from service.openapi.documentation import EXAMPLE_ID
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["After", "Limit", "page_of"]
+__all__ = ["After", "Limit", "next_page", "page_of"]
 
 Limit = Annotated[
     int,
@@ -69,7 +70,28 @@ def page_of(
         The ``Link`` to the next page (RFC 8288).
     """
     shown = found[:limit]
-    if len(found) <= limit:
-        return shown, None, {}
-    following = f"{path}?limit={limit}&after={shown[-1].id}"
-    return shown, following, {"Link": f'<{following}>; rel="next"'}
+    last = shown[-1].id if len(found) > limit else None
+    return shown, *next_page(last, limit, path)
+
+
+def next_page(
+    last: str | None, limit: int, path: str, **query: str
+) -> tuple[str | None, dict[str, str]]:
+    """Return the address of the page after an entry, and the ``Link`` to it.
+
+    Parameters
+    ----------
+    last : str or None
+        Id of the entry; None if there is no next page.
+    limit : int
+        Largest number of entries on the page.
+    path : str
+        Path of the list.
+    **query
+        Further parameters; empty ones are left out.
+    """
+    if last is None:
+        return None, {}
+    given = {name: value for name, value in query.items() if value}
+    following = f"{path}?{urlencode({'limit': limit, 'after': last, **given})}"
+    return following, {"Link": f'<{following}>; rel="next"'}

@@ -1,9 +1,9 @@
 """Reads the body of ``POST /v1/gamuts``: characterisation data and options.
 
-``multipart/form-data`` has the part ``file`` and optionally ``options`` (JSON).
-``application/json`` is an object; its member ``options`` is removed, and the rest is the
-characterisation. It is serialised canonically (sorted members, no white space), so the same samples
-give the same gamut id.
+``multipart/form-data`` has the part ``file`` and optionally ``options`` (JSON) and ``name``.
+``application/json`` is an object. Its members ``options`` and ``name`` are removed, and the rest is
+the characterisation, or names a reference gamut. It is serialised canonically (sorted members, no
+white space), so the same samples give the same gamut id.
 """
 
 from __future__ import annotations
@@ -13,18 +13,22 @@ import contextlib
 import hashlib
 import json
 from dataclasses import dataclass
+from functools import cached_property
 from tempfile import SpooledTemporaryFile
-from typing import TYPE_CHECKING, Any, BinaryIO, NoReturn, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, NoReturn, TypeAlias, cast
 
 from starlette.datastructures import UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
 
+from gamutcore.building import gamut_id
 from gamutcore.characterisation.json_samples import MAX_JSON_SAMPLES, json_samples
 from gamutcore.errors import OptionError
-from gamutcore.gamut import Options, gamut_id
 from gamutcore.option_types import check_option
-from gamutcore.options import OPTIONS, option_name, option_value
+from gamutcore.options import OPTIONS, Options, option_name, option_value
+from gamutcore.references import find_reference, parse_definition
+from service.http.json_bodies import parse_json
 from service.problems.problem import Problem, ProblemError
+from service.storage.names import InvalidNameError, checked_name
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
@@ -35,13 +39,16 @@ if TYPE_CHECKING:
 
     from service.settings import Settings
 
-__all__ = ["Submission", "submission"]
+__all__ = ["Submission", "check_surface_samples", "submission", "submitted_name"]
 
 _MOST_VALUES = 8_000_000
 """Largest number of values in a JSON body. A decoded value takes up to 32 bytes."""
 
 _OPTIONS_BYTES = 64 * 1024
 """Largest size of the part ``options``, a hundred times that of all options."""
+
+_NAME_BYTES = 8 * 1024
+"""Largest body with a name; 200 characters may be 2,400 bytes of escapes."""
 
 _CHECKED_BYTES = 16 * 1024
 """Inline samples up to this size are validated before the answer, in about a millisecond. So
@@ -60,16 +67,31 @@ class Submission:
         With explicit defaults.
     sha256 : str
         SHA-256 of the data, hexadecimal.
+    name : str or None
+        The name that the client gives to the gamut.
+    file : str
+        The name of the file; empty if it has none.
     """
 
     data: bytes
     options: Options
     sha256: str
+    name: str | None = None
+    file: str = ""
 
-    @property
+    @cached_property
     def gamut_id(self) -> str:
         """The id of the gamut that the data and the options define."""
         return gamut_id(self.options, self.sha256)
+
+
+class _Body(NamedTuple):
+    """The parts of a body before validation: data, options, names of the gamut and of the file."""
+
+    data: bytes
+    options: dict[str, Any]
+    name: str | None
+    file: str = ""
 
 
 _Read: TypeAlias = "Callable[[UploadFile | str], Awaitable[bytes]]"
@@ -152,14 +174,24 @@ async def _read_submission(
         )
     media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     if media_type == "multipart/form-data":
-        data, mapping = await _multipart(request, settings.max_form_parts, scratch, read)
+        body = await _multipart(request, settings.max_form_parts, scratch, read)
     elif media_type == "application/json":
-        body = await _inline_body(request, settings.max_inline_bytes)
-        data, mapping = await asyncio.to_thread(_inline, body)
+        text = await _inline_body(request, settings.max_inline_bytes)
+        body = await asyncio.to_thread(_inline, text)
     else:
         detail = f"The media type of the body is {media_type[:100] or 'not given'}."
         raise ProblemError(Problem("unsupported-media-type", detail, {"header": "Content-Type"}))
-    options = Options.from_mapping(mapping)
+    data, options = body.data, Options.from_mapping(body.options)
+    check_surface_samples(options, settings)
+    if media_type == "application/json" and len(data) <= _CHECKED_BYTES:
+        await asyncio.to_thread(_check_inline, data.decode(), options)
+    # The data is not hashed again before a build reads it back.
+    digest = await asyncio.to_thread(hashlib.sha256, data)
+    return Submission(data, options, digest.hexdigest(), body.name, body.file)
+
+
+def check_surface_samples(options: Options, settings: Settings) -> None:
+    """Raise a problem if more surface samples are requested than the service allows."""
     if options.surface_samples > settings.max_surface_samples:
         raise ProblemError(
             Problem(
@@ -169,11 +201,33 @@ async def _read_submission(
                 f"Give at most {settings.max_surface_samples}.",
             )
         )
-    if media_type == "application/json" and len(data) <= _CHECKED_BYTES:
-        await asyncio.to_thread(json_samples, data.decode(), condition=options.condition)
-    # The only hash of the data until a build reads the data back.
-    digest = await asyncio.to_thread(hashlib.sha256, data)
-    return Submission(data, options, digest.hexdigest())
+
+
+async def submitted_name(request: Request) -> str:
+    """Return the name in the body of a request, an object with the member ``name``.
+
+    Raises
+    ------
+    ProblemError
+        The body is no such object, or the name is not valid.
+    """
+    media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    if media_type != "application/json":
+        detail = f"The media type of the body is {media_type[:100] or 'not given'}."
+        remedy = 'Send application/json, such as {"name": "Coated offset"}.'
+        where = {"header": "Content-Type"}
+        raise ProblemError(Problem("unsupported-media-type", detail, where, remedy))
+    document = _parse_json(await _inline_body(request, _NAME_BYTES))
+    if not isinstance(document, dict) or set(document) != {"name"}:
+        raise ProblemError(
+            Problem(
+                "invalid-body",
+                "The JSON is not an object with the member name alone.",
+                {"field": "name"},
+                'Send an object such as {"name": "Coated offset"}.',
+            )
+        )
+    return _name_or_problem(document["name"])
 
 
 async def _inline_body(request: Request, limit: int) -> bytes:
@@ -194,9 +248,7 @@ async def _inline_body(request: Request, limit: int) -> bytes:
     return bytes(body)
 
 
-async def _multipart(
-    request: Request, most_parts: int, scratch: Path, read: _Read
-) -> tuple[bytes, dict[str, Any]]:
+async def _multipart(request: Request, most_parts: int, scratch: Path, read: _Read) -> _Body:
     parser = _Parser(
         request.headers,
         request.stream(),
@@ -222,11 +274,13 @@ async def _multipart(
         ) from error
     try:
         parts = form.multi_items()
-        for name in ("file", "options"):
+        for name in ("file", "options", "name"):
             if sum(part == name for part, _ in parts) > 1:
                 _refuse(f"There is more than one part named {name}.", name)
         fields = [
-            _option_field(name, part) for name, part in parts if name not in {"file", "options"}
+            _option_field(name, part)
+            for name, part in parts
+            if name not in {"file", "options", "name"}
         ]
         file = form.get("file")
         if file is None:
@@ -237,7 +291,9 @@ async def _multipart(
         mapping = _options(_parse_json(await _read_part(options), "options"))
         given = [(option_name(name), value) for name, value in mapping.items()]
         given += fields
-        return await read(file), _merge_options(given)
+        named = None if "name" not in form else _name_or_problem(form["name"])
+        file_name = file.filename or "" if isinstance(file, UploadFile) else ""
+        return _Body(await read(file), _merge_options(given), named, file_name)
     finally:
         await form.close()
 
@@ -261,7 +317,7 @@ def _option_field(given: str, part: UploadFile | str) -> tuple[str, object]:
         name = option_name(given)
     except OptionError as error:
         detail = f"There is a part named {given[:80]!r}."
-        remedy = f"Parts are file, options, and options by their names. {error.remedy}"
+        remedy = f"Parts are file, name, options, and options by their names. {error.remedy}"
         problem = Problem("invalid-body", detail, {"field": given[:80]}, remedy)
         raise ProblemError(problem) from error
     if isinstance(part, UploadFile):
@@ -273,13 +329,24 @@ async def _read_part(part: UploadFile | str) -> bytes:
     return await part.read() if isinstance(part, UploadFile) else part.encode()
 
 
-def _inline(body: bytes) -> tuple[bytes, dict[str, Any]]:
-    document = _parse_json(body)
+def _check_inline(text: str, options: Options) -> None:
+    """Raise the error of a few inline samples, or of the options of a reference gamut."""
+    if parse_definition(text) is None:
+        json_samples(text, condition=options.condition)
+    else:
+        options.check_data("reference")
+
+
+def _inline(text: bytes) -> _Body:
+    document = _parse_json(text)
     if not isinstance(document, dict):
         _refuse("The JSON is not an object.", "samples")
+    if "reference" in document and "samples" not in document:
+        return _inline_reference(document)
     if "samples" not in document:
         _refuse("The JSON object has no member samples.", "samples")
     mapping = _options(document.pop("options", {}))
+    named = _name_or_problem(document.pop("name")) if "name" in document else None
     for name in document:
         if name in OPTIONS:
             # It would count as a measurement condition, and the option would keep its default.
@@ -297,7 +364,26 @@ def _inline(body: bytes) -> tuple[bytes, dict[str, Any]]:
         # 1e999 is valid JSON, but infinite as a double.
         problem = Problem("malformed-body", "A number in the JSON is out of range.")
         raise ProblemError(problem) from error
-    return canonical.encode(), mapping
+    return _Body(canonical.encode(), mapping, named)
+
+
+def _inline_reference(document: dict[str, Any]) -> _Body:
+    """Return the definition of a reference gamut: the same data for all of its names."""
+    for name in document:
+        if name not in {"reference", "options"}:
+            _refuse(f"There is a member {name[:80]!r} beside reference and options.", name[:80])
+    if not isinstance(document["reference"], str):
+        _refuse("The member reference is not the slug of a reference gamut.", "reference")
+    reference = find_reference(document["reference"])
+    return _Body(reference.data, _options(document.get("options", {})), None)
+
+
+def _name_or_problem(text: object) -> str:
+    """Return a name in its canonical form; raises the problem if it is none."""
+    try:
+        return checked_name(text)
+    except InvalidNameError as error:
+        raise ProblemError(Problem("invalid-name", str(error), {"field": "name"})) from error
 
 
 def _options(mapping: object) -> dict[str, Any]:
@@ -320,41 +406,7 @@ def _parse_json(text: bytes, part: str | None = None) -> Any:  # noqa: ANN401 - 
     if structures > MAX_JSON_SAMPLES + 100 or text.count(b",") > _MOST_VALUES:
         detail = f"The JSON has more than {MAX_JSON_SAMPLES} samples."
         raise ProblemError(Problem("too-many-samples", detail, place))
-    try:
-        return json.loads(
-            text.decode(), parse_constant=_refuse_constant, object_pairs_hook=_unique_members
-        )
-    except json.JSONDecodeError as error:
-        where = {**place, "line": error.lineno, "column": error.colno}
-        problem = Problem("malformed-body", f"The JSON is broken: {error.msg}.", where)
-    except UnicodeDecodeError as error:
-        where = {**place, "byte": error.start}
-        problem = Problem("malformed-body", "The JSON is not UTF-8.", where)
-    except (ValueError, RecursionError):
-        detail = "The JSON is nested too deeply, or a number is out of range."
-        problem = Problem("malformed-body", detail, place)
-    raise ProblemError(problem)
-
-
-def _unique_members(members: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return an object; refuse repeated names, as RFC 7493 (I-JSON), section 2.3.
-
-    The service cannot know which value was intended.
-    """
-    found = dict(members)
-    if len(found) < len(members):
-        seen: set[str] = set()
-        for name, _ in members:
-            if name in seen:
-                detail = f"There is more than one member named {name[:80]!r}."
-                remedy = "Give every member of a JSON object once."
-                raise ProblemError(Problem("invalid-body", detail, {"field": name[:80]}, remedy))
-            seen.add(name)
-    return found
-
-
-def _refuse_constant(name: str) -> NoReturn:
-    raise ProblemError(Problem("malformed-body", f"{name} is not a number in JSON."))
+    return parse_json(text, place)
 
 
 def _refuse(detail: str, name: str) -> NoReturn:

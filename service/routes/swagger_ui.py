@@ -6,20 +6,19 @@ contain Swagger UI's version, so they are cached for ever. See ``docs/decisions/
 
 import asyncio
 import base64
-import functools
 import hashlib
 import re
-from importlib.resources import files
 from typing import Annotated
 
 from fastapi import APIRouter, Path, Request
 from fastapi.openapi.docs import get_swagger_ui_html
 from fastapi.responses import HTMLResponse, Response
 
-from service.http.compression import IDENTITY, compress, compress_response, preferred_coding
-from service.http.conditional import IMMUTABLE, conditional, entity_tag, matches
+from service.http.compression import compress_response
+from service.http.conditional import conditional
 from service.problems.problem import JsonResponse, Problem, ProblemError
 from service.routes.html_pages import SECURITY_HEADERS
+from service.routes.static_files import static_file
 
 __all__ = ["MEDIA_TYPES", "VERSION", "router"]
 
@@ -35,8 +34,6 @@ MEDIA_TYPES = {
     "swagger-ui-bundle.js.LICENSE.txt": "text/plain; charset=utf-8",
 }
 """Served files and their media types."""
-
-_FILES = files("service") / "static" / "swagger-ui"
 
 
 @router.get("/docs")
@@ -89,23 +86,5 @@ async def documentation_file(
     if version != VERSION or name not in MEDIA_TYPES:
         detail = "The documentation has no such file."
         raise ProblemError(Problem("not-found", detail, remedy="The documentation is at /docs."))
-    accepted = ",".join(request.headers.getlist("accept-encoding"))
-    coding = preferred_coding(accepted.encode("latin-1"))
-    content, etag = await asyncio.to_thread(_content, name, coding)
-    headers = {"ETag": etag, "Cache-Control": IMMUTABLE, "Vary": "Accept-Encoding"}
-    known = request.headers.getlist("if-none-match")
-    if known and matches(",".join(known), etag):
-        return Response(status_code=304, headers=headers)
-    headers["X-Content-Type-Options"] = "nosniff"
-    if coding != IDENTITY:
-        headers["Content-Encoding"] = coding
-    return Response(content, media_type=MEDIA_TYPES[name], headers=headers)
-
-
-@functools.cache
-def _content(name: str, coding: str) -> tuple[bytes, str]:
-    """Return a file in a coding with its entity tag. The cache holds 3 MB in total."""
-    content = (_FILES / name).read_bytes()
-    if coding != IDENTITY:
-        content = compress(content, coding)
-    return content, entity_tag(content)
+    path = f"swagger-ui/{name}"
+    return await asyncio.to_thread(static_file, request.headers, path, MEDIA_TYPES[name])

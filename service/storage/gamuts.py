@@ -31,6 +31,7 @@ from service.storage.blobs import BlobDamagedError, BlobNotFoundError, Blobs, St
 from service.storage.eviction import Eviction
 from service.storage.inputs import Inputs
 from service.storage.local import LocalBlobs
+from service.storage.names import Names
 from service.storage.quarantine import Quarantine
 from service.storage.records import Record, RecordCache, id_of, record_key
 from service.storage.sweep import remove_uncommitted
@@ -43,14 +44,13 @@ _CACHED_RECORDS = 10_000
 """Number of records of a remote store in memory; each has a few kilobytes."""
 
 _RECORD_SECONDS = 30.0
-"""Seconds for which a remote record is assumed to exist. Records never change, but another replica
-may delete them."""
+"""Seconds for which a remote record is assumed to exist. Another replica may delete it."""
 
 _READERS = 16
-"""Number of simultaneous reads of remote records for a page of the list."""
+"""Number of simultaneous reads of remote records for a page."""
 
 _FLUSH_SECONDS = 600.0
-"""Interval of writing the times of last use. A crash loses at most these."""
+"""Interval of writing the times of last use."""
 
 _ATTEMPTS = 3
 """Number of attempts to create or read a record during concurrent deletes."""
@@ -80,22 +80,21 @@ class GamutStore:
     Parameters
     ----------
     blobs : Blobs
-        The storage.
     keep_inputs : bool
         Whether inputs stay after the publication.
 
     Attributes
     ----------
-    hits, misses : int
-        Requested records that exist, and that do not.
-    evictions : int
-        Gamuts removed for lack of space.
+    names : Names
+    hits, misses, evictions : int
+        Requested records that exist, and that do not; gamuts removed for lack of space.
     on_evicted : callable, optional
         Called with the id of an evicted gamut, in some thread.
     """
 
     def __init__(self, blobs: Blobs, *, keep_inputs: bool = True) -> None:
         self.blobs = blobs
+        self.names = Names(blobs)
         self.keep_inputs = keep_inputs
         self.hits = self.misses = self.evictions = 0
         self._damaged_jobs = 0
@@ -257,6 +256,7 @@ class GamutStore:
         self._used.pop(gamut_id, None)
         self.blobs.delete(record.key)
         self.drop_input(gamut_id)
+        self.names.drop(gamut_id)
         return deleted
 
     def evict(self, gamut_id: str) -> int:

@@ -1,8 +1,9 @@
 """The inputs that gamuts are built from, kept beside them.
 
-An input is durable before its job is accepted, so an accepted job survives the process. Afterwards
-the input allows a damaged gamut to be built again. A blob is three parts: the SHA-256 of the next
-line, a line of JSON with the options and the SHA-256 of the data, and the data as posted.
+An input is durable before a client learns that its job was accepted, so the job survives the
+process. Afterwards the input allows a damaged gamut to be built again. A blob is three parts: the
+SHA-256 of the next line, a line of JSON with the options and the SHA-256 of the data, and the data
+as posted.
 """
 
 from __future__ import annotations

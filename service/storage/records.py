@@ -41,7 +41,8 @@ class Record:
     description : dict
         Description by `gamutcore`.
     copy : str
-        Name of the history file, chosen by `GamutStore.publish`; empty in old records.
+        Random part of the history file's name, chosen by `GamutStore.publish`; empty in old
+        records.
     """
 
     id: str

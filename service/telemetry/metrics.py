@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-__all__ = ["TOTAL", "BuildFigures", "Distribution", "Metrics", "RequestFigures"]
+__all__ = ["TOTAL", "BuildFigures", "Distribution", "Metrics", "QueryFigures", "RequestFigures"]
 
 TOTAL = "total"
 """Key of the seconds of a whole build, publication included."""
@@ -147,9 +147,37 @@ class BuildFigures:
                 distribution.add(duration)
 
 
+class QueryFigures:
+    """Queries by operation. Thread-safe.
+
+    Attributes
+    ----------
+    rows : dict of int
+        Answered rows by operation.
+    seconds : dict of Distribution
+        Times of computation by operation. Large queries are answered piece by piece, and every
+        piece counts.
+    """
+
+    def __init__(self) -> None:
+        self.rows: dict[str, int] = {}
+        self.seconds: dict[str, Distribution] = {}
+        self._lock = threading.Lock()
+
+    def count(self, operation: str, rows: int, seconds: float) -> None:
+        """Count answered rows and the time of their computation."""
+        with self._lock:
+            self.rows[operation] = self.rows.get(operation, 0) + rows
+            distribution = self.seconds.get(operation)
+            if distribution is None:
+                distribution = self.seconds[operation] = Distribution(_RESPONSE_BOUNDS)
+            distribution.add(seconds)
+
+
 class Metrics:
     """All counters of a process."""
 
     def __init__(self) -> None:
         self.requests = RequestFigures()
         self.builds = BuildFigures()
+        self.queries = QueryFigures()

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from prometheus_client.core import Metric
 
-    from service.telemetry.metrics import BuildFigures, Distribution, RequestFigures
+    from service.telemetry.metrics import BuildFigures, Distribution, QueryFigures, RequestFigures
 
 __all__ = [
     "build_families",
@@ -26,6 +26,7 @@ __all__ = [
     "exposition",
     "gauge",
     "metric_family",
+    "query_families",
     "request_families",
     "serve_build_figures",
 ]
@@ -178,6 +179,23 @@ def build_families(figures: BuildFigures) -> Iterator[Metric]:
     yield _distributions(
         "gamut_build_stage_seconds", "Time of the stages of builds.", "stage", figures.stages
     )
+
+
+def query_families(figures: QueryFigures, rows_under_way: int) -> Iterator[Metric]:
+    """Return the metrics of queries."""
+    yield metric_family(
+        "counter",
+        "gamut_query_rows",
+        "Answered rows of queries by operation.",
+        [({"operation": name}, rows) for name, rows in list(figures.rows.items())],
+    )
+    yield _distributions(
+        "gamut_query_seconds",
+        "Time to compute the rows of a query, or a piece of them, by operation.",
+        "operation",
+        figures.seconds,
+    )
+    yield gauge("gamut_query_rows_in_progress", "Rows of queries under way.", rows_under_way)
 
 
 def _bound(value: float) -> str:

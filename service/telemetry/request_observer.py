@@ -37,10 +37,15 @@ KNOWN_PARAMETERS = (
     "triangles",
     "max_error",
     "max_mismatch",
+    "side",
     "format",
     "gamuts",
     "limit",
     "after",
+    "name",
+    "options",
+    *("a", "b", "reference", "sectors", "hues", "hue", "lightness", "plane"),
+    *("space", "distance", "tolerance", "metric", "kind", "method", "focus", "source"),
 )
 """Query parameters that are logged."""
 

@@ -14,6 +14,8 @@ from gamut_client import Client
 from gamut_client.api.gamuts import create_gamut, describe_gamut, describe_levels, download_history
 from gamut_client.api.meshes import download_mesh, download_mesh_file, download_meshes
 from gamut_client.models import (
+    DescribeLevelsSide,
+    DownloadMeshFileSide,
     DownloadMeshFileSuffix,
     ErrorCurve,
     GamutDescription,
@@ -40,10 +42,14 @@ def main(url: str, path: Path) -> dict[str, object]:
     if not isinstance(built, GamutDescription):
         raise TypeError(built)
     described = describe_gamut.sync(built.id, client=client)
-    levels = describe_levels.sync(built.id, client=client)
+    levels = describe_levels.sync(built.id, client=client, side=DescribeLevelsSide.INSIDE)
     mesh = download_mesh.sync(built.id, client=client, triangles=500)
     ply = download_mesh_file.sync(
-        built.id, DownloadMeshFileSuffix.PLY, client=client, max_mismatch=0.05
+        built.id,
+        DownloadMeshFileSuffix.PLY,
+        client=client,
+        max_mismatch=0.05,
+        side=DownloadMeshFileSide.OUTSIDE,
     )
     archive = download_meshes.sync(client=client, gamuts=built.id, triangles="10,100")
     history = download_history.sync(built.id, client=client)

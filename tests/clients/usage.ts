@@ -27,6 +27,8 @@ export async function upload(file: Blob): Promise<string> {
 export async function describe(gamut_id: string): Promise<number> {
   const { data, error } = await client.GET("/v1/gamuts/{gamut_id}", { params: { path: { gamut_id } } });
   if (error !== undefined) throw new Error(error.remedy);
+  // The job, if the id is the slug of a reference gamut that is still being built.
+  if (!("centre" in data)) throw new Error(data.stage);
   const lightness: number | undefined = data.centre[0];
   const levels: number[] = data.levels.map((level) => level.mismatch);
   if (lightness === undefined || levels.length === 0) throw new Error(data.state);
@@ -39,7 +41,7 @@ export function options(chosen: components["schemas"]["GamutOptions"]): string {
 
 export async function mesh(gamut_id: string): Promise<ArrayBuffer> {
   const { data, error } = await client.GET("/v1/gamuts/{gamut_id}/mesh", {
-    params: { path: { gamut_id }, query: { triangles: 500, format: "glb" } },
+    params: { path: { gamut_id }, query: { triangles: 500, format: "glb", side: "inside" } },
     parseAs: "arrayBuffer",
   });
   if (error !== undefined) throw new Error(error.code);
@@ -48,7 +50,7 @@ export async function mesh(gamut_id: string): Promise<ArrayBuffer> {
 
 export async function archive(gamuts: string[]): Promise<Blob> {
   const { data, error } = await client.GET("/v1/meshes", {
-    params: { query: { gamuts: gamuts.join(","), triangles: "10,100" } },
+    params: { query: { gamuts: gamuts.join(","), triangles: "10,100", side: "outside" } },
     parseAs: "blob",
   });
   if (error !== undefined) throw new Error(error.code);

@@ -41,7 +41,7 @@ PRESS = ROOT / "examples" / "FOGRA39L.ti3"
 
 HASTY = (
     "import sys; import service.broker.celery_app as app; app._STARTING_SECONDS = 1.0;"
-    "from service.command import main; sys.exit(main())"
+    "from service.__main__ import main; sys.exit(main())"
 )
 """A worker whose hard time limit is one second above the deadline instead of a minute."""
 

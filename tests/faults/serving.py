@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).parents[2]
 START_SECONDS = 120.0
-COMMAND = "import sys; from service.command import main; sys.exit(main())"
+COMMAND = "import sys; from service.__main__ import main; sys.exit(main())"
 
 
 class Serving(NamedTuple):

@@ -80,11 +80,14 @@ def _other_word(
     word: re.Pattern[bytes],
 ) -> None:
     """Put another word, from the same file, another one, or the lists, in the place of one."""
-    words = list(word.finditer(changed, chance.randrange(len(changed) + 1)))[:1]
-    found = [match for other in (changed, chance.choice(others)) for match in word.finditer(other)]
-    pool = chance.choice((tokens, NUMBERS, [bytes(match[0]) for match in found] or NUMBERS))
-    for match in words:
-        changed[match.start() : match.end()] = chance.choice(pool)
+    # A search from a random place: a list of all words of a picture takes longer than its reading.
+    match = word.search(changed, chance.randrange(len(changed) + 1))
+    if match is None:
+        return
+    source = chance.choice((changed, chance.choice(others)))
+    found = word.search(source, chance.randrange(len(source) + 1))
+    pool = chance.choice((tokens, NUMBERS, NUMBERS if found is None else [bytes(found[0])]))
+    changed[match.start() : match.end()] = chance.choice(pool)
 
 
 def _other_line(

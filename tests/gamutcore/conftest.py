@@ -13,12 +13,12 @@ import pygltflib
 import pytest
 import trimesh
 
-from gamutcore.boundary import Boundary, modified_convex_hull
+from gamutcore import Gamut, Options
+from gamutcore.boundary import Boundary, modified_convex_hull, wrap_colours
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.colours.spaces.cielab import ICC_D50, colour_science
 from gamutcore.decimation import decimate
-from gamutcore.gamut import Gamut, Options, build_gamut
 from gamutcore.history import History, build_history
 from gamutcore.mesh import TriangleMesh
 
@@ -133,13 +133,13 @@ def small_gamut() -> Gamut:
     lab = [50 + 45 * np.cos(np.radians(polar))]
     lab += [chroma * np.cos(np.radians(hue)), chroma * np.sin(np.radians(hue))]
     rows = "".join("{:.4f},{:.4f},{:.4f}\n".format(*row) for row in np.reshape(lab, (3, -1)).T)
-    return build_gamut(f"LAB_L,LAB_A,LAB_B\n{rows}".encode(), Options())
+    return Gamut(f"LAB_L,LAB_A,LAB_B\n{rows}".encode())
 
 
 @pytest.fixture(scope="session")
 def fogra39_gamut(fogra39: bytes) -> Gamut:
     """Return the gamut of FOGRA39L with default options."""
-    return build_gamut(fogra39, Options())
+    return Gamut(fogra39)
 
 
 @pytest.fixture(scope="session")
@@ -149,9 +149,18 @@ def fogra39_points(fogra39: bytes) -> np.ndarray:
 
 
 @pytest.fixture(scope="session")
-def fogra39_boundary(fogra39_points: np.ndarray) -> Boundary:
-    """Return the full boundary of FOGRA39L with default options, about 92,000 triangles."""
-    return modified_convex_hull(fogra39_points)
+def fogra39_boundary(fogra39: bytes) -> Boundary:
+    """Return the full boundary of FOGRA39L with default options, about 146,000 triangles."""
+    colours = surface_colours(characterisation(fogra39))
+    options = Options()
+    wrapping = wrap_colours(
+        colours.points,
+        colours.faces,
+        options.boundary,
+        options.centre,
+        options.boundary_parameters,
+    )
+    return wrapping.boundary
 
 
 @pytest.fixture(scope="session")

@@ -46,6 +46,7 @@ def test_released_codes_keep_their_meaning():
         "MalformedProfileError": "malformed-profile",
         "UnsupportedProfileError": "unsupported-profile",
         "PictureSizeError": "picture-too-large",
+        "ReferenceNameError": "unknown-reference",
         "UnsupportedPictureError": "unsupported-picture",
         "InvalidPointsError": "invalid-points",
         "TooFewPointsError": "too-few-points",

@@ -1,32 +1,27 @@
-"""The gamut: its identity, its description, its file, and the errors of a build."""
+"""The class `Gamut`: its file, its arguments, its levels and its answers."""
 
-import hashlib
 import io
 import json
-import struct
 
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from PIL import Image
+from PIL import ImageCms
 
-import gamutcore.gamut
+import gamutcore
+from gamutcore import Gamut, Options
 from gamutcore.errors import (
-    CentreError,
-    CharacterisationError,
-    FlatPointsError,
     GamutError,
     HistoryFileError,
+    InvalidPointsError,
     OptionError,
-    TooFewPointsError,
-    UnrecognisedFormatError,
+    TriangleCountError,
 )
-from gamutcore.gamut import STAGES, Gamut, Options, build_gamut, gamut_id, read_description
+from gamutcore.gamut import read_description
 from gamutcore.history import history_bytes
-from gamutcore.metric import mismatch
-
-DIGEST = hashlib.sha256(b"data").hexdigest()
+from gamutcore.options import OPTIONS
 
 
 def bare(rows):
@@ -37,120 +32,26 @@ def bare(rows):
 OCTAHEDRON = [(90, 0, 0), (10, 0, 0), (50, 40, 0), (50, -40, 0), (50, 0, 40), (50, 0, -40)]
 
 
-class TestId:
-    def test_is_a_sha256_of_what_it_says(self):
-        question = f"gamut 11\n{Options().canonical}\n{DIGEST}\n"
-        assert gamutcore.gamut.ALGORITHM_VERSION == 11
-        assert gamut_id(Options(), DIGEST) == hashlib.sha256(question.encode()).hexdigest()
+class Table:
+    """The parts of a pandas DataFrame that are used."""
 
-    def test_is_the_same_for_the_same_question(self):
-        spelled_out = Options.from_mapping(json.loads(Options().canonical))
-        assert gamut_id(spelled_out, DIGEST) == gamut_id(Options(), DIGEST)
+    def __init__(self, names, rows):
+        self.names, self.rows = names, np.asarray(rows, float)
 
-    @pytest.mark.parametrize(
-        "change",
-        [
-            {"gamma": 0.3},
-            {"boundary": "convex-hull"},
-            {"boundary": "segment-maxima"},
-            {"boundary": "segment-maxima", "segments": (16, 17)},
-            {"boundary": "usv"},
-            {"boundary": "usv", "basis": "octahedron"},
-            {"boundary": "usv", "subdivisions": 3},
-            {"boundary": "usv", "gamma": 0.1},
-            {"centre": (50, 0, 0)},
-            {"cost": "quadric"},
-            {"surface_samples": 99_999},
-            {"intent": "absolute"},
-            {"source": "measurements"},
-            {"device_model": "fit"},
-            {"device_model": "interpolation"},
-            {"ink_limit": 300},
-            {"black_limit": 90},
-        ],
-    )
-    def test_differs_with_every_option(self, change):
-        assert gamut_id(Options(**change), DIGEST) != gamut_id(Options(), DIGEST)
+    def to_numpy(self):
+        return self.rows.astype(object)
 
-    def test_differs_with_the_input_and_the_algorithm(self, monkeypatch):
-        before = gamut_id(Options(), DIGEST)
-        assert gamut_id(Options(), hashlib.sha256(b"date").hexdigest()) != before
-        monkeypatch.setattr(gamutcore.gamut, "ALGORITHM_VERSION", 12)
-        assert gamut_id(Options(), DIGEST) != before
+    def to_csv(self, *, index):
+        assert not index
+        lines = [self.names, *self.rows.tolist()]
+        return "".join(",".join(map(str, line)) + "\n" for line in lines)
 
 
-class TestDescription:
-    def test_is_json_and_comes_back_from_it(self, fogra39_gamut):
-        text = json.dumps(fogra39_gamut.description, allow_nan=False)
-        assert json.loads(text) == fogra39_gamut.description
-
-    def test_says_what_went_in(self, fogra39_gamut, fogra39):
-        description = fogra39_gamut.description
-        digest = hashlib.sha256(fogra39).hexdigest()
-        assert description["id"] == fogra39_gamut.id == gamut_id(Options(), digest)
-        assert description["options"] == Options().to_mapping()
-        assert fogra39_gamut.options == Options()
-        assert description["provenance"]["input"] == {"sha256": digest, "bytes": len(fogra39)}
-
-    @pytest.mark.parametrize(
-        "options",
-        [
-            {"boundary": "convex-hull"},
-            {"boundary": "segment-maxima", "segments": [12, 18]},
-            {"boundary": "usv", "basis": "tetrahedron", "subdivisions": 4},
-        ],
-    )
-    @pytest.mark.slow
-    def test_of_every_boundary(self, fogra39, options):
-        """Triangle counts follow from the methods' definitions, and levels preserve the volume."""
-        given = Options.from_mapping({**options, "surface_samples": 20_000})
-        gamut = build_gamut(fogra39, given)
-        description = json.loads(json.dumps(gamut.description, allow_nan=False))
-        assert options.items() <= description["options"].items()
-        assert Gamut.from_bytes(gamut.to_bytes()).options == given
-        if given.boundary == "segment-maxima":
-            assert description["counts"]["triangles"] == 2 * 12 * 18
-            assert description["counts"]["constructed"] >= 2  # the poles
-        else:
-            assert description["counts"]["constructed"] == 0
-        if given.boundary == "usv":
-            assert 0.9 < description["counts"]["triangles"] / (2 * 4 * 4**4 - 4) <= 1
-        full = gamut.history.full()
-        level = gamut.history.level(100)
-        assert level.validity(gamut.history.centre).is_gamut
-        assert level.volume == pytest.approx(full.volume, rel=1e-4)
-
-    def test_agrees_with_its_history(self, fogra39_gamut):
-        description, history = fogra39_gamut.description, fogra39_gamut.history
-        full = history.full()
-        assert description["counts"] == {
-            "triangles": history.triangles,
-            "vertices": history.vertices,
-            "minimum": 4,
-            "constructed": 0,
-        }
-        assert history.triangles == 2 * history.vertices - 4
-        assert description["volume"] == pytest.approx(full.volume, rel=1e-9)
-        assert description["area"] == pytest.approx(full.area, rel=1e-9)
-        np.testing.assert_array_equal(description["bounds"], full.bounds)
-        np.testing.assert_array_equal(description["centre"], history.centre)
-        levels = description["levels"]
-        assert levels[0]["triangles"] == 4
-        assert levels[-1]["triangles"] == history.triangles
-        for level in levels:
-            read = history.level(level["triangles"])
-            assert level["volume"] == pytest.approx(read.volume, rel=1e-9)
-
-    def test_of_a_press_in_terms_that_its_printer_knows(self, fogra39_gamut):
-        """FOGRA39: paper white L* 95 (ISO 12647-2:2004), black below 20, a volume about 400,000."""
-        (darkest, *_), (lightest, *_) = fogra39_gamut.description["bounds"]
-        assert 0 <= darkest < 20
-        # relative to the medium: the paper is the white
-        assert lightest == pytest.approx(100, abs=0.5)
-        assert 350_000 < fogra39_gamut.description["volume"] < 500_000
-
-    def test_memory_is_the_historys(self, fogra39_gamut):
-        assert fogra39_gamut.nbytes == fogra39_gamut.history.nbytes > 0
+def attempt(action):
+    try:
+        return action()
+    except GamutError as error:
+        return error
 
 
 class TestFile:
@@ -210,115 +111,30 @@ class TestFile:
         else:
             assert isinstance(outcome, HistoryFileError)
 
+    def test_save_and_load(self, small_gamut, tmp_path):
+        small_gamut.save(tmp_path / "small.gamut")
+        read = Gamut.load(tmp_path / "small.gamut")
+        assert read.to_bytes() == small_gamut.to_bytes()
+        assert json.dumps(read.description) == json.dumps(small_gamut.description)
 
-def attempt(action):
-    try:
-        return action()
-    except GamutError as error:
-        return error
 
-
-class TestBuild:
-    def test_reports_its_stages_in_order(self):
-        told = []
-        build_gamut(bare(OCTAHEDRON), Options(), progress=lambda *stage: told.append(stage))
-        assert [stage for stage, fraction in told if fraction == 0.0] == list(STAGES)
-        assert told == sorted(told, key=lambda one: (STAGES.index(one[0]), one[1]))
-        assert told[-1] == (STAGES[-1], 1.0)
-
-    def test_of_a_body_with_a_known_volume(self, assert_every_invariant):
-        gamut = build_gamut(bare(OCTAHEDRON), Options())
-        assert gamut.description["counts"]["triangles"] == 8
-        assert gamut.description["volume"] == pytest.approx(4 / 3 * 40**3)
-        assert gamut.description["area"] == pytest.approx(2 * np.sqrt(3) * (40 * np.sqrt(2)) ** 2)
-        for level in gamut.history.levels():
-            assert_every_invariant(level, gamut.description["centre"], level.triangles)
-
-    def test_says_of_all_levels_whether_they_have_the_volume(self):
-        """In thin bodies, levels that are not on the error curve may change the volume."""
-        said = set()
-        for thickness, seed in ((1.0, 0), (8e-3, 4), (6e-3, 7), (6e-3, 28), (5e-3, 8), (1e-3, 0)):
-            points = np.random.default_rng(seed).normal(size=(120, 3))
-            points *= (50, 50, 50 * thickness) / np.linalg.norm(points, axis=1)[:, np.newaxis]
-            gamut = build_gamut(bare(points + np.array([50.0, 0.0, 0.0])), Options())
-            whole = gamut.history.full().volume
-            lost = {
-                level.triangles: abs(level.volume - whole) / whole
-                for level in gamut.history.levels()
-            }
-            off = {count: part > 1e-5 for count, part in lost.items()}
-            # watched where positions are rounded, which these volumes are summed from anew
-            assert gamut.description["volume_error"] == pytest.approx(max(lost.values()), rel=0.01)
-            in_curve = any(off[level["triangles"]] for level in gamut.description["levels"])
-            assert gamut.description["volume_preserved"] is not any(off.values())
-            said.add((gamut.description["volume_preserved"], in_curve))
-        assert said == {(True, False), (False, False), (False, True)}
-
-    @pytest.mark.parametrize("cost", ["quadric", "finest"])
-    def test_says_which_costs_do_not_keep_the_volume(self, random_cloud, cost):
-        gamut = build_gamut(bare(random_cloud(70)), Options(cost=cost))
-        assert gamut.description["volume_preserved"] is False
-        assert "volume_error" not in gamut.description
-
-    @pytest.mark.slow
-    def test_reruns_are_byte_identical(self, fogra39_gamut, fogra39):
-        assert build_gamut(fogra39, Options()).to_bytes() == fogra39_gamut.to_bytes()
-
-    def test_options_reach_their_stations(self, small_gamut, random_cloud):
-        data = bare(random_cloud(70))
-        default = build_gamut(data, Options())
-        hull = build_gamut(data, Options(boundary="convex-hull"))
-        assert hull.description["volume"] > default.description["volume"]
-        centred = build_gamut(data, Options(centre=(52, 1, -2)))
-        assert centred.description["centre"] == [52, 1, -2]
-        published = build_gamut(data, Options(cost="quadric"))
-        assert mismatch(published.history.full(), default.history.full()) < 1e-9
-        assert published.history.level(50) != default.history.level(50)
-        assert len({g.id for g in (small_gamut, default, hull, centred, published)}) == 5
-
-    @pytest.mark.parametrize(
-        ("data", "options"),
-        [
-            ("colours", {"device_model": "fit"}),
-            ("colours", {"ink_limit": 300}),
-            ("colours", {"surface_samples": 5000}),
-            ("colours", {"popularity": 0.1}),
-            ("profile", {"observer": 10}),
-            ("profile", {"illuminant": "D65"}),
-            ("profile", {"device_model": "fit"}),
-            ("profile", {"popularity": 0.1}),
-            ("picture", {"observer": 10}),
-            ("picture", {"illuminant": "D65"}),
-            ("picture", {"black_limit": 90}),
-            ("picture", {"device_model": "fit"}),
-            ("picture", {"surface_samples": 5000}),
-        ],
-    )
-    def test_an_option_of_other_data_is_refused(self, data, options, small_profile):
-        stream = io.BytesIO()
-        Image.fromarray(np.zeros((8, 8, 3), np.uint8)).save(stream, "PNG")
-        content = {
-            "colours": bare(OCTAHEDRON),
-            "profile": small_profile("sRGB-v4.icc"),
-            "picture": stream.getvalue(),
-        }
-        with pytest.raises(OptionError) as caught:
-            build_gamut(content[data], options)
-        assert [caught.value.where["field"]] == list(options)
-        assert caught.value.remedy
-
+class TestArguments:
     def test_a_path_and_no_options(self, tmp_path):
         file = tmp_path / "colours.csv"
         file.write_bytes(bare(OCTAHEDRON))
-        expected = build_gamut(bare(OCTAHEDRON), Options())
+        expected = Gamut(bare(OCTAHEDRON))
         for data in (file, str(file), bytearray(bare(OCTAHEDRON))):
-            assert build_gamut(data).to_bytes() == expected.to_bytes()
-        assert build_gamut(file, {"Cost": "Quadric"}).options.cost == "quadric"
+            assert Gamut(data).to_bytes() == expected.to_bytes()
+        for gamut in (Gamut(file, {"Cost": "Quadric"}), Gamut(file, cost="Quadric")):
+            assert gamut.options.cost == "quadric"
+        assert Gamut(file, Options(gamma=0.3), cost="finest").options.gamma == 0.3
 
     @pytest.mark.parametrize(
         ("arguments", "remedy"),
         [
-            ((np.zeros((8, 3)),), "numpy.save"),
+            ((np.zeros((8, 2)),), "n, 3"),
+            ((np.array(["L"]),), "n, 3"),
+            ((object(),), "mesh"),
             (("L,a,b\n1,2,3\n",), "encode"),
             ((None,), "path"),
             ((b"", "finest"), "Options"),
@@ -327,103 +143,140 @@ class TestBuild:
     )
     def test_arguments_of_other_types_are_explained(self, arguments, remedy):
         with pytest.raises(TypeError, match=remedy):
-            build_gamut(*arguments)
+            Gamut(*arguments)
 
-    @pytest.mark.parametrize("form", ["samples", "picture", "profile"])
-    def test_a_gray_device_has_no_volume_and_is_told_why(self, form, made_profile):
-        stream = io.BytesIO()
-        Image.fromarray(np.arange(256, dtype=np.uint8).reshape(16, 16)).save(stream, "PNG")
-        ramp = [[v, 0.9 * v, v, 0.8 * v] for v in range(0, 101, 5)]
-        columns = ["GRAY", "XYZ_X", "XYZ_Y", "XYZ_Z"]
-        table = json.dumps({"columns": columns, "samples": ramp}).encode()
-        curve = b"curv" + bytes(4) + struct.pack(">IH", 1, 0x0200)  # a gamma of 2
-        data = {
-            "samples": table,
-            "picture": stream.getvalue(),
-            "profile": made_profile({"kTRC": curve}, space="GRAY"),
-        }
-        with pytest.raises(FlatPointsError, match="one channel") as caught:
-            build_gamut(data[form], Options())
-        assert caught.value.where == {"field": "channels"}
-        assert "RGB" in caught.value.remedy
+    def test_every_form_of_the_same_colours(self):
+        """An array is the file that numpy.save writes, and a table that of its columns."""
+        file = io.BytesIO()
+        np.save(file, np.array(OCTAHEDRON, float))
+        for data in (np.array(OCTAHEDRON), OCTAHEDRON, np.reshape(OCTAHEDRON, (2, 3, 3))):
+            assert Gamut(data).id == Gamut(file.getvalue()).id
+        table = Gamut(Table(["LAB_L", "LAB_A", "LAB_B"], OCTAHEDRON))
+        assert table.history.full() == Gamut(OCTAHEDRON).history.full()
+
+    def test_a_mesh_of_any_kind(self, small_gamut):
+        """A level is a gamut again, with the surface and the device values that it had."""
+        level = small_gamut.level(30)
+        for mesh in (level, trimesh.Trimesh(level.vertices, level.faces, process=False)):
+            again = Gamut(mesh)
+            assert again.volume == pytest.approx(level.volume, rel=1e-6)
+            assert again.history.triangles == 30
+
+    @pytest.mark.slow
+    def test_a_mesh_keeps_its_device_values(self, fogra39):
+        level = Gamut(fogra39, surface_samples=1000).level(60)
+        again = Gamut(level).level(60).device
+        assert again.channels == level.device.channels
+        rows = np.lexsort(level.device.values.T), np.lexsort(again.values.T)
+        np.testing.assert_allclose(again.values[rows[1]], level.device.values[rows[0]], atol=1e-4)
+
+    @pytest.mark.slow
+    def test_a_profile_of_pillow(self, small_profile):
+        data = small_profile("sRGB-v4.icc")
+        opened = ImageCms.ImageCmsProfile(io.BytesIO(data))
+        assert Gamut(opened, surface_samples=500).volume == pytest.approx(
+            Gamut(data, surface_samples=500).volume, rel=0.01
+        )
+
+    def test_names_of_options_do_not_collide_with_other_arguments(self):
+        assert not {"data", "options", "progress", "limits"} & set(OPTIONS)
+
+
+class TestPackage:
+    def test_public_names_are_imported_on_first_use(self):
+        assert gamutcore.Gamut is Gamut
+        assert {"Gamut", "Options", "reference"} <= set(dir(gamutcore))
+        with pytest.raises(AttributeError, match="gamuts"):
+            _ = gamutcore.gamuts
+
+
+class TestMesh:
+    def test_by_count_and_by_limit(self, small_gamut):
+        assert small_gamut.mesh(31).triangles == 30
+        whole = small_gamut.history.triangles
+        assert small_gamut.mesh().triangles == min(1000, whole)
+        assert small_gamut.mesh(max_error=0).triangles == whole
+        limited = small_gamut.mesh(max_error=2.0)
+        assert limited.max_error <= 2.0
+        assert limited == small_gamut.level(limited.triangles)
+
+    def test_on_one_side(self, small_gamut):
+        inside, outside = (small_gamut.mesh(60, side=side) for side in ("inside", "outside"))
+        assert inside.volume < small_gamut.volume < outside.volume
+
+    def test_errors(self, small_gamut):
+        with pytest.raises(OptionError, match="triangles"):
+            small_gamut.mesh(40, max_error=1.0)
+        with pytest.raises(OptionError, match="max_error"):
+            small_gamut.mesh(max_error=-1.0)
+        with pytest.raises(OptionError, match="side"):
+            small_gamut.mesh(40, side="left")
+        with pytest.raises(TriangleCountError):
+            small_gamut.mesh(3)
+
+
+class TestContains:
+    def test_of_a_body_whose_inside_is_known(self):
+        gamut = Gamut(OCTAHEDRON)
+        colours = np.random.default_rng(5).uniform(-60, 110, (500, 3))
+        expected = np.abs(colours - (50, 0, 0)).sum(axis=1) <= 40
+        assert (gamut.contains(colours) == expected).all()
+        assert gamut.contains(colours.reshape(5, 100, 3)).shape == (5, 100)
+        assert gamut.contains((50, 0, 0)).shape == ()
+        assert gamut.contains(Table("Lab", colours)).tolist() == expected.tolist()
+
+    def test_in_other_spaces(self):
+        gamut = Gamut(OCTAHEDRON)
+        assert gamut.contains([(50, 39, 0), (50, 39, 45)], space="lchab").tolist() == [True, False]
+        assert gamut.contains([(0.5, 0.5, 0.5), (1, 0, 0)], space="sRGB").tolist() == [True, False]
+        lab = np.array([(50, 10, 10), (50, 30, 30)], float)
+        for space in ("Oklab", "CAM16-UCS", "CIE XYZ"):
+            other = Gamut(OCTAHEDRON, space=space, gamma=1.0)
+            assert other.contains(lab, space="CIE Lab").tolist() == [True, False]
+            assert other.contains(other.colour_space.coordinates(lab)[0]).tolist() == [True, False]
 
     @pytest.mark.parametrize(
-        ("data", "options", "kind"),
+        ("colours", "row"),
         [
-            (b"", {}, CharacterisationError),
-            (b"\x00\x01\x02", {}, UnrecognisedFormatError),
-            (b"hello world", {}, CharacterisationError),
-            (bare(OCTAHEDRON[:3]), {}, GamutError),
-            (bare([(50, 0, 0)] * 20), {}, TooFewPointsError),
-            (bare([(50, i, 0) for i in range(20)]), {}, FlatPointsError),
-            (bare([(50, i % 5, i // 5) for i in range(20)]), {}, FlatPointsError),
-            (bare(OCTAHEDRON), {"centre": (95, 0, 0)}, CentreError),
-            (bare(OCTAHEDRON), {"centre": (75, 30, 30)}, CentreError),
-            (bare([*OCTAHEDRON, (50, 0, np.nan)]), {}, GamutError),
-            (bare([*OCTAHEDRON, (50, 0, 1e30)]), {}, GamutError),
+            ([(50, 0, 0), (50, np.nan, 0)], 1),
+            (np.full((2, 2, 3), np.inf), 0),
+            ([(1, 2)], None),
+            ("abc", None),
+            ([(1, 2, 3), (1, 2)], None),
         ],
     )
-    def test_what_cannot_be_built_is_a_named_error(self, data, options, kind):
-        with pytest.raises(kind) as caught:
-            build_gamut(data, Options(**options))
-        assert caught.value.message
-        assert caught.value.remedy or caught.value.where
+    def test_colours_that_are_none(self, small_gamut, colours, row):
+        with pytest.raises(InvalidPointsError) as caught:
+            small_gamut.contains(colours)
+        assert caught.value.where.get("row") == row
+        assert caught.value.remedy
 
-    @settings(max_examples=60)
-    @given(
-        rows=st.lists(
-            st.tuples(
-                *[st.sampled_from([0.0, 1.0, 50.0, 100.0, -40.0, 1e-9, 1e9, 33.3, -1e5])] * 3
-            ),
-            max_size=12,
-        )
-    )
-    @pytest.mark.slow
-    def test_any_colours_are_a_gamut_or_a_named_error(self, assert_every_invariant, rows):
-        outcome = attempt(lambda: build_gamut(bare(rows), Options()))
-        if isinstance(outcome, Gamut):
-            for level in outcome.history.levels():
-                assert_every_invariant(level, outcome.history.centre, level.triangles)
-        else:
-            assert outcome.remedy
-
-
-class TestColourSpace:
-    def display(self, luminance="90.0 184.5 101.0"):
-        """A display with the primaries of CIEXYZ and a declared luminance."""
-        cube = np.array(list(np.ndindex(3, 3, 3))) / 2
-        rows = np.concatenate([cube, cube @ np.diag([0.95, 1.0, 1.09])], axis=1)
-        document = {
-            "columns": ["R", "G", "B", "X", "Y", "Z"],
-            "samples": rows.tolist(),
-            "conditions": {"DEVICE_CLASS": "DISPLAY", "LUMINANCE_XYZ_CDM2": luminance},
-        }
-        return json.dumps(document).encode()
-
-    def test_the_measured_luminance_is_used_and_kept(self):
-        measured = Options(space="ICtCp", luminance="measured", surface_samples=1000)
-        gamut = build_gamut(self.display(), measured)
-        assert gamut.description["provenance"]["colour_space"]["luminance"] == 184.5
-        assert gamut.colour_space.luminance == 184.5
-        assert Gamut.from_bytes(gamut.to_bytes()).colour_space == gamut.colour_space
-        stated = Options(space="ICtCp", luminance=184.5, surface_samples=1000)
-        same = build_gamut(self.display(), stated)
-        assert same.description["volume"] == gamut.description["volume"]
-        assert same.id != gamut.id
-
-    def test_what_is_not_stated_cannot_be_used(self):
+    def test_an_unknown_space_is_named_with_a_near_match(self, small_gamut):
         with pytest.raises(OptionError) as caught:
-            build_gamut(self.display(""), Options(space="Jzazbz", luminance="measured"))
-        assert caught.value.where == {"field": "luminance"}
+            small_gamut.contains((50, 0, 0), space="sRGBB")
+        assert "Did you mean 'sRGB'?" in caught.value.remedy
 
-    @pytest.mark.parametrize("space", ["CIEXYZ", "Oklab", "CAM16-UCS", "Jzazbz"])
-    def test_the_whole_description_is_in_the_space(self, space):
-        gamut = build_gamut(bare(OCTAHEDRON), Options(space=space, gamma=1.0))
-        points, _ = gamut.colour_space.coordinates(np.array(OCTAHEDRON, float))
-        step = gamut.description["grid_step"]
-        lowest, highest = points.min(axis=0), points.max(axis=0)
-        np.testing.assert_allclose(gamut.description["bounds"], [lowest, highest], atol=step)
-        assert (lowest < gamut.description["centre"]).all()
-        assert (gamut.description["centre"] < highest).all()
-        assert gamut.description["provenance"]["space"] == space
-        assert gamut.description["provenance"]["colour_space"]["name"] == space
+
+class TestMemory:
+    def test_indexes_count_and_are_bounded(self, small_gamut):
+        gamut = Gamut.from_bytes(small_gamut.to_bytes())
+        gamut.contains((50, 0, 0), max_error=0)
+        assert gamut.nbytes == gamut.history.nbytes + gamut.levels.nbytes
+        one = gamut.levels.nbytes
+        assert one > 0
+        gamut.levels.capacity = one + 1
+        for triangles in range(10, 40, 2):
+            gamut.contains((50, 0, 0), triangles=triangles)
+            assert 0 < gamut.levels.nbytes <= gamut.levels.capacity
+
+    def test_the_default_level_follows_the_scale_of_the_space(self):
+        for scale in (1.0, 100.0):
+            gamut = Gamut(OCTAHEDRON, space="Oklab", scale=scale)
+            assert gamut.default_error == pytest.approx(0.001 * scale, rel=1e-3)
+
+
+def test_repr_is_one_line(small_gamut):
+    text = repr(small_gamut)
+    assert "\n" not in text
+    assert "CIELAB" in text
+    assert small_gamut.id[:12] in text

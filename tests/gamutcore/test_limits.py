@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from gamutcore import Gamut
 from gamutcore.errors import PictureSizeError, SampleLimitError
-from gamutcore.gamut import Options, build_gamut
 from gamutcore.limits import Limits, apply_limits, current_limits
 
 SAMPLES = np.array([[50, 40, 0], [50, -40, 0], [50, 0, 40], [50, 0, -40], [90, 0, 0], [10, 0, 0]])
@@ -35,15 +35,15 @@ def png():
 
 @pytest.mark.parametrize("data", [csv(), npy(), inline()], ids=["csv", "npy", "json"])
 def test_as_many_samples_as_allowed(data):
-    assert build_gamut(data, Options(gamma=1.0), limits=Limits(samples=6)).history.triangles == 8
+    assert Gamut(data, gamma=1.0, limits=Limits(samples=6)).history.triangles == 8
     with pytest.raises(SampleLimitError, match=r"6 samples, more than 5"):
-        build_gamut(data, Options(gamma=1.0), limits=Limits(samples=5))
+        Gamut(data, gamma=1.0, limits=Limits(samples=5))
 
 
 def test_as_many_pixels_as_allowed():
-    build_gamut(png(), Options(gamma=1.0), limits=Limits(pixels=64))
+    Gamut(png(), gamma=1.0, limits=Limits(pixels=64))
     with pytest.raises(PictureSizeError) as caught:
-        build_gamut(png(), Options(gamma=1.0), limits=Limits(pixels=63))
+        Gamut(png(), gamma=1.0, limits=Limits(pixels=63))
     assert "6.3e-05 million pixels" in caught.value.remedy
 
 

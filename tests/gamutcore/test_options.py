@@ -20,6 +20,7 @@ GAMMA = st.floats(0, 1, exclude_min=True)
 METHODS = {
     "modified-convex-hull": {"gamma": GAMMA},
     "convex-hull": {"gamma": st.just(1)},
+    "device-surface": {},
     "segment-maxima": {"segments": st.tuples(st.integers(2, 180), st.integers(3, 360)).map(list)},
     "usv": {
         "gamma": GAMMA,
@@ -73,7 +74,7 @@ def test_the_defaults_are_those_of_the_design():
     assert Options().to_mapping() == {
         "space": "CIELAB",
         "boundary": "modified-convex-hull",
-        "gamma": 0.2,
+        "gamma": "auto",
         "centre": "auto",
         "cost": "volume",
         "surface_samples": 100_000,
@@ -106,7 +107,7 @@ def test_the_canonical_form_has_every_option_that_applies_sorted_and_no_space(ma
 @pytest.mark.parametrize(
     ("one", "other"),
     [
-        ({}, {"gamma": 0.2, "centre": "auto"}),
+        ({}, {"gamma": "auto", "centre": "auto"}),
         ({"gamma": 1}, {"gamma": 1.0}),
         ({"centre": [50, 0, 0]}, {"centre": (50.0, 0.0, -0.0)}),
         ({"boundary": "modified-convex-hull"}, {}),
@@ -163,7 +164,7 @@ def test_an_option_of_other_boundaries_is_refused(boundary, name, value):
 
 
 def test_the_boundary_is_called_with_what_applies():
-    assert Options().boundary_parameters == {"gamma": 0.2}
+    assert Options().boundary_parameters == {"gamma": "auto"}
     assert Options(boundary="segment-maxima").boundary_parameters == {"segments": (16, 16)}
     assert Options(boundary="usv", subdivisions=2).boundary_parameters == {
         "gamma": 0.05,

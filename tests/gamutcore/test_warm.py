@@ -25,7 +25,7 @@ def report(before):
     print(json.dumps({"used": sum(before.values()), "new": new, "several": several}))
 
 from gamutcore.export import FORMATS, mesh_file
-from gamutcore.gamut import Gamut, Options, build_gamut
+from gamutcore import Gamut, Options
 """
 
 DEFAULT = """
@@ -33,7 +33,7 @@ use_kernels("default")
 before = signatures()
 root = Path(sys.argv[1])
 for path in ("examples/FOGRA39L.ti3", "tests/data/sRGB-v4.icc", "tests/data/DisplayP3-v4.icc"):
-    gamut = build_gamut((root / path).read_bytes(), Options(surface_samples=20000))
+    gamut = Gamut((root / path).read_bytes(), surface_samples=20000)
     read = Gamut.from_bytes(gamut.to_bytes())
     for name in FORMATS:
         mesh_file(read.level(300), name, {"title": "x"})
@@ -53,7 +53,7 @@ for path in ("examples/FOGRA39L.ti3", "tests/data/sRGB-v4.icc", "tests/data/Disp
         Options(surface_samples=2000, boundary="segment-maxima"),
         Options(surface_samples=2000, boundary="usv"),
     ):
-        gamut = build_gamut((root / path).read_bytes(), options)
+        gamut = Gamut((root / path).read_bytes(), options)
 read = Gamut.from_bytes(gamut.to_bytes())
 cursor = read.history.cursor(100)
 cursor.finer(20)
@@ -68,7 +68,7 @@ use_kernels("default")
 before = signatures()
 from gamutcore.metric.level_search import Bounds, LevelSearch
 read = Gamut.from_bytes(Path(sys.argv[1]).read_bytes())
-LevelSearch(read.history.triangles, []).find(read.history, Bounds(1e-3, 1e-3))
+LevelSearch(read.description["levels"]).find(read.history, Bounds(1e-3, 1e-3))
 for triangles in (4, 100, read.history.triangles):
     for name in FORMATS:
         mesh_file(read.level(triangles), name, {"title": "x"})

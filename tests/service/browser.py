@@ -26,14 +26,14 @@ class Page:
 
 def missing():
     """Why there is no browser; None if there is one."""
-    return None if _program() else "there is no Chromium: install the package chromium"
+    return None if program() else "there is no Chromium: install the package chromium"
 
 
 def open_page(address, profile):
     """Open an address with an empty directory as the profile, and return the page."""
     result = subprocess.run(
         [
-            _program(),
+            program(),
             "--headless",
             "--disable-gpu",
             "--disable-dev-shm-usage",
@@ -55,5 +55,5 @@ def open_page(address, profile):
     return Page(result.stdout, console)
 
 
-def _program():
+def program():
     return next(filter(None, map(shutil.which, NAMES)), None)

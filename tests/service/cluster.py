@@ -21,7 +21,7 @@ import httpx
 START_SECONDS = 120
 """Generous: on a first run the kernels are compiled."""
 
-COMMAND = "import sys; from service.command import main; sys.exit(main())"
+COMMAND = "import sys; from service.__main__ import main; sys.exit(main())"
 RABBITMQ = Path("/usr/lib/rabbitmq/bin/rabbitmq-server")
 SPHERES = itertools.count()
 

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from opentelemetry.proto.collector.trace.v1.trace_service_pb2 import ExportTraceServiceRequest
 
-from gamutcore.gamut import Options, build_gamut
+from gamutcore import Gamut, Options
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
 from service.storage.records import Record
@@ -46,7 +46,7 @@ class Server:
             **{name: value for name, value in os.environ.items() if not name.startswith("GAMUT_")},
             **{f"GAMUT_{name.upper()}": str(value) for name, value in settings.items()},
         }
-        command = "import sys; from service.command import main; sys.exit(main())"
+        command = "import sys; from service.__main__ import main; sys.exit(main())"
         with log.open("wb") as output:
             self.process = subprocess.Popen(
                 [sys.executable, "-c", command, "serve", "--port", "0", "--store", str(data)],
@@ -242,9 +242,7 @@ def assert_problem():
 @pytest.fixture(scope="session")
 def built(sphere):
     """Two small gamuts, built here."""
-    return [
-        build_gamut(json.dumps({"samples": sphere(seed)}).encode(), Options()) for seed in (10, 11)
-    ]
+    return [Gamut(json.dumps({"samples": sphere(seed)}).encode(), Options()) for seed in (10, 11)]
 
 
 @pytest.fixture(scope="session")
@@ -346,6 +344,8 @@ for line in sys.stdin:
         send(event="refused", code="missing-column", message="m", where={"column": "L"}, remedy="r")
     elif word == "exhaust":
         send(event="exhausted")
+    elif word == "outdate":
+        send(event="outdated")
     elif word == "full":
         send(event="failed", errno=28)
     elif word == "defect":

@@ -7,9 +7,8 @@ import sys
 import pytest
 
 from gamutcore.version import __version__
-from service.__main__ import main as entry_point
+from service.__main__ import main
 from service.access.api_keys import ApiKeys
-from service.command import main
 from service.settings import Settings
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
@@ -21,9 +20,7 @@ def test_the_document_is_printed(capsys):
 
 
 def test_the_version_is_printed(capsys):
-    with pytest.raises(SystemExit) as caught:
-        main(["--version"])
-    assert caught.value.code == 0
+    assert main(["--version"]) == 0
     assert capsys.readouterr().out.strip() == __version__
 
 
@@ -233,7 +230,17 @@ class TestWorker:
 
 def test_without_the_extra_the_command_says_what_to_install(capsys, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == "fastapi" else ...)
-    assert entry_point() == 1
+    assert main(["serve"]) == 1
     told = capsys.readouterr().err
     assert "fastapi" in told
     assert "gamut-boundary-service[service]" in told
+
+
+@pytest.mark.slow
+def test_a_server_starts_without_what_only_some_requests_need():
+    """Each of these takes memory of every server, and time of every start."""
+    some = {"OpenImageIO", "PIL", "celery", "colour", "manifold3d", "obstore", "prometheus_client"}
+    some |= {"scipy.optimize", "scipy.sparse", "scipy.spatial", "trimesh"}
+    code = f"import sys, service.command; sys.exit(sorted({some} & set(sys.modules)) or None)"
+    ended = subprocess.run([sys.executable, "-c", code], stderr=subprocess.PIPE, check=False)
+    assert not ended.stderr

@@ -77,13 +77,18 @@ class ParametricCurve:
         Parameters
         ----------
         x : (m,) float
-            Inputs.
+            Inputs, clipped to 0 to 1.
 
         Returns
         -------
         (m,) float
-            May be infinite for hostile parameters. Transforms check their results.
+            0 to 1. Infinite or NaN for hostile parameters; transforms check their results.
         """
+        # Domain and range are 0 to 1, and values outside are clipped (ICC.1:2022, 10.18).
+        y = self._formula(np.clip(x, 0.0, 1.0))
+        return np.where(np.isfinite(y), np.clip(y, 0.0, 1.0), y)
+
+    def _formula(self, x: FloatArray) -> FloatArray:
         g, a, b, c, d, e, f = np.append(
             self.parameters, np.zeros(7 - len(self.parameters))
         ).tolist()

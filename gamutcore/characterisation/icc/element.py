@@ -44,10 +44,6 @@ class Element:
             The fault, as a predicate with the tag as its subject.
         remedy : str
             Advice for the user.
-
-        Returns
-        -------
-        MalformedProfileError
         """
         return MalformedProfileError(
             f"The tag {self.tag} {problem}.",
@@ -62,10 +58,6 @@ class Element:
         ----------
         offset, size : int
             Within the tag.
-
-        Returns
-        -------
-        bytes
 
         Raises
         ------
@@ -90,10 +82,6 @@ class Element:
         ----------
         offset, size : int
             Within the tag.
-
-        Returns
-        -------
-        int
         """
         return int.from_bytes(self.raw(offset, size), "big")
 

@@ -220,10 +220,6 @@ def lut_transform(element: Element, channels: int, pcs: str) -> Transform:
     pcs : str
         ``"XYZ"`` or ``"Lab"``.
 
-    Returns
-    -------
-    Transform
-
     Raises
     ------
     MalformedProfileError

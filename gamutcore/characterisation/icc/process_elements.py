@@ -101,10 +101,6 @@ def process_elements_transform(element: Element, channels: int, pcs: str) -> Tra
     pcs : str
         ``"XYZ"`` or ``"Lab"``.
 
-    Returns
-    -------
-    Transform
-
     Raises
     ------
     MalformedProfileError

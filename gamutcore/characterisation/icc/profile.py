@@ -133,10 +133,6 @@ class IccProfile:
         tag : str
             Its signature.
 
-        Returns
-        -------
-        Element
-
         Raises
         ------
         MalformedProfileError
@@ -347,10 +343,6 @@ def icc_profile(data: bytes) -> IccProfile:
     data : bytes
         The file, of version 2, 4 or 5.
 
-    Returns
-    -------
-    IccProfile
-
     Raises
     ------
     MalformedProfileError
@@ -366,7 +358,7 @@ def icc_profile(data: bytes) -> IccProfile:
             remedy="Send the whole profile.",
         )
     version = (data[8], data[9] >> 4, data[9] & 15)
-    if version[0] not in {2, 4, 5}:
+    if version[0] not in {2, 3, 4, 5}:
         raise UnsupportedProfileError(
             f"The profile has version {version[0]}.",
             where={"field": "version"},
@@ -447,6 +439,10 @@ def _tag_table(data: bytes) -> dict[str, tuple[int, int]]:
 
 def _described(profile: IccProfile, space: str) -> IccProfile:
     warnings = []
+    if profile.version[0] == 3:
+        warnings.append(
+            "The profile declares version 3, which does not exist; it is read as version 2."
+        )
     declared = int.from_bytes(profile.data[:4], "big")
     if declared != len(profile.data):
         warnings.append(f"The profile declares {declared} bytes, but has {len(profile.data)}.")

@@ -49,10 +49,6 @@ def looks_like_argyll(text: str) -> bool:
     ----------
     text : str
         The decoded file.
-
-    Returns
-    -------
-    bool
     """
     return _FIRST.match(text[:10_000]) is not None and "BEGIN_DATA" in text
 
@@ -64,10 +60,6 @@ def argyll_mesh(text: str) -> GamutMesh:
     ----------
     text : str
         The decoded file.
-
-    Returns
-    -------
-    GamutMesh
 
     Raises
     ------

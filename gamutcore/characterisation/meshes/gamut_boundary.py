@@ -43,10 +43,6 @@ def described_boundary(data: object, intent: str) -> GamutMesh:
     intent : str
         One of `GAMUT_BOUNDARY_TAGS`.
 
-    Returns
-    -------
-    GamutMesh
-
     Raises
     ------
     OptionError

@@ -58,30 +58,12 @@ _ASSET = re.compile(r'"asset"\s*:\s*\{')
 
 
 def looks_like_glb(data: bytes) -> bool:
-    """Return whether bytes have the signature of binary glTF.
-
-    Parameters
-    ----------
-    data : bytes
-
-    Returns
-    -------
-    bool
-    """
+    """Return whether bytes have the signature of binary glTF."""
     return data.startswith(b"glTF")
 
 
 def looks_like_gltf(text: str) -> bool:
-    """Return whether a JSON text has an object ``asset``, meshes and accessors, as glTF does.
-
-    Parameters
-    ----------
-    text : str
-
-    Returns
-    -------
-    bool
-    """
+    """Return whether a JSON text has an object ``asset``, meshes and accessors, as glTF does."""
     return (
         text.lstrip().startswith("{")
         and '"meshes"' in text

@@ -52,29 +52,12 @@ _STRUCT_CODES = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I
 
 
 def looks_like_ply(data: bytes) -> bool:
-    """Return whether bytes start as PLY files do.
-
-    Parameters
-    ----------
-    data : bytes
-
-    Returns
-    -------
-    bool
-    """
+    """Return whether bytes start as PLY files do."""
     return re.match(rb"ply[ \t]*[\r\n]", data) is not None
 
 
 def ply_mesh(data: bytes) -> GamutMesh:
     """Return the mesh in a PLY file.
-
-    Parameters
-    ----------
-    data : bytes
-
-    Returns
-    -------
-    GamutMesh
 
     Raises
     ------

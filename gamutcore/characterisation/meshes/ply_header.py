@@ -99,10 +99,6 @@ def ply_header(data: bytes) -> Header:
     data : bytes
         The file.
 
-    Returns
-    -------
-    Header
-
     Raises
     ------
     MalformedFileError
@@ -156,16 +152,7 @@ def _mark_properties(elements: list[Element]) -> None:
 
 
 def device_properties(element: Element) -> list[str]:
-    """Return the names of the properties that are device values.
-
-    Parameters
-    ----------
-    element : Element
-
-    Returns
-    -------
-    list of str
-    """
+    """Return the names of the properties that are device values."""
     return [prop.name for prop in element.properties if prop.device]
 
 

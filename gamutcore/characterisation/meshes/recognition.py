@@ -23,10 +23,6 @@ __all__ = ["binary_mesh", "text_mesh"]
 def binary_mesh(data: bytes) -> GamutMesh | None:
     """Return the mesh in a binary file.
 
-    Parameters
-    ----------
-    data : bytes
-
     Returns
     -------
     GamutMesh or None

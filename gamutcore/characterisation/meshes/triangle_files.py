@@ -52,16 +52,7 @@ _OBJ_WORDS = {b"v", b"vn", b"vt", b"vp", b"o", b"g", b"s", b"mtllib", b"usemtl",
 
 
 def looks_like_stl(data: bytes) -> bool:
-    """Return whether bytes are STL: a length that fits the number of facets, or text.
-
-    Parameters
-    ----------
-    data : bytes
-
-    Returns
-    -------
-    bool
-    """
+    """Return whether bytes are STL: a length that fits the number of facets, or text."""
     if len(data) > _HEADER and len(data) == _HEADER + 50 * int.from_bytes(data[80:84], "little"):
         return True
     return _TEXT.match(data[:2000]) is not None
@@ -69,10 +60,6 @@ def looks_like_stl(data: bytes) -> bool:
 
 def stl_mesh(data: bytes) -> GamutMesh:
     """Return the mesh in an STL file.
-
-    Parameters
-    ----------
-    data : bytes
 
     Returns
     -------
@@ -113,16 +100,7 @@ def stl_mesh(data: bytes) -> GamutMesh:
 
 
 def looks_like_obj(data: bytes) -> bool:
-    """Return whether bytes have lines of vertices and faces, as OBJ files do.
-
-    Parameters
-    ----------
-    data : bytes
-
-    Returns
-    -------
-    bool
-    """
+    """Return whether bytes have lines of vertices and faces, as OBJ files do."""
     # The first line excludes nearly all other texts without a search through them.
     for line in data[:100_000].splitlines():
         words = line.split(None, 1)
@@ -137,14 +115,6 @@ def looks_like_obj(data: bytes) -> bool:
 
 def obj_mesh(data: bytes) -> GamutMesh:
     """Return the mesh in an OBJ file.
-
-    Parameters
-    ----------
-    data : bytes
-
-    Returns
-    -------
-    GamutMesh
 
     Raises
     ------

@@ -110,10 +110,6 @@ _SPACE_TRANSFERS = {"lin": "linear", "srgb": "sRGB", "pq": "PQ", "hlg": "HLG"}
 def code_point_encoding(primaries: int, transfer: int) -> Encoding | None:
     """Return the encoding of code points of ITU-T H.273.
 
-    Parameters
-    ----------
-    primaries, transfer : int
-
     Returns
     -------
     Encoding or None

@@ -15,7 +15,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from PIL import ExifTags, Image
 
 from gamutcore.characterisation.pictures.encoding import (
     ADOBE_RGB,
@@ -105,17 +104,7 @@ def text_attribute(spec: Any, name: str) -> str:  # noqa: ANN401 (an ImageSpec)
 
 
 def is_narrow_range(spec: Any, file_format: str) -> bool:  # noqa: ANN401 (an ImageSpec)
-    """Return whether code points state that integers use the narrow range, 16 to 235 of 8 bits.
-
-    Parameters
-    ----------
-    spec : ImageSpec
-    file_format : str
-
-    Returns
-    -------
-    bool
-    """
+    """Return whether code points state that integers use the narrow range, 16 to 235 of 8 bits."""
     code_points = spec.getattribute("CICP")
     if file_format != "png" or code_points is None or code_points[3]:
         return False
@@ -125,10 +114,6 @@ def is_narrow_range(spec: Any, file_format: str) -> bool:  # noqa: ANN401 (an Im
 
 def refuse_film_densities(spec: Any) -> None:  # noqa: ANN401 (an ImageSpec)
     """Refuse DPX with logarithmic film densities, which are not light.
-
-    Parameters
-    ----------
-    spec : ImageSpec
 
     Raises
     ------
@@ -212,6 +197,8 @@ def _exif_encoding(spec: Any, data: bytes) -> Encoding | None:  # noqa: ANN401 (
     if space == 1 and spec.nchannels >= 3:
         return SRGB
     if space == _EXIF_UNCALIBRATED and spec.nchannels >= 3:
+        from PIL import ExifTags, Image  # noqa: PLC0415  # 3 MB, and rarely needed
+
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")

@@ -86,10 +86,6 @@ def read_picture(data: bytes, file_format: str) -> Picture:
     file_format : str
         Name of its format, as `picture_format` returns it.
 
-    Returns
-    -------
-    Picture
-
     Raises
     ------
     MalformedFileError

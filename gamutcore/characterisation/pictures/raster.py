@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from PIL.JpegImagePlugin import JpegImageFile
 
 from gamutcore.characterisation.pictures.encoding import Encoding
 from gamutcore.characterisation.pictures.metadata import (
@@ -82,6 +81,13 @@ EXTENSIONS = {
 }
 """Extensions by which OpenImageIO chooses its decoder."""
 
+_NO_MEMORY = re.compile(
+    r"insufficient memory"  # libjpeg
+    r"|memory error|exceeds system limits",  # OpenJPEG, without memory for a tile
+    re.IGNORECASE,
+)
+"""Messages of decoders that were refused memory. Others raise std::bad_alloc."""
+
 _UNSUPPORTED = re.compile(r"unsupported|not supported|no support|not configured", re.IGNORECASE)
 """Words in the messages of decoders about files that are intact, but of an unsupported kind."""
 
@@ -135,18 +141,7 @@ class Raster:
 def malformed_picture(
     message: str, where: Where | None = None, remedy: str = _REMEDY
 ) -> MalformedFileError:
-    """Return the error for a picture that breaks its format.
-
-    Parameters
-    ----------
-    message : str
-    where : dict, optional
-    remedy : str, optional
-
-    Returns
-    -------
-    MalformedFileError
-    """
+    """Return the error for a picture that breaks its format."""
     return MalformedFileError(message, where=where, remedy=remedy)
 
 
@@ -160,10 +155,6 @@ def open_raster(data: bytes, file_format: str) -> Iterator[Raster]:
         The file.
     file_format : str
         Name of its format.
-
-    Yields
-    ------
-    Raster
 
     Raises
     ------
@@ -260,11 +251,18 @@ def _decoder_message(owner: Any) -> str:  # noqa: ANN401 (an ImageInput or the m
     """Return OpenImageIO's message, and clear it.
 
     A decoder may quote bytes of the file that are not UTF-8.
+
+    Raises
+    ------
+    MemoryError
+        The decoder was refused memory.
     """
     try:
         message: str = owner.geterror()
     except UnicodeDecodeError as error:
-        return error.object.decode("utf-8", "replace")
+        message = error.object.decode("utf-8", "replace")
+    if _NO_MEMORY.search(message):
+        raise MemoryError(message)
     return message
 
 
@@ -454,6 +452,8 @@ def _full_range(colours: npt.NDArray[Any]) -> npt.NDArray[np.uint16]:
 
 def _cmyk_jpeg(data: bytes, spec: Any) -> Raster:  # noqa: ANN401 (an ImageSpec)
     """Return the raster of a CMYK JPEG, decoded by Pillow."""
+    from PIL.JpegImagePlugin import JpegImageFile  # noqa: PLC0415  # 3 MB, and rarely needed
+
     try:
         # The class does not warn of large pictures, as PIL.Image.open does.
         decoded: Any = JpegImageFile(io.BytesIO(data))

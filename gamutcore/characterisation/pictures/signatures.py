@@ -19,10 +19,6 @@ _SIGNATURES = {
 def picture_format(data: bytes) -> str | None:
     r"""Return the name of a picture's format.
 
-    Parameters
-    ----------
-    data : bytes
-
     Returns
     -------
     str or None

@@ -4,7 +4,8 @@ A press does not print all inks in full. A total ink limit cuts off the corner o
 plane of equal sums, and a black limit shortens one axis. The colours at the boundary of the rest
 come from its two-dimensional faces. These are the cube's own faces, clipped at the plane, and the
 intersections of the plane with the cube's three-dimensional faces (triangles to hexagons). Each
-face is divided into trapezoids, which a lattice covers without gaps.
+face is divided into quadrilaterals and triangles between its own corners. A lattice covers these
+without gaps, and neighbouring faces share whole edges.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from gamutcore.arrays import FloatArray
     from gamutcore.characterisation.samples import IntArray
@@ -56,14 +57,15 @@ class InkCube:
 
 @dataclass(frozen=True, eq=False)
 class Patches:
-    """Trapezoids that cover the surface of a cut cube.
+    """Quadrilaterals that cover the surface of a cut cube; two corners of a triangle coincide.
 
     Parameters
     ----------
     corners : (p, 2, 2, n) float
         Device values at s, t of (0, 0), (0, 1), (1, 0), (1, 1).
     axes : (p, 2) int
-        The channel that alone changes, over its whole range, along s and along t; -1 otherwise.
+        The channel that alone changes, over its whole range, along s and along t; -1 for the
+        faces of a cube with a cut.
     """
 
     corners: FloatArray
@@ -71,14 +73,14 @@ class Patches:
 
 
 def surface_patches(cube: InkCube, most: int | None = None) -> Patches | None:
-    """Return the trapezoids of all two-dimensional faces of a cut cube.
+    """Return the patches of all two-dimensional faces of a cut cube.
 
     Parameters
     ----------
     cube : InkCube
         Of n ≥ 2 channels.
     most : int, optional
-        Largest number of trapezoids: fifteen inks have 860,160 faces.
+        Largest number of patches: fifteen inks have 860,160 faces.
 
     Returns
     -------
@@ -102,10 +104,6 @@ def surface_patches(cube: InkCube, most: int | None = None) -> Patches | None:
 
 def surface_corners(cube: InkCube) -> FloatArray:
     """Return the corners of a cut cube.
-
-    Parameters
-    ----------
-    cube : InkCube
 
     Returns
     -------
@@ -158,65 +156,78 @@ def _others(cube: InkCube, *axes: int) -> tuple[int, ...]:
 def _clipped_faces(cube: InkCube) -> Iterator[tuple[FloatArray, IntArray]]:
     """Yield the parts of the cube's own faces that are within the limit.
 
-    A face is a rectangle from the lowest b to the value where the highest a meets the limit.
-    Beyond, it is a trapezoid with one side on the limit.
+    A face is a rectangle, of which the limit may cut off a corner.
     """
     for a, b in combinations(range(len(cube.lowest)), 2):
         fixed = _within(cube, _cube_corners(cube, _others(cube, a, b)))
+        low_a, low_b, high_a, high_b = _ranges(cube, a, b)
+        fixed = fixed[fixed.sum(axis=1) < _limit(cube) - low_a - low_b]
         rest = _limit(cube) - fixed.sum(axis=1)
-        low, high = cube.lowest[b], cube.highest[b]
-        bends = np.clip(rest - cube.highest[a], low, high)
-        stops = [np.full(len(fixed), low), bends, np.clip(rest - cube.lowest[a], low, high)]
-        least = np.full(len(fixed), cube.lowest[a])
-        # if even the lowest b exceeds the limit, both strips have no height
-        most = [np.minimum(cube.highest[a], rest - stop) for stop in stops]
-        for i in (0, 1):
-            ends = np.stack([least, most[i], least, most[i + 1]], axis=1)
-            yield _trapezoids(cube, fixed, (a, b), (stops[i], stops[i + 1]), ends)
+        right, top = np.minimum(high_a, rest - low_b), np.minimum(high_b, rest - low_a)
+        bend_b = np.clip(rest - high_a, low_b, high_b)
+        bend_a = np.clip(rest - high_b, low_a, high_a)
+        first = (np.full(len(rest), low_a), np.full(len(rest), low_b))
+        second, third = (right, first[1]), (np.minimum(high_a, rest - bend_b), bend_b)
+        fourth, fifth = (bend_a, np.minimum(high_b, rest - bend_a)), (first[0], top)
+        axes = (-1, -1) if cube.cut else (a, b)
+        yield _quadrilaterals(fixed, (a, b), (first, second, third, fifth), axes)
+        yield _quadrilaterals(fixed, (a, b), (third, fourth, fifth, third), axes)
 
 
 def _cutting_faces(cube: InkCube) -> Iterator[tuple[FloatArray, IntArray]]:
     """Yield the parts of the limiting plane within the cube's three-dimensional faces.
 
-    a and b are free, and the third channel c is the rest of the limit. The range of a has two kinks
-    along b, so there are up to three trapezoids.
+    a and b are free, and the third channel c is the rest of the limit. The range of c limits the
+    sum of a and b from below and above, so the part is a hexagon or less.
     """
     for a, b, c in combinations(range(len(cube.lowest)), 3):
         fixed = _within(cube, _cube_corners(cube, _others(cube, a, b, c)))
         rest = _limit(cube) - fixed.sum(axis=1)
+        low_a, low_b, high_a, high_b = _ranges(cube, a, b)
+        room = (rest - cube.highest[c] < high_a + high_b) & (rest - cube.lowest[c] > low_a + low_b)
+        fixed, rest = fixed[room], rest[room]
         least, most = rest - cube.highest[c], rest - cube.lowest[c]  # of a + b
-        start = np.maximum(cube.lowest[b], least - cube.highest[a])
-        end = np.maximum(start, np.minimum(cube.highest[b], most - cube.lowest[a]))
-        bends = np.stack([least - cube.lowest[a], most - cube.highest[a]])
-        stops = [start, *np.clip(np.sort(bends, axis=0), start, end), end]
-        low = [np.maximum(cube.lowest[a], least - stop) for stop in stops]
-        high = [np.minimum(cube.highest[a], most - stop) for stop in stops]
-        for i in range(3):
-            ends = np.stack([low[i], high[i], low[i + 1], high[i + 1]], axis=1)
-            corners, axes = _trapezoids(cube, fixed, (a, b), (stops[i], stops[i + 1]), ends)
+        start_a, start_b = np.maximum(low_a, least - high_b), np.maximum(low_b, least - high_a)
+        end_a, end_b = np.minimum(high_a, most - low_b), np.minimum(high_b, most - low_a)
+        bend_b, bend_a = (
+            np.clip(most - high_a, start_b, high_b),
+            np.clip(most - high_b, start_a, high_a),
+        )
+        rise_b, rise_a = np.clip(least - low_a, low_b, end_b), np.clip(least - low_b, low_a, end_a)
+        hexagon = (
+            (end_a, start_b),
+            (np.minimum(high_a, most - bend_b), bend_b),
+            (bend_a, np.minimum(high_b, most - bend_a)),
+            (start_a, end_b),
+            (np.maximum(low_a, least - rise_b), rise_b),
+            (rise_a, np.maximum(low_b, least - rise_a)),
+        )
+        for half in (hexagon[:4], (*hexagon[3:], hexagon[0])):
+            corners, axes = _quadrilaterals(fixed, (a, b), half, (-1, -1))
             corners[..., c] = _limit(cube) - corners.sum(axis=-1)
-            yield corners, np.full_like(axes, -1)
+            yield corners, axes
 
 
-def _trapezoids(
-    cube: InkCube,
+def _ranges(cube: InkCube, a: int, b: int) -> tuple[float, float, float, float]:
+    lowest, highest = cube.lowest, cube.highest
+    return float(lowest[a]), float(lowest[b]), float(highest[a]), float(highest[b])
+
+
+def _quadrilaterals(
     fixed: FloatArray,
+    channels: tuple[int, int],
+    corners: Sequence[tuple[FloatArray, FloatArray]],
     axes: tuple[int, int],
-    stops: tuple[FloatArray, FloatArray],
-    ends: FloatArray,
 ) -> tuple[FloatArray, IntArray]:
-    """Trapezoids between two values of b, with the ends of a at both; none without area."""
-    a, b = axes
-    spans = ends[:, [1, 3]] - ends[:, [0, 2]]
-    real = (stops[1] - stops[0] > _TINY) & (spans.max(axis=1) > _TINY)
+    """Quadrilaterals in two channels, from their corners in cyclic order; none without area."""
+    outline = np.array(corners)  # (4, 2, m)
+    across, along = outline[2] - outline[0], outline[3] - outline[1]
+    areas = across[0] * along[1] - across[1] * along[0]
+    real = np.abs(areas) > _TINY**2
+    real &= np.abs(across).max(axis=0) > _TINY
     count = int(real.sum())
-    corners = np.empty((count, 2, 2, fixed.shape[1]))
-    corners[:] = fixed[real, np.newaxis, np.newaxis]
-    for t in (0, 1):
-        corners[:, :, t, b] = stops[t][real, np.newaxis]
-        corners[:, :, t, a] = ends[real, 2 * t : 2 * t + 2]
-    whole_a = spans[real].min(axis=1) > cube.highest[a] - cube.lowest[a] - _TINY
-    whole_b = (stops[1] - stops[0])[real] > cube.highest[b] - cube.lowest[b] - _TINY
-    alone = np.ptp(corners[..., a], axis=2).max(axis=1) < _TINY if count else whole_a
-    found = np.column_stack([np.where(whole_a, a, -1), np.where(whole_b & alone, b, -1)])
-    return corners, found.astype(np.int64)
+    found = np.empty((count, 2, 2, fixed.shape[1]))
+    found[:] = fixed[real, np.newaxis, np.newaxis]
+    for corner, (s, t) in enumerate(((0, 0), (1, 0), (1, 1), (0, 1))):
+        found[:, s, t, list(channels)] = outline[corner][:, real].T
+    return found, np.tile(np.array(axes, np.int64), (count, 1))

@@ -56,10 +56,6 @@ class InkLimits:
         ----------
         why : str
             The kind of data, as a sentence.
-
-        Returns
-        -------
-        OptionError
         """
         field = "ink_limit" if self.total is not None else "black_limit"
         return OptionError(
@@ -127,10 +123,6 @@ def limited_cube(
     limits : InkLimits
     inks : bool
         Whether the channels are inks.
-
-    Returns
-    -------
-    LimitedCube
 
     Raises
     ------

@@ -166,10 +166,6 @@ def scattered_model(device: FloatArray, colours: FloatArray) -> ScatteredModel:
     colours : (n, 3) float
         Their colours.
 
-    Returns
-    -------
-    ScatteredModel
-
     Raises
     ------
     DegenerateSamplesError

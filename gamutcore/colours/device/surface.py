@@ -8,22 +8,36 @@ lattice.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gamutcore.colours.device.cube_surface import cube_surface, cube_surface_count, surface_steps
 from gamutcore.colours.device.ink_cube import InkCube, Patches, surface_corners, surface_patches
+from gamutcore.colours.device.lattice_faces import Layout, inside_count, lattice_faces
+from gamutcore.option_types import WholeNumber
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from gamutcore.arrays import FloatArray
-    from gamutcore.characterisation.samples import IntArray
+    from gamutcore.arrays import FloatArray, IndexArray
+    from gamutcore.characterisation.samples import JSON, IntArray
 
-__all__ = ["MAX_PATCHES", "DeviceSurface", "device_surface", "distinct_rows"]
+__all__ = [
+    "MAX_PATCHES",
+    "SURFACE_SAMPLES",
+    "DeviceSurface",
+    "SurfaceColours",
+    "SurfaceFaces",
+    "device_surface",
+    "distinct_rows",
+    "outward_faces",
+]
+
+SURFACE_SAMPLES = WholeNumber(8, 5_000_000)
+"""Accepted numbers of points: from the corners of a cube of three channels to the number whose
+convex hull takes gigabytes."""
 
 _COARSE = 12
 """Cells along an edge in the first pass, for a model without a grid of its own."""
@@ -42,6 +56,26 @@ _EVENLY = 0.1
 
 
 @dataclass(frozen=True, eq=False)
+class SurfaceFaces:
+    """Triangles that cover all two-dimensional faces of a device's cut cube, without T-junctions.
+
+    Parameters
+    ----------
+    corners : (m, 3) int32
+        Rows of device values. Corners and edges of the cube have their rows once.
+    labels : (m,) int32
+        Number of the flat patch of the cube's surface that a triangle is part of.
+    closed : bool
+        Whether the triangles are a closed, oriented surface. They are if three channels are free;
+        with more, the faces of the cube cross inside of the gamut.
+    """
+
+    corners: IndexArray
+    labels: IndexArray
+    closed: bool
+
+
+@dataclass(frozen=True, eq=False)
 class DeviceSurface:
     """Device values at a device's surface.
 
@@ -51,10 +85,46 @@ class DeviceSurface:
         The values of n channels.
     density : str
         ``"by curvature"``, ``"uniform"`` or ``"corners"``.
+    faces : SurfaceFaces or None
+        Triangles between these values; None if the faces are too many, or there are fewer than
+        three channels.
     """
 
     device: FloatArray
     density: str
+    faces: SurfaceFaces | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceColours:
+    """Points that the boundary of the gamut is wrapped around.
+
+    Parameters
+    ----------
+    points : (m, 3) float
+        CIELAB L*, a*, b*, relative to ICC's D50; coordinates of a space after `colours_in_space`.
+    device : (m, k) float or None
+        Their device values, or the values of pixels, 0 to 1; None for bare colours.
+    provenance : dict
+        All inputs and choices, JSON-able.
+    as_measured : bool
+        Whether the tristimulus values are a display's or an encoding's own, without adaptation.
+    channels : tuple of str
+        Names of the k device channels; empty for bare colours.
+    own_values : (3, 3) float, optional
+        As of `ProfileColours`.
+    faces : SurfaceFaces, optional
+        Triangles between the points that cover the device's surface. None if there is no device
+        model, or its faces are too many. `colours_in_space` turns closed surfaces outwards.
+    """
+
+    points: FloatArray
+    device: FloatArray | None
+    provenance: dict[str, JSON]
+    as_measured: bool = False
+    channels: tuple[str, ...] = ()
+    own_values: FloatArray | None = None
+    faces: SurfaceFaces | None = None
 
 
 def device_surface(
@@ -91,33 +161,41 @@ def device_surface(
         return DeviceSurface(surface_corners(cube), "corners")
     cells = (isqrt(surface_samples // len(patches.corners)) - 1) // 2
     if cells < _FEWEST:
-        if cube.cut:
-            return _even_surface(cube, patches, surface_samples)
-        return _uniform_surface(cube, surface_samples)
+        return _even_surface(patches, surface_samples)
     if nodes is not None and nodes.shape[1] - 1 <= cells:
         knots = _knots(patches, cube, nodes)
     else:
         knots = _knots(patches, cube, None, min(cells, _COARSE))
     lattice = _Lattice(patches, knots)
     weights, aspect = _weights(lattice, colours)
-    return DeviceSurface(lattice.points(weights, aspect, surface_samples), "by curvature")
+    device, faces = lattice.divided(weights, aspect, surface_samples)
+    return DeviceSurface(device, "by curvature", faces)
 
 
-def _uniform_surface(cube: InkCube, surface_samples: int) -> DeviceSurface:
-    channels = len(cube.lowest)
-    steps = surface_steps(channels, surface_samples)
-    unit = cube_surface(channels, steps)
-    device = cube.lowest + unit * (cube.highest - cube.lowest)
-    few = cube_surface_count(channels, 2) == len(device)
-    return DeviceSurface(device, "corners" if few else "uniform")
+def outward_faces(points: FloatArray, faces: SurfaceFaces) -> SurfaceFaces:
+    """Return faces that enclose a positive volume if they are closed; other faces as they are.
+
+    Parameters
+    ----------
+    points : (m, 3) float
+        Colours of the device values.
+    faces : SurfaceFaces
+    """
+    if not faces.closed:
+        return faces
+    one, two, three = (points[corner] - points.mean(axis=0) for corner in faces.corners.T)
+    if np.einsum("ij,ij->", one, np.cross(two, three)) >= 0:
+        return faces
+    return replace(faces, corners=np.ascontiguousarray(faces.corners[:, [0, 2, 1]]))
 
 
-def _even_surface(cube: InkCube, patches: Patches, surface_samples: int) -> DeviceSurface:
+def _even_surface(patches: Patches, surface_samples: int) -> DeviceSurface:
     lattice = _Lattice(patches, np.tile([0.0, 1.0], (len(patches.corners), 2, 1)))
-    if lattice.count(np.ones((len(patches.corners), 1, 1, 2), dtype=np.int64)) > surface_samples:
-        return DeviceSurface(surface_corners(cube), "corners")
     ones = np.ones((len(patches.corners), 1, 1))
-    return DeviceSurface(lattice.points(ones, ones, surface_samples), "uniform")
+    device, faces = lattice.divided(ones, ones, surface_samples)
+    return DeviceSurface(
+        device, "corners" if len(device) == len(lattice.vertices) else "uniform", faces
+    )
 
 
 def _knots(patches: Patches, cube: InkCube, nodes: FloatArray | None, cells: int = 0) -> FloatArray:
@@ -190,16 +268,13 @@ class _Lattice:
 
     def count(self, parts: IntArray) -> int:
         """Number of points for given numbers of parts."""
-        along, across = parts[..., 0], parts[..., 1]
-        inner = int((along * across).sum())
-        # points on the edges of a patch belong to the edges
-        inner -= int(across[:, 0, :].sum() + along[:, :, 0].sum()) - len(parts)
-        edge_parts = self.edge_parts(parts)
-        on_edges = int(edge_parts.sum()) - int((~self.collapsed).sum())
-        return len(self.vertices) + on_edges + inner
+        on_edges = int(self.edge_parts(parts).sum()) - int((~self.collapsed).sum())
+        return len(self.vertices) + on_edges + inside_count(parts)
 
-    def points(self, weights: FloatArray, aspect: FloatArray, wanted: int) -> FloatArray:
-        """At most `wanted` points, distributed by weight."""
+    def divided(
+        self, weights: FloatArray, aspect: FloatArray, wanted: int
+    ) -> tuple[FloatArray, SurfaceFaces | None]:
+        """At most `wanted` points, distributed by weight, and the triangles between them."""
         low, high = 0.0, 1.0 + 2.0 * wanted / max(float(weights.sum()), 1e-300)
         for _ in range(24):
             middle = (low + high) / 2
@@ -208,10 +283,47 @@ class _Lattice:
             else:
                 high = middle
         parts = self.parts(weights, aspect, low)
-        return np.concatenate([self.vertices, self._on_edges(parts), self._inside(parts)])
+        edge_parts = self.edge_parts(parts)
+        reached = np.zeros((len(self.edges), self.cells + 1), np.int64)
+        np.cumsum(edge_parts, axis=1, out=reached[:, 1:])
+        inner = np.maximum(reached[:, -1] - 1, 0)
+        outside = len(self.vertices) + int(inner.sum())
+        inside = inside_count(parts)
+        layout = Layout(
+            self.knots,
+            parts,
+            self.which,
+            self.is_reversed,
+            self.edges,
+            reached,
+            len(self.vertices) + np.cumsum(inner) - inner,
+            self._turned(),
+        )
+        # Euler's formula for each patch
+        triangles = 2 * inside + int(reached[self.which, -1].sum())
+        patch, position, corners, labels = lattice_faces(
+            layout, outside, inside, triangles, int(max(parts.max(), edge_parts.max()))
+        )
+        device = np.concatenate(
+            [
+                self.vertices,
+                self._on_edges(edge_parts),
+                self.device(patch, position[:, 0], position[:, 1]),
+            ]
+        )
+        channels = device.shape[1]
+        return device, SurfaceFaces(corners, labels, channels == 3) if channels > 2 else None
 
-    def _on_edges(self, parts: IntArray) -> FloatArray:
-        counts = self.edge_parts(parts)
+    def _turned(self) -> np.ndarray:
+        """Whether s and t run clockwise around each patch, seen from outside of the cube."""
+        corners = self.corners
+        if corners.shape[3] != 3:
+            return np.zeros(len(corners), bool)
+        normals = np.cross(corners[:, 1, 1] - corners[:, 0, 0], corners[:, 0, 1] - corners[:, 1, 0])
+        outwards = corners.mean(axis=(1, 2)) - self.vertices.mean(axis=0)
+        return np.asarray((normals * outwards).sum(axis=1) < 0)
+
+    def _on_edges(self, counts: IntArray) -> FloatArray:
         cell, number = _points_in_cells(counts.reshape(-1))
         edge, piece = np.divmod(cell, self.cells)
         fraction = number / counts.reshape(-1)[cell]
@@ -220,25 +332,6 @@ class _Lattice:
         kept = (piece > 0) | (number > 0)
         ends = self.vertices[self.edges[edge]]
         values: FloatArray = (ends[:, 0] * (1 - at) + ends[:, 1] * at)[kept]
-        return values
-
-    def _inside(self, parts: IntArray) -> FloatArray:
-        along, across = parts[..., 0].reshape(-1), parts[..., 1].reshape(-1)
-        cell, number = _points_in_cells(along * across)
-        patch, rest = np.divmod(cell, self.cells**2)
-        i, j = np.divmod(rest, self.cells)
-        di, dj = np.divmod(number, across[cell])
-        kept = ((i > 0) | (di > 0)) & ((j > 0) | (dj > 0))
-        patch, i, j, cell, di, dj = (a[kept] for a in (patch, i, j, cell, di, dj))
-        s = self._between(patch, 0, i, di / along[cell])
-        t = self._between(patch, 1, j, dj / across[cell])
-        return self.device(patch, s, t)
-
-    def _between(
-        self, patch: IntArray, side: int, piece: IntArray, fraction: FloatArray
-    ) -> FloatArray:
-        start, end = self.knots[patch, side, piece], self.knots[patch, side, piece + 1]
-        values: FloatArray = start + fraction * (end - start)
         return values
 
 
@@ -325,7 +418,8 @@ def _weights(
         grid[:, last, middle] - (right + high) / 2,
     )
     twist = deviation((low + high - left - right) / 4)
-    outside = _outside(grid)
+    # three channels have no faces inside of the gamut
+    outside = _outside(grid) if lattice.corners.shape[3] > 3 else np.ones(area.shape)
     bending = along + across + twist
     mean = float((area * outside * bending).sum() / max(float((area * outside).sum()), 1e-300))
     floor = _EVENLY * mean + 1e-6

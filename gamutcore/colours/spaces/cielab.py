@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore.colours.spaces.formulas import Cielab
-from gamutcore.colours.spaces.white_points import adaptation_matrix
+from gamutcore.colours.spaces.white_points import adaptation_matrix, chromaticity_xyz
 
 if TYPE_CHECKING:
     from gamutcore.arrays import FloatArray
@@ -41,10 +41,6 @@ _IMPORT = Lock()
 @cache
 def colour_science() -> ModuleType:
     """Return the module `colour` of colour-science, imported on first use.
-
-    Returns
-    -------
-    module
 
     Notes
     -----
@@ -163,5 +159,4 @@ def white_of(illuminant: str, observer: str) -> FloatArray | None:
     chromaticity = table.get(name, table.get(name.replace("F", "FL", 1)))
     if chromaticity is None:
         return None
-    x, y = (float(value) for value in chromaticity)
-    return np.array([x / y, 1.0, (1 - x - y) / y])
+    return chromaticity_xyz(*(float(value) for value in chromaticity))

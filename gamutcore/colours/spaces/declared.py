@@ -52,10 +52,6 @@ def declared_luminance(notes: Mapping[str, str]) -> float | None:
     ----------
     notes : mapping of str to str
         Names in lower case.
-
-    Returns
-    -------
-    float or None
     """
     try:
         return finite_number(float(notes["white_luminance"]))
@@ -216,10 +212,6 @@ def assumption_warnings(vertices: FloatArray, space: ColourSpace) -> list[str]:
     ----------
     vertices : (v, 3) float
     space : ColourSpace
-
-    Returns
-    -------
-    list of str
     """
     extent = float(np.ptp(vertices, axis=0).max())
     if space.name != "CIELAB" or extent >= SMALLEST_CIELAB * (space.scale or 1.0):

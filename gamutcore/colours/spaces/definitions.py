@@ -293,22 +293,69 @@ class ColourSpace:
         """
         if self.is_icc_cielab:
             return lab, 0
-        with np.errstate(all="ignore"):  # the result is checked below
+        with np.errstate(all="ignore"):  # the result is checked
             xyz = Cielab(white_point("D50")).xyz(np.asarray(lab, np.float64))
-            if not as_measured:
-                xyz = xyz @ self._from_d50(self.adaptation or "Bradford").T
-            coordinates, moved = self._formula.coordinates(xyz)
+        return self.from_tristimulus(xyz, as_measured=as_measured)
+
+    def from_tristimulus(
+        self, xyz: FloatArray, *, as_measured: bool = False
+    ) -> tuple[FloatArray, int]:
+        """Return the coordinates of tristimulus values.
+
+        Parameters
+        ----------
+        xyz : (n, 3) float
+            X, Y, Z relative to ICC's D50, Y = 1 for the white.
+        as_measured : bool
+            Whether the values are a device's own and must not be adapted.
+
+        Returns
+        -------
+        coordinates : (n, 3) float
+        moved : int
+            As for `coordinates`.
+
+        Raises
+        ------
+        InvalidPointsError
+            As for `coordinates`.
+        """
+        with np.errstate(all="ignore"):  # the result is checked below
+            own = xyz if as_measured else xyz @ self._from_d50(self.adaptation or "Bradford").T
+            coordinates, moved = self._formula.coordinates(own)
             coordinates = coordinates * (self.scale or 1.0)
         faulty = np.flatnonzero(~np.isfinite(coordinates).all(axis=1))
         if faulty.size:
             row = int(faulty[0])
             raise InvalidPointsError(
-                f"{faulty.size} of {len(lab)} colours have no coordinates in {self.name}. The first"
-                f" is colour {row}: L*, a*, b* {np.asarray(lab)[row].tolist()}.",
+                f"{faulty.size} of {len(xyz)} colours have no coordinates in {self.name}. The first"
+                f" is colour {row}: X, Y, Z {xyz[row].tolist()}.",
                 where={"row": row},
                 remedy="Send colours that exist, or give the space CIELAB.",
             )
         return np.ascontiguousarray(coordinates), int(moved.sum())
+
+    def tristimulus(self, coordinates: PositionArray, *, as_measured: bool = False) -> FloatArray:
+        """Return the tristimulus values of coordinates; the inverse of `from_tristimulus`.
+
+        Parameters
+        ----------
+        coordinates : (n, 3) float
+        as_measured : bool
+            As for `from_tristimulus`.
+
+        Returns
+        -------
+        (n, 3) float
+            X, Y, Z relative to ICC's D50. Not finite for coordinates that no colour has.
+        """
+        given = np.asarray(coordinates, np.float64) / (self.scale or 1.0)
+        with np.errstate(all="ignore"):
+            xyz = self._formula.xyz(given)
+        if as_measured:
+            return xyz
+        adapted: FloatArray = xyz @ np.linalg.inv(self._from_d50(self.adaptation or "Bradford")).T
+        return adapted
 
     def appearance_lab(self, coordinates: PositionArray) -> PositionArray:
         """Return L*, a*, b* relative to ICC's D50 for the display of coordinates.

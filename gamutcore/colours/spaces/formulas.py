@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from gamutcore.colours.spaces.white_points import white_point
+from gamutcore.colours.spaces.white_points import rgb_to_xyz, white_point
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -243,10 +243,6 @@ def pq_signal(luminance: FloatArray, exponent: float = _M2) -> FloatArray:
     exponent : float
         The outer exponent; Jzazbz has another one.
 
-    Returns
-    -------
-    array of float
-
     Notes
     -----
     SMPTE ST 2084:2014, equation 5.2; ITU-R BT.2100-2, table 4.
@@ -316,19 +312,13 @@ def ictcp(luminance: float, *, itp: bool = False) -> PerceptualQuantizer:
     itp : bool
         Whether T is half of Ct and all coordinates are scaled by 720.
 
-    Returns
-    -------
-    PerceptualQuantizer
-
     Notes
     -----
     ITU-R BT.2100-2, table 7; ΔE_ITP is that of ITU-R BT.2124-0, annex 1. Tristimulus values are
     first converted to the primaries of BT.2020 with D65.
     """
-    chromaticities = np.array([(0.708, 0.292), (0.170, 0.797), (0.131, 0.046)])
-    x, y = chromaticities.T
-    primaries = np.stack([x / y, np.ones(3), (1 - x - y) / y])
-    to_xyz = primaries * np.linalg.solve(primaries, white_point("D65"))
+    bt2020 = ((0.708, 0.292), (0.170, 0.797), (0.131, 0.046))
+    to_xyz = rgb_to_xyz(bt2020, white_point("D65"))
     to_cones = np.array([(1688, 2146, 262), (683, 2951, 462), (99, 309, 3688)]) / 4096
     opponent = np.array([(2048, 2048, 0), (6610, -13613, 7003), (17933, -17390, -543)]) / 4096
     if itp:

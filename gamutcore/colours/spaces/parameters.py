@@ -99,10 +99,6 @@ def parameter_defaults(space: str) -> dict[str, object]:
     space : str
         A key of `SPACES`.
 
-    Returns
-    -------
-    dict of str to object
-
     Examples
     --------
     >>> parameter_defaults("Oklab")
@@ -159,10 +155,6 @@ def measured_luminance(stated: object) -> float:
     ----------
     stated : float or None
         In cd/m².
-
-    Returns
-    -------
-    float
 
     Raises
     ------

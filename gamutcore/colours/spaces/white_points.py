@@ -16,11 +16,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from gamutcore.arrays import FloatArray
 
-__all__ = ["ADAPTATIONS", "WHITES", "adaptation_matrix", "white_point"]
+__all__ = [
+    "ADAPTATIONS",
+    "WHITES",
+    "adaptation_matrix",
+    "adaptation_text",
+    "chromaticity_xyz",
+    "rgb_to_xyz",
+    "white_point",
+]
 
 WHITES: Mapping[str, tuple[float, float]] = MappingProxyType(
     {
@@ -90,8 +98,38 @@ def white_point(name: str) -> FloatArray:
     """
     if name == "D50":
         return np.array(_ICC_D50)
-    x, y = WHITES[name]
-    return np.array([x / y, 1.0, (1.0 - x - y) / y])
+    return chromaticity_xyz(*WHITES[name])
+
+
+def chromaticity_xyz(x: float, y: float) -> FloatArray:
+    """Return the tristimulus values, (3,), of a chromaticity, with Y = 1.
+
+    Examples
+    --------
+    >>> chromaticity_xyz(0.25, 0.25).tolist()
+    [1.0, 1.0, 2.0]
+    """
+    return np.array([x / y, 1.0, (1 - x - y) / y])
+
+
+def rgb_to_xyz(primaries: Iterable[tuple[float, float]], white: FloatArray) -> FloatArray:
+    """Return the matrix from linear RGB to tristimulus values (SMPTE RP 177).
+
+    Parameters
+    ----------
+    primaries : iterable of (x, y)
+        Chromaticities of red, green and blue.
+    white : (3,) float
+        X, Y, Z of equal red, green and blue of 1.
+
+    Returns
+    -------
+    (3, 3) float
+        For multiplication from the left: ``matrix @ rgb``.
+    """
+    columns = np.column_stack([chromaticity_xyz(*primary) for primary in primaries])
+    matrix: FloatArray = columns * np.linalg.solve(columns, white)
+    return matrix
 
 
 def adaptation_matrix(source: FloatArray, target: FloatArray, adaptation: str) -> FloatArray:
@@ -117,3 +155,8 @@ def adaptation_matrix(source: FloatArray, target: FloatArray, adaptation: str) -
         matrix, ((matrix @ target) / (matrix @ source))[:, np.newaxis] * matrix
     )
     return scaled
+
+
+def adaptation_text(adaptation: str, white: str) -> str:
+    """Describe the adaptation of colours from a white, in words, to D50."""
+    return "none, as asked" if adaptation == "none" else f"{adaptation} from {white} to D50"

@@ -28,10 +28,14 @@ from gamutcore.decimation.costs.samples import (
     Deviation,
 )
 from gamutcore.decimation.star import LARGEST_LINK, Surface, squared_length
+from gamutcore.decimation.vectors import cross, dot, minus, row, scaled, write_row
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 
 __all__ = [
     "DENSE_LINK",
+    "LENGTH",
+    "NORMAL",
+    "OPPOSITE",
     "change_at",
     "current_deviation",
     "length_penalty",
@@ -55,6 +59,9 @@ GROWTH = 2.0
 volume itself counts: where the reference is near the centre there are hardly any samples, and
 nothing else would reveal that the surface grows there."""
 
+SIDE, NORMAL, OPPOSITE, LENGTH = 0, 3, 6, 9
+"""Columns of `Deviation.plane`: p × a (3), N (3), a × b ÷ det(p, a, b) (3), |N|."""
+
 UNSEEN = 8.0
 """Number of samples whose mean share is added to that limit: few samples give a coarse estimate."""
 
@@ -66,32 +73,22 @@ def _write_planes(deviation: Deviation, position: FloatArray, point: FloatArray)
     Returns six times the volume between these faces and the centre.
     """
     plane, pairs, volume = deviation.plane, deviation.counts[QUERY_PAIRS], 0.0
-    x, y, z = point[0], point[1], point[2]
+    p = (point[0], point[1], point[2])
     for index in range(pairs):
-        one, two = deviation.link[index, 0], deviation.link[index, 1]
-        ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
-        bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
-        plane[index, 0], plane[index, 1], plane[index, 2] = (
-            y * az - z * ay,
-            z * ax - x * az,
-            x * ay - y * ax,
-        )
-        ux, uy, uz = ax - x, ay - y, az - z
-        vx, vy, vz = bx - x, by - y, bz - z
-        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        determinant = nx * x + ny * y + nz * z
+        a = row(position, deviation.link[index, 0], 0)
+        b = row(position, deviation.link[index, 1], 0)
+        normal = cross(minus(a, p), minus(b, p))
+        determinant = dot(normal, p)
         volume += determinant
         scale = 1.0 / determinant if determinant > 0.0 else 0.0
-        plane[index, 3], plane[index, 4], plane[index, 5] = scale * nx, scale * ny, scale * nz
-        plane[index, 6] = scale * (ay * bz - az * by)
-        plane[index, 7] = scale * (az * bx - ax * bz)
-        plane[index, 8] = scale * (ax * by - ay * bx)
-        plane[index, 9] = scale * np.sqrt(nx * nx + ny * ny + nz * nz)
+        write_row(plane, index, SIDE, cross(p, a))
+        write_row(plane, index, NORMAL, scaled(scale, normal))
+        write_row(plane, index, OPPOSITE, scaled(scale, cross(a, b)))
+        plane[index, LENGTH] = scale * np.sqrt(dot(normal, normal))
     # the last face ends where the first one begins; no sample is deep in the padding behind it
-    for column in range(3):
-        plane[pairs, column] = plane[0, column]
-        for index in range(pairs + 1, pairs + TOGETHER):
-            plane[index, column] = np.nan
+    write_row(plane, pairs, SIDE, row(plane, 0, SIDE))
+    for index in range(pairs + 1, pairs + TOGETHER):
+        write_row(plane, index, SIDE, (np.nan, np.nan, np.nan))
     return volume
 
 
@@ -111,13 +108,6 @@ def _add_face(deviation: Deviation, face: int, filled: int) -> int:
         deviation.query_z[number] = deviation.z[sample]
         deviation.query_weight[number] = deviation.weight[sample]
     return filled + count
-
-
-@inlined_kernel
-def _add_pair(deviation: Deviation, one: int, two: int) -> None:
-    deviation.link[deviation.counts[QUERY_PAIRS], 0] = one
-    deviation.link[deviation.counts[QUERY_PAIRS], 1] = two
-    deviation.counts[QUERY_PAIRS] += 1
 
 
 @inlined_kernel
@@ -161,11 +151,6 @@ def _is_dense(deviation: Deviation) -> bool:
 
 
 @inlined_kernel
-def _row(plane: FloatArray, index: int) -> tuple[float, float, float]:
-    return plane[index, 0], plane[index, 1], plane[index, 2]
-
-
-@inlined_kernel
 def _lesser(one: float, other: float) -> float:
     # compiles to the processor's minimum instruction, without a branch
     return one if one < other else other  # noqa: FURB136
@@ -189,17 +174,14 @@ def _compare(deviation: Deviation, first: int, begins: bool, four: bool) -> None
     """
     plane, depths, pair = deviation.plane, deviation.depth, deviation.pair
     xs, ys, zs = deviation.query_x, deviation.query_y, deviation.query_z
-    ax, ay, az = _row(plane, first)
-    bx, by, bz = _row(plane, first + 1)
-    cx, cy, cz = _row(plane, first + 2)
+    a, b, c = row(plane, first, SIDE), row(plane, first + 1, SIDE), row(plane, first + 2, SIDE)
+    d, e = c, c
     if four:
-        dx, dy, dz = _row(plane, first + 3)
-        ex, ey, ez = _row(plane, first + 4)
+        d, e = row(plane, first + 3, SIDE), row(plane, first + 4, SIDE)
     for number in range(deviation.counts[QUERY_SAMPLES]):
-        x, y, z = xs[number], ys[number], zs[number]
-        begin, second = ax * x + ay * y + az * z, bx * x + by * y + bz * z
-        third = cx * x + cy * y + cz * z
-        least = _lesser(begin, -second)
+        point = (xs[number], ys[number], zs[number])
+        second, third = dot(b, point), dot(c, point)
+        least = _lesser(dot(a, point), -second)
         if begins:
             deepest, chosen = least, first
         else:
@@ -212,12 +194,12 @@ def _compare(deviation: Deviation, first: int, begins: bool, four: bool) -> None
         deepest = least if deeper else deepest
         chosen = first + 1 if deeper else chosen
         if four:
-            fourth, fifth = dx * x + dy * y + dz * z, ex * x + ey * y + ez * z
+            fourth = dot(d, point)
             least = _lesser(third, -fourth)
             deeper = least > deepest
             deepest = least if deeper else deepest
             chosen = first + 2 if deeper else chosen
-            least = _lesser(fourth, -fifth)
+            least = _lesser(fourth, -dot(e, point))
             deeper = least > deepest
             deepest = least if deeper else deepest
             chosen = first + 3 if deeper else chosen
@@ -245,15 +227,12 @@ def _choose_faces(deviation: Deviation) -> None:
 @inlined_kernel
 def _look_up_faces(deviation: Deviation) -> None:
     """Write N·q and |N| of the face that each sample lies in."""
-    plane, pairs = deviation.plane, deviation.pair
-    inverses, norms = deviation.inverse, deviation.norm
-    xs, ys, zs = deviation.query_x, deviation.query_y, deviation.query_z
+    plane, xs, ys, zs = deviation.plane, deviation.query_x, deviation.query_y, deviation.query_z
     for number in range(deviation.counts[QUERY_SAMPLES]):
-        pair = np.uint64(pairs[number])
-        inverses[number] = (
-            plane[pair, 3] * xs[number] + plane[pair, 4] * ys[number] + plane[pair, 5] * zs[number]
-        )
-        norms[number] = plane[pair, 9]
+        pair = np.uint64(deviation.pair[number])
+        normal = (plane[pair, NORMAL], plane[pair, NORMAL + 1], plane[pair, NORMAL + 2])
+        deviation.inverse[number] = dot(normal, (xs[number], ys[number], zs[number]))
+        deviation.norm[number] = plane[pair, LENGTH]
 
 
 @inlined_kernel
@@ -301,47 +280,45 @@ def query_edge(deviation: Deviation, surface: Surface, corner: int) -> bool:
     bool
         False for links of more than `LARGEST_LINK` pairs and for dense ones.
     """
-    vertex, swung = surface.vertex, surface.swung
+    vertex, twin = surface.vertex, int(surface.opposite[corner])
     one, two = vertex[following(corner)], vertex[preceding(corner)]
     deviation.sums[QUERY_DISTANCE] = 0.0
     # faces around the edge; around the new vertex there are two fewer
     if surface.degree[one] + surface.degree[two] - 2 > LARGEST_LINK:
         return False
     deviation.counts[QUERY_PAIRS] = deviation.counts[QUERY_FACES] = 0
-    filled = 0
-    twin = int(surface.opposite[corner])
     # Walk around one end from one removed face to the other, then around the other end. In this
     # order the pairs of the link follow each other around the new vertex.
-    for end in range(2):
-        at = following(corner if end == 0 else twin)
-        filled = _add_face(deviation, at // 3, filled)
-        last = preceding(twin if end == 0 else corner)
-        at = int(swung[at])
-        while at != last:
-            filled = _add_face(deviation, at // 3, filled)
-            _add_pair(deviation, int(vertex[following(at)]), int(vertex[preceding(at)]))
-            at = int(swung[at])
+    filled = _add_face(deviation, corner // 3, 0)
+    filled = _add_star(deviation, surface, following(corner), surface.degree[one] - 2, filled)
+    filled = _add_face(deviation, twin // 3, filled)
+    filled = _add_star(deviation, surface, following(twin), surface.degree[two] - 2, filled)
     _pad_query(deviation, filled)
     return not _is_dense(deviation)
+
+
+@inlined_kernel
+def _add_star(deviation: Deviation, surface: Surface, corner: int, faces: int, filled: int) -> int:
+    """Add the next faces around a vertex behind a corner, with their pairs of the link."""
+    for _ in range(faces):
+        corner = int(surface.swung[corner])
+        filled = _add_face(deviation, corner // 3, filled)
+        pair = deviation.counts[QUERY_PAIRS]
+        deviation.link[pair, 0] = surface.vertex[following(corner)]
+        deviation.link[pair, 1] = surface.vertex[preceding(corner)]
+        deviation.counts[QUERY_PAIRS] += 1
+    return filled
 
 
 @leaf_kernel
 def query_vertex(deviation: Deviation, surface: Surface, centre: int) -> bool:
     """Collect the faces around a vertex, their samples and its link, as `query_edge` does."""
-    vertex = surface.vertex
     deviation.sums[QUERY_DISTANCE] = 0.0
-    if surface.degree[centre] > LARGEST_LINK:
+    faces = surface.degree[centre]
+    if faces > LARGEST_LINK:
         return False
     deviation.counts[QUERY_PAIRS] = deviation.counts[QUERY_FACES] = 0
-    filled = 0
-    first = int(surface.corner_at[centre])
-    at = first
-    while True:
-        filled = _add_face(deviation, at // 3, filled)
-        _add_pair(deviation, int(vertex[following(at)]), int(vertex[preceding(at)]))
-        at = int(surface.swung[at])
-        if at == first:
-            break
+    filled = _add_star(deviation, surface, int(surface.corner_at[centre]), faces, 0)
     _pad_query(deviation, filled)
     return not _is_dense(deviation)
 

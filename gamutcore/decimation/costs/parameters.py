@@ -61,9 +61,6 @@ class Parameters(NamedTuple):
         Whether the reference is the full boundary. Otherwise it is the first compared level.
     compared_vertices : int
         Levels of at most this size are compared with the reference.
-    refined_vertices, refined_twice_vertices : int
-        In levels of at most this size the position of a collapse is moved once, or twice, to lower
-        the mismatch before its error counts.
     moved_vertices : int
         In levels of at most this size the new vertex and its neighbours move after a collapse.
     eager_collapses : int
@@ -84,8 +81,6 @@ class Parameters(NamedTuple):
     preserves_volume: bool = False
     compares_with_full: bool = False
     compared_vertices: int = 0
-    refined_vertices: int = 0
-    refined_twice_vertices: int = 0
     moved_vertices: int = 0
     eager_collapses: int = 0
     samples: int = 0
@@ -139,7 +134,7 @@ class Cost(NamedTuple):
 
 
 _TRACKED_VERTICES = 2000
-_COMPARED_VERTICES = 8000
+_COMPARED_VERTICES = 4000
 
 _COSTS = {
     cost.name: cost
@@ -150,16 +145,15 @@ _COSTS = {
                 MEMORYLESS,
                 compares_with_full=True,
                 compared_vertices=_COMPARED_VERTICES,
-                refined_vertices=1000,
-                moved_vertices=3500,
-                eager_collapses=4000,
+                moved_vertices=1500,
+                eager_collapses=2500,
                 samples=40_000,
                 largest_samples=160_000,
-                samples_per_face=14,
+                samples_per_face=16,
                 thinned_vertices=250,
             ),
             compacted=(_COMPARED_VERTICES,),
-            trials=Trials(200, 8, 27),
+            trials=Trials(150, 8, 27),
         ),
         Cost("quadric", Parameters(ACCUMULATED)),
         Cost(
@@ -168,16 +162,14 @@ _COSTS = {
                 MEMORYLESS,
                 preserves_volume=True,
                 compared_vertices=_TRACKED_VERTICES,
-                refined_vertices=700,
-                refined_twice_vertices=200,
-                eager_collapses=1000,
+                eager_collapses=700,
                 samples=16_000,
                 largest_samples=1 << 40,
                 samples_per_face=12,
                 thinned_vertices=100,
             ),
             compacted=(SWEPT_DOWN_TO, _TRACKED_VERTICES),
-            trials=Trials(100, 5, 27),
+            trials=Trials(70, 4, 27),
         ),
     )
 }

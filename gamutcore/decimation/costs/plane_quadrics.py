@@ -17,14 +17,30 @@ import numpy as np
 from gamutcore.arrays import FloatArray, IndexArray
 from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.costs.memoryless_quadrics import FLATNESS, REGULARISATION, Quadrics
-from gamutcore.decimation.costs.symmetric import adjugate
 from gamutcore.decimation.star import Surface, squared_length
+from gamutcore.decimation.vectors import (
+    Symmetric,
+    Vector,
+    add_outer,
+    adjugate,
+    cross,
+    dot,
+    linear_combination,
+    minus,
+    plus,
+    product,
+    quadratic_form,
+    row,
+    symmetric_row,
+    write_row,
+    write_symmetric_row,
+)
 from gamutcore.kernels import kernel, leaf_kernel
 
-__all__ = ["QUADRIC_SIZE", "accumulate", "plane_error", "plane_optimum", "vertex_quadrics"]
+__all__ = ["accumulate", "plane_error", "plane_optimum", "vertex_quadrics"]
 
-QUADRIC_SIZE = 10
-"""Numbers of a quadric: a00, a01, a02, a11, a12, a22, b0, b1, b2, c."""
+QUADRIC_SIZE, LINEAR, CONSTANT = 10, 6, 9
+"""Numbers of a quadric: A on and above its diagonal, from index 6 on b, and at index 9 c."""
 
 
 @kernel
@@ -42,56 +58,32 @@ def vertex_quadrics(positions: FloatArray, faces: IndexArray) -> FloatArray:
     """
     quadrics = np.zeros((len(positions), QUADRIC_SIZE))
     for face in range(len(faces)):
-        one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
-        ux = positions[two, 0] - positions[one, 0]
-        uy = positions[two, 1] - positions[one, 1]
-        uz = positions[two, 2] - positions[one, 2]
-        vx = positions[three, 0] - positions[one, 0]
-        vy = positions[three, 1] - positions[one, 1]
-        vz = positions[three, 2] - positions[one, 2]
-        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        length = np.sqrt(nx * nx + ny * ny + nz * nz)
+        one, two, three = int(faces[face, 0]), int(faces[face, 1]), int(faces[face, 2])
+        start = row(positions, one, 0)
+        normal = cross(minus(row(positions, two, 0), start), minus(row(positions, three, 0), start))
+        length = np.sqrt(dot(normal, normal))
         if length > 0.0:
-            nx, ny, nz = nx / length, ny / length, nz / length
+            normal = (normal[0] / length, normal[1] / length, normal[2] / length)
         for corner in (one, two, three):  # each corner lies in the plane, so d = 0 relative to it
-            quadrics[corner, 0] += nx * nx
-            quadrics[corner, 1] += nx * ny
-            quadrics[corner, 2] += nx * nz
-            quadrics[corner, 3] += ny * ny
-            quadrics[corner, 4] += ny * nz
-            quadrics[corner, 5] += nz * nz
+            square = add_outer(symmetric_row(quadrics, corner), 1.0, normal)
+            write_symmetric_row(quadrics, corner, square)
     return quadrics
 
 
 @leaf_kernel
 def _sum_at_point(
-    quadrics: Quadrics, surface: Surface, one: int, two: int, origin: FloatArray
-) -> None:
-    """Write the sum of two vertices' quadrics, relative to an origin, to `quadrics.edge`."""
-    sums, position, pair = quadrics.sums, surface.position, quadrics.edge
-    for index in range(QUADRIC_SIZE):
-        pair[index] = sums[one, index] + sums[two, index]
+    sums: FloatArray, surface: Surface, one: int, two: int, origin: FloatArray
+) -> tuple[Symmetric, Vector, float]:
+    """Sum of two vertices' quadrics, relative to an origin."""
+    linear = plus(row(sums, one, LINEAR), row(sums, two, LINEAR))
+    c = sums[one, CONSTANT] + sums[two, CONSTANT]
     for end in (one, two):
-        x = origin[0] - position[end, 0]
-        y = origin[1] - position[end, 1]
-        z = origin[2] - position[end, 2]
-        a00, a01, a02 = sums[end, 0], sums[end, 1], sums[end, 2]
-        a11, a12, a22 = sums[end, 3], sums[end, 4], sums[end, 5]
-        ax = a00 * x + a01 * y + a02 * z
-        ay = a01 * x + a11 * y + a12 * z
-        az = a02 * x + a12 * y + a22 * z
-        pair[6] += ax
-        pair[7] += ay
-        pair[8] += az
-        pair[9] += 2.0 * (sums[end, 6] * x + sums[end, 7] * y + sums[end, 8] * z) + (
-            ax * x + ay * y + az * z
-        )
-
-
-@leaf_kernel
-def _length_penalty(surface: Surface, corner: int, pair: FloatArray) -> float:
-    """Penalty of an edge's length, which orders edges whose quadrics are equal."""
-    return FLATNESS * (pair[0] + pair[3] + pair[5]) * squared_length(surface, corner)
+        offset = minus((origin[0], origin[1], origin[2]), row(surface.position, end, 0))
+        change = product(symmetric_row(sums, end), offset)
+        linear = plus(linear, change)
+        c += 2.0 * dot(row(sums, end, LINEAR), offset) + dot(change, offset)
+    square = linear_combination(symmetric_row(sums, one), 1.0, symmetric_row(sums, two))
+    return square, linear, c
 
 
 @leaf_kernel
@@ -112,42 +104,28 @@ def plane_optimum(quadrics: Quadrics, surface: Surface, corner: int, point: Floa
     float
         Sum of squared distances from the planes.
     """
-    pair, position = quadrics.edge, surface.position
-    kept = int(surface.vertex[following(corner)])
-    dead = int(surface.vertex[preceding(corner)])
+    one, two = int(surface.vertex[following(corner)]), int(surface.vertex[preceding(corner)])
     for axis in range(3):
-        point[axis] = 0.5 * (position[kept, axis] + position[dead, axis])
-    _sum_at_point(quadrics, surface, kept, dead, point)
-    pull = REGULARISATION * (pair[0] + pair[3] + pair[5])
-    i00, i01, i02, i11, i12, i22, determinant = adjugate(
-        pair[0] + pull, pair[1], pair[2], pair[3] + pull, pair[4], pair[5] + pull
-    )
-    penalty = _length_penalty(surface, corner, pair)
-    if not determinant > 0.0:
-        return max(pair[9], 0.0) + penalty
-    bx, by, bz = pair[6], pair[7], pair[8]
-    x = -(i00 * bx + i01 * by + i02 * bz) / determinant
-    y = -(i01 * bx + i11 * by + i12 * bz) / determinant
-    z = -(i02 * bx + i12 * by + i22 * bz) / determinant
-    point[0] += x
-    point[1] += y
-    point[2] += z
-    quadratic = (
-        pair[0] * x * x
-        + pair[3] * y * y
-        + pair[5] * z * z
-        + 2.0 * (pair[1] * x * y + pair[2] * x * z + pair[4] * y * z)
-    )
-    return max(quadratic + 2.0 * (bx * x + by * y + bz * z) + pair[9], 0.0) + penalty
+        point[axis] = 0.5 * (surface.position[one, axis] + surface.position[two, axis])
+    square, linear, constant = _sum_at_point(quadrics.sums, surface, one, two, point)
+    trace = square[0] + square[3] + square[5]
+    inverse, determinant = adjugate(square, REGULARISATION * trace)
+    x, y, z = 0.0, 0.0, 0.0
+    if determinant > 0.0:
+        x, y, z = product(inverse, linear)
+        x, y, z = -x / determinant, -y / determinant, -z / determinant
+    point[0], point[1], point[2] = point[0] + x, point[1] + y, point[2] + z
+    error = quadratic_form(square, (x, y, z)) + 2.0 * dot(linear, (x, y, z)) + constant
+    return max(error, 0.0) + FLATNESS * trace * squared_length(surface, corner)
 
 
 @leaf_kernel
 def plane_error(quadrics: Quadrics, surface: Surface, corner: int, point: FloatArray) -> float:
     """Error of replacing an edge by a vertex at a position, as in `plane_optimum`."""
-    kept = int(surface.vertex[following(corner)])
-    dead = int(surface.vertex[preceding(corner)])
-    _sum_at_point(quadrics, surface, kept, dead, point)
-    return max(quadrics.edge[9], 0.0) + _length_penalty(surface, corner, quadrics.edge)
+    one, two = int(surface.vertex[following(corner)]), int(surface.vertex[preceding(corner)])
+    square, _, constant = _sum_at_point(quadrics.sums, surface, one, two, point)
+    trace = square[0] + square[3] + square[5]
+    return max(constant, 0.0) + FLATNESS * trace * squared_length(surface, corner)
 
 
 @leaf_kernel
@@ -155,6 +133,7 @@ def accumulate(
     quadrics: Quadrics, surface: Surface, kept: int, dead: int, point: FloatArray
 ) -> None:
     """Give the kept vertex the sum of both quadrics, relative to its new position."""
-    _sum_at_point(quadrics, surface, kept, dead, point)
-    for index in range(QUADRIC_SIZE):
-        quadrics.sums[kept, index] = quadrics.edge[index]
+    square, linear, constant = _sum_at_point(quadrics.sums, surface, kept, dead, point)
+    write_symmetric_row(quadrics.sums, kept, square)
+    write_row(quadrics.sums, kept, LINEAR, linear)
+    quadrics.sums[kept, CONSTANT] = constant

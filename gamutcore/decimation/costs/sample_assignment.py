@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from gamutcore.arrays import FloatArray
 from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.costs.samples import (
     HALF_BEGIN,
@@ -18,11 +17,16 @@ from gamutcore.decimation.costs.samples import (
     SAMPLES,
     TOP,
     Deviation,
+    is_face,
 )
 from gamutcore.decimation.star import Surface
+from gamutcore.decimation.vectors import Vector, cross, dot, minus, row, scaled, triple
 from gamutcore.kernels import inlined_kernel, leaf_kernel
 
-__all__ = ["assign_samples", "reassign_samples", "release_samples", "thin_samples"]
+__all__ = ["NO_FACE", "assign_samples", "reassign_samples", "thin_samples"]
+
+NO_FACE = -1
+"""Instead of a removed face, where there is none."""
 
 
 @leaf_kernel
@@ -39,15 +43,11 @@ def assign_samples(deviation: Deviation, surface: Surface) -> None:
     for face in range(deviation.cursor.size):
         deviation.cursor[face] = 0
     at = 0
-    for edge in range(surface.corner_facing.size):
-        at = int(surface.corner_facing[edge])
-        if at >= 0:
-            break
+    while not is_face(surface, at // 3):
+        at += 3
     for sample in range(count):
         # samples follow each other in space, so the next face is near
-        at = _corner_below(
-            surface, deviation.x[sample], deviation.y[sample], deviation.z[sample], at
-        )
+        at = _corner_below(surface, _point(deviation, sample), at)
         deviation.pair[sample] = at
         deviation.cursor[at // 3] += 1
     top = half
@@ -63,28 +63,30 @@ def assign_samples(deviation: Deviation, surface: Surface) -> None:
             _sum_errors(deviation, surface, 3 * face)
 
 
-@leaf_kernel
-def _depth_in_face(surface: Surface, corner: int, x: float, y: float, z: float) -> float:
-    """Smallest determinant of a point with the edges of a face; not negative inside its cone."""
+@inlined_kernel
+def _point(deviation: Deviation, sample: int) -> Vector:
+    return deviation.x[sample], deviation.y[sample], deviation.z[sample]
+
+
+@inlined_kernel
+def _depths(surface: Surface, corner: int, point: Vector) -> Vector:
+    """Determinants of a point with the edges that face a corner and the two following ones.
+
+    None is negative where the point lies in the cone of the face.
+    """
     position, vertex = surface.position, surface.vertex
-    zero, one = int(vertex[corner]), int(vertex[following(corner)])
-    two = int(vertex[preceding(corner)])
-    return min(
-        _side(position, one, two, x, y, z),
-        _side(position, two, zero, x, y, z),
-        _side(position, zero, one, x, y, z),
-    )
+    a = row(position, vertex[corner], 0)
+    b = row(position, vertex[following(corner)], 0)
+    c = row(position, vertex[preceding(corner)], 0)
+    return triple(b, c, point), triple(c, a, point), triple(a, b, point)
 
 
 @leaf_kernel
-def _corner_below(surface: Surface, x: float, y: float, z: float, begin: int) -> int:
+def _corner_below(surface: Surface, point: Vector, begin: int) -> int:
     """A corner of the face whose cone contains a point, found by walking over the faces."""
-    position, vertex, at = surface.position, surface.vertex, begin
-    for _ in range(surface.corner_facing.size):
-        zero, one, two = int(vertex[at]), int(vertex[following(at)]), int(vertex[preceding(at)])
-        facing = _side(position, one, two, x, y, z)
-        second = _side(position, two, zero, x, y, z)
-        third = _side(position, zero, one, x, y, z)
+    at, faces = begin, surface.vertex.size // 3
+    for _ in range(faces):
+        facing, second, third = _depths(surface, at, point)
         if min(facing, second, third) >= 0.0:
             return at
         if facing <= second and facing <= third:
@@ -94,16 +96,13 @@ def _corner_below(surface: Surface, x: float, y: float, z: float, begin: int) ->
         else:
             at = int(surface.opposite[preceding(at)])
     # a walk can cycle where faces are slivers (Devillers, Pion & Teillaud 2002)
-    depth = -np.inf
-    for edge in range(surface.corner_facing.size):
-        corner = int(surface.corner_facing[edge])
-        if corner < 0:
-            continue
-        for side in range(2):
-            tried = corner if side == 0 else int(surface.opposite[corner])
-            least = _depth_in_face(surface, tried, x, y, z)
-            if least > depth:
-                at, depth = tried, least
+    deepest = -np.inf
+    for face in range(faces):
+        if is_face(surface, face):
+            facing, second, third = _depths(surface, 3 * face, point)
+            depth = min(facing, second, third)
+            if depth > deepest:
+                at, deepest = 3 * face, depth
     return at
 
 
@@ -157,29 +156,9 @@ def thin_samples(deviation: Deviation, surface: Surface, most: int) -> bool:
 
 
 @leaf_kernel
-def release_samples(deviation: Deviation, surface: Surface, corner: int) -> None:
-    """Take the samples out of the two faces that a collapse removes.
-
-    `reassign_samples` assigns them to the faces around the new vertex.
-
-    Parameters
-    ----------
-    deviation : Deviation
-    surface : Surface
-        Before the collapse.
-    corner : int
-        One of the two corners that face the edge.
-    """
-    for side in range(2):
-        face = (corner if side == 0 else int(surface.opposite[corner])) // 3
-        deviation.released[side, 0] = deviation.begin[face]
-        deviation.released[side, 1] = deviation.end[face]
-        deviation.end[face] = deviation.begin[face]
-        deviation.error[face] = 0.0
-
-
-@leaf_kernel
-def reassign_samples(deviation: Deviation, surface: Surface, centre: int) -> None:
+def reassign_samples(
+    deviation: Deviation, surface: Surface, centre: int, left: int, right: int
+) -> None:
     """Assign the samples around a vertex to their present faces and sum the faces' errors.
 
     Parameters
@@ -189,55 +168,49 @@ def reassign_samples(deviation: Deviation, surface: Surface, centre: int) -> Non
         After a collapse to the vertex or a move of it.
     centre : int
         The vertex.
+    left, right : int
+        The faces that the collapse removed, whose samples are assigned as well; `NO_FACE` after a
+        move.
     """
-    begin, end, cursor, swung = deviation.begin, deviation.end, deviation.cursor, surface.swung
-    released = deviation.released
-    first = int(np.int64(surface.corner_at[centre]))
-    count = released[0, 1] - released[0, 0] + released[1, 1] - released[1, 0]
-    at = first
-    while True:
-        count += end[at // 3] - begin[at // 3]
+    begin, end, cursor = deviation.begin, deviation.end, deviation.cursor
+    corners, present = deviation.face, int(surface.degree[centre])
+    at = int(surface.corner_at[centre])
+    for number in range(present):
+        corners[number] = at
         cursor[at // 3] = 0
-        at = int(np.int64(swung[at]))
-        if at == first:
-            break
+        at = int(surface.swung[at])
+    involved = present
+    for gone in (left, right):
+        if gone != NO_FACE:
+            corners[involved] = 3 * gone
+            involved += 1
+    count = 0
+    for number in range(involved):
+        count += end[corners[number] // 3] - begin[corners[number] // 3]
     _make_room(deviation, count)
     found = 0
-    while True:
-        found = _find_faces(deviation, surface, at, begin[at // 3], end[at // 3], found)
-        at = int(np.int64(swung[at]))
-        if at == first:
-            break
-    for side in range(2):
-        found = _find_faces(deviation, surface, at, released[side, 0], released[side, 1], found)
+    for number in range(involved):
+        face = int(corners[number] // 3)
+        # samples of removed faces are first compared with any face around the vertex
+        near = int(corners[number]) if number < present else at
+        found = _find_faces(deviation, surface, near, begin[face], end[face], found)
     top = deviation.counts[TOP]
-    while True:
-        more = cursor[at // 3]
-        cursor[at // 3] = top
-        top += more
-        at = int(np.int64(swung[at]))
-        if at == first:
-            break
-    moved = 0
-    while True:
-        _move_to_cursors(deviation, begin[at // 3], end[at // 3], moved)
-        moved += end[at // 3] - begin[at // 3]
-        at = int(np.int64(swung[at]))
-        if at == first:
-            break
-    for side in range(2):
-        _move_to_cursors(deviation, released[side, 0], released[side, 1], moved)
-        moved += released[side, 1] - released[side, 0]
-        released[side, 0] = released[side, 1] = 0
+    for number in range(present):
+        face = int(corners[number] // 3)
+        cursor[face], top = top, top + cursor[face]
+    found = 0
+    for number in range(involved):
+        face = int(corners[number] // 3)
+        _move_to_cursors(deviation, begin[face], end[face], found)
+        found += end[face] - begin[face]
+    for number in range(present, involved):
+        face = int(corners[number] // 3)
+        end[face], deviation.error[face] = begin[face], 0.0
     top = deviation.counts[TOP]
-    while True:
-        face = at // 3
-        begin[face], end[face] = top, cursor[face]
-        top = end[face]
-        _sum_errors(deviation, surface, at)
-        at = int(np.int64(swung[at]))
-        if at == first:
-            break
+    for number in range(present):
+        face = int(corners[number] // 3)
+        begin[face], end[face], top = top, cursor[face], cursor[face]
+        _sum_errors(deviation, surface, int(corners[number]))
     deviation.counts[TOP] = top
 
 
@@ -251,34 +224,23 @@ def _find_faces(
     of `pair` are in use before; the result is their number afterwards.
     """
     position, vertex, depths = surface.position, surface.vertex, deviation.depth
-    centre = int(vertex[corner])
-    one, two = vertex[following(corner)], vertex[preceding(corner)]
-    cx, cy, cz = position[centre, 0], position[centre, 1], position[centre, 2]
-    ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
-    bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
-    px, py, pz = cy * az - cz * ay, cz * ax - cx * az, cx * ay - cy * ax
-    qx, qy, qz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
+    centre = row(position, vertex[corner], 0)
+    left = cross(centre, row(position, vertex[following(corner)], 0))
+    right = cross(row(position, vertex[preceding(corner)], 0), centre)
     source, target, count = np.uint64(begin), np.uint64(found), end - begin
     for index in range(count):
         sample = source + np.uint64(index)
-        x, y, z = deviation.x[sample], deviation.y[sample], deviation.z[sample]
-        left, right = px * x + py * y + pz * z, qx * x + qy * y + qz * z
-        depths[target + np.uint64(index)] = min(right, left)
+        point = (deviation.x[sample], deviation.y[sample], deviation.z[sample])
+        depths[target + np.uint64(index)] = min(dot(point, right), dot(point, left))
     for index in range(found, found + count):
         chosen = corner
         depth = depths[index]
         if depth < 0.0:
-            sample_index = begin + index - found
-            x = deviation.x[sample_index]
-            y = deviation.y[sample_index]
-            z = deviation.z[sample_index]
+            point = _point(deviation, begin + index - found)
             at = int(surface.swung[corner])
             while at != corner:
-                after, before = int(vertex[following(at)]), int(vertex[preceding(at)])
-                least = min(
-                    _side(position, centre, after, x, y, z),
-                    _side(position, before, centre, x, y, z),
-                )
+                _, second, third = _depths(surface, at, point)
+                least = min(third, second)
                 if least > depth:
                     chosen, depth = at, least
                 if least >= 0.0:
@@ -304,13 +266,6 @@ def _make_room(deviation: Deviation, more: int) -> None:
             _copy_sample(deviation, sample, top)
             top += 1
         deviation.end[face] = top
-    for side in range(2):
-        begin, end = deviation.released[side, 0], deviation.released[side, 1]
-        deviation.released[side, 0] = top
-        for sample in range(begin, end):
-            _copy_sample(deviation, sample, top)
-            top += 1
-        deviation.released[side, 1] = top
     counts[TOP] = top
 
 
@@ -332,28 +287,17 @@ def _copy_sample(deviation: Deviation, source: int, target: int) -> None:
 
 
 @leaf_kernel
-def _side(position: FloatArray, one: int, two: int, x: float, y: float, z: float) -> float:
-    """(one × two)·(x, y, z): the side of the plane through the centre and an edge."""
-    ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
-    bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
-    return x * (ay * bz - az * by) + y * (az * bx - ax * bz) + z * (ax * by - ay * bx)
-
-
-@leaf_kernel
 def _sum_errors(deviation: Deviation, surface: Surface, at: int) -> None:
     """Sum the errors of the samples in the face of a corner."""
     position, vertex = surface.position, surface.vertex
-    centre, one, two = vertex[at], vertex[following(at)], vertex[preceding(at)]
-    x, y, z = position[centre, 0], position[centre, 1], position[centre, 2]
-    ux, uy, uz = position[one, 0] - x, position[one, 1] - y, position[one, 2] - z
-    vx, vy, vz = position[two, 0] - x, position[two, 1] - y, position[two, 2] - z
-    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    determinant = nx * x + ny * y + nz * z
-    scale = 1.0 / determinant if determinant > 0.0 else 0.0
-    nx, ny, nz = scale * nx, scale * ny, scale * nz
+    centre = row(position, vertex[at], 0)
+    one = minus(row(position, vertex[following(at)], 0), centre)
+    normal = cross(one, minus(row(position, vertex[preceding(at)], 0), centre))
+    determinant = dot(normal, centre)
+    normal = scaled(1.0 / determinant if determinant > 0.0 else 0.0, normal)
     total = 0.0
     for sample in range(deviation.begin[at // 3], deviation.end[at // 3]):
-        inverse = nx * deviation.x[sample] + ny * deviation.y[sample] + nz * deviation.z[sample]
+        inverse = dot(normal, _point(deviation, sample))
         t = 1.0 / inverse
         share = abs(1.0 - t * t * t) if inverse > 0.0 else PENALTY_OUTSIDE
         total += deviation.weight[sample] * min(share, LARGEST_SHARE)

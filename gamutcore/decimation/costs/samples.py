@@ -22,8 +22,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray
-from gamutcore.corner_table import following, preceding
 from gamutcore.decimation.star import LARGEST_LINK, Surface
+from gamutcore.decimation.vectors import row, triple
 from gamutcore.kernels import leaf_kernel
 
 __all__ = [
@@ -45,6 +45,7 @@ __all__ = [
     "Deviation",
     "deviation_on_faces",
     "empty_deviation",
+    "is_face",
     "sample_capacity",
     "take_samples",
 ]
@@ -99,8 +100,6 @@ class Deviation(NamedTuple):
         Sum of w |1 − t³| over the samples of a face.
     cursor : (F,) int64
         Scratch: where the next sample of a face is written.
-    released : (2, 2) int64
-        Start and end of the samples of the two faces removed last. Empty once they are reassigned.
     link : (LARGEST_LINK, 2) int32
         Query: the directed link, in the order of its pairs around the position.
     plane : (LARGEST_LINK + TOGETHER, 10) float64
@@ -108,16 +107,16 @@ class Deviation(NamedTuple):
         face; a × b ÷ det(p, a, b); |N|. The cone of the face lies between its p × a and the next.
     face_sum : (LARGEST_LINK, 8) float64
         Query, for each of these faces: two sums over its samples in four partial sums.
-    face : (LARGEST_LINK,) int32
-        Query: the present faces.
+    face : (F + 2,) int32
+        Query: the present faces. Reassignment: a corner of each face involved.
     query_x, query_y, query_z, query_weight : (S + LANES,) float64
-        Query: the samples of the present faces, padded to a multiple of LANES by zero weights.
+        Query: the samples in these faces.
     pair : (S + LANES,) int64
-        Query: the pair whose face a sample lies in. Assignment: a corner of the sample's new face.
+        The pair whose face each of them lies in; when samples are assigned, a corner.
     depth, inverse, norm : (S + LANES,) float64
-        Query: depth of a sample in the cone of its face; N·q and |N| of the face.
+        How deep each lies in the cone of that face; N·q of that face, the inverse of t; its |N|.
     term, other_term, third_term : (S + LANES,) float64
-        Query: terms of sums over samples.
+        Terms of the sums over them.
     counts : (7,) int64
         Indexed by `SAMPLES`, `TOP`, `HALF_BEGIN`, `HALF_SIZE` and `QUERY_…`.
     sums : (4,) float64
@@ -132,7 +131,6 @@ class Deviation(NamedTuple):
     end: LongArray
     error: FloatArray
     cursor: LongArray
-    released: LongArray
     link: IndexArray
     plane: FloatArray
     face_sum: FloatArray
@@ -166,11 +164,10 @@ def empty_deviation(samples: int, faces: int) -> Deviation:
         end=np.zeros(faces, np.int64),
         error=np.zeros(faces),
         cursor=np.zeros(faces, np.int64),
-        released=np.zeros((2, 2), np.int64),
         link=np.empty((LARGEST_LINK, 2), np.int32),
         plane=np.empty((LARGEST_LINK + TOGETHER, 10)),
         face_sum=np.empty((LARGEST_LINK, 8)),
-        face=np.empty(LARGEST_LINK, np.int32),
+        face=np.empty(faces + 2, np.int32),
         **of_query,
         pair=np.empty(samples + LANES, np.int64),
         **terms,
@@ -190,66 +187,64 @@ def sample_capacity(wanted: int, faces: int) -> int:
     return faces + 16 * wanted // 9 + 1
 
 
-def deviation_on_faces(deviation: Deviation, faces: IndexArray) -> Deviation:
-    """Return the same samples on a surface that consists of some of the faces.
+def deviation_on_faces(deviation: Deviation, faces: int) -> Deviation:
+    """Return the same samples, not assigned to faces, for a surface of `faces` faces.
 
-    Parameters
-    ----------
-    deviation : Deviation
-        All its samples lie in these faces, or none is assigned to a face yet.
-    faces : (f,) int32
-
-    Returns
-    -------
-    Deviation
-        With room for the present samples; without samples, with as much room as before.
+    There is room for the present samples; without samples, as much room as before.
     """
     used = int(deviation.counts[SAMPLES])
-    if used == 0:
-        return empty_deviation(deviation.query_x.size - LANES, len(faces))
-    copy = empty_deviation(used, len(faces))
+    copy = empty_deviation(used or deviation.query_x.size - LANES, faces)
     copy.counts[SAMPLES], copy.counts[HALF_SIZE] = used, 2 * used
     copy.sums[TOTAL_WEIGHT] = deviation.sums[TOTAL_WEIGHT]
     kept = np.arange(used)
     if deviation.counts[TOP] > 0:
-        begin, end = deviation.begin[faces], deviation.end[faces]
-        copy.counts[TOP] = used
-        copy.end[:] = np.cumsum(end - begin)
-        copy.begin[1:] = copy.end[:-1]
-        copy.error[:] = deviation.error[faces]
-        kept = np.arange(used) + np.repeat(begin - copy.begin, end - begin)
+        number = deviation.end - deviation.begin
+        kept += np.repeat(deviation.begin - (np.cumsum(number) - number), number)
     for name in ("x", "y", "z", "weight"):
         getattr(copy, name)[:used] = getattr(deviation, name)[kept]
     return copy
 
 
 @leaf_kernel
-def _six_volumes(position: FloatArray, one: int, two: int, three: int) -> float:
-    """Six times the volume of the cone over a face."""
-    ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
-    bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
-    cx, cy, cz = position[three, 0], position[three, 1], position[three, 2]
-    return ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+def is_face(surface: Surface, face: int) -> bool:
+    """Whether a face still exists. One corner of a removed face faces a removed edge."""
+    facing, edge_of = surface.corner_facing, surface.edge_of
+    one, two, three = edge_of[3 * face], edge_of[3 * face + 1], edge_of[3 * face + 2]
+    return min(facing[one], facing[two], facing[three]) >= 0
+
+
+@leaf_kernel
+def _six_volumes(surface: Surface, face: int) -> float:
+    """Six times the volume of the cone over a face; 0 for a removed face."""
+    if not is_face(surface, face):
+        return 0.0
+    position, vertex = surface.position, surface.vertex
+    one, two, three = int(vertex[3 * face]), int(vertex[3 * face + 1]), int(vertex[3 * face + 2])
+    return triple(row(position, two, 0), row(position, three, 0), row(position, one, 0))
+
+
+@leaf_kernel
+def _divisions(volume: float, part: float) -> int:
+    """Into how many parts each side of a face is divided."""
+    return max(1, int(np.rint(np.sqrt(volume / part))))
 
 
 @leaf_kernel
 def _add_lattice(
-    deviation: Deviation,
-    position: FloatArray,
-    one: int,
-    two: int,
-    three: int,
-    divisions: int,
-    share: float,
-    passed: float,
+    deviation: Deviation, surface: Surface, face: int, part: float, share: float, passed: float
 ) -> float:
-    """Add the centroids of the `divisions`² equal triangles that a face is divided into.
+    """Add the centroids of the equal triangles that a face is divided into.
 
     With a positive `share`, marks stand a share apart along the line of all weights, and only
     triangles with a mark are added. `passed` is the distance from the last mark to the beginning of
     the face. The result is the distance from the last mark to its end.
     """
-    weight = _six_volumes(position, one, two, three) / (divisions * divisions)
+    volume = _six_volumes(surface, face)
+    divisions = _divisions(volume, part)
+    weight = volume / (divisions * divisions)
+    ax, ay, az = row(surface.position, surface.vertex[3 * face], 0)
+    bx, by, bz = row(surface.position, surface.vertex[3 * face + 1], 0)
+    cx, cy, cz = row(surface.position, surface.vertex[3 * face + 2], 0)
     for i in range(divisions):
         for j in range(divisions - i):
             for turned in range(2 if i + j < divisions - 1 else 1):
@@ -265,26 +260,20 @@ def _add_lattice(
                 w = 1.0 - u - v
                 sample = deviation.counts[SAMPLES]
                 deviation.counts[SAMPLES] += 1
-                deviation.x[sample] = (
-                    u * position[one, 0] + v * position[two, 0] + w * position[three, 0]
-                )
-                deviation.y[sample] = (
-                    u * position[one, 1] + v * position[two, 1] + w * position[three, 1]
-                )
-                deviation.z[sample] = (
-                    u * position[one, 2] + v * position[two, 2] + w * position[three, 2]
-                )
+                deviation.x[sample] = u * ax + v * bx + w * cx
+                deviation.y[sample] = u * ay + v * by + w * cy
+                deviation.z[sample] = u * az + v * bz + w * cz
                 deviation.weight[sample] = represented
     return passed
 
 
 @leaf_kernel
-def take_samples(deviation: Deviation, surface: Surface, wanted: int, in_faces: bool) -> None:
+def take_samples(deviation: Deviation, surface: Surface, wanted: int) -> None:
     """Make the surface the reference and take points of its faces as samples.
 
     A sample is the centroid of one of the equal parts that its face is divided into. If the samples
     exceed the room, systematic resampling selects half as many as there is room for, as in
-    `thin_samples`.
+    `thin_samples`. `assign_samples` assigns them to faces.
 
     Parameters
     ----------
@@ -294,55 +283,19 @@ def take_samples(deviation: Deviation, surface: Surface, wanted: int, in_faces: 
         At any level.
     wanted : int
         Each face is divided into parts of about 1 ÷ `wanted` of the volume, or not divided.
-    in_faces : bool
-        Whether to assign the samples to their faces. Otherwise `assign_samples` does so later.
     """
-    room = deviation.query_x.size - LANES
-    whole, _ = _scan_faces(deviation, surface, 0.0, 0.0, False)
+    room, faces = deviation.query_x.size - LANES, surface.vertex.size // 3
+    whole, count = 0.0, 0
+    for face in range(faces):
+        whole += _six_volumes(surface, face)
     part = whole / wanted
-    _, count = _scan_faces(deviation, surface, part, -1.0, False)
+    for face in range(faces):
+        if is_face(surface, face):
+            count += _divisions(_six_volumes(surface, face), part) ** 2
     share = 0.0 if count <= room else whole / (room // 2)
-    _scan_faces(deviation, surface, part, share, in_faces)
-    deviation.counts[TOP] = deviation.counts[SAMPLES] if in_faces else 0
-    deviation.counts[HALF_SIZE] = 2 * deviation.counts[SAMPLES]
+    passed = 0.5 * share
+    for face in range(faces):
+        if is_face(surface, face):
+            passed = _add_lattice(deviation, surface, face, part, share, passed)
+    deviation.counts[TOP], deviation.counts[HALF_SIZE] = 0, 2 * deviation.counts[SAMPLES]
     deviation.sums[TOTAL_WEIGHT] = whole
-
-
-@leaf_kernel
-def _scan_faces(
-    deviation: Deviation, surface: Surface, part: float, share: float, in_faces: bool
-) -> tuple[float, int]:
-    """Six times the volume and, with a positive `part`, the number of samples of that size.
-
-    With a `share` that is not negative, the samples are added by `_add_lattice`.
-    """
-    vertex, position = surface.vertex, surface.position
-    whole, count, passed = 0.0, 0, 0.5 * share
-    for edge in range(surface.corner_facing.size):
-        corner = int(surface.corner_facing[edge])
-        if corner < 0:
-            continue
-        for side in range(2):
-            at = corner if side == 0 else int(surface.opposite[corner])
-            # visit each face once: at its edge with the least id
-            if edge > min(surface.edge_of[following(at)], surface.edge_of[preceding(at)]):
-                continue
-            one, two, three = (
-                int(vertex[at]),
-                int(vertex[following(at)]),
-                int(vertex[preceding(at)]),
-            )
-            volume = _six_volumes(position, one, two, three)
-            whole += volume
-            if not part > 0.0:
-                continue
-            divisions = max(1, int(np.rint(np.sqrt(volume / part))))
-            count += divisions * divisions
-            if share < 0.0:
-                continue
-            begin = deviation.counts[SAMPLES]
-            passed = _add_lattice(deviation, position, one, two, three, divisions, share, passed)
-            if in_faces:
-                deviation.begin[at // 3] = begin
-                deviation.end[at // 3] = deviation.counts[SAMPLES]
-    return whole, count

@@ -105,6 +105,35 @@ def test_keywords_become_conditions():
     assert (conditions["A"], conditions["B"], conditions["CREATED"]) == ("1", "2", "x y")
 
 
+def test_all_texts_of_a_repeated_keyword_are_kept():
+    """MeasureTool and ProfileMaker state illuminant and observer in two lines of one keyword."""
+    repeated = (
+        'WEIGHTING_FUNCTION "ILLUMINANT, D50"\nWEIGHTING_FUNCTION "OBSERVER, 10 degree"\n'
+        'WEIGHTING_FUNCTION "ILLUMINANT, D50"\nDEVICE_CLASS "DISPLAY"\nDEVICE_CLASS "OUTPUT"\n'
+        'MEASUREMENT_GEOMETRY "45/0"\nMEASUREMENT_GEOMETRY "Reflection, M1"'
+    )
+    samples = cgats_samples(PLAIN.replace("CTI3", f"CTI3\n{repeated}"), condition="M1")
+    assert samples.conditions["WEIGHTING_FUNCTION"] == "ILLUMINANT, D50; OBSERVER, 10 degree"
+    assert samples.conditions["DEVICE_CLASS"] == "OUTPUT"
+    assert samples.condition == "M1"
+    provenance = measured_colours(samples, "relative").provenance
+    assert (provenance["illuminant"], provenance["observer"]) == ("D50", "10°")
+
+
+def test_keywords_of_a_later_header_replace_those_before():
+    other = (
+        'WEIGHTING_FUNCTION "ILLUMINANT, D65"\nBEGIN_DATA_FORMAT\nI R G B\nEND_DATA_FORMAT\n'
+        "BEGIN_DATA\n1 x y z\nEND_DATA\n"
+    )
+    text = PLAIN.replace("CTI3", f'{other}WEIGHTING_FUNCTION "ILLUMINANT, D50"')
+    assert cgats_samples(text).conditions["WEIGHTING_FUNCTION"] == "ILLUMINANT, D50"
+
+
+def test_many_repetitions_are_bounded():
+    text = "".join(f"REMARK {i}\n" for i in range(200_000)) + PLAIN
+    assert len(cgats_samples(text).conditions["REMARK"]) < 500
+
+
 def test_the_first_table_that_has_colours_is_taken():
     other = "BEGIN_DATA_FORMAT\nI R G B\nEND_DATA_FORMAT\nBEGIN_DATA\n1 x y z\nEND_DATA\n"
     assert_plain(cgats_samples("CAL\n" + other + PLAIN))

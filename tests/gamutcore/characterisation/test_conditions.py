@@ -38,6 +38,7 @@ def test_names_of_conditions(text, label):
         ({"MEASUREMENT_SOURCE": "MeasurementCondition=M1 Filter=no"}, "M1"),
         ({"FILTER": "UVcut"}, "M2"),
         ({"INSTRUMENTATION": "Spectrolino, ISO 13655 M0, white backing"}, "M0"),
+        ({"MEASUREMENT_GEOMETRY": "45/0, Reflection, M1"}, "M1"),
         # No filter says nothing: the lamp may be anything.
         ({"FILTER": "None", "INSTRUMENTATION": "GretagMacbeth Spectrolino"}, None),
         ({"DESCRIPTOR": "M1"}, None),

@@ -134,6 +134,17 @@ def test_data_without_measurements_inside_is_refused(made_profile, data):
     assert caught.value.where == {"field": "source"}
 
 
+def test_a_reference_to_registered_data_is_named(made_profile):
+    reference = {"targ": text("ICCHDAT FOGRA39\0")}
+    with pytest.raises(OptionError, match="only refers to the registered data set FOGRA39") as said:
+        embedded_samples(characterisation(made_profile(reference)))
+    assert said.value.where == {"field": "source"}
+    assert "registry" in said.value.remedy
+    beside = {**reference, "CIED": text(COLOURS), "DevD": text(DEVICES)}
+    samples = embedded_samples(characterisation(made_profile(beside, space="CMYK")))
+    assert samples.provenance["embedded"]["tag"] == "CIED"
+
+
 @pytest.mark.parametrize(
     "tags",
     [

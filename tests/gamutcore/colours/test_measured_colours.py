@@ -53,8 +53,16 @@ def test_a_display_relative_to_its_white(scale):
     # sRGB's red in CIELAB D50: 54.29, 80.81, 69.89 (Lindbloom; also what image editors show).
     np.testing.assert_allclose(medium.lab[1], [54.29, 80.81, 69.89], atol=0.05)
     assert "Bradford" in medium.provenance["adaptation"]
-    assert medium.provenance["medium"] == "display"
+    assert medium.provenance["medium"] == "display (assumed, not stated)"
+    assert "assumed to be a display's" in medium.warnings[0]
     np.testing.assert_allclose(medium.provenance["white"], D65 * scale)
+
+
+@pytest.mark.parametrize("stated", [{"device_class": "DISPLAY"}, {"cgv_display_type": "EMISSIVE"}])
+def test_a_stated_display_is_not_an_assumption(stated):
+    medium = measured_colours(display(**stated), "relative")
+    assert medium.provenance["medium"] == "display"
+    assert medium.warnings == ()
 
 
 @pytest.mark.parametrize("scale", [1.0, 100.0, 250.0])
@@ -102,7 +110,7 @@ def test_rgb_printers_are_no_displays():
 def test_without_a_white_patch_the_lightest_is_taken_and_said():
     data = samples("R G B X Y Z", [[255, 0, 0, 40, 21, 2], [0, 255, 0, 36, 72, 12]])
     medium = measured_colours(data, "relative")
-    assert "white was not measured" in medium.warnings[0]
+    assert any("white was not measured" in said for said in medium.warnings)
     assert medium.lab[1, 0] == pytest.approx(100)
 
 
@@ -119,6 +127,8 @@ def test_bare_colours_are_taken_as_they_are():
     assert medium.lab is data.lab
     assert medium.provenance["medium"] == "unknown"
     assert medium.provenance["white"] is None
+    assert medium.provenance["intent"] == "none: the colours as given"
+    assert "not made relative" in medium.warnings[0]
     with pytest.raises(OptionError) as caught:
         measured_colours(data, "absolute")
     assert caught.value.where == {"field": "intent"}
@@ -316,7 +326,7 @@ def test_lights_have_no_illuminant():
 
 def test_spectra_of_rgb_values_are_lights_unless_something_says_otherwise():
     unsaid = measured_colours(spectral("R G B", (255, 255, 255)), "relative")
-    assert unsaid.provenance["medium"] == "display"
+    assert unsaid.provenance["medium"] == "display (assumed, not stated)"
     assert any("DEVICE_CLASS OUTPUT" in said for said in unsaid.warnings)
     for said in ({"DEVICE_CLASS": "OUTPUT"}, {"MEASUREMENT_CONDITION": "M1"}):
         printed = spectral("R G B", (255, 255, 255), conditions=said)

@@ -35,8 +35,19 @@ def test_a_profile_makes_the_colours():
     values = np.random.default_rng(0).random((50, 3))
     found = picture_colours(picture(values, profile("DisplayP3-v4")), "relative")
     wanted = profile_colours(profile("DisplayP3-v4"), values, "relative").lab
-    np.testing.assert_array_equal(found.lab, wanted)
+    np.testing.assert_array_equal(found.points, wanted)
     assert found.provenance["illuminant"] == "D50"
+
+
+def test_values_that_a_profile_clips_are_told():
+    values = np.array([[0.5, 0.5, 0.5], [-0.1, 0.5, 0.5], [0.5, 1.1, 0.5]])
+    found = picture_colours(picture(values, profile("DisplayP3-v4")), "relative")
+    assert any(
+        "2 of 3 colours have values outside 0 to 1" in said for said in found.provenance["warnings"]
+    )
+    clipped = picture_colours(picture(values.clip(0, 1), profile("DisplayP3-v4")), "relative")
+    np.testing.assert_array_equal(found.points, clipped.points)
+    assert clipped.provenance["warnings"] == []
 
 
 @pytest.mark.parametrize(
@@ -55,21 +66,21 @@ def test_encodings_agree_with_the_profiles_of_their_names(encoding, name, folder
         shared = request.getfixturevalue("shared_data")
         reference = characterisation((shared / folder / f"{name}.icc").read_bytes())
     values = np.random.default_rng(0).random((500, 3)) * 0.9 + 0.1
-    found = picture_colours(picture(values, encoding), "relative").lab
+    found = picture_colours(picture(values, encoding), "relative").points
     wanted = profile_colours(reference, values, "relative").lab
     assert np.linalg.norm(found - wanted, axis=1).max() < 0.3
 
 
 def test_white_is_white_and_gray_is_neutral():
     for encoding in (SRGB, LINEAR, ADOBE_RGB, code_point_encoding(11, 17)):
-        lab = picture_colours(picture([[1.0], [0.5]], encoding, "gray"), "relative").lab
+        lab = picture_colours(picture([[1.0], [0.5]], encoding, "gray"), "relative").points
         np.testing.assert_allclose(lab[0], [100, 0, 0], atol=0.01)
         np.testing.assert_allclose(lab[1, 1:], 0, atol=0.01)
 
 
 def test_srgb_mid_gray():
     """IEC 61966-2-1: 0.5 is the light 0.2140; CIE 15: L* 116 · 0.2140^(1/3) − 16 = 53.39."""
-    lab = picture_colours(picture([[0.5]], SRGB, "gray"), "relative").lab
+    lab = picture_colours(picture([[0.5]], SRGB, "gray"), "relative").points
     np.testing.assert_allclose(lab[0, 0], 53.39, atol=0.01)
 
 
@@ -127,19 +138,19 @@ def test_pq_and_hlg_put_white_at_203_cd_per_m2():
     """ITU-R BT.2408, table 1: 58 % of PQ and 75 % of HLG are 203 cd/m²."""
     for transfer, signal in ((16, 0.5807), (18, 0.75)):
         encoding = code_point_encoding(9, transfer)
-        lab = picture_colours(picture([[signal]], encoding, "gray"), "relative").lab
+        lab = picture_colours(picture([[signal]], encoding, "gray"), "relative").points
         np.testing.assert_allclose(lab[0], [100, 0, 0], atol=0.3)
 
 
 def test_pq_reaches_ten_thousand():
     """SMPTE ST 2084: full scale is 10 000 cd/m², L* 116 · (10000/203)^(1/3) − 16."""
-    lab = picture_colours(picture([[1.0]], code_point_encoding(9, 16), "gray"), "relative").lab
+    lab = picture_colours(picture([[1.0]], code_point_encoding(9, 16), "gray"), "relative").points
     np.testing.assert_allclose(lab[0, 0], 116 * (10_000 / 203) ** (1 / 3) - 16, rtol=1e-6)
 
 
 def test_absolute_keeps_the_white():
-    relative = picture_colours(picture([[1, 1, 1]], SRGB), "relative").lab[0]
-    absolute = picture_colours(picture([[1, 1, 1]], SRGB), "absolute").lab[0]
+    relative = picture_colours(picture([[1, 1, 1]], SRGB), "relative").points[0]
+    absolute = picture_colours(picture([[1, 1, 1]], SRGB), "absolute").points[0]
     np.testing.assert_allclose(relative, [100, 0, 0], atol=1e-6)
     assert absolute[0] == pytest.approx(100)
     assert absolute[2] < -15  # D65 is bluer than D50
@@ -147,7 +158,7 @@ def test_absolute_keeps_the_white():
 
 def test_gray_with_an_rgb_profile_is_equal_values():
     reference = profile("sRGB-v4")
-    found = picture_colours(picture([[0.2], [0.7]], reference, "gray"), "relative").lab
+    found = picture_colours(picture([[0.2], [0.7]], reference, "gray"), "relative").points
     wanted = profile_colours(reference, np.array([[0.2] * 3, [0.7] * 3]), "relative").lab
     np.testing.assert_array_equal(found, wanted)
 
@@ -155,7 +166,7 @@ def test_gray_with_an_rgb_profile_is_equal_values():
 def test_lab_stays_as_it_is():
     lab = [[50.0, 10, -20], [60, 0, 5]]
     np.testing.assert_array_equal(
-        picture_colours(picture(lab, None, "Lab"), "relative").lab, np.array(lab)
+        picture_colours(picture(lab, None, "Lab"), "relative").points, np.array(lab)
     )
 
 
@@ -213,7 +224,7 @@ def test_colours_of_one_cell_count_together():
 def test_the_cut_is_in_the_provenance():
     values = [[0, 0, 0], [1, 1, 1], [1, 0, 0]]
     found = picture_colours(picture(values, SRGB, counts=[90, 100, 10]), "relative", 0.05)
-    assert len(found.lab) == 2
+    assert len(found.points) == 2
     assert found.provenance["popularity"] == {
         "asked": 0.05,
         "left_out": 0.05,

@@ -117,7 +117,7 @@ def test_many_samples_are_thinned_with_a_warning(monkeypatch):
     surface = surface_colours(characterisation(data), intent="absolute", surface_samples=1000)
     assert surface.provenance["patches"]["used"] == 100
     assert surface.provenance["patches"]["dropped"] == 244
-    assert "100 of 344" in surface.provenance["warnings"][0]
+    assert any("100 of 344" in said for said in surface.provenance["warnings"])
     np.testing.assert_allclose(surface.points, lab(surface.device), atol=1e-6)
 
 

@@ -5,13 +5,13 @@ import pytest
 
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.corner_table import opposite_corners
-from gamutcore.decimation.candidates import Grid
 from gamutcore.decimation.costs import cost_named
-from gamutcore.decimation.costs.dispatch import cost_state
+from gamutcore.decimation.costs.sample_assignment import assign_samples
 from gamutcore.decimation.costs.samples import LARGEST_SHARE, SAMPLES, empty_deviation, take_samples
 from gamutcore.decimation.edge_collapse import collapse_edge, empty_workspace
 from gamutcore.decimation.edge_queue import fill_queue
 from gamutcore.decimation.record import empty_record
+from gamutcore.decimation.stage import Grid, new_stage
 from gamutcore.decimation.star import (
     keeps_star_shape,
     link_condition_holds,
@@ -30,6 +30,20 @@ def surface_from():
         faces = np.ascontiguousarray(faces, np.int32)
         positions = np.ascontiguousarray(positions, np.float64)
         return surface_of(positions, faces, opposite_corners(faces, len(positions)))
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def stage_of():
+    """Return a function from parameters, positions and faces to the stage of a full boundary."""
+
+    def make(parameters, positions, faces, grid=None):
+        faces = np.ascontiguousarray(faces, np.int32)
+        positions = np.ascontiguousarray(positions, np.float64)
+        opposite = opposite_corners(faces, len(positions))
+        grid = grid or Grid(positions.astype(np.float32), np.zeros(3), 1.0)
+        return new_stage(parameters, positions, faces, opposite, grid)
 
     return make
 
@@ -114,16 +128,15 @@ def workspace_for():
 def random_collapses():
     """Return a generator that collapses random edges to positions near their midpoints.
 
-    Its arguments are a state, a surface, a seed and the number of collapses. It yields the kept
+    Its arguments are a stage, a seed and the number of collapses. It yields the kept
     vertex after each collapse.
     """
 
-    def collapses(cost, surface, seed, wanted):
-        random = np.random.default_rng(seed)
-        grid = Grid(surface.position.astype(np.float32), np.zeros(3), 1.0)
-        record, work = empty_record(len(grid.position)), _workspace(surface)
+    def collapses(stage, seed, wanted):
+        random, surface = np.random.default_rng(seed), stage.surface
+        record, work = empty_record(len(surface.position)), _workspace(surface)
         ring, done = np.empty((200, 2), np.int32), 0
-        for query, edge in enumerate(random.permutation(len(surface.corner_facing)).tolist()):
+        for edge in random.permutation(len(surface.corner_facing)).tolist():
             if done == wanted:
                 return
             corner = int(surface.corner_facing[edge])
@@ -133,12 +146,12 @@ def random_collapses():
             middle = (surface.position[one] + surface.position[two]) / 2
             work.point[:] = middle * random.uniform(0.95, 1.05)
             count = write_edge_link(surface, one, two, ring)
-            if not link_condition_holds(surface, one, two, query) or not keeps_star_shape(
+            if not link_condition_holds(surface, one, two) or not keeps_star_shape(
                 surface.position, ring, count, *work.point
             ):
                 continue
             work.rounded[:] = work.point
-            kept = collapse_edge(cost, surface, grid, record, work, edge, done)
+            kept = collapse_edge(stage, record, work, edge)
             done += 1
             yield int(kept)
 
@@ -224,17 +237,17 @@ def assert_in_their_faces(faces_left, by_hand, samples_in, points_of):
 
 
 @pytest.fixture(scope="session")
-def deviating(bumpy_mesh, surface_from, random_collapses):
+def deviating(bumpy_mesh, stage_of, random_collapses):
     """Return a function from a seed to a deviation and a decimated surface."""
 
     def make(seed, count=50, collapses=15):
         positions, faces = bumpy_mesh(seed, count)
-        surface = surface_from(positions, faces)
         deviation = empty_deviation(len(positions) + len(faces), len(faces))
-        take_samples(deviation, surface, 1, True)
-        state = cost_state(FINEST, positions, faces)._replace(deviation=deviation)
-        for _ in random_collapses(state, surface, seed, collapses):
+        stage = stage_of(FINEST, positions, faces)._replace(deviation=deviation)
+        take_samples(deviation, stage.surface, 1)
+        assign_samples(deviation, stage.surface)
+        for _ in random_collapses(stage, seed, collapses):
             pass
-        return deviation, surface
+        return deviation, stage.surface
 
     return make

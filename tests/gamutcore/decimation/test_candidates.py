@@ -7,12 +7,11 @@ from hypothesis import strategies as st
 
 from gamutcore.decimation.candidates import (
     CANDIDATES,
-    Grid,
     round_to_grid,
     write_candidate,
 )
 from gamutcore.decimation.costs import cost_named
-from gamutcore.decimation.costs.dispatch import cost_state
+from gamutcore.decimation.stage import Grid
 from gamutcore.decimation.star import (
     DEFICIT_NOW,
     keeps_star_shape,
@@ -57,9 +56,9 @@ def edges(surface_from, bumpy_mesh, ends_of):
     def make(seed):
         surface = surface_from(*bumpy_mesh(seed, 40))
         found = []
-        for query, corner in enumerate(surface.corner_facing.tolist()):
+        for corner in surface.corner_facing.tolist():
             one, two = ends_of(surface, corner)
-            if link_condition_holds(surface, one, two, query):
+            if link_condition_holds(surface, one, two):
                 ring = np.empty((100, 2), np.int32)
                 found.append((corner, one, two, ring, write_edge_link(surface, one, two, ring)))
         return surface, found
@@ -69,18 +68,18 @@ def edges(surface_from, bumpy_mesh, ends_of):
 
 class TestCandidates:
     @pytest.mark.parametrize("missing", [0.0, 100.0])
-    def test_keep_the_volume(self, edges, bumpy_mesh, missing):
+    def test_keep_the_volume(self, edges, bumpy_mesh, missing, stage_of):
         """The optimum of the default cost and the other candidates; also with a volume deficit."""
         positions, faces = bumpy_mesh(2, 40)
-        surface, found = edges(2)
-        state = cost_state(VOLUME, positions, faces)
-        surface.deficit[DEFICIT_NOW] = 6 * missing
+        _, found = edges(2)
+        stage = stage_of(VOLUME, positions, faces)
+        stage.surface.deficit[DEFICIT_NOW] = 6 * missing
         wanted = np.linalg.det(positions[faces]).sum() / 6 + missing
         written = np.zeros(CANDIDATES, int)
         for corner, one, two, ring, count in found:
             for choice in range(CANDIDATES):
-                place, slope = np.empty(3), np.empty(3)
-                if write_candidate(state, surface, corner, choice, ring, count, slope, place):
+                place = np.empty(3)
+                if write_candidate(stage, corner, choice, ring, count, place):
                     moved = positions.copy()
                     moved[one] = moved[two] = place
                     after = np.linalg.det(moved[faces]).sum() / 6
@@ -88,19 +87,19 @@ class TestCandidates:
                     written[choice] += 1
         assert written.min() > len(found) // 2
 
-    def test_are_the_midpoint_the_ends_and_a_valid_direction(self, edges, bumpy_mesh):
+    def test_are_the_midpoint_the_ends_and_a_valid_direction(self, edges, bumpy_mesh, stage_of):
         positions, faces = bumpy_mesh(3, 40)
-        surface, found = edges(3)
-        state, valid = cost_state(QUADRIC, positions, faces), 0
+        _, found = edges(3)
+        stage, valid = stage_of(QUADRIC, positions, faces), 0
 
         def direction(vector):
             return vector / np.linalg.norm(vector)
 
         for corner, one, two, ring, count in found:
             middle = positions[[one, two]].mean(axis=0)
-            places, slope = np.empty((CANDIDATES, 3)), np.empty(3)
+            places = np.empty((CANDIDATES, 3))
             there = [
-                write_candidate(state, surface, corner, choice, ring, count, slope, places[choice])
+                write_candidate(stage, corner, choice, ring, count, places[choice])
                 for choice in range(CANDIDATES)
             ]
             assert there[0]

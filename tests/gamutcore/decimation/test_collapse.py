@@ -3,38 +3,28 @@
 import numpy as np
 import pytest
 
-from gamutcore.corner_table import opposite_corners
-from gamutcore.decimation.candidates import Grid
 from gamutcore.decimation.costs import COSTS, cost_named
-from gamutcore.decimation.costs.dispatch import cost_state
-from gamutcore.decimation.stages import Stage, run_stage
-from gamutcore.decimation.star import DEFICIT_NOW, keeps_star_shape, surface_of
+from gamutcore.decimation.stage import Grid
+from gamutcore.decimation.stages import run_stage
+from gamutcore.decimation.star import DEFICIT_NOW, keeps_star_shape
 from gamutcore.grid import grid_step, nearest_grid_points
 
 
 @pytest.fixture(scope="module")
-def run(bumpy_mesh):
+def run(bumpy_mesh, stage_of):
     """Return a function that makes all collapses of a bumpy surface with a cost."""
 
     def make(cost, seed, count=80):
         rough, faces = bumpy_mesh(seed, count)
         step = grid_step(rough)
         positions = nearest_grid_points(rough, step)
-        faces = np.ascontiguousarray(faces, np.int32)
-        surface = surface_of(positions, faces, opposite_corners(faces, len(positions)))
-        delivered = positions.astype(np.float32)
-        stage = Stage(
-            cost_state(cost_named(cost).parameters, positions, faces),
-            surface,
-            Grid(delivered, np.zeros(3), step),
-            np.arange(len(positions), dtype=np.int32),
-            np.arange(len(faces), dtype=np.int32),
-        )
+        grid = Grid(positions.astype(np.float32), np.zeros(3), step)
+        stage = stage_of(cost_named(cost).parameters, positions, faces, grid)
         counter = np.zeros(1, np.int64)
         record = run_stage(stage, 4, counter).record
         collapses = len(record.kept)
         assert counter[0] == collapses
-        return positions, faces, surface, delivered, collapses, record
+        return positions, faces, stage.surface, grid.position, collapses, record
 
     return make
 

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from gamutcore.corner_table import opposite_corners, swing
-from gamutcore.decimation.candidates import CANDIDATES, Grid
+from gamutcore.decimation.candidates import CANDIDATES
 from gamutcore.decimation.costs import cost_named
-from gamutcore.decimation.costs.dispatch import cost_state
 from gamutcore.decimation.edge_collapse import (
     candidate_is_valid,
     collapse_edge,
@@ -15,6 +14,7 @@ from gamutcore.decimation.edge_collapse import (
 )
 from gamutcore.decimation.edge_queue import dequeue
 from gamutcore.decimation.record import empty_record
+from gamutcore.decimation.stage import Grid
 from gamutcore.decimation.star import keeps_star_shape, link_condition_holds, write_edge_link
 
 QUADRIC = cost_named("quadric").parameters
@@ -70,27 +70,28 @@ class TestCollapse:
     @pytest.mark.parametrize("cost", [QUADRIC, VOLUME])
     @pytest.mark.parametrize("seed", range(3))
     def test_is_the_renaming_of_a_vertex(
-        self, bumpy_mesh, surface_from, workspace_for, faces_left, ends_of, cost, seed
+        self, bumpy_mesh, workspace_for, faces_left, ends_of, cost, seed, stage_of
     ):
         positions, faces = bumpy_mesh(seed, 40)
-        state, surface = cost_state(cost, positions, faces), surface_from(positions, faces)
-        grid, record = grid_of(positions), empty_record(len(positions))
+        stage = stage_of(cost, positions, faces)
+        surface = stage.surface
+        grid, record = stage.grid, empty_record(len(positions))
         work, ring = workspace_for(surface), np.empty((100, 2), np.int32)
         expected, places, done = faces.copy(), positions.copy(), 0
-        for query, edge in enumerate(np.random.default_rng(seed).permutation(len(faces)).tolist()):
+        for edge in np.random.default_rng(seed).permutation(len(faces)).tolist():
             corner = int(surface.corner_facing[edge])
             if corner < 0:
                 continue
             one, two = ends_of(surface, corner)
             count = write_edge_link(surface, one, two, ring)
             place = surface.position[[one, two]].mean(axis=0)
-            if not link_condition_holds(surface, one, two, query) or not keeps_star_shape(
+            if not link_condition_holds(surface, one, two) or not keeps_star_shape(
                 surface.position, ring, count, *place
             ):
                 continue
             degrees = [len(neighbours(expected, end)) for end in (one, two)]
             work.point[:], work.rounded[:] = place, place
-            kept = collapse_edge(state, surface, grid, record, work, edge, done)
+            kept = collapse_edge(stage, record, work, edge)
             assert kept in {one, two}
             dead = one + two - kept
             assert degrees[(one, two).index(dead)] <= degrees[(one, two).index(kept)]
@@ -106,11 +107,11 @@ class TestCollapse:
             done += 1
         assert done > 10
 
-    def test_counts_parked_edges_that_vanish(self, bumpy_mesh, surface_from, workspace_for):
+    def test_counts_parked_edges_that_vanish(self, bumpy_mesh, workspace_for, stage_of):
         """Of the three edges that a collapse removes, those outside the queue were parked."""
         positions, faces = bumpy_mesh(1, 40)
-        surface = surface_from(positions, faces)
-        state, work = cost_state(QUADRIC, positions, faces), workspace_for(surface)
+        stage = stage_of(QUADRIC, positions, faces)
+        surface, work = stage.surface, workspace_for(stage.surface)
         chosen = int(np.flatnonzero(surface.degree[surface.vertex] > 4)[0])
         for edge in range(len(surface.corner_facing)):
             dequeue(work.queue, edge)
@@ -119,7 +120,7 @@ class TestCollapse:
         place = surface.position[surface.vertex[chosen - chosen % 3]]
         work.point[:], work.rounded[:] = place, place
         record = empty_record(len(positions))
-        collapse_edge(state, surface, grid_of(positions), record, work, edge, 0)
+        collapse_edge(stage, record, work, edge)
         # the edge itself is neither queued nor parked, and the other two were parked
         assert work.parked[0] == (surface.corner_facing >= 0).sum()
 
@@ -134,7 +135,8 @@ class TestStaleness:
         edges = range(len(surface.corner_facing))
         assert not any(is_stale(surface, work, edge) for edge in edges)
         work.evaluated[:] = 6
-        mark_changed(surface, work, 11, 7)
+        work.collapses[0] = 7
+        mark_changed(surface, work, 11)
         around = neighbours(faces, 11) | {11}
         for edge in edges:
             ends = set(ends_of(surface, int(surface.corner_facing[edge])))
@@ -146,22 +148,20 @@ class TestStaleness:
 class TestCandidatePositions:
     @pytest.mark.parametrize("cost", [QUADRIC, VOLUME])
     def test_are_valid_where_the_collapsed_mesh_is(
-        self, bumpy_mesh, surface_from, workspace_for, ends_of, cost
+        self, bumpy_mesh, workspace_for, ends_of, cost, stage_of
     ):
         """They lie on the grid, and all faces around them see the centre, by determinants."""
         positions, faces = bumpy_mesh(5, 40)
         centre = np.array([50.25, 1.5, -3.0])
-        state, surface = cost_state(cost, positions, faces), surface_from(positions, faces)
-        work = workspace_for(surface)
-        valid = 0
+        stage = stage_of(cost, positions, faces, grid_of(positions, centre))
+        surface = stage.surface
+        work, valid = workspace_for(surface), 0
         for edge, corner in enumerate(surface.corner_facing.tolist()):
             one, two = ends_of(surface, corner)
-            if not link_condition_holds(surface, one, two, edge):
+            if not link_condition_holds(surface, one, two):
                 continue
             count = write_edge_link(surface, one, two, work.link)
-            if not candidate_is_valid(
-                state, surface, grid_of(positions, centre), work, edge, count
-            ):
+            if not candidate_is_valid(stage, work, edge, count):
                 continue
             np.testing.assert_array_equal(work.rounded.astype(np.float64) % STEP, 0.0)
             np.testing.assert_array_equal(work.point, work.rounded.astype(np.float64) - centre)
@@ -174,21 +174,22 @@ class TestCandidatePositions:
         assert valid > 20
 
     def test_other_candidates_are_tried_as_chosen(
-        self, bumpy_mesh, surface_from, workspace_for, ends_of
+        self, bumpy_mesh, workspace_for, ends_of, stage_of
     ):
         positions, faces = bumpy_mesh(6, 40)
-        state, surface = cost_state(QUADRIC, positions, faces), surface_from(positions, faces)
+        stage = stage_of(QUADRIC, positions, faces, grid_of(positions))
+        surface = stage.surface
         work, _ring = workspace_for(surface), np.empty((100, 2), np.int32)
         seen = set()
         for edge, corner in enumerate(surface.corner_facing.tolist()):
             one, two = ends_of(surface, corner)
-            if not link_condition_holds(surface, one, two, edge):
+            if not link_condition_holds(surface, one, two):
                 continue
             count = write_edge_link(surface, one, two, work.link)
             places = set()
             for choice in range(CANDIDATES):
                 work.choice[edge] = choice
-                if candidate_is_valid(state, surface, grid_of(positions), work, edge, count):
+                if candidate_is_valid(stage, work, edge, count):
                     places.add(tuple(work.rounded.tolist()))
             seen.add(len(places))
         assert max(seen) == CANDIDATES

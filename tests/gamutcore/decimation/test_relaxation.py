@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from gamutcore.decimation.candidates import Grid
 from gamutcore.decimation.costs import cost_named
-from gamutcore.decimation.costs.dispatch import cost_state
 from gamutcore.decimation.costs.parameters import SAMPLES_OF_REFERENCE_FACE
+from gamutcore.decimation.costs.sample_assignment import assign_samples
 from gamutcore.decimation.costs.samples import take_samples
 from gamutcore.decimation.record import empty_record, extend_record
 from gamutcore.decimation.relaxation import relax
+from gamutcore.decimation.stage import Grid
 
 FINEST = cost_named("finest").parameters
 VOLUME = cost_named("volume").parameters
@@ -19,7 +19,7 @@ STEP = 2.0**-11
 
 
 @pytest.fixture(scope="module")
-def after_collapses(bumpy_mesh, surface_from, random_collapses, workspace_for, faces_left):
+def after_collapses(bumpy_mesh, random_collapses, workspace_for, faces_left, stage_of):
     """Return a function that relaxes around vertices after collapses, and calls a check each time.
 
     Positions are on the grid at first. The collapses of the tests leave it.
@@ -27,20 +27,21 @@ def after_collapses(bumpy_mesh, surface_from, random_collapses, workspace_for, f
 
     def run(parameters, seed, check):
         positions, faces = bumpy_mesh(seed, 120)
-        surface = surface_from(positions, faces)
-        state = cost_state(parameters, positions, faces)
+        stage = stage_of(parameters, positions, faces)
+        surface = stage.surface
         if parameters is FINEST:
-            take_samples(state.deviation, surface, SAMPLES_OF_REFERENCE_FACE * len(faces), True)
+            take_samples(stage.deviation, surface, SAMPLES_OF_REFERENCE_FACE * len(faces))
+            assign_samples(stage.deviation, surface)
         work = workspace_for(surface)
         record, start = extend_record(empty_record(len(positions)), 0, 5000), 0
-        for done, kept in enumerate(random_collapses(state, surface, seed, 60)):
+        for done, kept in enumerate(random_collapses(stage, seed, 60)):
             delivered = (surface.position + CENTRE).astype(np.float32)
             before = delivered.copy()
             record.position[done, 2] = delivered[kept]
-            errors = state.deviation.error.sum()
+            errors = stage.deviation.error.sum()
             record.shifted_end[done] = start
-            grid = Grid(delivered, CENTRE, STEP)
-            relax(state, surface, grid, record, work, kept, done + 1)
+            work.collapses[0] = done + 1
+            relax(stage._replace(grid=Grid(delivered, CENTRE, STEP)), record, work, kept)
             end = int(record.shifted_end[done])
             faces_now = faces_left(surface)[1]
             check(
@@ -52,7 +53,7 @@ def after_collapses(bumpy_mesh, surface_from, random_collapses, workspace_for, f
                 record.position[done, 2],
                 record.shifted[start:end],
                 record.shift[start:end],
-                state.deviation.error.sum() - errors,
+                stage.deviation.error.sum() - errors,
                 work,
                 done + 1,
             )

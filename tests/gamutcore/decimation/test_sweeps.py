@@ -3,16 +3,13 @@
 import numpy as np
 import pytest
 
-from gamutcore.corner_table import opposite_corners
 from gamutcore.decimation import decimate
-from gamutcore.decimation.candidates import Grid
 from gamutcore.decimation.costs import cost_named
-from gamutcore.decimation.costs.dispatch import cost_state
 from gamutcore.decimation.costs.parameters import SWEPT_DOWN_TO
-from gamutcore.decimation.edge_collapse import COLLAPSES, new_loop
 from gamutcore.decimation.record import empty_record, extend_record
-from gamutcore.decimation.star import LARGEST_LINK, surface_of
-from gamutcore.decimation.sweeps import begin_sweeps, collapse_in_sweeps
+from gamutcore.decimation.stage import Grid
+from gamutcore.decimation.star import LARGEST_LINK
+from gamutcore.decimation.sweeps import collapse_in_sweeps
 from gamutcore.history import build_history
 from gamutcore.metric import mismatch
 
@@ -69,27 +66,24 @@ class TestLargeBoundary:
 
 
 @pytest.fixture(scope="module")
-def swept(icosphere, workspace_for):
+def swept(icosphere, stage_of, workspace_for):
     """Return a function that makes collapses in sweeps on a sphere of 2562 vertices."""
 
     def make(wanted, room=None):
         mesh = icosphere(4, 40.0, CENTRE)
         positions = mesh.vertices.astype(np.float64) - CENTRE
-        faces = np.ascontiguousarray(mesh.faces, np.int32)
-        surface = surface_of(positions, faces, opposite_corners(faces, len(positions)))
-        state, record = cost_state(VOLUME, positions, faces), empty_record(len(positions))
-        work, loop, calls = workspace_for(surface), new_loop(), 1
+        grid = Grid(mesh.vertices.copy(), np.array(CENTRE), 2.0**-11)
+        stage = stage_of(VOLUME, positions, mesh.faces, grid)
+        record, work, calls = empty_record(len(positions)), workspace_for(stage.surface), 1
         work.queue.heap_index[:] = -1
         work.queue.size[0] = 0
         if room is not None:
             record = record._replace(moved=record.moved[:room])
-        grid = Grid(mesh.vertices.copy(), np.array(CENTRE), 2.0**-11)
-        begin_sweeps(state, surface, work, loop)
+        while not collapse_in_sweeps(stage, record, work, wanted):
+            record, calls = extend_record(record, int(work.collapses[0]), LARGEST_LINK), calls + 1
         assert (work.queue.heap_index == -1).all()
-        while not collapse_in_sweeps(state, surface, grid, record, work, loop, wanted):
-            record, calls = extend_record(record, loop.counts[COLLAPSES], LARGEST_LINK), calls + 1
         assert (calls > 1) == (room is not None)
-        return int(loop.counts[COLLAPSES]), surface, record
+        return int(work.collapses[0]), stage.surface, record
 
     return make
 
@@ -112,10 +106,3 @@ def test_sweeps_continue_after_the_record_was_full(swept):
     assert len(set(record.dead[:500].tolist())) == 500
     assert 200 < record.moved_end[499] <= len(record.moved)
     assert (surface.corner_facing >= 0).sum() == 3 * (2562 - 500 - 2)
-
-
-def test_sweeps_stop_where_all_errors_change(swept, faces_left):
-    """They change at the first compared level, where strict order continues."""
-    collapses, surface, _ = swept(2000)
-    assert collapses == 2562 - VOLUME.compared_vertices
-    assert len(np.unique(faces_left(surface)[1])) == VOLUME.compared_vertices

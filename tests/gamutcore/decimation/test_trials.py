@@ -8,6 +8,8 @@ import pytest
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import decimate, decimation, trials
 from gamutcore.decimation.costs import COSTS, Trials, cost_named
+from gamutcore.decimation.decimation import UNIT_STEPS
+from gamutcore.decimation.stage import compact_stage
 from gamutcore.decimation.trials import perturbation, progress_of, schedule
 from gamutcore.errors import DecimationError
 from gamutcore.history import build_history
@@ -62,9 +64,26 @@ def test_a_smaller_boundary_begins_with_the_trials(with_trials, icosphere, asser
     history = build_history(decimate(mesh, CENTRE))
     for level in history.levels():
         assert_every_invariant(level, CENTRE, level.triangles)
-    several = mismatch(mesh, history.level(50))
-    with_trials(None)
-    assert several <= mismatch(mesh, build_history(decimate(mesh, CENTRE)).level(50))
+
+
+def test_the_trial_with_the_least_sampled_deviation_is_kept(monkeypatch, with_trials, icosphere):
+    run_stage, deviations, levels = trials.run_stage, [], []
+
+    def observed(stage, until, counter, **options):
+        result = run_stage(stage, until, counter, **options)
+        deviations.append(stage.deviation.error.sum())
+        levels.append({*map(tuple, compact_stage(stage).grid.position.tolist())})
+        return result
+
+    monkeypatch.setattr(trials, "run_stage", observed)
+    with_trials(Trials(200, 6, 27))
+    decimated = decimate(icosphere(1), CENTRE)
+    unit = decimated.step * 2.0**UNIT_STEPS
+    level = build_history(decimated).level(50).vertices / np.float32(unit)
+    # six trials, and the coarsest levels
+    assert len(deviations) == 6 + 1
+    assert len(set(deviations[:6])) > 1
+    assert {*map(tuple, level.tolist())} == levels[int(np.argmin(deviations[:6]))]
 
 
 @pytest.mark.parametrize("cost", COSTS)

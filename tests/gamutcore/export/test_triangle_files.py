@@ -2,6 +2,7 @@
 
 import io
 
+import meshio
 import numpy as np
 import pytest
 import trimesh
@@ -53,14 +54,30 @@ class TestObj:
         np.testing.assert_array_equal(read.vertices.astype(np.float32), level.vertices)
         np.testing.assert_array_equal(read.faces, level.faces)
 
-    def test_colours_follow_the_positions(self, level):
-        vertices = np.array(self.rows(obj(level, {}), "v"), float)
-        assert vertices.shape[1] == 6
-        np.testing.assert_allclose(vertices[:, 3:], srgb(level.vertices), atol=0.5 / 255 + 1e-6)
+    def test_meshio_reads_points_of_three_coordinates(self, level, provenance, tmp_path):
+        path = tmp_path / "level.obj"
+        path.write_bytes(obj(level, provenance))
+        read = meshio.read(path)
+        assert read.points.shape == level.vertices.shape
+        np.testing.assert_array_equal(read.points.astype(np.float32), level.vertices)
+        np.testing.assert_array_equal(read.cells_dict["triangle"], level.faces)
+
+    def test_colours_are_polypaint_before_the_faces(self, level):
+        """``#MRGB``: up to 64 times mask, red, green and blue in hex (Bourke 2020)."""
+        lines = obj(level, {}).decode("ascii").splitlines()
+        words = [line.split()[1] for line in lines if line.startswith("#MRGB ")]
+        assert max(map(len, words)) <= 64 * 8
+        colours = np.frombuffer(bytes.fromhex("".join(words)), np.uint8).reshape(-1, 4)
+        np.testing.assert_array_equal(colours[:, 0], 255)
+        np.testing.assert_allclose(
+            colours[:, 1:] / 255, srgb(level.vertices), atol=0.5 / 255 + 1e-6
+        )
+        kinds = [line.split()[0] for line in lines if line and not line.startswith("# ")]
+        assert kinds == sorted(kinds, key=["v", "#MRGB", "f"].index)
 
     def test_provenance_is_in_comments_and_nowhere_else(self, level, provenance):
         lines = obj(level, provenance).decode("ascii").splitlines()
-        assert {line.split()[0] for line in lines if line.strip()} <= {"#", "v", "f", "o"}
+        assert {line.split()[0] for line in lines if line.strip()} <= {"#", "#MRGB", "v", "f"}
         comments = [line for line in lines if line.startswith("#")]
         assert "# conditions: D50, 2\\xb0 M1" in comments
         assert any("generator: gamutcore" in line for line in comments)

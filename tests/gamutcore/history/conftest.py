@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @pytest.fixture(scope="session")
 def note() -> dict[str, str]:
-    """Return metadata of a caller's own, outside of ASCII."""
+    """Return metadata of the caller with characters beyond ASCII."""
     return {"note": "größer\nals 🎨"}
 
 
@@ -28,7 +28,7 @@ def file(small_history: History, note: dict[str, str]) -> bytes:
 
 @pytest.fixture(scope="session")
 def shifting_history(small_history: History) -> History:
-    """Return a history in which neighbours of a split move with it, by a few steps of the grid."""
+    """Return a history whose splits also move neighbours, by a few steps of the grid."""
     random = np.random.default_rng(5)
     splits, step = small_history.splits, small_history.step
     position = np.zeros((splits.vertices, 3), np.float32)
@@ -62,7 +62,7 @@ def shifting_history(small_history: History) -> History:
 
 @pytest.fixture(scope="session")
 def first_levels() -> Callable[[History, int], History]:
-    """Return a function from a history to its beginning, up to a number of vertices."""
+    """Return a function that cuts a history off after a number of vertices."""
 
     def beginning(history: History, vertices: int) -> History:
         splits, steps = history.splits, vertices - 4
@@ -85,7 +85,7 @@ def first_levels() -> Callable[[History, int], History]:
 
 @pytest.fixture(scope="session")
 def double_pyramid() -> Callable[[int], TriangleMesh]:
-    """Return a function from a number of vertices to a rim of so many between two apexes."""
+    """Return a function that makes a double pyramid with a given number of vertices on its rim."""
 
     def body(rim: int) -> TriangleMesh:
         turn = 2 * np.pi * np.arange(rim) / rim

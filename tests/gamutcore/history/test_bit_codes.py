@@ -1,4 +1,4 @@
-"""Codes of bits: examples worked out by hand, and what is written is read."""
+"""Codes of numbers: examples worked out by hand, and round trips."""
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ from gamutcore.history.bit_codes import (
     BitWriter,
     Contexts,
     bit_reader,
+    doublings_beyond,
     read_adaptive,
     read_below,
     read_bits,
@@ -95,6 +96,13 @@ class TestTruncatedBinary:
         out = writer(8)
         write_below(out, value, limit)
         assert read_below(bit_reader(stream_bytes(out)), limit) == value
+
+
+@given(st.integers(0, 2**40), st.integers(1, 2**25))
+def test_doublings_beyond_a_number(number, count):
+    doublings = doublings_beyond(number, count)
+    assert number < count << doublings
+    assert doublings == 0 or number >= count << (doublings - 1)
 
 
 class TestAdaptiveCode:

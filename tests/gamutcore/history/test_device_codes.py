@@ -1,4 +1,4 @@
-"""The kernels of device values: collapses that can be taken back, and a code that is."""
+"""Kernels of device values: collapses can be undone, and what is written is read back."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,6 @@ from gamutcore.history.device_codes import (
     first_value_contexts,
     level_values,
     read_values,
-    split_values,
     write_values,
 )
 
@@ -29,7 +28,7 @@ def columns(edges, channels):
 
 @st.composite
 def forests(draw):
-    """Return values of a full boundary, edges and corrected values as any history may have."""
+    """Return values of a full boundary, edges, and corrected values of any possible history."""
     vertices = draw(st.integers(4, 60))
     channels = draw(st.integers(1, 5))
     random = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
@@ -42,13 +41,15 @@ def forests(draw):
         for slot in range(4, vertices)
     ]
     moved = [np.unique(slots).astype(np.int32) for slots in moved]
+    corrected = draw(st.integers(0, splits))
+    stored = [len(slots) if split < corrected else 0 for split, slots in enumerate(moved)]
     edges = SplitEdges(
         parent,
         random.choice([0.0, 1.0, 0.5, *random.random(5)], splits),
         random.integers(0, LENGTH_CLASSES, splits).astype(np.uint8),
-        np.cumsum([len(slots) for slots in moved]).astype(np.int32),
+        np.cumsum(stored).astype(np.int32),
         np.concatenate([*moved, np.empty(0, np.int32)]),
-        draw(st.integers(0, splits)),
+        corrected,
     )
     some = [0, LARGEST, *random.integers(0, LARGEST + 1, 6)]
     values = random.choice(some, (vertices, channels)).astype(np.int16)
@@ -62,12 +63,14 @@ def collapsed(values, edges, nearest):
     """Return the values of all splits, and those of the coarsest level in the first four rows."""
     splits, coarsest = columns(edges, values.shape[1]), values.copy()
     splits.shifted_coarse[:] = nearest[1]
-    collapse_values(coarsest, edges, nearest[0], splits)
+    middle = 4 + len(edges.parent) // 2
+    collapse_values(coarsest, edges, nearest[0], splits, middle, len(values))
+    collapse_values(coarsest, edges, nearest[0], splits, 4, middle)
     return splits, coarsest
 
 
 def levels_of(values, edges, nearest):
-    """Return the values of every level from the finest on, as the definition has it."""
+    """Yield the values of every level from the finest on, by the definition."""
     level = values.astype(np.int64)
     yield level
     for slot in range(len(values) - 1, 3, -1):
@@ -90,14 +93,10 @@ class TestLevels:
     def test_every_level_is_the_one_before_with_an_edge_collapsed(self, forest):
         values, edges, nearest = forest
         splits, coarsest = collapsed(values, edges, nearest)
-        refined = np.empty_like(values)
-        refined[:4] = coarsest[:4]
-        for level in reversed(list(levels_of(values, edges, nearest))):
-            count = len(level)
-            if count > 4:
-                split_values(refined, edges, splits, count - 1, count)
-            np.testing.assert_array_equal(refined[:count], level)
-            np.testing.assert_array_equal(level_values(count, values, edges, splits), level)
+        for level in levels_of(values, edges, nearest):
+            found = level_values(len(level), values, edges, splits)
+            np.testing.assert_array_equal(found, level)
+        np.testing.assert_array_equal(coarsest[:4], level)
 
     @given(forests())
     def test_no_level_leaves_the_range_of_the_full_boundary(self, forest):
@@ -109,7 +108,7 @@ class TestLevels:
 
 class TestCode:
     @given(forests(), st.data())
-    def test_is_read_back(self, forest, data):
+    def test_values_are_read_back(self, forest, data):
         values, edges, nearest = forest
         vertices, channels = values.shape
         splits, coarsest = collapsed(values, edges, nearest)
@@ -129,13 +128,13 @@ class TestCode:
 
     @pytest.mark.parametrize("data", [b"", b"\0\0\0\0\0\0\0\0", b"\0\0\0\xff\xff\xff\xff\xff"])
     @pytest.mark.parametrize("corrected", [0, 1])
-    def test_what_is_no_value_is_told(self, data, corrected):
+    def test_a_value_that_is_missing_or_out_of_range_is_reported(self, data, corrected):
         """A stream that ends early, and one whose differences lead beyond full scale."""
         edges = SplitEdges(
             np.zeros(1, np.int32),
             np.full(1, 0.5),
             np.zeros(1, np.uint8),
-            np.ones(1, np.int32),
+            np.full(1, corrected, np.int32),
             np.ones(1, np.int32),
             corrected,
         )

@@ -1,4 +1,4 @@
-"""Device values of all levels: averages of the full boundary's, in a section of the file."""
+"""Device values of all levels, and their section of the history file."""
 
 import json
 import struct
@@ -10,13 +10,13 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gamutcore import Gamut
 from gamutcore.boundary import modified_convex_hull, vertex_device_values
 from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.colours.profile_colours import profile_colours
 from gamutcore.decimation import decimate
 from gamutcore.errors import HistoryFileError, MeshError, TriangleCountError
-from gamutcore.gamut import Gamut, Options, build_gamut
 from gamutcore.history import History, build_history, history_bytes, history_from_bytes
 from gamutcore.history.device_history import CORRECTED, FULL_SCALE, build_device_history
 from gamutcore.mesh import DeviceValues
@@ -38,13 +38,13 @@ TRACES = ("x", "y", "z")
 
 
 def traced(positions):
-    """Return device values that say where something is, from 0 to 1 within 100 units of L* 50."""
+    """Return positions as device values: 0 to 1 within 100 units of L* = 50."""
     return (np.asarray(positions, np.float64) - (50.0, 0.0, 0.0)) / 200.0 + 0.5
 
 
 @pytest.fixture(scope="module")
 def tracing(icosphere):
-    """Return the history of a sphere whose device values say where they are."""
+    """Return the history of a sphere whose device values are its positions."""
     mesh = icosphere(3, 60.0, (50.0, 0.0, 0.0))
     boundary = modified_convex_hull(mesh.vertices)
     device = DeviceValues(TRACES, traced(boundary.mesh.vertices))
@@ -58,7 +58,7 @@ def srgb(small_profile):
 
 @pytest.fixture(scope="module")
 def srgb_gamut(srgb):
-    return build_gamut(srgb, Options())
+    return Gamut(srgb)
 
 
 @pytest.fixture(scope="module")
@@ -68,8 +68,8 @@ def file(inked):
 
 @pytest.fixture(scope="module")
 def limited_gamut(fogra39):
-    """Return the gamut of a press that uses 250 % of ink at most."""
-    return build_gamut(fogra39, Options(ink_limit=250, surface_samples=20_000))
+    """Return the gamut of a press with an ink limit of 250 %."""
+    return Gamut(fogra39, ink_limit=250, surface_samples=20_000)
 
 
 def header_of(data):
@@ -78,7 +78,7 @@ def header_of(data):
 
 
 def tampered(data, metadata=None, **arrays):
-    """Return a file with arrays or metadata replaced, or left out where they are None."""
+    """Return a file with arrays or metadata replaced, or without those that are None."""
     header, _ = header_of(data)
     replaced = safetensors.numpy.load(data) | {
         name.replace("__", "."): array for name, array in arrays.items()
@@ -91,7 +91,7 @@ def tampered(data, metadata=None, **arrays):
 
 
 class TestFullBoundary:
-    def test_has_the_values_of_its_sources(self, inked):
+    def test_vertices_have_the_values_of_their_sources(self, inked):
         history, boundary, values = inked
         full, found = history.full(), history.device_values(history.triangles)
         assert found.channels == CHANNELS
@@ -108,11 +108,12 @@ class TestFullBoundary:
             assert FULL_SCALE % whole == 0
 
     @pytest.mark.slow
-    def test_of_a_press(self, fogra39_gamut, fogra39):
-        colours = surface_colours(characterisation(fogra39))
+    def test_device_values_of_a_press(self, fogra39):
+        colours = surface_colours(characterisation(fogra39), surface_samples=20_000)
         assert colours.channels == ("C", "M", "Y", "K")
-        full = fogra39_gamut.level(fogra39_gamut.history.triangles)
-        boundary = modified_convex_hull(colours.points)
+        gamut = Gamut(fogra39, gamma=0.2, surface_samples=20_000)
+        full = gamut.level(gamut.history.triangles)
+        boundary = modified_convex_hull(colours.points, gamma=0.2)
         sources = vertex_device_values(boundary, colours.points, colours.device, colours.channels)
         order = np.lexsort(full.vertices.T), np.lexsort(boundary.mesh.vertices.T)
         np.testing.assert_array_equal(full.vertices[order[0]], boundary.mesh.vertices[order[1]])
@@ -132,8 +133,8 @@ class TestFullBoundary:
 
 class TestLevels:
     @pytest.mark.slow
-    def test_coarse_ones_have_what_the_full_boundary_has_nearest(self, tracing):
-        """Device values that tell where they are, against the nearest points by trimesh."""
+    def test_coarse_levels_have_the_nearest_values_of_the_full_boundary(self, tracing):
+        """Values that are positions, compared with trimesh's nearest points."""
         surface = tracing.full().to_trimesh()
         for triangles in [*range(4, 100, 2), *range(100, tracing.triangles, 50)]:
             vertices = tracing.level(triangles).vertices
@@ -141,7 +142,7 @@ class TestLevels:
             found = tracing.device_values(triangles).values
             np.testing.assert_allclose(found, traced(nearest), rtol=0, atol=1.05 / FULL_SCALE)
 
-    def test_neighbours_that_move_too(self, shifting_history):
+    def test_moved_neighbours_have_nearest_values(self, shifting_history):
         slots = np.arange(shifting_history.vertices, dtype=np.int32)
         full = shifting_history.full()
         device = build_device_history(
@@ -166,8 +167,8 @@ class TestLevels:
                     np.testing.assert_array_equal(values[slot], expected)
 
     @pytest.mark.slow
-    def test_fine_ones_are_interpolated_along_the_edges_that_collapse(self, fogra39_gamut):
-        """Collapse after collapse from the full boundary on, by the definition in floats."""
+    def test_fine_levels_are_interpolated_along_collapsed_edges(self, fogra39_gamut):
+        """Collapse the full boundary step by step, by the definition in floating point."""
         history = fogra39_gamut.history
         splits = history.splits
         values = history.device_values(history.triangles).values.astype(np.float64)
@@ -182,13 +183,13 @@ class TestLevels:
             values[parent] += place * (values[slot] - values[parent])
             if slot % 10_000 == 0 or slot == CORRECTED:
                 found = history.device_values(2 * slot - 4).values
-                # half a step for each collapse, averaged with what was rounded before
+                # each collapse rounds by half a step, and averages earlier rounding errors
                 np.testing.assert_allclose(found, values[:slot], rtol=0, atol=4 / FULL_SCALE)
 
     @pytest.mark.parametrize("triangles", [1000, 4000, 16_000, 40_000])
     @pytest.mark.slow
-    def test_the_device_makes_the_colours_with_them(self, srgb_gamut, srgb, triangles):
-        """Predicted and kept colours differ by what is hardly seen, but for a few."""
+    def test_the_device_makes_the_colours_from_the_values(self, srgb_gamut, srgb, triangles):
+        """The device reproduces most colours within a hardly visible difference."""
         level = srgb_gamut.level(triangles)
         device = level.device.values.astype(np.float64)
         predicted = profile_colours(characterisation(srgb), device, "relative").lab
@@ -196,13 +197,13 @@ class TestLevels:
         assert error.mean() < 0.1
         assert np.percentile(error, 95) < 0.3
 
-    def test_random_access_is_what_stepping_gives(self, fogra39_gamut):
+    def test_random_access_gives_the_values_of_stepping(self, fogra39_gamut):
         history = fogra39_gamut.history
         device = history.device
         values = np.empty((history.vertices, 4), np.int16)
         values[:4] = device.base
         wanted = {4, 5, 6, 8, 9, 502, 5000, 8192, 8193, history.vertices}
-        assert not len(history.splits.shifted)  # or they would have to be stepped as well
+        assert not len(history.splits.shifted)  # moved neighbours would need steps of their own
         for slot in range(4, history.vertices + 1):
             if slot in wanted:
                 found = history.device_values(2 * slot - 4).values
@@ -214,7 +215,7 @@ class TestLevels:
 
     @pytest.mark.parametrize("triangles", [4, 12, 100, 1000, 10_000])
     @pytest.mark.slow
-    def test_keep_the_ink_limit(self, limited_gamut, triangles):
+    def test_levels_keep_the_ink_limit(self, limited_gamut, triangles):
         values = limited_gamut.level(triangles).device.values
         assert values.min() >= 0
         assert values.max() <= 1
@@ -235,7 +236,7 @@ class TestLevels:
 
 
 class TestFile:
-    def test_comes_back(self, inked, file):
+    def test_device_values_are_read_back(self, inked, file):
         history, metadata = history_from_bytes(file)
         section = {"channels": list(CHANNELS), "steps": FULL_SCALE, "corrected": CORRECTED}
         assert json.loads(metadata["device"]) == section
@@ -243,7 +244,7 @@ class TestFile:
             assert history.device_values(triangles) == inked[0].device_values(triangles)
         assert history_bytes(history, metadata) == file
 
-    def test_without_splits(self):
+    def test_tetrahedron_with_device_values(self):
         corners = [(50, 0, 40), (50, 40, -20), (50, -40, -20), (90, 0, 0)]
         boundary = modified_convex_hull(corners, centre=(60, 0, 0))
         device = DeviceValues(("W",), np.array([[0.0], [0.25], [0.5], [1.0]]))
@@ -251,8 +252,8 @@ class TestFile:
         history, _ = history_from_bytes(history_bytes(built))
         np.testing.assert_array_equal(history.device_values(4).values, device.values)
 
-    def test_the_geometry_is_the_same_with_it_and_without(self, inked, file):
-        """A reader that knows nothing of it finds what it knows, and where it expects it."""
+    def test_geometry_does_not_depend_on_device_values(self, inked, file):
+        """A reader without support for device values finds the geometry unchanged."""
         history = inked[0]
         plain = history_bytes(History(history.splits, history.centre, history.step))
         (one, begin), (other, start) = header_of(plain), header_of(file)
@@ -262,9 +263,9 @@ class TestFile:
         assert {name: other[name] for name in one} == one
         assert file[start:].startswith(plain[begin:])
         kinds = {other[name]["dtype"] for name in added}
-        assert kinds <= {"I32", "U8"}  # what readers of geometry alone accept of any array
+        assert kinds <= {"I32", "U8"}  # types that readers of geometry alone accept
 
-    def test_a_prefix_has_none_until_all_are_there(self, inked, file):
+    def test_a_prefix_without_all_device_values_has_none(self, inked, file):
         header, begin = header_of(file)
         last = max(name for name in header if name.startswith("splits."))
         end = begin + header[last]["data_offsets"][1]
@@ -275,7 +276,7 @@ class TestFile:
         history, _ = history_from_bytes(file, partial=True)
         assert history.device_values(30) == inked[0].device_values(30)
 
-    def test_is_unpacked_as_far_as_it_is_asked_for(self, file):
+    def test_groups_are_unpacked_as_far_as_a_level_needs(self, file):
         history, _ = history_from_bytes(file)
         history.level(30)
         assert not history.is_unpacked(30)
@@ -301,7 +302,7 @@ class TestFile:
 
 
 class TestReaderInJavaScript:
-    def test_small(self, javascript_levels, inked, file):
+    def test_small_history(self, javascript_levels, inked, file):
         history = inked[0]
         levels = javascript_levels(file, channels=2)
         assert len(levels) == history.vertices - 3
@@ -329,7 +330,7 @@ class TestReaderInJavaScript:
             assert read.device_values(triangles) == expected
 
     @pytest.mark.slow
-    def test_large(self, javascript_levels, fogra39_gamut):
+    def test_large_history(self, javascript_levels, fogra39_gamut):
         history = fogra39_gamut.history
         counts = [4, 100, 1000, 30_000, history.triangles]
         levels = javascript_levels(history_bytes(history), counts, 4)
@@ -362,7 +363,7 @@ class TestDamage:
             json.dumps({"channels": ["C", "M" * 1001], "steps": 5100, "corrected": 0}),
         ],
     )
-    def test_of_the_channels(self, file, text):
+    def test_wrong_channels(self, file, text):
         with pytest.raises(HistoryFileError):
             history_from_bytes(tampered(file, {"device": text}))
 
@@ -377,14 +378,14 @@ class TestDamage:
             np.full((4, 2), 2**31 - 1, np.int32),
         ],
     )
-    def test_of_the_coarsest_level(self, file, base):
+    def test_wrong_coarsest_level(self, file, base):
         with pytest.raises(HistoryFileError, match=r"device"):
             history_from_bytes(tampered(file, device__base=base))
 
     @pytest.mark.parametrize(
         "stream", [None, np.zeros(0, np.uint8), np.zeros(8, np.int32), np.zeros((8, 1), np.uint8)]
     )
-    def test_of_a_group(self, file, stream):
+    def test_damaged_group(self, file, stream):
         with pytest.raises(HistoryFileError, match=r"device|bytes"):
             history_from_bytes(tampered(file, device__01=stream))
 
@@ -411,7 +412,7 @@ class TestDamage:
     @given(data=st.data())
     @pytest.mark.slow
     def test_any_bytes_of_the_section(self, file, inked, data):
-        """A clear error, or values within full scale at the levels of an unchanged geometry."""
+        """Any bytes give an error, or values within full scale; the geometry does not change."""
         header, begin = header_of(file)
         starts = [header[name]["data_offsets"][0] for name in header if name.startswith("device.")]
         mutated = bytearray(file)
@@ -431,8 +432,8 @@ class TestDamage:
             assert (values.values >= 0).all()
             assert (values.values <= 1).all()
 
-    def test_a_gamut_notices_it_when_it_is_asked_for(self, fogra39):
-        built = build_gamut(fogra39, Options(surface_samples=1000))
+    def test_damage_is_found_when_a_level_is_read(self, fogra39):
+        built = Gamut(fogra39, surface_samples=1000)
         data = built.to_bytes()
         read = Gamut.from_bytes(data)
         assert read.level(100) == built.level(100)

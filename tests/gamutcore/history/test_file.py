@@ -1,4 +1,4 @@
-"""The history file: read back bit for bit, and never trusted."""
+"""The history file: bit-exact round trips, and damage that is refused or harmless."""
 
 import json
 import struct
@@ -23,7 +23,7 @@ from gamutcore.mesh import TriangleMesh
 
 
 def parts(data):
-    """Header and arrays of a file by the layout that its module describes."""
+    """Return header and arrays of a file, by the documented layout."""
     (size,) = struct.unpack("<Q", data[:8])
     return json.loads(data[8 : 8 + size]), data[8 + size :]
 
@@ -36,7 +36,7 @@ def assert_same_history(one, other):
 
 
 def with_other_arrays(data):
-    """Return a file with more arrays, before and behind its own, of types that NumPy knows."""
+    """Return a file with additional arrays, of several types, before and after its own."""
     bits = {"BOOL": 8} | {f"{kind}{size}": size for kind in "IU" for size in (8, 16, 32, 64)}
     bits |= {f"F{size}": size for size in (16, 32, 64)}
     header, body = parts(data)
@@ -58,7 +58,7 @@ def with_other_arrays(data):
 
 
 def assert_readable(history):
-    """Every level of what was read is valid, and can be stepped through."""
+    """Check that every level of a history is valid and can be reached by steps."""
     for level in history.levels():
         assert level.validity(history.centre).is_gamut
     cursor = history.cursor(4)
@@ -68,7 +68,7 @@ def assert_readable(history):
 
 
 def stream_of(data, number):
-    """Name, first byte and last byte but one of a group's stream in the file."""
+    """Return name, first byte and end of a group's stream in the file."""
     header, body = parts(data)
     begin, end = header[f"splits.{number:02d}"]["data_offsets"]
     start = len(data) - len(body)
@@ -82,7 +82,7 @@ def large_history(request, fogra39_gamut, fogra39_finest):
 
 
 class TestRoundTrip:
-    def test_of_a_small_history(self, small_history, file, note):
+    def test_small_history(self, small_history, file, note):
         history, metadata = history_from_bytes(file)
         assert_same_history(history, small_history)
         assert metadata["note"] == note["note"]
@@ -90,19 +90,19 @@ class TestRoundTrip:
         assert int(metadata["vertices"]) == small_history.vertices
         assert history_bytes(history, note) == file
 
-    def test_of_neighbours_that_move(self, shifting_history):
+    def test_neighbours_that_move(self, shifting_history):
         assert len(shifting_history.splits.shifted) > 100
         history, _ = history_from_bytes(history_bytes(shifting_history))
         assert_same_history(history, shifting_history)
         assert_readable(history)
 
     @pytest.mark.parametrize("partial", [False, True])
-    def test_of_arrays_of_other_names(self, small_history, file, partial):
+    def test_arrays_of_other_names_are_ignored(self, small_history, file, partial):
         history, metadata = history_from_bytes(with_other_arrays(file), partial=partial)
         assert_same_history(history, small_history)
         assert metadata == history_from_bytes(file)[1]
 
-    def test_of_a_prefix_with_arrays_of_other_names(self, small_history, file):
+    def test_arrays_of_other_names_in_a_prefix_are_ignored(self, small_history, file):
         data = with_other_arrays(file)
         history, _ = history_from_bytes(data[: stream_of(data, 2)[1]], partial=True)
         assert history.vertices == 32
@@ -117,7 +117,7 @@ class TestRoundTrip:
         spike=st.floats(1, 30),
     )
     @pytest.mark.slow
-    def test_of_any_gamut(self, random_cloud, seed, count, scale, offset, spike):
+    def test_any_gamut(self, random_cloud, seed, count, scale, offset, spike):
         points = random_cloud(seed, count) - (50.0, 0.0, 0.0)
         points[0] *= spike
         try:
@@ -131,8 +131,8 @@ class TestRoundTrip:
 
     @pytest.mark.parametrize("count", [50, 1000])
     @pytest.mark.parametrize("cost", ["volume", "quadric"])
-    def test_of_hubs(self, count, cost):
-        """Two poles that are neighbours of all other vertices."""
+    def test_slots_with_many_neighbours(self, count, cost):
+        """Two poles are neighbours of all other vertices."""
         turn = np.linspace(0, 2 * np.pi, count, endpoint=False)
         rim = np.stack([np.cos(turn), np.sin(turn), np.zeros(count)], axis=1)
         vertices = np.vstack([rim, [(0, 0, 1), (0, 0, -1)]])
@@ -148,7 +148,7 @@ class TestRoundTrip:
         assert_same_history(read, history)
 
     @pytest.mark.slow
-    def test_of_a_large_one(self, large_history):
+    def test_large_history(self, large_history):
         history, _ = history_from_bytes(history_bytes(large_history))
         assert_same_history(history, large_history)
         for triangles in (4, 10, 1000, 10_001, history.triangles):
@@ -162,18 +162,18 @@ class TestRoundTrip:
         assert 8 * len(history_bytes(geometry)) < most * large_history.vertices
 
     @pytest.mark.parametrize("vertices", [4, 5, 7, 8, 9, 15, 16, 17])
-    def test_of_every_way_that_groups_end(self, small_history, first_levels, vertices):
+    def test_last_group_of_any_length(self, small_history, first_levels, vertices):
         history, _ = history_from_bytes(history_bytes(first_levels(small_history, vertices)))
         assert history.triangles == 2 * vertices - 4
         for triangles in range(4, history.triangles + 1, 2):
             assert history.level(triangles) == small_history.level(triangles)
 
-    def test_the_metadata_alone(self, file, tmp_path):
+    def test_metadata_are_read_without_arrays(self, file, tmp_path):
         path = tmp_path / "history"
         path.write_bytes(file)
         assert history_metadata(path) == history_from_bytes(file)[1]
 
-    def test_own_metadata_cannot_displace_the_formats(self, small_history):
+    def test_metadata_of_the_caller_cannot_replace_those_of_the_format(self, small_history):
         _, metadata = history_from_bytes(history_bytes(small_history, {"vertices": "5"}))
         assert int(metadata["vertices"]) == small_history.vertices
 
@@ -314,7 +314,7 @@ class TestDamage:
         check(history)
 
     def test_some_changed_bytes_pass(self, file):
-        """The properties above are not empty: a vertex that moves a little is a valid history."""
+        """The properties above include valid files: a vertex may move a little."""
         for bit in range(8):
             data = bytearray(file)
             data[stream_of(file, 3)[1] - 2] ^= 1 << bit
@@ -329,7 +329,7 @@ class TestDamage:
 
 
 class TestReaderInJavaScript:
-    """A reader in another language, written from docs/history-format.md, gets the same levels."""
+    """A JavaScript reader, written from docs/history-format.md, returns the same levels."""
 
     def test_every_level_of_small_histories(
         self, javascript_levels, small_history, shifting_history, first_levels, note
@@ -357,8 +357,8 @@ class TestReaderInJavaScript:
         assert_same_levels(levels, map(history.level, counts))
 
     @pytest.mark.slow
-    def test_a_prefix(self, javascript_levels, fogra39_gamut):
-        """Up to the end of a group, as a client would ask for it, and a few bytes more."""
+    def test_levels_of_a_prefix(self, javascript_levels, fogra39_gamut):
+        """Read up to the end of a group, as a client does with ranges, and a few bytes more."""
         history = fogra39_gamut.history
         data = history_bytes(history)
         end = stream_of(data, 8)[1]

@@ -1,4 +1,4 @@
-"""Levels: every invariant, bit for bit through files, and no more work than their size asks for."""
+"""Levels: their invariants, round trips through files, and reading in proportion to their size."""
 
 import itertools
 
@@ -28,7 +28,7 @@ def spread_counts(fogra39_gamut):
 
 
 class TestEveryLevelOfASmallGamut:
-    def test_keeps_every_invariant(self, small_gamut, assert_every_invariant):
+    def test_small_levels_keep_every_invariant(self, small_gamut, assert_every_invariant):
         history = small_gamut.history
         counts = range(4, history.triangles + 1, 2)
         assert len(counts) > 100
@@ -38,7 +38,7 @@ class TestEveryLevelOfASmallGamut:
 
     @pytest.mark.parametrize("reader", READERS, ids="-".join)
     @pytest.mark.slow
-    def test_keeps_them_through_files(
+    def test_small_levels_from_files_keep_every_invariant(
         self, small_gamut, mesh_readers, assert_every_invariant, reader
     ):
         history = small_gamut.history
@@ -48,7 +48,7 @@ class TestEveryLevelOfASmallGamut:
             delivered = type(read)(read.vertices.astype(np.float32), read.faces)
             assert_every_invariant(delivered, history.centre, level.triangles)
 
-    def test_keeps_the_volume(self, small_gamut):
+    def test_small_levels_keep_the_volume(self, small_gamut):
         volume = small_gamut.description["volume"]
         for level in small_gamut.history.levels():
             assert level.volume == pytest.approx(volume, rel=1e-5)
@@ -56,33 +56,38 @@ class TestEveryLevelOfASmallGamut:
 
 class TestLevelsAcrossALargeGamut:
     @pytest.mark.slow
-    def test_keep_every_invariant(self, fogra39_gamut, spread_counts, assert_every_invariant):
+    def test_levels_keep_every_invariant(
+        self, fogra39_gamut, spread_counts, assert_every_invariant
+    ):
         history = fogra39_gamut.history
         for count in spread_counts:
             assert_every_invariant(history.level(count), history.centre, count)
 
     @pytest.mark.slow
-    def test_of_the_published_cost_too(
+    def test_levels_of_the_published_cost(
         self, fogra39_quadric, spread_counts, assert_every_invariant
     ):
         for count in spread_counts[::4]:
+            if count > fogra39_quadric.triangles:
+                break
             level = fogra39_quadric.level(count)
             assert_every_invariant(level, fogra39_quadric.centre, count)
 
     @pytest.mark.parametrize("reader", READERS, ids="-".join)
     @pytest.mark.slow
-    def test_keep_them_through_files(
+    def test_levels_from_files_keep_every_invariant(
         self, fogra39_gamut, mesh_readers, spread_counts, assert_every_invariant, reader
     ):
         history = fogra39_gamut.history
         for count in spread_counts:
             level = history.level(count)
             read = mesh_readers[reader](mesh_file(level, reader[0]))
-            assert read == level  # bit for bit, so with it goes every invariant of the test above
+            # equal bit for bit, so every invariant of the test above holds as well
+            assert read == level
         delivered = type(read)(read.vertices.astype(np.float32), read.faces)
         assert_every_invariant(delivered, history.centre, history.triangles)
 
-    def test_keep_the_volume(self, fogra39_gamut, spread_counts):
+    def test_levels_keep_the_volume(self, fogra39_gamut, spread_counts):
         volume = fogra39_gamut.description["volume"]
         for count in spread_counts:
             assert fogra39_gamut.history.level(count).volume == pytest.approx(volume, rel=1e-5)
@@ -94,20 +99,20 @@ class TestCounts:
             assert small_history.level(count + 1) == small_history.level(count)
 
     @pytest.mark.parametrize("count", [3, 2, 0, -4])
-    def test_below_four_there_is_none(self, small_history, count):
+    def test_fewer_than_four_triangles_are_refused(self, small_history, count):
         with pytest.raises(TriangleCountError) as caught:
             small_history.level(count)
         assert caught.value.where == {"field": "triangles"}
         assert str(small_history.triangles) in caught.value.remedy
 
-    def test_above_the_full_boundary_there_is_none(self, small_history):
+    def test_more_triangles_than_the_full_boundary_are_refused(self, small_history):
         for count in (small_history.triangles + 1, 10**9, 2**70):
             with pytest.raises(TriangleCountError, match=str(count)):
                 small_history.level(count)
             with pytest.raises(TriangleCountError):
                 small_history.cursor(count)
 
-    def test_the_ends(self, small_history):
+    def test_coarsest_level_and_full_boundary(self, small_history):
         assert small_history.level(4).triangles == MINIMUM_TRIANGLES == 4
         full = small_history.full()
         assert full.triangles == small_history.triangles == 2 * small_history.vertices - 4
@@ -119,7 +124,7 @@ class TestCounts:
 
 
 class TestArrays:
-    def test_are_the_levels_own(self, small_history):
+    def test_arrays_belong_to_the_level(self, small_history):
         for count in (4, 12, 100, small_history.triangles):
             level, expected = small_history.level(count), small_history.level(count)
             level.vertices[:] = np.nan
@@ -127,34 +132,35 @@ class TestArrays:
             assert small_history.level(count) == expected
         assert small_history.full().validity(small_history.centre).is_gamut
 
-    def test_have_the_delivered_types(self, small_history):
+    def test_arrays_have_the_delivered_types(self, small_history):
         level = small_history.level(50)
         assert (level.vertices.dtype, level.faces.dtype) == (np.float32, np.int32)
         assert level.vertices.flags.c_contiguous
         assert level.faces.flags.c_contiguous
 
     def test_vertex_i_of_a_level_is_slot_i(self, small_history):
-        """A split moves one vertex and adds one; all others keep their place and number."""
+        """A split moves one vertex and adds one. All others keep their position and number."""
         levels = list(small_history.levels())
         for slot, (coarse, fine) in enumerate(itertools.pairwise(levels), start=4):
             parent = int(small_history.splits.parent[slot - 4])
             differs = (coarse.vertices != fine.vertices[:slot]).any(axis=1)
             assert set(np.flatnonzero(differs).tolist()) <= {parent}
             changed = (coarse.faces != fine.faces[: coarse.triangles]).any(axis=1)
-            # a face either keeps its corners or passes one of them from the parent to the new slot
+            # a face keeps its corners, or one corner passes from the parent to the new slot
             assert (fine.faces[: coarse.triangles][changed] == slot).sum() == changed.sum()
             assert slot in fine.faces[-1]
             assert slot in fine.faces[-2]
 
-    def test_reruns_are_bit_identical(self, fogra39_boundary, fogra39_gamut):
-        again = build_history(decimate(fogra39_boundary.mesh, fogra39_boundary.centre))
-        for one, other in zip(again.splits, fogra39_gamut.history.splits, strict=True):
+    def test_reruns_are_bit_identical(self, fogra39_boundary, fogra39_quadric):
+        boundary = fogra39_boundary
+        again = build_history(decimate(boundary.mesh, boundary.centre, "quadric"))
+        for one, other in zip(again.splits, fogra39_quadric.splits, strict=True):
             assert one.tobytes() == other.tobytes()
 
 
 @pytest.mark.parametrize("cost", COSTS)
 def test_levels_are_the_collapses_played_forward(random_cloud, cost):
-    """From the full boundary down, by renaming vertices in plain lists, without slots."""
+    """Collapse the full boundary by renaming vertices in plain lists, without slots."""
     boundary = modified_convex_hull(random_cloud(40, 80))
     decimation = decimate(boundary.mesh, boundary.centre, cost)
     history = build_history(decimation)
@@ -180,7 +186,7 @@ def test_levels_are_the_collapses_played_forward(random_cloud, cost):
 class TestWorkFollowsTheLevel:
     @pytest.mark.parametrize("vertices", [4, 5, 8, 9, 16, 40, 64, 65, 97])
     def test_nothing_beyond_twice_its_vertices_is_read(self, small_history, vertices):
-        """What a level should not need is replaced by what would show in it."""
+        """Data that a level must not read are replaced by values that would show in the level."""
         count = 2 * vertices - 4
         expected = small_history.level(count)
         splits = small_history.splits
@@ -202,7 +208,7 @@ class TestWorkFollowsTheLevel:
         splits = sum(array.nbytes for array in history.splits)
         geometry = History(history.splits, history.centre, history.step)
         assert splits + mesh < geometry.nbytes < splits + 3 * mesh
-        # device values: three of each at the splits, less than three of the full mesh's
+        # device values: three per split, and snapshots below three times the full mesh
         values = history.device_values(history.triangles).values.astype(np.int16).nbytes
         edges = 9 * history.vertices
         assert 3 * values < history.nbytes - geometry.nbytes < 6 * values + edges

@@ -1,4 +1,4 @@
-"""Values at the points of a surface that are nearest to some places, by trimesh's distances."""
+"""Values at the nearest points of a surface, compared with trimesh's nearest points."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ SCALE = 5000
 
 
 def values_of(positions):
-    """An affine function of the position: interpolated within faces, it says where one is."""
+    """Return values that are an affine function of the position, so that they identify it."""
     return np.rint((np.asarray(positions) + 2.0) * SCALE)
 
 
@@ -25,7 +25,7 @@ def test_are_interpolated_where_the_surface_is_nearest(icosphere, distance):
         places.astype(np.float32), mesh.vertices, mesh.faces, values_of(mesh.vertices).astype("i2")
     )
     nearest, _, _ = trimesh.proximity.closest_point_naive(mesh.to_trimesh(), places)
-    # values and result are rounded by half a step each
+    # values and result are both rounded, by at most half a step
     np.testing.assert_allclose(found, (nearest + 2.0) * SCALE, rtol=0, atol=1.05)
 
 
@@ -44,14 +44,14 @@ def test_stay_within_the_range_of_the_surface(icosphere):
         assert (nearest_values(places, mesh.vertices, mesh.faces, values) == level).all()
 
 
-def test_of_no_places_there_are_none(icosphere):
+def test_no_points_have_no_values(icosphere):
     mesh = icosphere(0)
     values = np.zeros((12, 3), np.int16)
     none = np.empty((0, 3), np.float32)
     assert nearest_values(none, mesh.vertices, mesh.faces, values).shape == (0, 3)
 
 
-def test_of_a_tetrahedron():
+def test_values_on_a_tetrahedron():
     corners = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)], np.float32)
     faces = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32)
     values = np.array([[0], [30], [60], [90]], np.int16)

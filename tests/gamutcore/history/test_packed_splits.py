@@ -1,4 +1,4 @@
-"""Histories from files: unpacked as far as levels are asked for, each level as if all were."""
+"""Histories from files unpack on request and return the same levels as complete histories."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -18,7 +18,7 @@ def opened(data):
 
 
 def groups_unpacked(history):
-    """By what it says of every level."""
+    """Return the number of unpacked groups, according to `is_unpacked` of every group."""
     ends = [2 * end - 4 for _, end in group_ranges(history.vertices)]
     known = [history.is_unpacked(end) for end in ends]
     assert known == sorted(known, reverse=True)
@@ -27,19 +27,19 @@ def groups_unpacked(history):
 
 @pytest.fixture(scope="module")
 def large(fogra39_gamut):
-    """A history with device values, and its file."""
+    """Return a history with device values, and its file."""
     return fogra39_gamut.history, history_bytes(fogra39_gamut.history)
 
 
 class TestUnpacking:
-    def test_nothing_is_at_first(self, large):
+    def test_opening_a_file_unpacks_no_group(self, large):
         built, data = large
         history = opened(data)
         assert history.level(4) == built.level(4)
         assert groups_unpacked(history) == 0
         assert history.nbytes < 1.1 * len(data)
 
-    def test_is_as_far_as_a_level_needs(self, large):
+    def test_groups_are_unpacked_as_far_as_a_level_needs(self, large):
         built, data = large
         history = opened(data)
         sizes = [history.nbytes]
@@ -51,7 +51,7 @@ class TestUnpacking:
             sizes.append(history.nbytes)
         assert sizes[:-1] == sorted(sizes[:-1])
         assert history.nbytes == opened_whole(data).nbytes
-        # a level of a hundredth of the triangles holds a small part of all that could be held
+        # a level with a hundredth of the triangles needs a small part of the memory
         coarse = opened(data)
         coarse.unpack(built.triangles // 100)
         assert coarse.nbytes - len(data) < history.nbytes / 20
@@ -84,7 +84,7 @@ class TestUnpacking:
 
 
 class TestDamage:
-    def test_leaves_coarser_levels(self, small_history, damaged):
+    def test_damage_leaves_coarser_levels(self, small_history, damaged):
         data, group = damaged
         history = opened(data)
         good = 2 * group_ranges(history.vertices)[group][0] - 4
@@ -99,7 +99,7 @@ class TestDamage:
                 history.level(good + 2)
             assert groups_unpacked(history) == group
 
-    def test_a_group_that_was_given_up_is_not_read_on_from_the_middle(self, file, monkeypatch):
+    def test_an_interrupted_group_is_not_continued(self, file, monkeypatch):
         history = opened(file)
         coarse = history.level(12)
         real = packed_splits.read_group
@@ -119,14 +119,15 @@ class TestDamage:
 
 @pytest.fixture
 def damaged(file):
-    """A file of which one stream's last bits are wrong, and which."""
+    """Return a file with wrong last bytes in one stream, and the number of that stream."""
     group = 3
     data = bytearray(file)
     place = bytes(file).index(b'"splits.03"')
     text = file[place : file.index(b"}", place)]
     end = int(text.rsplit(b",", 1)[1].strip(b"]"))
     begin = 8 + int.from_bytes(file[:8], "little")
-    data[begin + end - 1] ^= 255
+    for place in range(begin + end - 8, begin + end):
+        data[place] ^= 255
     return bytes(data), group
 
 

@@ -1,21 +1,29 @@
-"""What a ring says about a split, worked out by hand, and faces that see the centre."""
+"""The prediction of a split, worked out by hand, and the star test of its faces."""
 
 import numpy as np
 import pytest
 
 from gamutcore.history.prediction import (
+    ADDED,
+    CLASSES,
+    KEPT,
+    KINDS,
+    PARENT,
+    SHIFTED,
+    Frame,
+    difference_contexts,
     find_frame,
+    first_contexts,
     plane_height,
-    sees_centre_after_split,
     star_sees_centre,
 )
-from gamutcore.history.rings import copy_ring, first_replay, ring_start, split_slot
+from gamutcore.history.rings import Cut, copy_ring, first_replay, ring_start, split_slot
 
 TETRAHEDRON = np.array([(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)], np.int32)
 
 
 class TestFrame:
-    """A slot in the middle of a hexagon-like ring, in a plane that rises 1 in 4 along x."""
+    """A slot inside a hexagonal ring, in a plane with the slope 1 in 4 along x."""
 
     NEIGHBOURS = (
         (40, 0, 10),
@@ -31,8 +39,8 @@ class TestFrame:
         replay = first_replay(np.zeros((4, 3), np.int32), TETRAHEDRON, count + 1)
         replay.position[0] = here
         replay.position[1:] = np.array(neighbours) + here
-        ring = np.array([(0, slot) for slot in range(1, count + 1)], np.int32)
-        return find_frame(replay, 0, ring, count, kept)
+        replay.ring[:count] = [(0, slot) for slot in range(1, count + 1)]
+        return find_frame(replay, Cut(0, count + 1, count, kept))
 
     def test_axes_and_slopes(self):
         frame = self.frame(self.NEIGHBOURS, 3)
@@ -71,6 +79,26 @@ class TestFrame:
         assert plane_height(frame, 5, 5) == 0
 
 
+class TestContexts:
+    def test_each_kind_and_length_class_has_its_own(self):
+        used = {KEPT}
+        for size in range(CLASSES):
+            frame = Frame(0, 1, 2, 0.0, 0.0, 0, 0, size, size)
+            for kind in (PARENT, ADDED, SHIFTED):
+                contexts = set(difference_contexts(frame, kind))
+                assert len(contexts) == 2
+                assert not contexts & used
+                used |= contexts
+        assert used == {KEPT, *range(CLASSES, KINDS * CLASSES)}
+        assert len(first_contexts().totals) == KINDS * CLASSES
+
+    def test_the_first_guess_is_half_the_limit_of_the_class(self):
+        contexts = first_contexts()
+        assert (contexts.counts == 1).all()
+        assert contexts.totals[CLASSES * ADDED + 10] == 512
+        assert contexts.totals[KEPT] == 0
+
+
 class TestSeeingTheCentre:
     @pytest.fixture
     def split(self):
@@ -80,10 +108,10 @@ class TestSeeingTheCentre:
             TETRAHEDRON,
             5,
         )
-        ring = np.empty((3, 2), np.int32)
-        copy_ring(replay, 0, ring_start(replay, 0)[1], ring)
+        copy_ring(replay, 0, ring_start(replay, 0)[1])
+        ring = replay.ring[:3].copy()
         replay.position[4] = (7, 0, 0) + replay.position[ring[1:, 1]].sum(axis=0) // 8
-        split_slot(replay, 0, 4, ring, 3, 1)
+        split_slot(replay, Cut(0, 4, 3, 1))
         return replay, ring
 
     @pytest.mark.slow
@@ -91,14 +119,7 @@ class TestSeeingTheCentre:
         replay, ring = split
 
         def seen(centre):
-            around = sees_centre_after_split(
-                replay, 0, 4, ring, 3, 1, np.array(centre, np.float64), 0.5
-            )
-            each = [
-                star_sees_centre(replay, slot, np.array(centre, np.float64), 0.5) for slot in (0, 4)
-            ]
-            assert around == all(each)
-            return around
+            return all(star_sees_centre(replay, slot, centre) for slot in (0, 4))
 
         left, right = ring[0, 1], ring[1, 1]
         own = [(0, 4, left), (4, 0, right)]
@@ -108,8 +129,8 @@ class TestSeeingTheCentre:
         own += [(4, int(n), after[int(n)]) for n in moved[:, 1]]
         random = np.random.default_rng(1)
         answers = set()
-        for centre in random.uniform(-4, 4, (200, 3)):
-            corners = (replay.position[np.array(own)] * 0.5) - centre
+        for centre in random.uniform(-8, 8, (200, 3)):
+            corners = replay.position[np.array(own)] - centre
             expected = bool((np.linalg.det(corners) > 0).all())
             assert seen(centre) == expected
             answers.add(expected)

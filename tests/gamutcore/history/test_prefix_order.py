@@ -1,4 +1,4 @@
-"""Prefix order: what the split rows say of every slot and face, and where they come from."""
+"""Prefix order: slots and faces of every split agree with the collapses of the decimation."""
 
 import numpy as np
 import pytest
@@ -7,6 +7,7 @@ from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.history.prefix_order import (
     ascending_order,
+    extended_copy,
     group_count,
     group_ranges,
     prefix_order_splits,
@@ -63,7 +64,7 @@ def test_types_and_shapes(both):
 
 
 def test_slots_are_numbered_by_the_reverse_order_of_death(both):
-    """The last collapse is the first split: what died last comes back first."""
+    """The last collapse is the first split: the vertex that was removed last is added first."""
     decimation, splits = both
     record = decimation.record
     np.testing.assert_array_equal(splits.added, record.position[::-1, 1])
@@ -152,3 +153,13 @@ def test_a_boundary_of_four_faces_has_no_splits():
     splits = prefix_order_splits(decimation, vertex_slots(decimation))
     assert splits.vertices == 4
     assert [len(array) for array in splits] == [4, 4] + [0] * 11
+
+
+@pytest.mark.parametrize("shape", [(0, 3), (5, 3), (5,)])
+def test_an_extended_copy_keeps_the_rows_and_leaves_the_old_array_alone(shape):
+    array = np.arange(np.prod(shape), dtype=np.int16).reshape(shape)
+    longer = extended_copy(array, 9)
+    assert (longer.shape, longer.dtype) == ((9, *shape[1:]), array.dtype)
+    np.testing.assert_array_equal(longer[: len(array)], array)
+    longer[:] = -1
+    assert (array >= 0).all()

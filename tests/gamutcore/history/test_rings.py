@@ -1,4 +1,4 @@
-"""The rings of a level: in agreement with its faces, whatever is split, short or long."""
+"""Rings agree with the faces of their level after any splits, as lists and as linked rings."""
 
 import numpy as np
 import pytest
@@ -8,11 +8,12 @@ from gamutcore.history import build_history
 from gamutcore.history.prediction import star_sees_centre
 from gamutcore.history.rings import (
     LINKED,
+    LONGEST,
     LONGEST_LIST,
     VISITED,
+    Cut,
     copy_ring,
     first_replay,
-    grow_replay,
     has_room,
     larger_replay,
     ring_start,
@@ -60,25 +61,31 @@ def assert_rings(replay, faces):
     for slot, ring in rings_of(faces).items():
         assert turned(ring_in(replay, slot)) == ring
         degree, lowest = ring_start(replay, slot)
-        copied = np.empty((degree, 2), np.int32)
-        copy_ring(replay, slot, lowest, copied)
-        assert [tuple(entry) for entry in copied.tolist()] == ring
+        copy_ring(replay, slot, lowest)
+        assert [tuple(entry) for entry in replay.ring[:degree].tolist()] == ring
+
+
+def split_in(replay, parent, slot, start, kept):
+    """Split a slot; return the level and the ring of the parent before the split."""
+    if not has_room(replay):
+        replay = larger_replay(replay, len(replay.position))
+    degree, _ = ring_start(replay, parent)
+    copy_ring(replay, parent, start)
+    ring = replay.ring[:degree].copy()
+    split_slot(replay, Cut(parent, slot, int(degree), kept))
+    return replay, ring
 
 
 def replayed(replay, splits, until, since=4):
-    """Apply the splits up to a number of vertices, and yield what leads to each."""
+    """Apply splits up to a number of vertices; yield the level after each of them."""
     for split in range(since - 4, until - 4):
         slot, parent = split + 4, int(splits.parent[split])
-        degree, _ = ring_start(replay, parent)
         neighbours = [neighbour for _, neighbour in ring_in(replay, parent)]
-        ring = np.empty((degree, 2), np.int32)
-        copy_ring(replay, parent, neighbours.index(splits.faces[split, 0, 2]), ring)
-        start = int(splits.moved_end[split - 1]) if split else 0
-        kept = degree - (int(splits.moved_end[split]) - start)
-        if not has_room(replay, ring, degree, kept):
-            replay = grow_replay(replay, ring, degree, kept)
-        split_slot(replay, parent, slot, ring, degree, kept)
-        yield replay, ring, degree, kept
+        begin = int(splits.moved_end[split - 1]) if split else 0
+        kept = len(neighbours) - (int(splits.moved_end[split]) - begin)
+        start = neighbours.index(splits.faces[split, 0, 2])
+        replay, _ = split_in(replay, parent, slot, start, kept)
+        yield replay
 
 
 def test_the_coarsest_level():
@@ -93,14 +100,14 @@ def test_room_for_more_is_made_between_splits(small_history):
     for slot in range(4, splits.vertices):
         if slot == len(replay.position):
             replay = larger_replay(replay, min(2 * slot, splits.vertices))
-        for replay, *_ in replayed(replay, splits, slot + 1, slot):  # noqa: B020
+        for replay in replayed(replay, splits, slot + 1, slot):  # noqa: B020
             assert_rings(replay, small_history.level(2 * slot - 2).faces)
 
 
 def test_rings_agree_with_the_faces_of_every_level(small_history):
     splits = small_history.splits
     replay = first_replay(np.zeros((4, 3), np.int32), splits.base_faces, splits.vertices)
-    for replay, *_ in replayed(replay, splits, splits.vertices):  # noqa: B020
+    for replay in replayed(replay, splits, splits.vertices):  # noqa: B020
         assert ring_in(replay, 0)
     assert_rings(replay, small_history.full().faces)
 
@@ -109,20 +116,15 @@ def test_rings_agree_with_the_faces_of_every_level(small_history):
 def test_rings_agree_with_the_faces_of_a_level(small_history, vertices):
     splits = small_history.splits
     replay = first_replay(np.zeros((4, 3), np.int32), splits.base_faces, splits.vertices)
-    for replay, *_ in replayed(replay, splits, vertices):  # noqa: B007, B020
+    for replay in replayed(replay, splits, vertices):  # noqa: B007, B020
         pass
     assert_rings(replay, small_history.level(2 * vertices - 4).faces)
 
 
 def with_slot_0_split(replay, slot):
-    """Split slot 0, which keeps all but one of its faces; with its ring before."""
+    """Split slot 0, which keeps all but one of its faces; also return its ring before the split."""
     degree, lowest = ring_start(replay, 0)
-    ring = np.empty((degree, 2), np.int32)
-    copy_ring(replay, 0, lowest, ring)
-    if not has_room(replay, ring, degree, degree - 1):
-        replay = grow_replay(replay, ring, degree, degree - 1)
-    split_slot(replay, 0, slot, ring, degree, degree - 1)
-    return replay, ring
+    return split_in(replay, 0, slot, lowest, int(degree) - 1)
 
 
 def test_rings_that_outgrow_their_room():
@@ -154,12 +156,9 @@ def random_splits(random, until):
         cut = slot % 1000 == 999
         parent = 0 if cut or random.random() < 0.5 else int(random.integers(slot))
         degree, lowest = ring_start(replay, parent)
-        ring = np.empty((degree, 2), np.int32)
-        copy_ring(replay, parent, int(lowest + random.integers(degree)) % degree, ring)
-        kept = degree // 3 if cut else degree - 1
-        if not has_room(replay, ring, degree, kept):
-            replay = grow_replay(replay, ring, degree, kept)
-        split_slot(replay, parent, slot, ring, degree, kept)
+        kept = int(degree // 3 if cut else degree - 1)
+        start = int(lowest + random.integers(degree)) % degree
+        replay, ring = split_in(replay, parent, slot, start, kept)
         for corner in ring[kept:, 0].tolist():
             faces[corner // 3][corner % 3] = slot
         faces += [[parent, slot, int(ring[0, 1])], [slot, parent, int(ring[kept, 1])]]
@@ -179,12 +178,13 @@ def test_rings_agree_with_the_faces_as_they_become_long_and_short_again(seed):
             assert_rings(replay, np.array(faces))
             assert replay.used[0] <= len(replay.entries)
             assert replay.used[0] < 12 * slots + 64 + 8 * LONGEST_LIST
+            assert replay.used[LONGEST] >= replay.span[:slots, 1].max()
     assert linked
     assert unlinked
 
 
 def test_a_long_ring_sees_the_centre_as_a_list_of_it_would():
-    """A pyramid whose apex has all other slots around it; its base is below the centre."""
+    """The other slots all surround the apex of a pyramid. The base lies below the centre."""
     count = 2 * LONGEST_LIST
     replay = first_replay(np.zeros((4, 3), np.int32), TETRAHEDRON, count)
     for slot in range(4, count):
@@ -196,22 +196,22 @@ def test_a_long_ring_sees_the_centre_as_a_list_of_it_would():
     replay.position[ring] = np.stack(
         [1e6 * np.cos(turn), 1e6 * np.sin(turn), np.full(len(ring), -10_000)], axis=1
     )
-    assert star_sees_centre(replay, 0, np.zeros(3), 1.0)
+    assert star_sees_centre(replay, 0, np.zeros(3))
     for slot in (ring[0], ring[1], ring[-1], ring[100]):
         where = replay.position[slot].copy()
         replay.position[slot, 2] = 20_000
         replay.position[slot, :2] //= -1000
-        assert not star_sees_centre(replay, 0, np.zeros(3), 1.0)
+        assert not star_sees_centre(replay, 0, np.zeros(3))
         replay.position[slot] = where
 
 
-def test_what_is_looked_at_grows_with_the_slots_not_with_their_neighbours(double_pyramid):
-    """Each split beside two vertices that all others are neighbours of, in both directions."""
+def test_work_grows_with_the_slots_not_with_their_neighbours(double_pyramid):
+    """Two vertices are neighbours of all others. Their degree does not add work per vertex."""
     visited = []
     for rim in (1000, 4000):
         splits = build_history(decimate(double_pyramid(rim), np.zeros(3), "volume")).splits
         replay = first_replay(np.zeros((4, 3), np.int32), splits.base_faces, splits.vertices)
-        for replay, *_ in replayed(replay, splits, splits.vertices):  # noqa: B007, B020
+        for replay in replayed(replay, splits, splits.vertices):  # noqa: B007, B020
             pass
         assert replay.span[: splits.vertices, 1].max() >= rim
         visited.append(replay.used[VISITED] / splits.vertices)

@@ -1,4 +1,4 @@
-"""Stepping finer and coarser in place is reading levels, bit for bit."""
+"""Stepping in place gives the same levels as reading them, bit for bit."""
 
 import numpy as np
 import pytest
@@ -40,7 +40,7 @@ class TestOneStep:
 class TestManySteps:
     @settings(max_examples=60)
     @given(targets=st.lists(st.floats(0, 1), min_size=1, max_size=12))
-    def test_anywhere(self, small_history, targets):
+    def test_any_number_of_steps(self, small_history, targets):
         cursor = small_history.cursor(50)
         for target in targets:
             count = 4 + 2 * round(target * (small_history.vertices - 4))
@@ -59,7 +59,7 @@ class TestManySteps:
             (cursor.finer if steps > 0 else cursor.coarser)(abs(steps))
             assert_at(cursor, history, count)
 
-    def test_none(self, small_history):
+    def test_no_steps_change_nothing(self, small_history):
         cursor = small_history.cursor(60)
         cursor.finer(0)
         cursor.coarser(0)
@@ -68,7 +68,7 @@ class TestManySteps:
 
 class TestEnds:
     @pytest.mark.parametrize("steps", [1, 2, 10**6])
-    def test_beyond_them_nothing_is_changed(self, small_history, steps):
+    def test_steps_beyond_the_ends_change_nothing(self, small_history, steps):
         cursor = small_history.cursor(4)
         with pytest.raises(TriangleCountError) as caught:
             cursor.coarser(steps)
@@ -90,7 +90,7 @@ class TestEnds:
 
 
 class TestCursor:
-    def test_leaves_the_history_as_it_was(self, small_history):
+    def test_a_cursor_does_not_change_the_history(self, small_history):
         before = [array.copy() for array in small_history.splits]
         levels = [small_history.level(n) for n in (4, 20, small_history.triangles)]
         cursor = small_history.cursor(4)
@@ -108,7 +108,7 @@ class TestCursor:
         assert_at(one, small_history, 80)
         assert_at(other, small_history, 30)
 
-    def test_its_mesh_follows_it(self, small_history):
+    def test_the_mesh_follows_its_cursor(self, small_history):
         cursor = small_history.cursor(40)
         mesh = cursor.mesh
         assert np.shares_memory(mesh.vertices, cursor.mesh.vertices)

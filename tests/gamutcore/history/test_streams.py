@@ -1,4 +1,4 @@
-"""The streams of a history file: names, ends, and no way past a failure."""
+"""Streams of a history file: their names, their ends, and errors that persist."""
 
 import numpy as np
 import pytest
@@ -6,23 +6,13 @@ import pytest
 from gamutcore.errors import HistoryFileError
 from gamutcore.history.bit_codes import read_bits
 from gamutcore.history.prefix_order import group_ranges
-from gamutcore.history.streams import DEVICE, SPLITS, Streams, extended_copy, stream_name
+from gamutcore.history.streams import DEVICE, SPLITS, Streams, stream_name
 
 
 def test_names_sort_as_the_groups_do():
     names = [stream_name(number, DEVICE) for number in range(len(group_ranges(2**25)))]
     assert names == sorted(names)
     assert names[0] == "device.00"
-
-
-@pytest.mark.parametrize("shape", [(0, 3), (5, 3), (5,)])
-def test_an_extended_copy_keeps_the_rows_and_leaves_the_old_array_alone(shape):
-    array = np.arange(np.prod(shape), dtype=np.int16).reshape(shape)
-    longer = extended_copy(array, 9)
-    assert (longer.shape, longer.dtype) == ((9, *shape[1:]), array.dtype)
-    np.testing.assert_array_equal(longer[: len(array)], array)
-    longer[:] = -1
-    assert (array >= 0).all()
 
 
 @pytest.mark.parametrize(

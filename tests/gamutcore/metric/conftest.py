@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 @pytest.fixture(scope="session")
 def distances_to() -> Callable[[np.ndarray, TriangleMesh], np.ndarray]:
-    """Return a function from points and a mesh to their distances, by trimesh's closest points.
+    """Return a function that measures distances of points from a mesh with trimesh.
 
-    A face is left out only if the sphere around it is further away than some face's centroid.
+    A face is skipped only if its bounding sphere is farther away than the centroid of some face.
     """
 
     def measure(points: np.ndarray, mesh: TriangleMesh) -> np.ndarray:
@@ -40,7 +40,7 @@ def distances_to() -> Callable[[np.ndarray, TriangleMesh], np.ndarray]:
 
 @pytest.fixture(scope="session")
 def sampled() -> Callable[..., np.ndarray]:
-    """Return a function from a mesh to points spread evenly over its area."""
+    """Return a function that samples a mesh evenly by area."""
 
     def draw(mesh: TriangleMesh, count: int, seed: int = 0) -> np.ndarray:
         random = np.random.default_rng(seed)
@@ -58,10 +58,10 @@ def sampled() -> Callable[..., np.ndarray]:
 
 @pytest.fixture(scope="session")
 def star_shaped(random_cloud: Callable[..., np.ndarray]) -> Callable[..., TriangleMesh]:
-    """Return a function from a seed to a bumpy surface that is star-shaped about (50, 0, 0)."""
+    """Return a function that makes a bumpy surface, star-shaped about (50, 0, 0), from a seed."""
 
     def make(seed: int, count: int = 200) -> TriangleMesh:
-        # an octahedron among the points keeps the centre inside, however few they are
+        # an octahedron keeps the centre inside, however few points there are
         axes = 35.0 * np.vstack([np.eye(3), -np.eye(3)]) + (50.0, 0.0, 0.0)
         points = np.vstack([random_cloud(seed, count), axes])
         return modified_convex_hull(points, 0.3, (50.0, 0.0, 0.0)).mesh

@@ -1,4 +1,4 @@
-"""Cutting faces: the pieces make up the face, and each lies in the cone that it is said to."""
+"""Clipped faces: the pieces cover the face, and each lies in its cone."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def surface_of(mesh, centre=CENTRE):
 
 
 def pieces_of(triangle, cones, start=0, moves=MOVES):
-    """Return all pieces: face, and corners as u, v, N · p − 1."""
+    """Return all pieces: the face, and the corners as u, v, N · p − 1."""
     position = np.array(triangle, np.float64)
     work = clipping_workspace()
     reach = float(np.linalg.norm(position, axis=1).max())
@@ -78,14 +78,14 @@ def test_it_does_not_matter_where_one_starts_or_how_one_walks(cones):
 
 
 def test_a_face_over_thousands_of_others_is_cut_into_all_of_them(icosphere):
-    """An octant over a fine sphere: parts with many corners, and a stack that runs full."""
+    """An octant above a fine sphere gives pieces with many corners, and fills the stack."""
     sphere = icosphere(5)
     cones = compute_cones(surface_of(sphere, (0, 0, 0)))
     triangle = np.diag((1.5, 1.5, 1.5))
     pieces = pieces_of(triangle, cones)
     areas = area_by_face(pieces, sphere.triangles)
     assert areas.sum() == pytest.approx(1, abs=1e-9)
-    # a face whose corners are all inside the octant is wholly covered by the plane above it
+    # a face with all corners inside the octant is covered completely
     corners = np.stack(sphere.corners(), axis=1)
     inside = (corners > 0.01).all(axis=(1, 2))
     projected = 1.5 * corners[inside] / corners[inside].sum(axis=2, keepdims=True)
@@ -107,6 +107,6 @@ def test_a_face_in_one_cone_stays_whole(cones, star_shaped):
         assert found == face
         np.testing.assert_allclose(piece[:, 2], 0, atol=1e-12)
         assert twice_the_area(piece) == 1
-        # from elsewhere it may be cut on the way, by the planes of the cones that it passes
+        # a walk from elsewhere may cut the face by the planes of the cones on its way
         pieces = pieces_of(triangle, cones, (face + 50) % len(corners))
         assert area_by_face(pieces, len(corners))[face] == pytest.approx(1, abs=1e-9)

@@ -1,4 +1,4 @@
-"""Cones: what they are made of, and in which of them points are, by solving for all faces."""
+"""Cones of faces, and the cone of a point, compared with solving for all faces."""
 
 import numpy as np
 import pytest
@@ -50,7 +50,7 @@ class TestLocated:
         return random.normal(size=(count, 3)) * random.uniform(1, 100, (count, 1))
 
     def by_solving(self, mesh, points):
-        """The face with the largest least share, and 1 ÷ the sum of shares: the ray's p = Σ s c."""
+        """Solve p = Σ s c for all faces; return the face with the largest smallest s, and Σ s."""
         inverse = np.linalg.inv(np.stack(mesh.corners(CENTRE), axis=2))
         shares = np.einsum("fij,pj->pfi", inverse, points)
         face = shares.min(axis=2).argmax(axis=1)
@@ -82,7 +82,7 @@ class TestLocated:
 
 class TestCrossing:
     def test_is_where_the_plane_of_the_shared_edge_is_met(self, mesh):
-        """Triangles with two corners above a face and one above its neighbour, by construction."""
+        """Triangles have two corners above a face and one above its neighbour."""
         cones = compute_cones(surface_of(mesh))
         corners = np.stack(mesh.corners(CENTRE), axis=1)
         for face in range(0, mesh.triangles, 13):
@@ -97,6 +97,6 @@ class TestCrossing:
                 point = start + share * (position[2] - start)
                 plane = cones.planes[face, 3:6]
                 assert abs(plane @ point) < 1e-9 * np.linalg.norm(plane) * np.linalg.norm(point)
-            # not the other way round, and not to a face that is elsewhere
+            # the reverse direction and distant faces give no result
             assert not find_crossing(position, 0, 1, 2, beyond, face, cones)[0]
             assert not find_crossing(position, 0, 1, 2, face, face, cones)[0]

@@ -1,4 +1,4 @@
-"""Distances from faces, against trimesh's, and bounds that hold for every point of a triangle."""
+"""Distances from faces, compared with trimesh, and bounds for all points of a triangle."""
 
 import numpy as np
 import pytest
@@ -68,7 +68,7 @@ class TestNearestFace:
     def test_of_a_convex_body_is_the_nearest_from_wherever_it_starts(
         self, icosphere, distances_to, seed
     ):
-        """Outside of a convex body the distance has no other local minimum."""
+        """Outside a convex body the distance has no other local minimum."""
         mesh = icosphere(2)
         surface = surface_of(mesh)
         random = np.random.default_rng(seed)
@@ -95,7 +95,9 @@ class TestRaiseBound:
     def raised(self, surface, triangle, lower=0.0, upper=0.0, face=0, halvings=1e6, deviation=0.0):
         stack = np.empty(STACK)
         stack[0, :9] = np.ravel(triangle)
-        lower, upper, left = raise_bound(stack, surface, face, deviation, lower, upper, halvings)
+        lower, upper, left = raise_bound(
+            stack, surface, face, deviation, lower, upper, halvings, SLACK
+        )
         assert 0 <= left <= halvings
         return lower, upper
 
@@ -150,11 +152,11 @@ class TestRaiseBound:
         assert alone / SLACK + 5 <= upper <= SLACK * (alone + 5)
 
     def test_ends_where_it_cannot_be_tight(self):
-        """Two parallel walls, with a triangle from one to the other between them."""
+        """A triangle spans the gap between two parallel walls."""
         wall = np.array([(0.0, 0, 0), (10, 0, 0), (0, 10, 0)])
         corners = np.vstack([wall, wall + np.array([0, 0, 8])])
         surface = make_surface(corners, np.arange(6, dtype=np.int32))
         _, upper = self.raised(surface, [(1, 1, 0), (2, 1, 8), (1, 2, 4)])
-        # the furthest point is half way up; the walls do not share a vertex, so one is never left
+        # the farthest point is half way; descent cannot leave a wall, as they share no vertex
         assert upper >= 4
         assert upper < np.inf

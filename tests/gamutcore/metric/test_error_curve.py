@@ -1,4 +1,4 @@
-"""The error curve: what it promises holds for exact volumes and for distances of samples."""
+"""The error curve: its bounds hold for exact volumes and for distances of samples."""
 
 import itertools
 import json
@@ -19,7 +19,7 @@ from gamutcore.metric.radial_overlay import Distances, radial_difference
 
 
 def furthest(points, mesh, distances_to, most=150):
-    """The largest distance of some points, so many at most, taken at random."""
+    """Return the largest distance of at most `most` random points."""
     if len(points) > most:
         points = points[np.random.default_rng(0).permutation(len(points))[:most]]
     return distances_to(points, mesh).max()
@@ -44,11 +44,10 @@ class TestOfFogra39:
     def test_mismatch_is_within_its_bounds_of_that_against_the_full_boundary(
         self, request, fogra39_history, fogra39_curve
     ):
-        """Against the exact overlay with the full boundary, which the booleans confirm.
+        """Compare with the exact overlay with the full boundary, which booleans confirm.
 
-        Levels of `quadric` lose volume as they become coarser, so what the reference is off adds
-        up with what the level is off it; those of `finest` do not keep it either. With `volume` the
-        two are independent.
+        Levels of `quadric` and `finest` do not preserve volume, so errors of the level and of its
+        reference add up. With `volume` the two are independent.
         """
         cost = request.node.callspec.params["fogra39_history"]
         close = {"volume": 0.01, "finest": 0.02, "quadric": 0.03}[cost]
@@ -59,7 +58,7 @@ class TestOfFogra39:
             off = level.mismatch_bound - level.mismatch
             assert level.mismatch - off <= exact * (1 + 1e-9)
             assert exact <= level.mismatch_bound * (1 + 1e-9)
-            # what the bounds leave open, and how good the figure is in truth
+            # tightness of the bounds, and the actual error of the figure
             assert level.mismatch_bound <= 1.2 * exact
             assert level.mismatch == pytest.approx(exact, rel=close)
 
@@ -84,9 +83,9 @@ class TestOfFogra39:
 
     @pytest.mark.slow
     def test_bounds_of_distance_are_tight(self, fogra39_history, fogra39_curve):
-        """Against the direct comparison with the full boundary, itself within 3 % or so.
+        """Compare with distances from the full boundary, whose own bounds are about 3 % too large.
 
-        Up to 25 % on a few levels is what docs/decisions/error-curve.md says of them.
+        docs/decisions/error-curve.md states up to 25 % for a few levels.
         """
         full = fogra39_history.full()
         for level in fogra39_curve[10:-1:4]:
@@ -148,7 +147,7 @@ class TestOfAnything:
 
     @pytest.mark.parametrize("cost", sorted(COSTS))
     def test_mismatch_is_no_less_than_the_volumes_differ_by(self, icosphere, cost):
-        """Of a body all of spikes, which levels lose one by one: their references have as well."""
+        """Levels of a spiky body lose spikes one by one, and so do the references of the curve."""
         ball = icosphere(3)
         random = np.random.default_rng(0)
         radii = 10 ** random.uniform(-1, 1, (len(ball.vertices), 1))
@@ -184,10 +183,11 @@ class TestOfAnything:
 
 
 def test_of_a_sphere(icosphere):
-    """A level that keeps the volume of a sphere: both directions alike, mismatch 3 × the mean.
+    """A level with the volume of a sphere: equal distances both ways, mismatch 3 × their mean.
 
-    Volume differs by area times distance, on a unit sphere 3 × the mean distance. A face with
-    circumradius ρ lies 1 − √(1 − ρ²) deep; with n equal faces of 4π ÷ n that is 4.8 ÷ n.
+    The volume between the surfaces is area times mean distance, which is 3 × the mean distance
+    relative to a unit sphere. A face with circumradius ρ lies up to 1 − √(1 − ρ²) below the sphere.
+    With n equal faces of area 4π ÷ n that is 4.8 ÷ n.
     """
     sphere = icosphere(5)
     history = build_history(decimate(sphere, (0, 0, 0)))
@@ -244,7 +244,7 @@ class TestCurveCounts:
 
     @given(st.integers(2, 10**7).map(lambda half: 2 * half))
     def test_leave_no_wide_gap(self, full):
-        """The root of two up to a 128th; then 4 or 2, and from 2 to 16 to the full count."""
+        """Ratios are √2 up to 1/128 of the full count, then 4 or 2; the last is from 2 to 16."""
         counts = curve_counts(full)
         for coarse, fine in itertools.pairwise(counts):
             if fine == full:
@@ -253,7 +253,7 @@ class TestCurveCounts:
                 widest = 2**0.5
             else:
                 widest = 2 if full <= 20_000 else 4
-            # counts are even: up to two triangles more
+            # counts are even, so a ratio may be off by up to two triangles
             assert fine <= widest * (coarse + 2) + 2
 
     @pytest.mark.parametrize(("full", "most"), [(2_000, 50), (20_000, 50), (10**7, 75)])

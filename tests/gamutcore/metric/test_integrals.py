@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gamutcore.metric.integrals import CAPACITY, empty_queue, flush, integrate, push, push_three
+from gamutcore.metric.integrals import CAPACITY, empty_queue, flush, integrate, push, push_part
 
 
 def by_subdivision(corners, parts=400):
@@ -27,7 +27,7 @@ def by_subdivision(corners, parts=400):
 def integrals_of(triangles):
     waiting = empty_queue()
     for number, corners in enumerate(triangles):
-        push(waiting, number, corners, (1.0, 1.0, 1.0), 1.0)
+        push(waiting, number, 0, corners, (1.0, 1.0, 1.0), 1.0)
     integrate(waiting, len(triangles))
     return waiting.integral.reshape(3, CAPACITY)[:, : len(triangles)].T
 
@@ -63,37 +63,26 @@ class TestDifferences:
             assert back == pytest.approx(t**3 * abs(t - 1))
 
 
-class TestDrained:
+class TestFlush:
     def test_adds_weighted_integrals(self):
         """The first weight times the gap, the second ÷ slope, the third × slope."""
-        corners = [(0.1, 0.2, 0.3), (-0.1, 0.2, 0.3)]
-        (gap1, mean1, back1), (gap2, mean2, back2) = integrals_of(corners)
-        waiting = empty_queue()
-        count = push(waiting, 0, corners[0], (2.0, 3.0, 5.0), 4.0)
-        count = push(waiting, count, corners[1], (7.0, 11.0, 13.0), 0.5)
-        assert count == 2
-        found = flush(waiting, count, 1.0, 10.0, 100.0)
-        expected = (
-            1 + 2 * gap1 + 7 * gap2,
-            10 + 3 * mean1 / 4 + 11 * mean2 / 0.5,
-            100 + 5 * back1 * 4 + 13 * back2 * 0.5,
-        )
-        assert found == pytest.approx(expected, rel=1e-12)
-
-    def test_of_three_is_that_of_the_parts_one_by_one(self):
-        one, two, three, four, five = 0.2, -0.1, 0.3, 0.05, 0.1
-        shares, weights, slopes = (0.2, 0.3, 0.5), (2.0, 3.0, 5.0), (4.0, 0.5)
-        waiting = empty_queue()
-        count = push_three(waiting, 0, (one, two, three, four, five), shares, weights, slopes)
+        corners = [(0.1, 0.2, 0.3), (-0.1, 0.2, 0.3), (0.2, 0.2, -0.3)]
+        (gap1, mean1, back1), (gap2, mean2, back2), (gap3, mean3, back3) = integrals_of(corners)
+        waiting, sums = empty_queue(), np.array([[1.0, 10.0, 100.0], [0.0, 0.0, 0.0]])
+        count = push(waiting, 0, 0, corners[0], (2.0, 3.0, 5.0), 4.0)
+        count = push(waiting, count, 1, corners[1], (7.0, 11.0, 13.0), 0.5)
+        count = push_part(waiting, count, 0, corners[2], 0.25, (4.0, 8.0, 12.0), 2.0)
         assert count == 3
-        found = flush(waiting, count, 0.0, 0.0, 0.0)
-        parts = empty_queue()
-        for number, corners in enumerate(
-            ((one, two, four), (one, four, five), (four, three, five))
-        ):
-            share, slope = shares[number], slopes[number // 2]
-            push(parts, number, corners, tuple(share * weight for weight in weights), slope)
-        assert found == pytest.approx(flush(parts, 3, 0.0, 0.0, 0.0), rel=1e-12)
+        flush(waiting, count, sums)
+        first = (
+            1 + 2 * gap1 + gap3,
+            10 + 3 * mean1 / 4 + 2 * mean3 / 2,
+            100 + 5 * back1 * 4 + 3 * back3 * 2,
+        )
+        second = (7 * gap2, 11 * mean2 / 0.5, 13 * back2 * 0.5)
+        np.testing.assert_allclose(sums, [first, second], rtol=1e-12)
 
     def test_of_an_empty_queue_adds_nothing(self):
-        assert flush(empty_queue(), 0, 1.0, 2.0, 3.0) == (1.0, 2.0, 3.0)
+        sums = np.ones((2, 3))
+        flush(empty_queue(), 0, sums)
+        np.testing.assert_array_equal(sums, 1.0)

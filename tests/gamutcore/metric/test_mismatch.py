@@ -30,7 +30,7 @@ class TestAnalytic:
         scaled = (outer.vertices.astype(float) - (50, 0, 0)) * ratio + (50, 0, 0)
         inner = TriangleMesh(scaled, outer.faces)
         assert mismatch(outer, inner) == pytest.approx(1 - ratio**3, rel=1e-6)
-        # as a part of the smaller one it is larger
+        # relative to the smaller body the same volume is a larger part
         assert mismatch(inner, outer) == pytest.approx(ratio**-3 - 1, rel=1e-6)
         assert intersection_volume(outer, inner) == pytest.approx(inner.volume, rel=1e-6)
 
@@ -46,7 +46,7 @@ class TestAnalytic:
         assert intersection_volume(one, other) == pytest.approx(1 - shift)
 
     def test_of_crossing_bars(self):
-        """Each of length 4 has a unit cube in common with the other."""
+        """Two bars of length 4 share a unit cube."""
         one, other = box((4, 1, 1)), box((1, 4, 1))
         assert mismatch(one, other) == pytest.approx(6 / 4)
 
@@ -114,7 +114,7 @@ class TestRefusals:
 
 @pytest.fixture(scope="module")
 def copies(fogra39_points):
-    """Return a function from cost and count to mismatches, in %, of copies moved by 10⁻⁵ ΔE."""
+    """Return a function that gives mismatches, in %, of copies moved by 10⁻⁵ ΔE."""
     random = np.random.default_rng(0)
     shape = fogra39_points.shape
     boundaries = [
@@ -132,7 +132,7 @@ def copies(fogra39_points):
 
 
 class TestAccuracyOfFogra39:
-    """Exact mismatch of levels with the full boundary, against the published figures plus 10 %."""
+    """Exact mismatch of levels with the full boundary is within 10 % of published figures."""
 
     @pytest.mark.parametrize("triangles", [1000, 500, 100, 50, 20])
     @pytest.mark.slow
@@ -149,29 +149,29 @@ class TestAccuracyOfFogra39:
 
     @pytest.mark.slow
     def test_at_10000_triangles_both_costs_follow_the_theory(self, fogra39_gamut, fogra39_quadric):
-        """No published figure; on smooth sides mismatch falls as 1/n (Böröczky; Ludwig)."""
+        """Without a published figure: on smooth sides mismatch falls as 1/n (Böröczky; Ludwig)."""
         for history in (fogra39_gamut.history, fogra39_quadric):
             percent = 100 * mismatch(history.full(), history.level(10_000))
             assert percent <= 1.1 * PUBLISHED[1000] / 10
 
     @pytest.mark.slow
     def test_ten_triangles_of_the_volume_cost_on_the_whole(self, copies):
-        """Ten triangles are chaotic: points moved by 10⁻⁵ ΔE give anything from 14 to 22 %."""
+        """Ten triangles are chaotic: points moved by 10⁻⁵ ΔE give 14 to 22 %."""
         assert np.median(copies("volume", 10)) <= 1.1 * PUBLISHED[10]
 
     @pytest.mark.slow
     def test_a_hundred_triangles_of_the_published_cost_on_the_whole(self, copies):
-        """Of 40 moved copies 34 met 1.01 % plus 10 %."""
+        """34 of 40 moved copies were within 1.01 % plus 10 %."""
         assert np.median(copies("quadric", 100)) <= 1.1 * PUBLISHED[100]
 
     @pytest.mark.parametrize("triangles", [20, 10])
     @pytest.mark.slow
     def test_the_last_levels_of_the_published_cost_are_a_matter_of_chance(self, copies, triangles):
-        """At ten triangles moved copies give anything from 17 to 32 %, at twenty from 4.9 to 8.3 %.
+        """Moved copies give 17 to 32 % with ten triangles, and 4.9 to 8.3 % with twenty.
 
-        Of 40 such copies 14 met 17.8 % plus 10 %; their median was 22.9 %. The published figure
-        is thus one draw, which a single run cannot be held to. What can be said is that it is a
-        draw from the same distribution: the best of a few copies reaches it.
+        14 of 40 such copies were within 17.8 % plus 10 %; their median was 22.9 %. The published
+        figure is one draw of a distribution, so a single run cannot be held to it. The best of a
+        few copies reaches it.
         """
         assert min(copies("quadric", triangles)) <= 1.1 * PUBLISHED[triangles]
 
@@ -179,7 +179,7 @@ class TestAccuracyOfFogra39:
     def test_volume_preservation_has_about_three_fifths_of_the_published_error(
         self, fogra39_gamut, fogra39_quadric
     ):
-        """From 10,000 to 50 triangles the prototype had 0.45 to 0.68 of it; a tenth on top."""
+        """A prototype had 0.45 to 0.68 of it with 50 to 10,000 triangles; a tenth is added."""
         full = fogra39_quadric.full()
         for triangles in (10_000, 1000, 500, 100, 50):
             ratio = mismatch(full, fogra39_gamut.history.level(triangles)) / mismatch(

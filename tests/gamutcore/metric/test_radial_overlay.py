@@ -1,4 +1,4 @@
-"""The overlay: against boolean operations, similar bodies, and distances by dense sampling."""
+"""The radial overlay, compared with booleans, similar bodies and densely sampled distances."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ def turned(mesh, seed, centre=CENTRE):
 
 
 class TestVolume:
-    """The booleans of Manifold round to about 1e-12 of the extent; far below the tolerance here."""
+    """Manifold rounds to about 1e-12 of the extent, far below the tolerance here."""
 
     @pytest.mark.parametrize("seeds", [(1, 2), (3, 4), (5, 6)])
     @pytest.mark.parametrize("count", [8, 60, 400])
@@ -65,7 +65,7 @@ class TestVolume:
 
     @pytest.mark.parametrize("ratio", [0.5, 0.999, 1.001, 2.0])
     def test_of_similar_bodies(self, icosphere, ratio):
-        """|1 − ratio³| whatever the body; turning one of the spheres moves its facets only."""
+        """The mismatch is |1 − ratio³| for any body. Turning a sphere moves only its facets."""
         sphere = icosphere(3, 40.0, CENTRE)
         found = radial_difference(sphere, scaled(sphere, ratio), CENTRE)
         assert found.mismatch == pytest.approx(abs(1 - ratio**3), rel=1e-9)
@@ -91,7 +91,7 @@ class TestVolume:
         assert there.to_reference == back.from_reference
 
     def test_does_not_depend_on_the_way(self, star_shaped):
-        """Cut by the coarser or by the finer one, walking or trying all cones."""
+        """The coarser or the finer surface is cut, by walking or by trying all cones."""
         coarse, fine = (
             make_surface(mesh.vertices - np.array(CENTRE), mesh.faces.astype(np.int32).ravel())
             for mesh in (star_shaped(1, 50), star_shaped(2, 300))
@@ -105,7 +105,7 @@ class TestVolume:
 
 
 def test_a_level_stands_for_the_full_boundary(small_history, distances_to, sampled):
-    """Bounds by what stands for it hold, and are tighter than sums of the largest distances."""
+    """Bounds by way of a finer level hold, and are tighter than sums of the largest distances."""
 
     def surface(mesh):
         position = mesh.vertices.astype(np.float64) - small_history.centre
@@ -138,7 +138,7 @@ class TestDistances:
     def test_of_similar_convex_bodies(self, icosphere, ratio):
         """Planes at distance m move by |ratio − 1| m; the area-weighted mean of m is 3 V ÷ A.
 
-        The furthest points are vertices of the larger one over the smaller one's: |ratio − 1| R.
+        The largest distance is between corresponding vertices: |ratio − 1| R.
         """
         sphere = icosphere(2, 40.0, CENTRE)
         found = radial_difference(sphere, scaled(sphere, ratio), CENTRE)
@@ -164,7 +164,7 @@ class TestDistances:
             points = np.vstack([mesh.vertices, sampled(mesh, 300)])
             furthest = distances_to(points, other).max()
             assert furthest <= distances.maximum * (1 + 1e-9)
-            # far apart, bumpy surfaces are the hard case: descent may end early
+            # distant bumpy surfaces are the hard case: descent may end early
             assert distances.maximum <= 2 * furthest
 
     @pytest.mark.parametrize("triangles", [30, 100, 1000])

@@ -1,4 +1,4 @@
-"""The mismatch in voxels: counted one by one, against analysis, and beside the exact figure."""
+"""Mismatch in voxels, compared with voxels counted one by one and with exact figures."""
 
 import itertools
 import math
@@ -25,7 +25,7 @@ def box(lowest, highest):
 
 
 def voxels_inside(mesh, edge):
-    """Return the voxels whose centres a mesh goes round, one by one, by its solid angle there."""
+    """Return the voxels with centres inside a mesh, by its solid angle at each centre."""
     lowest, highest = np.floor(mesh.bounds / edge).astype(int)
     found = set()
     for place in itertools.product(*map(range, lowest, highest + 1)):
@@ -46,7 +46,7 @@ class TestCounting:
     @given(seed=st.integers(0, 10**6))
     @pytest.mark.slow
     def test_is_that_of_voxels_one_by_one(self, random_cloud, seed):
-        """Of bumpy, concave bodies; the other one is shifted."""
+        """The bodies are bumpy and concave; the second one is shifted."""
         one = modified_convex_hull(random_cloud(seed, 60)).mesh
         other = modified_convex_hull(random_cloud(seed + 1, 60) + np.array([3, -5, 7])).mesh
         found = voxel_mismatch(one, other, 9.7)
@@ -58,7 +58,7 @@ class TestCounting:
 
     @pytest.mark.parametrize("shift", [0.0, 0.25, 0.5, 0.75])
     def test_of_a_box_whose_sides_go_through_centres(self, shift):
-        """Centres on lower sides are inside, those on upper sides not: always 4 · 5 · 6."""
+        """Centres on lower sides are inside and those on upper sides outside: always 4 · 5 · 6."""
         solid = box(np.full(3, shift), np.array([4, 5, 6]) + shift)
         assert voxel_mismatch(solid, solid, 1.0).reference_voxels == 120
 
@@ -72,7 +72,7 @@ class TestCounting:
         )
     )
     def test_parts_that_share_sides_share_no_voxel_and_leave_none_out(self, locations):
-        """Cones from the centre to the faces, with corners and sides through centres of voxels."""
+        """Corners and sides of cones from the centre to the faces pass through voxel centres."""
         corners = [(x, y, z) for x in (-4.5, 4.5) for y in (-3.5, 3.5) for z in (-2.5, 2.5)]
         boundary = modified_convex_hull(np.array(locations + corners), 0.3)
         mesh = boundary.mesh
@@ -126,7 +126,7 @@ class TestAgainstAnalysis:
     @pytest.mark.parametrize("ratio", [0.5, 0.9, 0.99])
     @pytest.mark.parametrize("edge", [None, 0.5, 3.0])
     def test_concentric_spheres(self, icosphere, ratio, edge):
-        """1 − (r/R)³, within the bound; with 256 voxels across within a thousandth."""
+        """The mismatch is 1 − (r/R)³ within the bound, and within a thousandth with 256 voxels."""
         outer, inner = (icosphere(5, r, (50.0, 0.0, 0.0)) for r in (50.0, 50.0 * ratio))
         found = voxel_mismatch(outer, inner, edge)
         assert abs(found.mismatch - (1 - ratio**3)) <= found.bound
@@ -148,12 +148,12 @@ class TestAgainstAnalysis:
         try:
             found = voxel_mismatch(box(low, high), box(*moved), edge)
         except MeshError:
-            assert min(sides) < edge  # not a single centre inside
+            assert min(sides) < edge  # no centre is inside
         else:
             assert abs(found.mismatch - exact) <= found.bound
 
     def test_the_bound_counts_the_voxels_that_the_surface_meets(self):
-        """Sides in the middle between borders: 12³ voxels of which 10³ are wholly inside."""
+        """Sides lie in the middle of voxels: 12³ voxels are touched, 10³ of them wholly inside."""
         solid = box((0.3, 0.3, 0.3), (11.7, 11.7, 11.7))
         found = voxel_mismatch(solid, solid, 1.0)
         surface, volume = 12**3 - 10**3, 11.4**3
@@ -163,16 +163,16 @@ class TestAgainstAnalysis:
     def test_the_bound_falls_with_the_edge(self, icosphere):
         one, other = icosphere(4, 50.0), icosphere(4, 45.0)
         bounds = [voxel_mismatch(one, other, edge).bound for edge in (2.0, 1.0, 0.5)]
-        # voxels at a surface by those in a body: as the edge
+        # the ratio of voxels at the surface to those inside is proportional to the edge
         assert bounds[1] / bounds[0] == pytest.approx(0.5, abs=0.06)
         assert bounds[2] / bounds[1] == pytest.approx(0.5, abs=0.03)
 
 
 def agree(reference, other):
-    """Check that the figure in voxels is the exact one, within the bound and better.
+    """Check that the figure in voxels is within its bound of the exact one, and closer.
 
-    Centres are spread more evenly than points thrown at random, and n hits of these have a
-    standard deviation of √n.
+    Centres are spread more evenly than random points, whose n hits have a standard deviation of
+    √n.
     """
     found, exact = voxel_mismatch(reference, other), mismatch(reference, other)
     assert abs(found.mismatch - exact) <= found.bound

@@ -27,7 +27,7 @@ def guarded():
     """A function that sends a request to an app behind the layer with these settings."""
 
     def guard(**settings):
-        layer = Access(app, access_rules(Settings(**settings)))
+        layer = Access(app, access_rules(Settings(**settings)), re.compile(r"/v1/gamuts/x/ask\Z"))
 
         def send(method="GET", path=GAMUTS, address="192.0.2.1", headers=(), **named):
             async def request():
@@ -286,3 +286,20 @@ def test_a_server_with_keys(start_server, assert_problem):
     server.stop()
     assert READER not in log
     assert WRITER not in log
+
+
+def test_a_post_that_reads_needs_the_scope_of_reading_only(ask, assert_problem):
+    path = f"{GAMUTS}/x/ask"
+    assert ask("POST", path, X_Api_Key=READER).text == "let in"
+    assert_problem(ask("POST", path, X_Api_Key=WRITER), 403, "scope-missing")
+    assert_problem(ask("PUT", path, X_Api_Key=READER), 403, "scope-missing")
+    assert_problem(ask("POST", f"{path}/x", X_Api_Key=READER), 403, "scope-missing")
+
+
+def test_a_post_that_reads_does_not_count_as_a_build(guarded):
+    send = guarded(build_rate_limit=1, build_rate_burst=1, rate_limit=1, rate_burst=3)
+    for _ in range(2):
+        answer = send("POST", f"{GAMUTS}/x/ask")
+        assert answer.status_code == 200
+        assert "builds" not in answer.headers["ratelimit-policy"]
+    assert "builds" in send("POST").headers["ratelimit-policy"]

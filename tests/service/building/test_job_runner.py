@@ -1,14 +1,20 @@
+import hashlib
+import io
 import json
 import os
 import signal
+import struct
 import sys
 import threading
 import time
+import zlib
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
-from gamutcore.gamut import Options
+from gamutcore import Options
+from gamutcore.building import gamut_id
 from service.building.job_runner import Interrupted, Interruption, JobRunner, owner_name
 from service.building.process import WORKER_COMMAND, ProcessDiedError
 from service.settings import Settings
@@ -226,6 +232,14 @@ def test_a_build_that_is_given_back_waits_for_the_next_and_was_no_attempt(
     assert book.claim(JOB, "next", 10.0) is not None
 
 
+def test_a_job_of_another_version_fails_and_its_data_goes(runner, accept, store):
+    accept("outdate")
+    outcome = runner().run(JOB)
+    assert (outcome.state, outcome.document.problem["code"]) == ("failed", "build-outdated")
+    assert not store.input_kept(JOB)
+    assert not store.is_stored(JOB)
+
+
 def test_a_job_whose_input_is_gone_fails(runner, accept, store):
     accept("build")
     store.drop_input(JOB)
@@ -329,13 +343,15 @@ def test_a_real_build_beyond_its_memory_fails_once_and_a_small_one_is_built(
     one = runner(command=WORKER_COMMAND, build_timeout=100)
     limit = max(one.warm().idle_bytes + (80 << 20), 256 << 20)
     one = runner(command=WORKER_COMMAND, build_timeout=100, build_memory_bytes=limit)
-    inputs = {
-        "a" * 64: (EXAMPLE.read_bytes(), {"surface_samples": 1_000_000}),
-        "b" * 64: (json.dumps({"samples": sphere()}).encode(), {}),
-    }
+    inputs = [
+        (EXAMPLE.read_bytes(), {"surface_samples": 1_000_000}),
+        (json.dumps({"samples": sphere()}).encode(), {}),
+    ]
     outcomes = []
-    for name, (data, options) in inputs.items():
-        book.accept(name, Options.from_mapping(options).to_mapping())
+    for data, mapping in inputs:
+        options = Options.from_mapping(mapping)
+        name = gamut_id(options, hashlib.sha256(data).hexdigest())
+        book.accept(name, options.to_mapping())
         store.keep_input(name, data)
         outcomes.append(one.run(name))
     greedy, modest = (outcome.document for outcome in outcomes)
@@ -365,3 +381,46 @@ def test_what_nobody_wants_is_not_given_to_another(order):
     with pytest.raises(Interrupted) as caught:
         interruption.check()
     assert caught.value.reason == "cancel"
+
+
+def blank_picture(file_format, **options):
+    """Return 24 megapixels of one colour in a small file."""
+    stream = io.BytesIO()
+    Image.new("RGB", (6000, 4000), (120, 40, 200)).save(stream, file_format, **options)
+    return stream.getvalue()
+
+
+def with_png_size(data, size):
+    """Return a PNG file whose header states another size."""
+    header = data[12:16] + struct.pack(">II", *size) + data[24:29]
+    return data[:12] + header + struct.pack(">I", zlib.crc32(header)) + data[33:]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells what is in use")
+@pytest.mark.slow
+def test_small_files_of_large_pictures_are_bounded_by_their_header_and_by_the_memory_limit(
+    runner, book, store, sphere
+):
+    one = runner(command=WORKER_COMMAND)
+    limit = max(one.warm().idle_bytes + (200 << 20), 256 << 20)
+    one = runner(command=WORKER_COMMAND, build_memory_bytes=limit)
+    png = blank_picture("PNG")
+    cases = [
+        # The header states 10.8 GB, which are refused before anything is decoded.
+        (with_png_size(png, (60_000, 60_000)), "picture-too-large"),
+        # Decoded some rows at a time.
+        (png, "too-few-points"),
+        # OpenJPEG decodes the whole picture, with 32 bits per sample.
+        (blank_picture("JPEG2000"), "build-out-of-memory"),
+        # The coefficients of all scans are in memory.
+        (blank_picture("JPEG", progressive=True, subsampling=0), "build-out-of-memory"),
+        (json.dumps({"samples": sphere()}).encode(), None),
+    ]
+    for data, code in cases:
+        assert len(data) < 300_000
+        job = gamut_id(Options(), hashlib.sha256(data).hexdigest())
+        book.accept(job, Options().to_mapping())
+        store.keep_input(job, data)
+        document = one.run(job).document
+        assert document.attempts == 1
+        assert (document.problem or {}).get("code") == code

@@ -2,14 +2,18 @@
 
 import asyncio
 import logging
+import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
+from gamutcore import Gamut
 from service.building import kernels
 from service.building.kernels import Kernels
 
+EXAMPLE = Path(__file__).parents[3] / "examples" / "FOGRA39L.ti3"
 SLEEP = [sys.executable, "-c", "import sys; sys.stdin.read()"]
 
 
@@ -49,10 +53,13 @@ def test_it_is_ready_while_the_optional_group_compiles(nothing_compiled):
     async def scenario():
         task = asyncio.create_task(made.prepare())
         deadline = time.monotonic() + 60
-        while made.compiling != ["optional"] and time.monotonic() < deadline:  # noqa: ASYNC110
+        while made.states["optional"] != "compiling" and time.monotonic() < deadline:  # noqa: ASYNC110
             await asyncio.sleep(0.01)
         assert made.loaded
         assert made.states["default"] == "compiled"
+        # requests wait for what they need
+        assert await made.wait("default", 0)
+        assert not await made.wait("optional", 0.01)
         # a service that stops ends the compiler
         task.cancel()
         with pytest.raises(asyncio.CancelledError):
@@ -78,3 +85,42 @@ def test_where_nothing_can_be_kept_the_log_says_what_to_do(monkeypatch, caplog):
         prepare(made)
     assert made.loaded
     assert "NUMBA_CACHE_DIR" in caplog.text
+
+
+READ_LEVELS = """
+import asyncio, sys
+from pathlib import Path
+from gamutcore.export import FORMATS, mesh_file
+from gamutcore import Gamut
+from gamutcore.kernels.decorators import KERNELS
+from gamutcore.metric.level_search import Bounds, LevelSearch
+from service.building.kernels import Kernels
+
+async def prepare():
+    kernels = Kernels()
+    task = asyncio.create_task(kernels.prepare())
+    while not kernels.loaded:
+        await asyncio.sleep(0.01)
+    task.cancel()
+
+def signatures():
+    return {kernel.__name__: len(kernel.signatures) for kernel in KERNELS}
+
+asyncio.run(prepare())
+before = signatures()
+gamut = Gamut.from_bytes(Path(sys.argv[1]).read_bytes())
+search = LevelSearch(gamut.description["levels"])
+search.find(gamut.history, Bounds(distance=0.5))
+for name in FORMATS:
+    mesh_file(gamut.level(100), name)
+late = [name for name, count in signatures().items() if count > before[name]]
+sys.exit(f"used before they were loaded: {late}" if late or not sum(before.values()) else None)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not kernels.is_compiled("default"), reason="the kernels are not compiled")
+def test_a_ready_service_has_loaded_all_kernels_that_levels_need(tmp_path):
+    path = tmp_path / "gamut"
+    path.write_bytes(Gamut(EXAMPLE, surface_samples=1000).to_bytes())
+    subprocess.run([sys.executable, "-c", READ_LEVELS, str(path)], check=True)

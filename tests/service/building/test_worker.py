@@ -8,7 +8,8 @@ import sys
 import numpy as np
 import pytest
 
-from gamutcore.gamut import Gamut, Options
+from gamutcore import Gamut, Options
+from gamutcore.building import gamut_id
 from service.building import worker
 from service.building.process import private_bytes
 
@@ -17,10 +18,11 @@ from service.building.process import private_bytes
 def result(tmp_path):
     """Build from these bytes and options, and return all events."""
 
-    def run(data, options, output="history", memory=0):
+    def run(data, options, output="history", memory=0, job=None):
         (tmp_path / "input").write_bytes(data)
         stream = io.BytesIO()
         request = {
+            "id": job or expected_id(data, options),
             "input": str(tmp_path / "input"),
             "output": str(tmp_path / output),
             "options": options,
@@ -30,6 +32,11 @@ def result(tmp_path):
         return [json.loads(line) for line in stream.getvalue().splitlines()]
 
     return run
+
+
+def expected_id(data, options):
+    known = Options.from_mapping(options if "unknown" not in options else {})
+    return gamut_id(known, hashlib.sha256(data).hexdigest())
 
 
 def document(samples):
@@ -59,6 +66,12 @@ def test_an_error_of_gamutcore_is_passed_on_whole(result):
     assert refused["message"]
 
 
+def test_a_job_of_another_version_is_not_published_under_its_id(result, sphere, tmp_path):
+    *_, outdated = result(document(sphere()), {}, job="0" * 64)
+    assert outdated["event"] == "outdated"
+    assert not (tmp_path / "history").exists()
+
+
 def test_an_option_of_another_version_is_refused(result, sphere):
     (refused,) = result(document(sphere()), {"unknown": 1})
     assert refused["seconds"] == {}
@@ -74,7 +87,7 @@ def test_a_defect_costs_one_build(result, monkeypatch):
     def defect(*_arguments, **_options):
         raise ZeroDivisionError
 
-    monkeypatch.setattr(worker, "build_gamut", defect)
+    monkeypatch.setattr(worker, "Gamut", defect)
     assert result(b"", {}) == [{"event": "failed", "errno": None, "seconds": {}}]
 
 
@@ -93,13 +106,13 @@ def test_an_allocation_beyond_the_memory_fails_and_the_next_build_works(
         return np.ones(100_000_000)
 
     limits = resource.getrlimit(resource.RLIMIT_DATA)
-    usual = worker.build_gamut
+    usual = worker.Gamut
     in_use = private_bytes("self")
-    monkeypatch.setattr(worker, "build_gamut", greedy)
+    monkeypatch.setattr(worker, "Gamut", greedy)
     (exhausted,) = result(document(sphere()), {}, memory=in_use + 400_000_000)
     assert exhausted["event"] == "exhausted"
     assert resource.getrlimit(resource.RLIMIT_DATA) == limits
-    monkeypatch.setattr(worker, "build_gamut", usual)
+    monkeypatch.setattr(worker, "Gamut", usual)
     *_, built = result(document(sphere()), {}, memory=in_use + 2_000_000_000)
     assert built["event"] == "built"
 

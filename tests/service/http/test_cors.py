@@ -70,7 +70,7 @@ def test_a_preflight_is_answered(ask):
     response = ask("OPTIONS", **PREFLIGHT)
     assert (response.status_code, response.content) == (204, b"")
     assert response.headers["access-control-allow-origin"] == ORIGIN
-    assert response.headers["access-control-allow-methods"] == "GET, HEAD, POST, DELETE"
+    assert response.headers["access-control-allow-methods"] == "GET, HEAD, POST, PUT, DELETE"
     allowed = response.headers["access-control-allow-headers"].split(", ")
     assert set(allowed) == set(ALLOWED_FIELDS)
     assert {"Authorization", "X-Api-Key", "If-None-Match", "Prefer", "Content-Type"} <= set(allowed)

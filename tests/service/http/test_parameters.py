@@ -2,7 +2,7 @@ import pytest
 
 ID = "0" * 64
 
-MESH = ["triangles", "max_error", "max_mismatch", "format"]
+MESH = ["triangles", "max_error", "max_mismatch", "side", "format"]
 
 
 @pytest.mark.parametrize(
@@ -15,12 +15,12 @@ MESH = ["triangles", "max_error", "max_mismatch", "format"]
         ("GET", f"/v1/gamuts/{ID}/mesh", "triangles=4&triangles=4", "triangles", None),
         ("GET", f"/v1/gamuts/{ID}/mesh", "max_error=1&max_error=2", "max_error", None),
         ("GET", f"/v1/gamuts/{ID}/mesh.obj", "format=ply&format=stl", "format", None),
-        ("GET", "/v1/gamuts", "page=2", "page", ["limit", "after"]),
+        ("GET", "/v1/gamuts", "page=2", "page", ["limit", "after", "name"]),
         ("GET", "/v1/gamuts", "limit=1&limit=2", "limit", None),
         ("POST", "/v1/gamuts", "gamma=1", "gamma", []),
         ("GET", f"/v1/gamuts/{ID}", "full=1", "full", []),
         ("DELETE", f"/v1/gamuts/{ID}", "force=1", "force", []),
-        ("GET", f"/v1/gamuts/{ID}/levels", "limit=1", "limit", []),
+        ("GET", f"/v1/gamuts/{ID}/levels", "limit=1", "limit", ["side"]),
         ("GET", f"/v1/gamuts/{ID}/history", "x=", "x", []),
         ("GET", f"/v1/jobs/{ID}", "wait=1", "wait", []),
     ],

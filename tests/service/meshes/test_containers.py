@@ -42,6 +42,7 @@ def test_other_programs_unpack_the_archive():
             assert info.compress_type == zipfile.ZIP_STORED
             assert info.date_time == (1980, 1, 1, 0, 0, 0)
             assert info.external_attr >> 16 == 0o100644
+            assert info.flag_bits == 0  # sizes in front, which all readers of streams need
 
 
 def test_the_index_accounts_for_everything_that_was_asked_for():

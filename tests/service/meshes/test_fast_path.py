@@ -4,7 +4,7 @@ import pytest
 
 from service.meshes.encoding import EncodedMesh
 from service.meshes.fast_path import MeshFastPath
-from service.meshes.level_search import LevelRequest
+from service.meshes.requested_levels import LevelRequest
 
 NAME = "0a" * 32
 MESH = EncodedMesh.of(b"body", "model/stl", "a-4.stl", 4, 4)
@@ -54,6 +54,9 @@ def ask():
         ("", "triangles=100", [], (LevelRequest(100), "glb")),
         ("", "triangles=100&format=ply", [], (LevelRequest(100), "ply")),
         ("", "format=ply", [], (LevelRequest(), "ply")),
+        ("", "side=both", [], (LevelRequest(), "glb")),
+        ("", "triangles=8&side=inside", [], (LevelRequest(8, side="inside"), "glb")),
+        ("", "side=outside&format=stl", [], (LevelRequest(side="outside"), "stl")),
         (".obj", "triangles=7", [], (LevelRequest(7), "obj")),
         (".obj", "format=stl", [], (LevelRequest(), "stl")),
         ("", "max_error=0.5", [], (LevelRequest(None, 0.5), "glb")),

@@ -6,9 +6,9 @@ from gamutcore.errors import TriangleCountError
 from gamutcore.metric import radial_difference
 from service.http.compression import CODINGS
 from service.meshes.encoding import EncodedMesh, MeshKey
-from service.meshes.level_search import LevelRequest
 from service.meshes.library import Library
 from service.meshes.meshes import Meshes
+from service.meshes.requested_levels import LevelRequest
 from service.storage.gamuts import GamutNotStoredError
 
 
@@ -69,7 +69,7 @@ def test_a_coarse_mesh_leaves_the_finer_levels_packed(run, built):
 
 
 class TestLimits:
-    """The level is that of `service.meshes.level_search`; here is how it is sent."""
+    """The level is that of `service.meshes.requested_levels`; here is how it is sent."""
 
     def test_are_kept_by_what_the_headers_promise(self, run, built):
         async def scenario(_library, meshes):

@@ -3,9 +3,9 @@ import json
 
 import pytest
 
+from gamutcore import Options
 from gamutcore.boundary import BOUNDARIES
 from gamutcore.errors import OptionError
-from gamutcore.gamut import Options
 from gamutcore.options import OPTIONS
 from service.openapi.request_models import GamutOptions
 
@@ -18,6 +18,9 @@ def test_the_documented_options_are_those_of_gamutcore():
 
 def edges(schema):
     """Return values at the limits that a schema states, and values just beyond them."""
+    if "anyOf" in schema:
+        parts = [edges(part) for part in schema["anyOf"]]
+        return [value for within, _ in parts for value in within], parts[-1][1]
     if "enum" in schema:
         return schema["enum"], ["something else"]
     if "prefixItems" in schema:

@@ -36,6 +36,29 @@ def test_several_levels_of_several_gamuts_are_what_they_are_alone(server, gamut,
     assert answer.headers["gamut-failures"] == "0"
 
 
+@pytest.mark.parametrize("side", ["inside", "outside"])
+def test_a_side_applies_to_all_levels(server, assert_problem, gamut, other, side):
+    query = f"gamuts={gamut['id']},{other['id']}&triangles=10,100&max_error=1&format=ply"
+    answer = server.client.get(f"{BATCH}?{query}&side={side}")
+    archive = archive_of(answer)
+    index = json.loads(archive.read("index.json"))["meshes"]
+    assert len(index) == 6
+    for entry in index:
+        assert entry["side"] == side
+        name = "max_error" if "max_error" in entry else "triangles"
+        address = f"/v1/gamuts/{entry['gamut']}/mesh.ply?{name}={entry[name]}&side={side}"
+        assert archive.read(entry["file"]) == server.client.get(address).content
+    both = server.client.get(f"{BATCH}?{query}&side=both")
+    assert both.content == server.client.get(f"{BATCH}?{query}").content
+    assert both.headers["etag"] != answer.headers["etag"]
+    accept = {"Accept": "multipart/mixed"}
+    message = server.client.get(f"{BATCH}?{query}&side={side}", headers=accept).content
+    assert message.count(f"&side={side}".encode()) == 6
+    refused = server.client.get(f"{BATCH}?{query}&side=left")
+    document = assert_problem(refused, 422, "invalid-parameter")
+    assert document["where"] == {"in": "query", "field": "side"}
+
+
 def test_what_is_promised_of_limits_is_in_the_index_and_the_parts(server, gamut):
     query = f"gamuts={gamut['id']}&max_error=0.9,9&max_mismatch=0.03"
     answers = [server.client.get(f"{BATCH}?{query}") for _ in range(2)]

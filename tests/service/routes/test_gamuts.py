@@ -81,7 +81,7 @@ def test_the_same_question_has_the_same_address(server, sphere):
     points = sphere(seed=3)
     text = json.dumps({"columns": ["LAB_L", "LAB_A", "LAB_B"], "samples": points})
     shuffled = json.dumps(
-        {"samples": points, "options": {"gamma": 0.2}, "columns": ["LAB_L", "LAB_A", "LAB_B"]},
+        {"samples": points, "options": {"gamma": "auto"}, "columns": ["LAB_L", "LAB_A", "LAB_B"]},
         indent=3,
     )
     headers = {"Content-Type": "application/json; charset=utf-8"}

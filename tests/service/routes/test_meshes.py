@@ -5,10 +5,13 @@ import subprocess
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import numpy as np
 import pytest
 import trimesh
 
 from gamutcore.export import FORMATS
+from gamutcore.mesh import TriangleMesh
+from gamutcore.metric import intersection_volume
 
 PROFILE = Path(__file__).parents[2] / "data" / "sRGB-v4.icc"
 IMMUTABLE = "public, max-age=31536000, immutable"
@@ -37,6 +40,111 @@ def test_the_largest_level_and_no_larger_one(server, assert_problem, gamut):
         )
         assert document["where"]["field"] == "triangles"
         assert str(largest) in document["remedy"]
+
+
+def test_sides_are_contained_in_each_other(server, gamut):
+    def mesh(**query):
+        answer = server.client.get(gamut["links"]["mesh"], params={"format": "ply", **query})
+        assert answer.status_code == 200
+        loaded = trimesh.load(io.BytesIO(answer.content), "ply", process=False)
+        return answer, TriangleMesh(loaded.vertices.astype(np.float32), loaded.faces)
+
+    _, full = mesh(triangles=gamut["counts"]["triangles"])
+    answers = {}
+    for side in ("inside", "outside", "both"):
+        answer, level = mesh(triangles=60, side=side)
+        again, _ = mesh(triangles=60, side=side)
+        assert again.content == answer.content
+        assert answer.headers["gamut-triangles"] == "60"
+        assert level.validity(gamut["centre"]).star_shaped
+        common = intersection_volume(full, level)
+        if side == "inside":
+            assert level.volume == pytest.approx(common, rel=1e-9)
+        elif side == "outside":
+            assert full.volume == pytest.approx(common, rel=1e-9)
+        answers[side] = answer.headers["etag"]
+    assert len(set(answers.values())) == 3
+    assert mesh(triangles=60)[0].headers["etag"] == answers["both"]
+
+
+@pytest.mark.parametrize("link", ["mesh", "levels"])
+@pytest.mark.parametrize("side", ["left", ""])
+def test_other_sides_are_refused(server, assert_problem, gamut, link, side):
+    answer = server.client.get(gamut["links"][link], params={"side": side})
+    document = assert_problem(answer, 422, "invalid-parameter")
+    assert document["where"] == {"in": "query", "field": "side"}
+
+
+@pytest.mark.parametrize("side", ["inside", "outside"])
+def test_the_error_curve_of_a_side_holds_for_its_meshes(server, gamut, side):
+    levels, mesh = gamut["links"]["levels"], gamut["links"]["mesh"]
+
+    def curve(_):
+        return server.client.get(levels, params={"side": side})
+
+    with ThreadPoolExecutor(4) as pool:
+        answers = list(pool.map(curve, range(4)))
+    assert len({answer.content for answer in answers}) == 1
+    assert answers[0].headers["cache-control"] == IMMUTABLE
+    curve = answers[0].json()["levels"]
+    whole = curve[-1]
+    assert (whole["triangles"], whole["distance_bound"]) == (gamut["counts"]["triangles"], 0.0)
+    for level in curve[:-1]:
+        smaller = level["volume"] < whole["volume"]
+        assert smaller == (side == "inside")
+        # one contains the other, so the mismatch is the difference of their volumes
+        lost = abs(level["volume"] - whole["volume"]) / whole["volume"]
+        assert level["mismatch"] == pytest.approx(lost, rel=1e-4)
+    for name, bound in (("max_error", "distance_bound"), ("max_mismatch", "mismatch_bound")):
+        counts = []
+        for level in curve:
+            for address in (mesh, mesh + ".ply"):
+                query = {"side": side, name: level[bound]}
+                first, second = (server.client.get(address, params=query) for _ in range(2))
+                assert first.status_code == 200
+                assert second.content == first.content
+                assert float(first.headers[f"gamut-{name.replace('_', '-')}"]) <= level[bound]
+            counts.append(int(first.headers["gamut-triangles"]))
+            assert counts[-1] <= level["triangles"]
+            exact = {"side": side, "triangles": counts[-1]}
+            assert server.client.get(mesh + ".ply", params=exact).content == first.content
+        assert counts == sorted(counts)
+
+
+def test_vertices_on_one_side_keep_their_device_values(server):
+    made = server.client.post(
+        "/v1/gamuts",
+        files={"file": PROFILE.read_bytes()},
+        data={"options": '{"surface_samples": 2000}'},
+    ).json()
+
+    def mesh(side):
+        query = {"triangles": 60, "side": side}
+        answer = server.client.get(made["links"]["mesh"] + ".ply", params=query)
+        data = trimesh.load(io.BytesIO(answer.content), "ply", process=False)
+        return data.metadata["_ply_raw"]["vertex"]["data"]
+
+    both = mesh("both")
+    for side in ("inside", "outside"):
+        moved = mesh(side)
+        assert not np.array_equal(moved["x"], both["x"])
+        for light in "RGB":
+            np.testing.assert_array_equal(moved[f"device_{light}"], both[f"device_{light}"])
+
+
+def test_bodies_as_thin_as_the_step_of_float32_get_no_server_error(server):
+    # 10,000 times as wide as thick; L*, a* and b* about 50
+    points = np.random.default_rng(1).normal(size=(60, 3))
+    points *= [50.0, 50.0, 0.005] / np.linalg.norm(points, axis=1)[:, np.newaxis]
+    body = {"samples": (points + 50.0).tolist(), "options": {"gamma": 0.5}}
+    thin = server.client.post("/v1/gamuts", json=body)
+    assert thin.status_code == 201, thin.text
+    links = thin.json()["links"]
+    for side in ("inside", "outside"):
+        for query in ({"triangles": 4}, {"triangles": 40}, {"max_error": 1e-3}):
+            answer = server.client.get(links["mesh"], params={"side": side, **query})
+            assert answer.status_code == 200
+        assert server.client.get(links["levels"], params={"side": side}).status_code == 200
 
 
 @pytest.mark.parametrize("triangles", [3, 0])

@@ -12,7 +12,7 @@ from prometheus_client.openmetrics.parser import (
 )
 from prometheus_client.parser import text_string_to_metric_families as text_families
 
-from gamutcore.gamut import STAGES
+from gamutcore.building import STAGES
 from service.application import create_app
 from service.settings import Settings
 

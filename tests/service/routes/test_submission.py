@@ -7,7 +7,7 @@ import httpx
 import pytest
 from fastapi import FastAPI, Request
 
-from gamutcore.gamut import Options
+from gamutcore import Options
 from service.problems.handlers import add_exception_handlers
 from service.routes.submission import submission
 from service.settings import Settings

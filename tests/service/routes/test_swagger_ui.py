@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[3]
 FOLDER = ROOT / "service" / "static" / "swagger-ui"
 
 HTML = {"accept": "text/html"}
-PAGES = ("/", "/docs", "/problems", "/problems/not-found")
+PAGES = ("/", "/docs", "/view", "/problems", "/problems/not-found")
 LOADING = re.compile(r"""(?:src|href|action|data|poster)=["']?([^"'>\s]+)""", re.IGNORECASE)
 ADDRESS = re.compile(r"""(?:url\(\s*["']?|@import\s*["'])([^"')]+)""", re.IGNORECASE)
 ELSEWHERE = re.compile(r"(?:[a-z][a-z0-9+.-]*:|//)", re.IGNORECASE)
@@ -46,7 +46,7 @@ class TestOrigins:
     @pytest.mark.parametrize("path", PAGES)
     def test_no_policy_lets_one_in(self, server, path):
         policy = server.client.get(path, headers=HTML).headers["content-security-policy"]
-        own = r"'none'|'self'|'unsafe-inline'|'sha256-[A-Za-z0-9+/=]+'|data:"
+        own = r"'none'|'self'|'unsafe-inline'|'sha256-[A-Za-z0-9+/=]+'|data:|blob:"
         directives = dict(each.split(maxsplit=1) for each in policy.split("; "))
         assert directives["default-src"] == "'none'"
         for name, sources in directives.items():

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from service.command import main
+from service.__main__ import main
 from service.storage import check
 from service.storage.check import NOT_PROVED, findings, report
 

@@ -225,7 +225,12 @@ def test_a_worker_process_logs_in_the_same_form(monkeypatch):
         text=True,
     ) as process:
         assert json.loads(process.stdout.readline())["event"] == "ready"
-        request = {"input": "/nowhere/input", "output": "/nowhere/output", "options": {}}
+        request = {
+            "id": "0" * 64,
+            "input": "/nowhere/input",
+            "output": "/nowhere/output",
+            "options": {},
+        }
         process.stdin.write(json.dumps({**request, "memory": 0}) + "\n")
         process.stdin.flush()
         assert json.loads(process.stdout.readline())["event"] == "failed"

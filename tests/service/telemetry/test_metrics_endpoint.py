@@ -14,7 +14,7 @@ from prometheus_client.openmetrics.parser import (
 from prometheus_client.parser import text_string_to_metric_families as text_families
 
 from service.application import create_app
-from service.meshes.level_search import LevelRequest
+from service.meshes.requested_levels import LevelRequest
 from service.routes.metrics import service_families
 from service.settings import Settings
 from service.storage.records import Record
@@ -180,9 +180,8 @@ def test_searches_for_levels_that_keep_limits_are_told_of(service, built):
     asyncio.run(asked())
     found = read(service)
     assert found["gamut_level_searches", ()] == 0
-    comparisons, limits = (("cache", "comparisons"),), (("cache", "limits"),)
-    assert found["gamut_cache_bytes", comparisons] > 1000
-    # the first answer afterwards is worked out of the comparisons, and then it is kept
+    tables, limits = (("cache", "tables"),), (("cache", "limits"),)
+    assert found["gamut_cache_bytes", tables] > 1000
     assert found["gamut_cache_misses_total", limits] >= 3
     assert found["gamut_cache_bytes", limits] == 3 * 500
 

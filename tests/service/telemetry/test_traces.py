@@ -13,7 +13,7 @@ from opentelemetry.sdk.trace.export import SimpleSpanProcessor
 from opentelemetry.sdk.trace.export.in_memory_span_exporter import InMemorySpanExporter
 from opentelemetry.trace import SpanKind, StatusCode
 
-from gamutcore.gamut import STAGES
+from gamutcore.building import STAGES
 from service.telemetry import traces
 from service.telemetry.logs import JsonLines
 from service.telemetry.metrics import RequestFigures

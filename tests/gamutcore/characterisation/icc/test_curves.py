@@ -59,7 +59,19 @@ def test_samples_are_joined_by_lines_and_end_at_their_ends():
     ],
 )
 def test_parametric_functions_are_those_of_the_specification(element, formula):
-    np.testing.assert_allclose(values(element), [formula(x) for x in X], atol=1e-12)
+    np.testing.assert_allclose(values(element), [min(formula(x), 1) for x in X], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "element",
+    [curv(), curv(0x0233), curv(0, 9, 65535), para(0, 0.5), para(4, 2, 2, -1, 3, 0.5, 0.1, -0.2)],
+)
+def test_curves_have_the_domain_and_range_0_to_1(element):
+    # ICC.1:2022, 10.6 and 10.18: values outside are clipped.
+    x = np.array([-1e9, -0.1, 0, 1, 1.1, 1e9])
+    y = values(element, x)
+    np.testing.assert_array_equal(y, values(element, np.clip(x, 0, 1)))
+    assert ((y >= 0) & (y <= 1)).all()
 
 
 def test_srgb_as_a_parametric_curve():

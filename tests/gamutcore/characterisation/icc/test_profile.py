@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.characterisation.icc import icc_profile, looks_like_icc
+from gamutcore.colours.profile_colours import profile_colours
 from gamutcore.errors import GamutError, MalformedProfileError, UnsupportedProfileError
 
 
@@ -92,7 +93,7 @@ def test_ink_names_come_from_the_colorant_table(made_profile):
     ("options", "field"),
     [
         ({"version": 6}, "version"),
-        ({"version": 3}, "version"),
+        ({"version": 1}, "version"),
         ({"kind": "link"}, "device_class"),
         ({"kind": "nmcl"}, "device_class"),
         ({"space": "Lab "}, "device_colour_space"),
@@ -103,6 +104,18 @@ def test_other_kinds_of_profiles_are_unsupported(made_profile, options, field):
     with pytest.raises(UnsupportedProfileError) as caught:
         icc_profile(made_profile(MATRIX, **options))
     assert caught.value.where == {"field": field}
+
+
+def test_version_3_is_read_as_version_2_with_a_warning(made_profile):
+    """No version 3 exists, but displays with this byte do."""
+    odd, even = (icc_profile(made_profile(MATRIX, version=v, pcs="XYZ ")) for v in (3, 2))
+    assert any("version 3" in said for said in odd.warnings)
+    assert not any("version" in said for said in even.warnings)
+    device = np.random.default_rng(0).random((20, 3))
+    for intent in ("perceptual", "relative", "absolute"):
+        np.testing.assert_array_equal(
+            profile_colours(odd, device, intent).lab, profile_colours(even, device, intent).lab
+        )
 
 
 def test_the_white_that_colours_were_adapted_from(made_profile):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -106,3 +107,17 @@ def test_a_decoder_that_quotes_bytes_of_the_file_is_understood():
             return b"bad tag \xff in header".decode()
 
     assert _decoder_message(Owner()) == "bad tag \ufffd in header"
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        'JPEG error: Insufficient memory (case 4) ("a.jpg")',
+        "Cannot decode tile, memory error\nFailed to decode the codestream in the JP2 file",
+        "Size of tile data exceeds system limits\nFailed to decode tile 1/1",
+    ],
+)
+def test_a_decoder_without_memory_does_not_blame_the_file(message):
+    """Messages of libjpeg-turbo 3 and OpenJPEG 2.5 below a limit of RLIMIT_DATA."""
+    with pytest.raises(MemoryError):
+        _decoder_message(SimpleNamespace(geterror=lambda: message))

@@ -5,7 +5,6 @@ import pytest
 from scipy.interpolate import RBFInterpolator, RegularGridInterpolator
 
 from gamutcore.characterisation import characterisation
-from gamutcore.colours.device.cube_surface import cube_surface
 from gamutcore.colours.device.model import device_model
 from gamutcore.colours.device.scattered_model import MAX_MODEL_SAMPLES
 from gamutcore.colours.profile_colours import profile_colours
@@ -148,7 +147,7 @@ def test_kinks_at_levels_are_followed():
     ("name", "levels", "bound"),
     [("display/Acer_XB271HU.icc", 17, 0.25), ("press/ISOcoated_v2_300_bas.icc", 9, 0.25)],
 )
-def test_grids_of_real_devices_at_their_surface(shared_data, name, levels, bound):
+def test_grids_of_real_devices_at_their_surface(shared_data, uniform_surface, name, levels, bound):
     """The error is hardly visible, and smaller than the estimate."""
     profile = characterisation((shared_data / name).read_bytes())
     channels = len(profile.channels)
@@ -159,7 +158,7 @@ def test_grids_of_real_devices_at_their_surface(shared_data, name, levels, bound
     device = grid(levels, channels)
     model = device_model(device, colours(device))
     assert model.provenance["name"] == N_LINEAR
-    surface = cube_surface(channels, 24)[::7]
+    surface = uniform_surface(channels, 24)[::7]
     errors = np.linalg.norm(model.colours(surface) - colours(surface), axis=1)
     assert errors.mean() < bound
     assert errors.mean() < model.mean_error

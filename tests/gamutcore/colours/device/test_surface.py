@@ -1,16 +1,23 @@
 from __future__ import annotations
 
+from math import comb, isqrt
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial import ConvexHull
 
 from gamutcore.boundary import compute_boundary
 from gamutcore.characterisation import characterisation
-from gamutcore.colours.device.cube_surface import cube_surface, surface_steps
-from gamutcore.colours.device.ink_cube import InkCube, surface_corners
-from gamutcore.colours.device.surface import device_surface, distinct_rows
+from gamutcore.colours.device.ink_cube import InkCube, surface_corners, surface_patches
+from gamutcore.colours.device.surface import (
+    device_surface,
+    distinct_rows,
+    outward_faces,
+)
 from gamutcore.colours.profile_colours import profile_colours
+from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import radial_difference
 
 
@@ -109,7 +116,9 @@ def test_reruns_are_identical():
     ],
 )
 @pytest.mark.slow
-def test_more_accurate_than_as_many_uniform_points(shared_data, file, points, gain):
+def test_more_accurate_than_as_many_uniform_points(
+    shared_data, uniform_surface, file, points, gain
+):
     profile = characterisation((shared_data / file).read_bytes())
     channels = len(profile.channels)
 
@@ -119,11 +128,12 @@ def test_more_accurate_than_as_many_uniform_points(shared_data, file, points, ga
     def boundary(device, centre="auto"):
         return compute_boundary(colours(device), "modified-convex-hull", centre, gamma=0.2)
 
+    faces = comb(channels, 2) << (channels - 2)
     dense = 3_000_000 if channels > 4 else 800_000
-    reference = boundary(cube_surface(channels, surface_steps(channels, dense)))
+    reference = boundary(uniform_surface(channels, isqrt(dense // faces)))
     centre = tuple(reference.centre)
     nodes = profile.transform("relative")[0].nodes
-    uniform = cube_surface(channels, surface_steps(channels, points))
+    uniform = uniform_surface(channels, isqrt(points // faces))
     shared_out = device_surface(unit(channels), colours, points, nodes).device
     assert len(shared_out) <= points
     errors = [
@@ -180,3 +190,52 @@ def test_the_cut_of_many_inks_is_sampled_at_its_corners_and_on_its_faces(channel
     assert (inner <= np.where(on_plane, 3, 2)).all()
     corners = {tuple(row) for row in np.round(surface_corners(unit(channels, total)), 9).tolist()}
     assert corners <= {tuple(row) for row in np.round(device, 9).tolist()}
+
+
+CUTS = st.one_of(st.none(), st.floats(0.1, 3))
+
+
+@given(st.integers(20, 3000), CUTS, st.floats(0.05, 0.9))
+def test_three_channels_have_a_closed_surface(wanted, total, power):
+    """Closed, oriented outwards, and with the volume of the cut cube."""
+    surface = device_surface(unit(3, total), lambda device: bent(device**power), wanted)
+    faces = surface.faces
+    assert faces.closed
+    assert faces.labels.shape == (len(faces.corners),)
+    mesh = TriangleMesh(surface.device, faces.corners)
+    assert mesh.validity().is_sphere
+    assert mesh.volume == pytest.approx(ConvexHull(surface_corners(unit(3, total))).volume)
+
+
+@given(st.integers(4, 5), st.integers(1000, 5000), st.one_of(st.none(), st.floats(0.3, 5)))
+def test_faces_of_more_channels_meet_edge_to_edge(channels, wanted, total):
+    """Triangles of one patch cover its area once, and its rim is the rim of other patches."""
+    surface = device_surface(unit(channels, total), bent, wanted)
+    faces, device = surface.faces, surface.device
+    assert not faces.closed
+    corners = device[faces.corners]
+    one, two = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    gram = (one**2).sum(1) * (two**2).sum(1) - (one * two).sum(1) ** 2
+    areas = np.bincount(faces.labels, np.sqrt(np.maximum(gram, 0)) / 2)
+    expected = surface_patches(unit(channels, total)).corners
+    across, along = expected[:, 1, 1] - expected[:, 0, 0], expected[:, 0, 1] - expected[:, 1, 0]
+    gram = (across**2).sum(1) * (along**2).sum(1) - (across * along).sum(1) ** 2
+    np.testing.assert_allclose(areas, np.sqrt(np.maximum(gram, 0)) / 2, rtol=1e-6, atol=1e-9)
+    # every edge of the cube is an edge of n - 1 faces; of the limit's plane, of two or more
+    edges = np.sort(np.concatenate([faces.corners[:, pair] for pair in ([0, 1], [1, 2], [2, 0])]))
+    _, uses = np.unique(edges, axis=0, return_counts=True)
+    assert uses.min() >= 2
+
+
+def test_a_mirrored_device_is_turned_outwards():
+    surface = device_surface(unit(3), bent, 500)
+    for sign in (-1.0, 1.0):
+        points = surface.device * [1.0, 1.0, sign]
+        faces = outward_faces(points, surface.faces)
+        assert TriangleMesh(points, faces.corners).volume == pytest.approx(1.0)
+
+
+def test_there_are_no_faces_where_nothing_is_enclosed():
+    assert device_surface(unit(1), bent, 50).faces is None
+    assert device_surface(unit(2), bent, 50).faces is None
+    assert device_surface(unit(15), bent, 1000).faces is None

@@ -12,7 +12,8 @@ from gamutcore.decimation.costs.deviation import (
     query_edge,
     query_vertex,
 )
-from gamutcore.decimation.costs.sample_assignment import thin_samples
+from gamutcore.decimation.costs.refinement import step_towards_reference
+from gamutcore.decimation.costs.sample_assignment import assign_samples, thin_samples
 from gamutcore.decimation.costs.samples import (
     LARGEST_SHARE,
     SAMPLES,
@@ -22,14 +23,13 @@ from gamutcore.decimation.costs.samples import (
     sample_capacity,
     take_samples,
 )
-from gamutcore.decimation.costs.steps import step_towards_reference
 from gamutcore.decimation.star import (
     LARGEST_LINK,
     keeps_star_shape,
     link_condition_holds,
+    volume_gradient,
     write_edge_link,
     write_vertex_link,
-    write_volume_gradient,
 )
 
 
@@ -64,13 +64,13 @@ def test_the_change_by_a_collapse_is_that_of_the_sum(deviating, total, faces_lef
     _, faces = faces_left(surface)
     before = total(deviation, surface.position, faces)
     ring, random, compared = np.empty((200, 2), np.int32), np.random.default_rng(seed), 0
-    for query, corner in enumerate(surface.corner_facing.tolist()):
+    for _query, corner in enumerate(surface.corner_facing.tolist()):
         if corner < 0:
             continue
         one, two = ends_of(surface, corner)
         place = surface.position[[one, two]].mean(axis=0) * random.uniform(0.9, 1.1)
         count = write_edge_link(surface, one, two, ring)
-        if not link_condition_holds(surface, one, two, 10**6 + query) or not keeps_star_shape(
+        if not link_condition_holds(surface, one, two) or not keeps_star_shape(
             surface.position, ring, count, *place
         ):
             continue
@@ -126,7 +126,7 @@ def test_no_move_saves_more_than_the_present_deviation(deviating, total, faces_l
 
 def test_queries_change_scratch_only(deviating):
     deviation, surface = deviating(4)
-    kept = [deviation.begin, deviation.end, deviation.error, deviation.released]
+    kept = [deviation.begin, deviation.end, deviation.error]
     # entries behind the last sample and in the other half are unused
     top = int(deviation.counts[TOP])
     kept += [array[:top] for array in (deviation.x, deviation.y, deviation.z, deviation.weight)]
@@ -173,7 +173,8 @@ def test_links_longer_than_the_limit_are_not_evaluated(
     positions, faces = lantern(sides, rows)
     surface = surface_from(positions, faces)
     deviation = empty_deviation(3 * len(positions), len(faces))
-    take_samples(deviation, surface, 1, True)
+    take_samples(deviation, surface, 1)
+    assign_samples(deviation, surface)
     pole, place = sides * rows, np.array([0.01, 0.0, 0.98])
     change = change_by_move(deviation, surface, pole, place)
     moved = surface.position.copy()
@@ -206,7 +207,8 @@ def test_dense_links_are_not_evaluated(surface_from, corner_of, sides, rows, eva
     positions, faces = lantern(sides, rows)
     surface = surface_from(positions, faces)
     deviation = empty_deviation(sample_capacity(10 * len(faces), len(faces)), len(faces))
-    take_samples(deviation, surface, 10 * len(faces), True)
+    take_samples(deviation, surface, 10 * len(faces))
+    assign_samples(deviation, surface)
     pole, better = sides * rows, np.array([0.01, 0.0, 0.98])
     assert (change_by_move(deviation, surface, pole, better) < np.inf) == evaluated
     # both ends contain the two removed faces
@@ -225,16 +227,15 @@ def test_enclosed_volume_counts_where_there_are_hardly_any_samples(icosphere, su
     positions = mesh.vertices.astype(np.float64) * 40 / np.linalg.norm(mesh.vertices[0])
     surface = surface_from(positions - (0, 0, 38), mesh.faces)
     deviation = empty_deviation(sample_capacity(3000, mesh.triangles), mesh.triangles)
-    take_samples(deviation, surface, 3000, True)
+    take_samples(deviation, surface, 3000)
+    assign_samples(deviation, surface)
     while thin_samples(deviation, surface, 200):
         pass
     slack = 10 * deviation.sums[TOTAL_WEIGHT] / deviation.counts[SAMPLES]
     ring = np.empty((10, 2), np.int32)
     for vertex in np.argsort(np.linalg.norm(surface.position, axis=1))[:20].tolist():
-        slope = np.empty(3)
-        write_volume_gradient(
-            surface.position, ring, write_vertex_link(surface, vertex, ring), slope
-        )
+        count = write_vertex_link(surface, vertex, ring)
+        slope = np.array(volume_gradient(surface.position, ring, count))
         here = surface.position[vertex]
         grown = (times - 1) * (slope @ here)
         change = change_by_move(deviation, surface, vertex, times * here)

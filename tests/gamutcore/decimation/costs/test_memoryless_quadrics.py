@@ -7,9 +7,10 @@ from hypothesis import strategies as st
 from scipy.linalg import lapack
 
 from gamutcore.decimation.costs import cost_named
-from gamutcore.decimation.costs.dispatch import cost_state
 from gamutcore.decimation.costs.memoryless_quadrics import (
+    Quadrics,
     account_for_volume,
+    area_vectors,
     constrained_error,
     constrained_optimum,
     shift_to_preserve_volume,
@@ -20,7 +21,8 @@ VOLUME = cost_named("volume").parameters
 
 
 def memoryless_quadrics(positions, faces):
-    return cost_state(VOLUME, positions, faces).quadrics
+    vectors = area_vectors(positions, np.ascontiguousarray(faces, np.int32))
+    return Quadrics(np.empty((len(positions), 9)), np.zeros(len(positions), np.uint8), vectors)
 
 
 def stars(faces, one, two):
@@ -28,7 +30,7 @@ def stars(faces, one, two):
     return [face for end in (one, two) for face in faces if end in face]
 
 
-def area_vectors(positions, faces):
+def vectors_by_hand(positions, faces):
     corners = positions[np.asarray(faces)]
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
 
@@ -36,7 +38,7 @@ def area_vectors(positions, faces):
 def error_by_hand(positions, faces, one, two, place):
     """Square root of (sum of area × squared distance from the plane) × (sum of areas)."""
     around = stars(faces, one, two)
-    vectors = area_vectors(positions, around)
+    vectors = vectors_by_hand(positions, around)
     areas = np.linalg.norm(vectors, axis=1)
     distances = np.sum(vectors * (place - positions[np.asarray(around)[:, 0]]), axis=1) / areas
     length = np.linalg.norm(positions[one] - positions[two])
@@ -54,7 +56,7 @@ def by_lapack(positions, faces, one, two):
     """Least squares over the planes of both stars under exact volume, by LAPACK's GGLSE."""
     middle = (positions[one] + positions[two]) / 2
     around = stars(faces, one, two)
-    vectors = area_vectors(positions, around)
+    vectors = vectors_by_hand(positions, around)
     rows = vectors / np.sqrt(np.linalg.norm(vectors, axis=1))[:, np.newaxis]
     right = np.sum(rows * (positions[np.asarray(around)[:, 0]] - middle), axis=1)
     # the volume is affine in the position, so differences give its gradient exactly
@@ -147,7 +149,7 @@ def test_the_shift_to_the_volume_is_the_shortest(edges):
         place, optimum = positions[one] + random.normal(size=3), np.empty(3)
         start = place.copy()
         constrained_optimum(planes, surface, corner, optimum)
-        shift_to_preserve_volume(planes, place)
+        shift_to_preserve_volume(planes, surface, corner, place)
         assert enclosed(positions, faces, one, two, place) == pytest.approx(before, rel=1e-9)
         # perpendicular to the plane of positions with that volume
         assert (place - start) @ (optimum - place) == pytest.approx(0.0, abs=1e-6)
@@ -174,12 +176,13 @@ def test_both_corners_of_an_edge_give_the_same_result(edges):
         np.testing.assert_allclose(there, here, rtol=1e-7, atol=1e-7)
 
 
-def test_quadrics_have_no_memory(surface_from, bumpy_mesh, faces_left, random_collapses):
+def test_quadrics_have_no_memory(surface_from, bumpy_mesh, faces_left, random_collapses, stage_of):
     """After collapses the result is that of a surface built from the present faces."""
     positions, faces = bumpy_mesh(6, 80)
-    surface, state = surface_from(positions, faces), cost_state(VOLUME, positions, faces)
+    stage = stage_of(VOLUME, positions, faces)
+    surface = stage.surface
     before = np.linalg.det(positions[faces]).sum()
-    for _ in random_collapses(state, surface, 0, 40):
+    for _ in random_collapses(stage, 0, 40):
         pass
     numbers, left = faces_left(surface)
     assert len(left) < len(faces) - 40
@@ -193,7 +196,7 @@ def test_quadrics_have_no_memory(surface_from, bumpy_mesh, faces_left, random_co
     for corner in again.corner_facing.tolist():
         here, there = np.empty(3), np.empty(3)
         old = int(3 * numbers[corner // 3] + corner % 3)
-        value = constrained_optimum(state.quadrics, surface, old, here)
+        value = constrained_optimum(stage.quadrics, surface, old, here)
         expected = constrained_optimum(fresh, again, corner, there)
         assert value == pytest.approx(expected, rel=1e-9)
         np.testing.assert_allclose(here, there, rtol=1e-9, atol=1e-9)
@@ -233,6 +236,6 @@ def test_on_a_flat_side_the_shorter_edge_comes_first(surface_from):
             value = constrained_optimum(planes, surface, corner, place)
             middle = (positions[one] + positions[two]) / 2
             np.testing.assert_allclose(place, middle, atol=1e-12)
-            area = np.linalg.norm(area_vectors(positions, stars(faces, one, two)), axis=1).sum()
+            area = np.linalg.norm(vectors_by_hand(positions, stars(faces, one, two)), axis=1).sum()
             length = np.linalg.norm(positions[one] - positions[two])
             assert value == pytest.approx(1e-5 * area * length, rel=1e-6)

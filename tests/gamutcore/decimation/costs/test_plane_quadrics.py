@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from gamutcore.decimation.costs import cost_named
 from gamutcore.decimation.costs.dispatch import (
-    cost_state,
     error_at,
     find_optimum,
     update_before_collapse,
@@ -49,10 +48,11 @@ def length_penalty(positions, planes, one, two):
 @settings(max_examples=10)
 @given(seed=st.integers(0, 10**6))
 def test_the_error_is_the_sum_over_the_planes_of_both_ends(
-    surface_from, bumpy_mesh, edges_of, corner_of, seed
+    bumpy_mesh, edges_of, corner_of, seed, stage_of
 ):
     positions, faces = bumpy_mesh(seed, 40)
-    state, surface = cost_state(QUADRIC, positions, faces), surface_from(positions, faces)
+    stage = stage_of(QUADRIC, positions, faces)
+    surface = stage.surface
     planes = planes_at(positions, faces)
     random = np.random.default_rng(seed)
     for one, two in edges_of(faces)[::4]:
@@ -61,7 +61,7 @@ def test_the_error_is_the_sum_over_the_planes_of_both_ends(
         A, b, c = quadric_of(both)
         expected = squared_distances(both, place)
         assert place @ A @ place + 2 * b @ place + c == pytest.approx(expected, rel=1e-6)
-        assert error_at(state, surface, corner_of(surface, one, two), place) == pytest.approx(
+        assert error_at(stage, corner_of(surface, one, two), place) == pytest.approx(
             expected + length_penalty(positions, both, one, two), rel=1e-9
         )
 
@@ -69,17 +69,18 @@ def test_the_error_is_the_sum_over_the_planes_of_both_ends(
 @settings(max_examples=10)
 @given(seed=st.integers(0, 10**6))
 def test_the_optimum_is_where_the_gradient_vanishes(
-    surface_from, bumpy_mesh, edges_of, corner_of, seed
+    bumpy_mesh, edges_of, corner_of, seed, stage_of
 ):
     positions, faces = bumpy_mesh(seed, 40)
-    state, surface = cost_state(QUADRIC, positions, faces), surface_from(positions, faces)
+    stage = stage_of(QUADRIC, positions, faces)
+    surface = stage.surface
     planes = planes_at(positions, faces)
     compared = 0
     for one, two in edges_of(faces):
         both = planes[one] + planes[two]
         A, b, _ = quadric_of(both)
         place = np.empty(3)
-        value = find_optimum(state, surface, corner_of(surface, one, two), place)
+        value = find_optimum(stage, corner_of(surface, one, two), place)
         least = squared_distances(both, -np.linalg.solve(A, b))
         assert value >= least
         eigenvalues = np.linalg.eigvalsh(A)
@@ -95,28 +96,29 @@ def test_the_optimum_is_where_the_gradient_vanishes(
 
 @settings(max_examples=10)
 @given(seed=st.integers(0, 10**6))
-def test_quadrics_accumulate(surface_from, bumpy_mesh, edges_of, corner_of, seed):
+def test_quadrics_accumulate(bumpy_mesh, edges_of, corner_of, seed, stage_of):
     """A vertex keeps the planes of all vertices that were collapsed into it."""
     positions, faces = bumpy_mesh(seed, 40)
-    state, surface = cost_state(QUADRIC, positions, faces), surface_from(positions, faces)
+    stage = stage_of(QUADRIC, positions, faces)
+    surface = stage.surface
     planes = planes_at(positions, faces)
     random = np.random.default_rng(seed)
     edges = edges_of(faces)
     for one, two in [edges[index] for index in random.permutation(len(edges))[:10]]:
         place = (positions[one] + positions[two]) / 2 + random.normal(size=3)
-        update_before_collapse(state, surface, corner_of(surface, one, two), one, two, place)
+        update_before_collapse(stage, corner_of(surface, one, two), one, two, place)
         surface.position[one] = place
         planes[one] += planes[two]
     for one, two in edges[::7]:
         place = surface.position[two] + 10 * random.normal(size=3)
         both = planes[one] + planes[two]
-        assert error_at(state, surface, corner_of(surface, one, two), place) == pytest.approx(
+        assert error_at(stage, corner_of(surface, one, two), place) == pytest.approx(
             squared_distances(both, place) + length_penalty(surface.position, both, one, two),
             rel=1e-9,
         )
 
 
-def test_a_flat_side_costs_nothing_but_the_length_of_the_edge(surface_from, corner_of):
+def test_a_flat_side_costs_nothing_but_the_length_of_the_edge(corner_of, stage_of):
     """The solve is singular: the midpoint is taken, and shorter edges come first."""
     axis = np.linspace(-1.0, 1.0, 5)
     x, y = np.meshgrid(axis, axis, indexing="ij")
@@ -128,11 +130,12 @@ def test_a_flat_side_costs_nothing_but_the_length_of_the_edge(surface_from, corn
     below = [(25, rim[(i + 1) % 16], rim[i]) for i in range(16)]
     faces = np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]], below])
     positions = np.vstack([top, [[0, 0, -1]]])
-    state, surface = cost_state(QUADRIC, positions, faces), surface_from(positions, faces)
+    stage = stage_of(QUADRIC, positions, faces)
+    surface = stage.surface
     errors = {}
     for one, two in ((12, 17), (12, 13), (12, 11)):
         place = np.empty(3)
-        errors[one, two] = find_optimum(state, surface, corner_of(surface, one, two), place)
+        errors[one, two] = find_optimum(stage, corner_of(surface, one, two), place)
         np.testing.assert_allclose(place, (positions[one] + positions[two]) / 2, atol=1e-12)
     assert max(errors.values()) < 1e-8
     assert errors[12, 13] == pytest.approx(errors[12, 11])
@@ -141,13 +144,11 @@ def test_a_flat_side_costs_nothing_but_the_length_of_the_edge(surface_from, corn
 
 @pytest.mark.parametrize("shift", [0.0, 1e4])
 @pytest.mark.parametrize("scale", [1e-6, 1e6])
-def test_scale_and_translation_cost_no_digits(surface_from, bumpy_mesh, scale, shift):
+def test_scale_and_translation_cost_no_digits(bumpy_mesh, scale, shift, stage_of):
     positions, faces = bumpy_mesh(5, 40)
     here, there = np.empty(3), np.empty(3)
-    expected = find_optimum(
-        cost_state(QUADRIC, positions, faces), surface_from(positions, faces), 2, here
-    )
+    expected = find_optimum(stage_of(QUADRIC, positions, faces), 2, here)
     other = (positions + shift) * scale
-    value = find_optimum(cost_state(QUADRIC, other, faces), surface_from(other, faces), 2, there)
+    value = find_optimum(stage_of(QUADRIC, other, faces), 2, there)
     assert value == pytest.approx(expected * scale**2, rel=1e-6)
     np.testing.assert_allclose(there / scale - shift, here, atol=1e-6)

@@ -6,11 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.decimation.costs import cost_named
-from gamutcore.decimation.costs.dispatch import cost_state
 from gamutcore.decimation.costs.sample_assignment import (
+    NO_FACE,
     assign_samples,
     reassign_samples,
-    release_samples,
     thin_samples,
 )
 from gamutcore.decimation.costs.samples import (
@@ -27,11 +26,13 @@ FINEST = cost_named("finest").parameters
 
 
 def start_at_centroids(deviation, surface):
-    take_samples(deviation, surface, 1, True)
+    take_samples(deviation, surface, 1)
+    assign_samples(deviation, surface)
 
 
 def start_at_parts(deviation, surface):
-    take_samples(deviation, surface, PARTS * len(surface.vertex) // 3, True)
+    take_samples(deviation, surface, PARTS * len(surface.vertex) // 3)
+    assign_samples(deviation, surface)
 
 
 PARTS = 9
@@ -45,23 +46,22 @@ def six_volumes(positions, faces):
 class Tracked:
     """A deviation and a surface whose random edges are collapsed."""
 
-    def __init__(self, start, positions, faces, surface):
-        self.surface = surface
-        # a cost that releases and reassigns samples but does not thin them
-        self.state = cost_state(FINEST, positions, faces)
-        room = empty_deviation(sample_capacity(PARTS * len(faces), len(faces)), len(faces))
-        self.state = self.state._replace(deviation=room)
-        self.deviation = room
-        start(room, surface)
+    def __init__(self, start, stage):
+        # samples are reassigned but not thinned
+        faces = len(stage.faces)
+        room = empty_deviation(sample_capacity(PARTS * faces, faces), faces)
+        self.stage = stage._replace(deviation=room)
+        self.deviation, self.surface = room, stage.surface
+        start(room, stage.surface)
 
 
 @pytest.fixture(scope="session")
-def tracked(bumpy_mesh, surface_from):
+def tracked(bumpy_mesh, stage_of):
     """Return a function from a sampling method, a seed and a number of points to a `Tracked`."""
 
     def make(start, seed, count=50):
         positions, faces = bumpy_mesh(seed, count)
-        return Tracked(start, positions, faces, surface_from(positions, faces))
+        return Tracked(start, stage_of(FINEST, positions, faces))
 
     return make
 
@@ -79,7 +79,7 @@ def test_samples_follow_random_collapses(
     whole = six_volumes(surface.position, faces).sum()
     count = int(deviation.counts[SAMPLES])
     assert count == len(faces) if start is start_at_centroids else count > 2 * len(faces)
-    for _ in random_collapses(case.state, surface, seed, 25):
+    for _ in random_collapses(case.stage, seed, 25):
         samples = assert_in_their_faces(deviation, surface)
         assert len(samples) == count
         # weights are shares of the volume of the reference
@@ -103,7 +103,7 @@ def test_samples_follow_moves(tracked, assert_in_their_faces, start):
     random = np.random.default_rng(0)
     for vertex in range(0, len(case.surface.position), 3):
         case.surface.position[vertex] *= random.uniform(0.9, 1.1)
-        reassign_samples(case.deviation, case.surface, vertex)
+        reassign_samples(case.deviation, case.surface, vertex, NO_FACE, NO_FACE)
         assert_in_their_faces(case.deviation, case.surface)
     assert case.deviation.error.sum() > 0
 
@@ -124,7 +124,7 @@ def test_thinned_samples_have_equal_shares(
 ):
     case = tracked(start, seed, 100)
     deviation, surface = case.deviation, case.surface
-    for _ in random_collapses(case.state, surface, 1, 60):
+    for _ in random_collapses(case.stage, 1, 60):
         pass
     count = int(deviation.counts[SAMPLES])
     before = assert_in_their_faces(deviation, surface)
@@ -153,19 +153,6 @@ def test_thinned_samples_have_equal_shares(
     assert np.abs(np.subtract(now, in_faces)).max() <= share * (1 + 1e-9)
 
 
-def test_samples_of_removed_faces_are_released(tracked, samples_in):
-    case = tracked(start_at_parts, 9)
-    corner = int(case.surface.corner_facing[17])
-    gone = [corner // 3, int(case.surface.opposite[corner]) // 3]
-    before = [samples_in(case.deviation, face) for face in gone]
-    release_samples(case.deviation, case.surface, corner)
-    for face, samples, waiting in zip(gone, before, case.deviation.released, strict=True):
-        assert samples
-        assert samples_in(case.deviation, face) == []
-        assert case.deviation.error[face] == 0.0
-        assert list(range(*waiting)) == samples
-
-
 @settings(max_examples=10)
 @given(seed=st.integers(0, 10**6))
 def test_samples_taken_earlier_are_found_at_any_level(
@@ -173,9 +160,9 @@ def test_samples_taken_earlier_are_found_at_any_level(
 ):
     case = tracked(start_at_centroids, seed, 100)
     loose = empty_deviation(len(case.deviation.pair), len(case.deviation.begin))
-    take_samples(loose, case.surface, 500, False)
+    take_samples(loose, case.surface, 500)
     whole = loose.weight[: loose.counts[SAMPLES]].sum()
-    for _ in random_collapses(case.state, case.surface, seed, 60):
+    for _ in random_collapses(case.stage, seed, 60):
         pass
     assign_samples(loose, case.surface)
     samples = assert_in_their_faces(loose, case.surface)
@@ -196,7 +183,7 @@ def test_samples_are_assigned_where_walks_cycle(surface_from, faces_left, assert
         surface = surface_from(positions, np.vstack([above, below]))
         assert np.linalg.det(positions[faces_left(surface)[1]]).min() > 0
         deviation = empty_deviation(sample_capacity(3000, 2 * sides), 2 * sides)
-        take_samples(deviation, surface, 3000, False)
+        take_samples(deviation, surface, 3000)
         count = int(deviation.counts[SAMPLES])
         order = random.permutation(count)
         for array in (deviation.x, deviation.y, deviation.z, deviation.weight):
@@ -216,25 +203,26 @@ def test_reassignment_has_no_limit_of_degree(surface_from, assert_in_their_faces
     below = np.stack([after, np.arange(sides), np.full(sides, sides + 1)], axis=1)
     surface = surface_from(positions, np.vstack([above, below]))
     deviation = empty_deviation(3 * len(positions), 2 * sides)
-    take_samples(deviation, surface, 1, True)
+    take_samples(deviation, surface, 1)
+    assign_samples(deviation, surface)
     surface.position[sides] = (0.2, 0.1, 0.8)
-    reassign_samples(deviation, surface, sides)
+    reassign_samples(deviation, surface, sides, NO_FACE, NO_FACE)
     assert_in_their_faces(deviation, surface)
     assert deviation.error.sum() > 0
 
 
 @pytest.mark.parametrize("start", STARTS)
 def test_the_sum_of_the_errors_is_the_mismatch(
-    start, icosphere, surface_from, random_collapses, faces_left
+    start, icosphere, random_collapses, faces_left, stage_of
 ):
     """Compared with exact boolean operations, on a sphere of 2562 vertices decimated to 300."""
     mesh = icosphere(4)
     positions = mesh.vertices.astype(np.float64)
-    case = Tracked(start, positions, mesh.faces, surface_from(positions, mesh.faces))
+    case = Tracked(start, stage_of(FINEST, positions, mesh.faces))
     wanted = len(positions) - 300
     rounds = 0
     while wanted > 0 and rounds < 20:
-        done = sum(1 for _ in random_collapses(case.state, case.surface, rounds, wanted))
+        done = sum(1 for _ in random_collapses(case.stage, rounds, wanted))
         wanted, rounds = wanted - done, rounds + 1
     _, faces = faces_left(case.surface)
     assert len(faces) <= 2 * 320

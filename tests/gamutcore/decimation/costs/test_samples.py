@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gamutcore.decimation.costs.sample_assignment import assign_samples
 from gamutcore.decimation.costs.samples import (
     SAMPLES,
     TOP,
@@ -28,7 +29,8 @@ def test_no_sample_has_much_more_than_the_wanted_share(
     positions, faces = bumpy_mesh(seed)
     room = sample_capacity(wanted, len(faces))
     deviation = empty_deviation(room, len(faces))
-    take_samples(deviation, surface_from(positions, faces), wanted, True)
+    take_samples(deviation, surface_from(positions, faces), wanted)
+    assign_samples(deviation, surface_from(positions, faces))
     volumes = six_volumes(positions, faces)
     share = volumes.sum() / wanted
     for face, volume in enumerate(volumes):
@@ -48,7 +50,8 @@ def test_sums_over_samples_integrate_linear_functions(bumpy_mesh, surface_from, 
     positions, faces = bumpy_mesh(5)
     surface = surface_from(positions, faces)
     deviation = empty_deviation(len(faces) + 1, len(faces))
-    take_samples(deviation, surface, 1, True)
+    take_samples(deviation, surface, 1)
+    assign_samples(deviation, surface)
     assert deviation.counts[SAMPLES] == len(faces)
     points = points_of(deviation, slice(len(faces)))
     volumes = six_volumes(positions, faces)
@@ -64,11 +67,13 @@ def test_without_room_half_as_many_samples_have_equal_shares(bumpy_mesh, surface
     positions, faces = bumpy_mesh(seed)
     surface = surface_from(positions, faces)
     whole = empty_deviation(sample_capacity(2000, len(faces)), len(faces))
-    take_samples(whole, surface, 2000, True)
+    take_samples(whole, surface, 2000)
+    assign_samples(whole, surface)
     all_of_them = int(whole.counts[SAMPLES])
     room = int(part * all_of_them)
     chosen = empty_deviation(room, len(faces))
-    take_samples(chosen, surface, 2000, True)
+    take_samples(chosen, surface, 2000)
+    assign_samples(chosen, surface)
     count = int(chosen.counts[SAMPLES])
     assert count <= room // 2
     share = six_volumes(positions, faces).sum() / (room // 2)
@@ -85,33 +90,35 @@ def test_without_room_half_as_many_samples_have_equal_shares(bumpy_mesh, surface
     assert np.abs(weights - six_volumes(positions, faces)).max() <= share * (1 + 1e-9)
 
 
-def test_samples_are_transferred_to_fewer_faces(bumpy_mesh, surface_from, samples_in):
+def test_samples_are_transferred_in_the_order_of_their_faces(bumpy_mesh, surface_from, all_samples):
     positions, faces = bumpy_mesh(8)
-    deviation = empty_deviation(sample_capacity(500, len(faces)), len(faces))
-    take_samples(deviation, surface_from(positions, faces), 500, True)
-    deviation.error[:] = np.arange(len(faces))
+    deviation, surface = empty_deviation(2000, len(faces)), surface_from(positions, faces)
+    take_samples(deviation, surface, 500)
+    assign_samples(deviation, surface)
     # the samples of other faces have been reassigned
-    left = np.arange(1, len(faces), 3, dtype=np.int32)
-    gone = np.setdiff1d(np.arange(len(faces)), left)
-    kept = [deviation.x[samples_in(deviation, int(face))] for face in left]
+    gone = np.setdiff1d(np.arange(len(faces)), np.arange(1, len(faces), 3))
     deviation.begin[gone] = deviation.end[gone] = 0
-    deviation.counts[SAMPLES] = sum(len(values) for values in kept)
-    other = deviation_on_faces(deviation, left)
-    np.testing.assert_array_equal(other.error, left)
-    assert other.counts[SAMPLES] == other.counts[TOP] == other.end[-1] == deviation.counts[SAMPLES]
-    for face, values in enumerate(kept):
-        np.testing.assert_array_equal(other.x[samples_in(other, face)], values)
+    kept = all_samples(deviation)
+    deviation.counts[SAMPLES] = len(kept)
+    other = deviation_on_faces(deviation, len(faces) // 3)
+    assert other.counts[SAMPLES] == len(kept)
+    assert other.counts[TOP] == 0
+    assert len(other.begin) == len(faces) // 3
+    for name in ("x", "y", "z", "weight"):
+        np.testing.assert_array_equal(
+            getattr(other, name)[: len(kept)], getattr(deviation, name)[kept]
+        )
 
 
 def test_unassigned_samples_are_transferred_unchanged(bumpy_mesh, surface_from):
     positions, faces = bumpy_mesh(8)
     deviation = empty_deviation(sample_capacity(500, len(faces)), len(faces))
-    assert deviation_on_faces(deviation, np.arange(7)).x.size == deviation.x.size
-    take_samples(deviation, surface_from(positions, faces), 500, False)
+    assert deviation_on_faces(deviation, 7).x.size == deviation.x.size
+    take_samples(deviation, surface_from(positions, faces), 500)
     count = int(deviation.counts[SAMPLES])
     assert count > 400
     assert (deviation.end == 0).all()
-    other = deviation_on_faces(deviation, np.arange(7, dtype=np.int32))
+    other = deviation_on_faces(deviation, 7)
     assert other.counts[SAMPLES] == count
     assert other.counts[TOP] == 0
     for name in ("x", "y", "z", "weight"):

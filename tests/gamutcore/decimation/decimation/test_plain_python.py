@@ -66,6 +66,7 @@ def test_the_records_are_equal_bit_for_bit(both, cost):
         assert compiled[name].tobytes() == plain[name].tobytes(), name
 
 
+@pytest.mark.slow
 def test_one_signature_of_the_collapse_loop_serves_all_costs(both):
     compiled, plain = both
     assert compiled["signatures"] == 1

@@ -18,7 +18,7 @@ from gamutcore.metric.error_curve import curve_counts, error_curve
 
 
 def digests(path):
-    """Digests of what comes out of a history file when it is read, written and measured."""
+    """Return digests of the levels, bytes and errors that a history file gives."""
     history, _ = history_from_bytes(Path(path).read_bytes())
     cursor = history.cursor(20)
     cursor.finer(9)

@@ -1,4 +1,4 @@
-"""What a history file may not claim: each wrong statement is refused with its place and reason."""
+"""Wrong statements in a history file are refused with place and reason."""
 
 import json
 import struct
@@ -17,7 +17,7 @@ TETRAHEDRON = (
 
 
 def metadata_of(data):
-    """The metadata of a file by the layout that its module describes."""
+    """Return the metadata of a file, by the documented layout."""
     (size,) = struct.unpack("<Q", data[:8])
     return json.loads(data[8 : 8 + size])["__metadata__"]
 
@@ -60,23 +60,23 @@ class TestRefusals:
             ({"vertices": "9" * 400}, "vertices"),
         ],
     )
-    def test_of_metadata(self, file, metadata, field):
+    def test_wrong_metadata(self, file, metadata, field):
         with pytest.raises(HistoryFileError) as caught:
             history_from_bytes(tampered(file, metadata))
         assert caught.value.where == {"field": field}
 
     @pytest.mark.parametrize("vertices", [250, 1000, 2**20, 2**25])
-    def test_of_a_claimed_count_that_the_arrays_do_not_have(self, file, small_history, vertices):
+    def test_count_beyond_the_arrays(self, file, small_history, vertices):
         assert vertices > small_history.vertices
         with pytest.raises(HistoryFileError, match="splits"):
             history_from_bytes(tampered(file, {"vertices": str(vertices)}))
 
-    def test_of_a_count_below_that_of_the_stream(self, file, small_history):
+    def test_count_below_that_of_the_stream(self, file, small_history):
         with pytest.raises(HistoryFileError, match="bits over"):
             unpacked(tampered(file, {"vertices": str(small_history.vertices - 1)}))
 
     def test_a_claimed_count_allocates_nothing(self, file):
-        """A file of a few hundred bytes whose streams would have to hold millions of splits."""
+        """A file of a few hundred bytes claims millions of splits."""
         claimed = {"vertices": str(2**25)}
         streams = {f"splits__{number:02d}": np.zeros(4, np.uint8) for number in range(23)}
         data = tampered(file, claimed, **streams)
@@ -90,7 +90,7 @@ class TestRefusals:
     @pytest.mark.parametrize(
         "name", ["centre", "step", "base.faces", "base.positions", "splits.00", "splits.04"]
     )
-    def test_of_a_missing_array(self, file, name):
+    def test_missing_array(self, file, name):
         arrays = safetensors.numpy.load(file)
         del arrays[name]
         data = safetensors.numpy.save(arrays, metadata_of(file))
@@ -112,13 +112,13 @@ class TestRefusals:
             ("splits__00", np.zeros(40, np.int32)),
         ],
     )
-    def test_of_an_array_of_another_type_or_shape(self, file, name, array):
+    def test_array_of_another_type_or_shape(self, file, name, array):
         with pytest.raises(HistoryFileError) as caught:
             history_from_bytes(tampered(file, **{name: array}))
         assert caught.value.where == {"field": name.replace("__", ".")}
 
-    def test_of_an_array_of_no_name_here_whose_place_is_wrong(self, file):
-        """Arrays that are not named are ignored, but a file that is no safetensors is not read."""
+    def test_unknown_array_with_wrong_offsets(self, file):
+        """Unknown arrays are ignored, but the file must be valid safetensors."""
         size = struct.unpack("<Q", file[:8])[0]
         header = json.loads(file[8 : 8 + size])
         end = len(file) - 8 - size
@@ -131,7 +131,7 @@ class TestRefusals:
                 history_from_bytes(struct.pack("<Q", len(text)) + text + body)
 
     @pytest.mark.parametrize("value", [-1, 4, 2**31 - 1, -(2**31)])
-    def test_of_a_slot_that_the_coarsest_level_does_not_have(self, file, value):
+    def test_slot_that_the_coarsest_level_does_not_have(self, file, value):
         def change(array):
             array[2, 1] = value
 
@@ -140,7 +140,7 @@ class TestRefusals:
         assert caught.value.where == {"field": "base.faces"}
 
     @pytest.mark.parametrize("face", [(0, 0, 1), (1, 1, 1), (0, 2, 1), (0, 1, 2)])
-    def test_of_a_coarsest_level_that_is_not_closed(self, file, face):
+    def test_coarsest_level_that_is_not_closed(self, file, face):
         def change(array):
             array[:] = [(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)]
             array[0] = face
@@ -150,7 +150,7 @@ class TestRefusals:
             history_from_bytes(with_array(file, "base.faces", change))
 
     @pytest.mark.parametrize("value", [2**24 + 1, -(2**24) - 1, -(2**31)])
-    def test_of_a_coordinate_that_float32_may_not_hold(self, file, value):
+    def test_coordinate_that_float32_may_not_hold(self, file, value):
         def change(array):
             array[1, 1] = value
 
@@ -158,14 +158,14 @@ class TestRefusals:
             history_from_bytes(with_array(file, "base.positions", change))
         assert caught.value.where == {"field": "base.positions"}
 
-    def test_of_a_coarsest_level_beside_the_centre(self, file):
+    def test_coarsest_level_beside_the_centre(self, file):
         with pytest.raises(HistoryFileError, match="see the centre"):
             history_from_bytes(with_array(file, "base.positions", lambda array: array.fill(7)))
         with pytest.raises(HistoryFileError, match="see the centre"):
             history_from_bytes(with_array(file, "centre", lambda array: array.fill(1e6)))
 
     @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-    def test_of_a_centre_that_is_not_finite(self, file, value):
+    def test_centre_that_is_not_finite(self, file, value):
         def change(array):
             array[1] = value
 
@@ -175,12 +175,12 @@ class TestRefusals:
     @pytest.mark.parametrize(
         "value", [0.0, -0.5, 3.0, 0.1, np.nan, np.inf, 2.0**-150, 2.0**104, 5e-324]
     )
-    def test_of_a_step(self, file, value):
+    def test_step_that_is_no_power_of_two(self, file, value):
         with pytest.raises(HistoryFileError) as caught:
             history_from_bytes(with_array(file, "step", lambda array: array.fill(value)))
         assert caught.value.where == {"field": "step"}
 
-    def test_of_a_stream_that_is_too_short_or_too_long(self, file):
+    def test_stream_that_is_too_short_or_too_long(self, file):
         stream = safetensors.numpy.load(file)["splits.03"]
         with pytest.raises(HistoryFileError, match="ends within") as caught:
             unpacked(tampered(file, splits__03=stream[:-1]))
@@ -190,8 +190,8 @@ class TestRefusals:
             unpacked(tampered(file, splits__03=np.append(stream, np.uint8(0))))
         assert caught.value.where == {"field": "splits.03"}
 
-    def test_of_a_last_byte_that_does_not_end_with_zeros(self, small_history, first_levels):
-        """Cut histories at different counts, so that not all of them end with a whole byte."""
+    def test_last_byte_that_does_not_end_with_zeros(self, small_history, first_levels):
+        """Cut histories at different counts, so that some end within a byte."""
         refused = 0
         for vertices in range(10, 16):
             data = bytearray(history_bytes(first_levels(small_history, vertices)))
@@ -203,13 +203,13 @@ class TestRefusals:
         assert refused > 1
 
     @pytest.mark.parametrize("depth", [10, 1000, 100_000, 1_000_000])
-    def test_of_deeply_nested_json(self, depth):
+    def test_deeply_nested_json(self, depth):
         text = b'{"__metadata__":' + b"[" * depth + b"]" * depth + b"}"
         with pytest.raises(HistoryFileError):
             history_from_bytes(struct.pack("<Q", len(text)) + text)
 
     @pytest.mark.parametrize("size", [0, 1, 2**24 + 1, 2**62, 2**64 - 1])
-    def test_of_a_header_length(self, file, size):
+    def test_wrong_header_length(self, file, size):
         with pytest.raises(HistoryFileError) as caught:
             history_from_bytes(struct.pack("<Q", size) + file[8:])
         assert caught.value.where == {"byte": 0}
@@ -232,17 +232,17 @@ class TestRefusals:
             + b'"dtype": "F64", "shape": [4611686018427387904], "data_offsets": [0, 0]}}',
         ],
     )
-    def test_of_a_header(self, text):
+    def test_wrong_header(self, text):
         data = struct.pack("<Q", len(text)) + text
         with pytest.raises(HistoryFileError):
             history_from_bytes(data)
 
-    def test_of_bytes_behind_the_arrays(self, file):
+    def test_bytes_behind_the_arrays(self, file):
         with pytest.raises(HistoryFileError):
             history_from_bytes(file + b"\0")
 
     @pytest.mark.parametrize("content", [b"", b"PK\3\4", b"glTF" + bytes(100), b"\x93NUMPY\1\0"])
-    def test_of_the_metadata_of_another_file(self, tmp_path, content):
+    def test_metadata_of_another_file(self, tmp_path, content):
         path = tmp_path / "file"
         path.write_bytes(content)
         with pytest.raises(HistoryFileError):

@@ -51,7 +51,7 @@ def test_damaged_files_are_never_served_and_built_again(
 
 
 def test_a_build_beyond_its_deadline_is_a_problem(start_server, slow_build, sphere, assert_problem):
-    server = start_server(build_timeout=0.5)
+    server = start_server(build_timeout=2)
     server.wait_ready()
     answer = server.client.post("/v1/gamuts", **slow_build())
     assert_problem(answer, 422, "build-timeout")

@@ -9,7 +9,7 @@ from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import decimate
 from gamutcore.decimation.costs import cost_named
 from gamutcore.decimation.costs.deviation import change_at, query_edge
-from gamutcore.decimation.costs.dispatch import cost_state, enter_level, error_at, find_optimum
+from gamutcore.decimation.costs.dispatch import enter_level, error_at, find_optimum
 from gamutcore.decimation.costs.memoryless_quadrics import constrained_error, constrained_optimum
 from gamutcore.decimation.costs.samples import SAMPLES
 from gamutcore.decimation.star import (
@@ -22,10 +22,6 @@ from gamutcore.history import build_history
 from gamutcore.metric import mismatch
 
 VOLUME = cost_named("volume").parameters
-
-
-def memoryless_quadrics(positions, faces):
-    return cost_state(VOLUME, positions, faces).quadrics
 
 
 @pytest.fixture(scope="module")
@@ -81,48 +77,47 @@ def test_small_spheres_are_as_close_as_large_ones(icosphere, subdivisions):
     assert 40 * mismatch(mesh, history.level(40)) <= 3.07
 
 
-def test_errors_of_fine_levels_are_those_of_the_planes(
-    large_boundary, surface_from, random_collapses
-):
+def test_errors_of_fine_levels_are_those_of_the_planes(large_boundary, random_collapses, stage_of):
     boundary = large_boundary(2)
     positions, faces = boundary.mesh.vertices - boundary.centre, boundary.mesh.faces
-    state, surface = cost_state(VOLUME, positions, faces), surface_from(positions, faces)
-    planes = memoryless_quadrics(positions, faces)
-    assert enter_level(state, surface, len(positions)) is False
-    assert enter_level(state, surface, VOLUME.compared_vertices + 1) is False
-    assert state.deviation.counts[SAMPLES] == 0
+    stage = stage_of(VOLUME, positions, faces)
+    surface = stage.surface
+    planes = stage_of(VOLUME, positions, faces).quadrics
+    assert enter_level(stage, len(positions)) is False
+    assert enter_level(stage, VOLUME.compared_vertices + 1) is False
+    assert stage.deviation.counts[SAMPLES] == 0
     for corner in surface.corner_facing[::50].tolist():
         here, there = np.empty(3), np.empty(3)
         expected = constrained_optimum(planes, surface, corner, there)
-        assert find_optimum(state, surface, corner, here) == pytest.approx(expected, rel=1e-12)
+        assert find_optimum(stage, corner, here) == pytest.approx(expected, rel=1e-12)
         np.testing.assert_allclose(here, there, rtol=1e-12)
         there *= 1.01
         expected = constrained_error(planes, surface, corner, there)
-        assert error_at(state, surface, corner, there) == pytest.approx(expected, rel=1e-12)
+        assert error_at(stage, corner, there) == pytest.approx(expected, rel=1e-12)
     # all errors change once, at the first compared level
     left, begun = len(positions), []
     for seed in range(10):
-        for _ in random_collapses(state, surface, seed, left - VOLUME.compared_vertices + 10):
+        for _ in random_collapses(stage, seed, left - VOLUME.compared_vertices + 10):
             left -= 1
-            if enter_level(state, surface, left):
+            if enter_level(stage, left):
                 begun.append(left)
     assert left == VOLUME.compared_vertices - 10
     assert begun == [VOLUME.compared_vertices]
 
 
 @pytest.fixture
-def tracked(surface_from, bumpy_mesh, random_collapses):
-    """Return a function from a seed to a state in the compared levels, and its surface."""
+def tracked(bumpy_mesh, random_collapses, stage_of):
+    """Return a function from a seed to a stage in the compared levels, and its size."""
 
     def make(seed, count=60, collapses=15):
         positions, faces = bumpy_mesh(seed, count)
-        state, surface = cost_state(VOLUME, positions, faces), surface_from(positions, faces)
-        enter_level(state, surface, len(positions))
+        stage = stage_of(VOLUME, positions, faces)
+        enter_level(stage, len(positions))
         left = len(positions)
-        for _ in random_collapses(state, surface, seed, collapses):
+        for _ in random_collapses(stage, seed, collapses):
             left -= 1
-            enter_level(state, surface, left)
-        return state, surface, left
+            enter_level(stage, left)
+        return stage, left
 
     return make
 
@@ -130,14 +125,14 @@ def tracked(surface_from, bumpy_mesh, random_collapses):
 def valid_edges(surface, positions_near=0.0):
     """Corners that face edges with a valid midpoint, and the midpoint."""
     ring = np.empty((200, 2), np.int32)
-    for query, corner in enumerate(surface.corner_facing.tolist()):
+    for _query, corner in enumerate(surface.corner_facing.tolist()):
         if corner < 0:
             continue
         start = 3 * (corner // 3)
         one, two = (int(surface.vertex[start + (corner + step) % 3]) for step in (1, 2))
         place = (surface.position[one] + surface.position[two]) / 2 * (1 + positions_near)
         count = write_edge_link(surface, one, two, ring)
-        if link_condition_holds(surface, one, two, 10**6 + query) and keeps_star_shape(
+        if link_condition_holds(surface, one, two) and keeps_star_shape(
             surface.position, ring, count, *place
         ):
             yield corner, one, two, place
@@ -148,12 +143,13 @@ def valid_edges(surface, positions_near=0.0):
 def test_the_error_is_the_change_of_the_samples_mismatch(
     tracked, faces_left, by_hand, all_samples, points_of, seed
 ):
-    state, surface, _ = tracked(seed)
+    stage, _ = tracked(seed)
+    surface = stage.surface
     _, faces = faces_left(surface)
     # after thinning, the samples in use are those assigned to faces
-    used = all_samples(state.deviation)
-    assert len(used) == state.deviation.counts[SAMPLES]
-    points, weights = points_of(state.deviation, used), state.deviation.weight[used]
+    used = all_samples(stage.deviation)
+    assert len(used) == stage.deviation.counts[SAMPLES]
+    points, weights = points_of(stage.deviation, used), stage.deviation.weight[used]
     before = by_hand(surface.position, faces, points, weights)[1].sum()
     compared = 0
     for corner, one, two, place in valid_edges(surface, 0.02):
@@ -162,7 +158,7 @@ def test_the_error_is_the_change_of_the_samples_mismatch(
         positions = surface.position.copy()
         positions[one] = place
         after = by_hand(positions, merged, points, weights)[1].sum()
-        value = error_at(state, surface, corner, place)
+        value = error_at(stage, corner, place)
         assert value == pytest.approx(after - before, rel=1e-7, abs=1e-7 * before)
         compared += 1
     assert compared > 10
@@ -170,45 +166,46 @@ def test_the_error_is_the_change_of_the_samples_mismatch(
 
 @pytest.mark.parametrize("seed", range(4))
 def test_the_optimum_returns_its_error_and_preserves_the_volume(tracked, faces_left, ends_of, seed):
-    state, surface, left = tracked(seed)
-    assert left <= VOLUME.refined_vertices
+    stage, left = tracked(seed)
+    surface = stage.surface
+    assert left <= VOLUME.compared_vertices
     _, faces = faces_left(surface)
     wanted = np.linalg.det(surface.position[faces]).sum() + surface.deficit[DEFICIT_NOW]
     refined = 0
     for corner, *_ in valid_edges(surface):
         place, unrefined = np.empty(3), np.empty(3)
-        value = find_optimum(state, surface, corner, place)
+        value = find_optimum(stage, corner, place)
         # the length penalty, 10⁻⁹ of the area, belongs to the last position that was tried
-        error = error_at(state, surface, corner, place)
+        error = error_at(stage, corner, place)
         assert value == pytest.approx(error, rel=1e-5, abs=1e-5)
         one, two = ends_of(surface, corner)
         positions = surface.position.copy()
         positions[one] = positions[two] = place
         assert np.linalg.det(positions[faces]).sum() == pytest.approx(wanted, rel=1e-9)
         # the position moves to less mismatch, or not at all
-        constrained_optimum(state.quadrics, surface, corner, unrefined)
-        assert query_edge(state.deviation, surface, corner)
-        at_first = change_at(state.deviation, surface, unrefined)
+        constrained_optimum(stage.quadrics, surface, corner, unrefined)
+        assert query_edge(stage.deviation, surface, corner)
+        at_first = change_at(stage.deviation, surface, unrefined)
         # up to the length penalty
         assert value <= at_first + 1e-8 * abs(at_first)
         refined += value < at_first
     assert refined > 0
 
 
-def test_samples_are_thinned_as_levels_become_coarser(icosphere, surface_from):
+def test_samples_are_thinned_as_levels_become_coarser(icosphere, stage_of):
     mesh = icosphere(3)
     positions = mesh.vertices.astype(np.float64)
-    state, surface = cost_state(VOLUME, positions, mesh.faces), surface_from(positions, mesh.faces)
-    enter_level(state, surface, len(positions))
-    used = int(state.deviation.counts[SAMPLES])
+    stage = stage_of(VOLUME, positions, mesh.faces)
+    enter_level(stage, len(positions))
+    used = int(stage.deviation.counts[SAMPLES])
     assert used == pytest.approx(VOLUME.samples, rel=0.5)
-    assert enter_level(state, surface, len(positions)) is False
+    assert enter_level(stage, len(positions)) is False
     few = (used - 1) // (4 * VOLUME.samples_per_face)
-    assert enter_level(state, surface, few) is True
-    assert state.deviation.counts[SAMPLES] == 2 * VOLUME.samples_per_face * few
-    while enter_level(state, surface, VOLUME.thinned_vertices):
+    assert enter_level(stage, few) is True
+    assert stage.deviation.counts[SAMPLES] == 2 * VOLUME.samples_per_face * few
+    while enter_level(stage, VOLUME.thinned_vertices):
         pass
-    left = int(state.deviation.counts[SAMPLES])
+    left = int(stage.deviation.counts[SAMPLES])
     assert left == 2 * VOLUME.samples_per_face * VOLUME.thinned_vertices
-    assert enter_level(state, surface, 4) is False
-    assert state.deviation.counts[SAMPLES] == left
+    assert enter_level(stage, 4) is False
+    assert stage.deviation.counts[SAMPLES] == left

@@ -1,0 +1,118 @@
+"""Configuration of Sphinx for `make docs`; docs/decisions/documentation.md gives the reasons.
+
+The source directory is the root of the repository. A relative link between documents therefore
+works on the site and on a page of the repository. The front page is the README, and the table of
+contents is made of the links of docs/README.md.
+"""
+
+from __future__ import annotations
+
+import posixpath
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sphinx.errors import ExtensionError
+
+from gamutcore.version import __version__
+
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
+
+ROOT = Path(__file__).parents[2]
+
+project = "Gamut boundary service"
+project_copyright = "The authors. Apache License 2.0"
+release = __version__
+
+extensions = ["myst_nb", "numpydoc", "sphinx.ext.autodoc", "sphinx.ext.autosummary"]
+root_doc = "README"
+source_suffix = {".rst": "restructuredtext", ".md": "myst-nb"}  # the first is that of autosummary
+include_patterns = ["*.md", "docs/**", "examples/**"]
+exclude_patterns = ["docs/site"]
+templates_path = [str(Path(__file__).parent / "templates")]  # autosummary looks in another folder
+
+CONTENTS = {root_doc: "docs/README.md", "docs/decisions/README": "docs/decisions/README.md"}
+"""Pages with a table of contents, and the documents whose links it is made of."""
+
+# --- documents and recipes ---
+
+myst_heading_anchors = 4
+default_role = "py:obj"
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 120
+nb_merge_streams = True
+
+# --- reference of the Python package ---
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"  # numpydoc states the types
+autosummary_ignore_module_all = False
+numpydoc_class_members_toctree = False
+numpydoc_show_class_members = False
+
+# --- pages ---
+
+html_theme = "pydata_sphinx_theme"
+html_title = project
+html_copy_source = False
+html_extra_path = ["extra"]
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_sidebars = {"**": ["contents.html"]}
+html_theme_options = {
+    "logo": {"text": project},
+    "navbar_center": [],
+    "navbar_end": ["theme-switcher"],
+    "secondary_sidebar_items": ["page-toc"],
+    "show_prev_next": False,
+    "footer_start": ["copyright"],
+    "footer_center": [],
+    "footer_end": [],
+}
+
+
+def toctrees(page: str, document: str) -> str:
+    """Return a hidden toctree for each section of a document that lists documents.
+
+    Parameters
+    ----------
+    page : str
+        Name of the page that gets the toctrees.
+    document : str
+        Path of a Markdown document with a heading of second order above each list.
+    """
+    folder = posixpath.relpath(posixpath.dirname(document), posixpath.dirname(page) or ".")
+    trees = []
+    for section in (ROOT / document).read_text().split("\n## ")[1:]:
+        caption = section.splitlines()[0]
+        links = re.findall(r"\]\(([\w./-]+)\.md\)", section)
+        pages = [posixpath.normpath(posixpath.join(folder, link)) for link in links]
+        # in place of the page itself, the document
+        listed = [document.removesuffix(".md") if link == page else link for link in pages]
+        lines = ["```{toctree}", ":hidden:", f":caption: {caption}", "", *listed, "```"]
+        trees.append("\n".join(lines))
+    return "\n\n".join(trees)
+
+
+def add_toctrees(_app: Sphinx, page: str, source: list[str]) -> None:
+    """Append the table of contents to the front page, and to lists of documents below it."""
+    if page in CONTENTS:
+        source[0] += f"\n\n{toctrees(page, CONTENTS[page])}\n"
+
+
+def refuse_other_hosts(app: Sphinx, failure: Exception | None) -> None:
+    """Raise an error where a page loads a script, a style sheet or a picture from another host."""
+    for page in [] if failure else sorted(Path(app.outdir).rglob("*.html")):
+        loaded = re.search(
+            r"""(?:\bsrc=|<link\b[^>]*\bhref=)["'](?:https?:)?//[^"']*""", page.read_text()
+        )
+        if loaded:
+            raise ExtensionError(f"{page.relative_to(app.outdir)} loads from a host: {loaded[0]}")
+
+
+def setup(app: Sphinx) -> None:
+    """Connect the functions of this file with Sphinx."""
+    app.connect("source-read", add_toctrees)
+    app.connect("build-finished", refuse_other_hosts)

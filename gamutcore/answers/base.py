@@ -1,0 +1,107 @@
+"""What all questions to a gamut share: the level, the conversion of colours, the device values."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gamutcore.colour_rows import colour_rows
+from gamutcore.colours.spaces.cielab import xyz_to_lab
+from gamutcore.colours.spaces.conversion import ColourConversion
+from gamutcore.errors import OptionError
+from gamutcore.levels import GamutLevels
+
+if TYPE_CHECKING:
+    from gamutcore.arrays import FloatArray, IndexArray
+    from gamutcore.colour_rows import ColourRows, Colours
+    from gamutcore.colours.spaces import ColourSpace
+    from gamutcore.history import History
+    from gamutcore.levels import IndexedLevel
+
+__all__ = ["DEFAULT_ERROR", "Answering"]
+
+DEFAULT_ERROR = 0.1
+"""Error of the level that answers, where the white of the space has a lightness of 100."""
+
+
+class Answering(ABC):
+    """A gamut that answers questions; a base class of `gamutcore.Gamut`."""
+
+    description: dict[str, Any]
+    history: History
+    levels: GamutLevels
+
+    @property
+    @abstractmethod
+    def colour_space(self) -> ColourSpace:
+        """The colour space of the coordinates."""
+
+    def _asked(
+        self, colours: Colours, space: str | None, name: str = "colours"
+    ) -> tuple[ColourRows, ColourConversion]:
+        """Return colours in the space of the gamut, and the way back."""
+        rows, conversion = colour_rows(colours, name), self._conversion(space)
+        return rows._replace(points=conversion.to_gamut(rows.points)), conversion
+
+    def _conversion(self, space: str | None) -> ColourConversion:
+        return ColourConversion(space, self.colour_space, as_measured=self._as_measured)
+
+    @cached_property
+    def _as_measured(self) -> bool:
+        """Whether the coordinates are a device's own colours, which were not adapted."""
+        stated = self.description["provenance"].get("colour_space", {}).get("adaptation", "")
+        return str(stated).startswith("none: ") and not self.colour_space.is_icc_cielab
+
+    def _level(self, triangles: int | None, max_error: float | None) -> IndexedLevel:
+        """Return the level that answers."""
+        if triangles is None and max_error is None:
+            max_error = self.default_error
+        return self.levels.indexed(triangles, max_error)
+
+    def _level_with_hue(self, triangles: int | None, max_error: float | None) -> IndexedLevel:
+        """Return the level that answers a question about hue."""
+        if self.colour_space.definition.lightness != 0:
+            raise OptionError.not_applicable(
+                "space",
+                self.colour_space.name,
+                "the space has no hue",
+                "Build the gamut in a space of lightness and hue, such as CIELAB.",
+            )
+        return self._level(triangles, max_error)
+
+    @cached_property
+    def default_error(self) -> float:
+        """Error limit of the level that answers unless another one is asked for."""
+        white, _ = self.colour_space.coordinates(np.array([[100.0, 0.0, 0.0]]))
+        return DEFAULT_ERROR / 100.0 * abs(float(white[0, self.colour_space.definition.lightness]))
+
+    def _lab(self, points: FloatArray) -> FloatArray:
+        """Return L*, a*, b* relative to D50 of points in the space of the gamut."""
+        if self.colour_space.is_icc_cielab:
+            return points
+        return xyz_to_lab(self.colour_space.tristimulus(points, as_measured=self._as_measured))
+
+    def _check_space(self, other: Answering) -> None:
+        if self.colour_space != other.colour_space:
+            one, two = self.colour_space.name, other.colour_space.name
+            differ = f"{one} and {two}" if one != two else f"{one} with different parameters"
+            raise OptionError(
+                f"The gamuts are in {differ}.",
+                where={"field": "space"},
+                remedy="Build both with the same space and the same parameters of it.",
+            )
+
+    @staticmethod
+    def _device(
+        level: IndexedLevel, faces: IndexArray, weights: FloatArray
+    ) -> tuple[FloatArray | None, tuple[str, ...]]:
+        """Return the device values of places in faces, and the channels. Face −1 gives NaN."""
+        if level.device is None:
+            return None, ()
+        corners = level.device.values[level.index.faces[faces]].astype(np.float64)
+        values: FloatArray = np.einsum("ni,nik->nk", weights, corners)
+        values[faces < 0] = np.nan
+        return np.clip(values, 0.0, 1.0), level.device.channels

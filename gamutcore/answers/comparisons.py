@@ -1,0 +1,151 @@
+"""Questions about two gamuts: coverage, intersection, comparison."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gamutcore import queries
+from gamutcore.answers.base import Answering
+from gamutcore.answers.results import GamutComparison, Intersection
+
+if TYPE_CHECKING:
+    from gamutcore.arrays import FloatArray
+    from gamutcore.levels import IndexedLevel
+
+__all__ = ["ComparisonAnswers"]
+
+SECTORS = 36
+"""Sectors of hue of a comparison: 10° each."""
+
+MEDIA_RELATIVE = (
+    "Both gamuts are media-relative: each paper counts as white. Build both with the intent "
+    "absolute to compare the papers as well."
+)
+
+
+class ComparisonAnswers(Answering):
+    """The questions about two gamuts."""
+
+    def compare(
+        self,
+        other: ComparisonAnswers,
+        *,
+        sectors: int = SECTORS,
+        triangles: int | None = None,
+        max_error: float | None = None,
+    ) -> GamutComparison:
+        """Compare this gamut, A, with another one, B.
+
+        Parameters
+        ----------
+        other : Gamut
+            In the same colour space.
+        sectors : int, optional
+            Number of equal sectors of hue.
+        triangles, max_error : optional
+            The levels of both gamuts.
+
+        Returns
+        -------
+        GamutComparison
+            With `volume_a`, `volume_b`, `intersection`, `union`, `a_covers_b`, `b_covers_a`,
+            `jaccard`, `symmetric_difference`, the same by sector of hue, the lightest and darkest
+            colours, and warnings.
+
+        Raises
+        ------
+        OptionError
+            The gamuts are in different spaces, or the number of sectors is not accepted.
+        TriangleCountError
+            There is no such level.
+
+        Examples
+        --------
+        >>> from gamutcore import Gamut
+        >>> cube = np.array([(l, a, b) for l in (-1, 1) for a in (-1, 1) for b in (-1, 1)])
+        >>> whole, part = Gamut(20 * cube + (50, 0, 0)), Gamut(10 * cube + (50, 0, 0))
+        >>> round(whole.compare(part).b_covers_a, 3)
+        0.125
+        """
+        self._check_space(other)
+        levels = self._level(triangles, max_error), other._level(triangles, max_error)
+        found = queries.compare(levels[0].index, levels[1].index, sectors)
+        (white_a, black_a), (white_b, black_b) = map(self._extremes, levels)
+        return GamutComparison(
+            found.volume_a,
+            found.volume_b,
+            found.intersection,
+            found.hues,
+            found.sectors,
+            white_a=white_a,
+            white_b=white_b,
+            black_a=black_a,
+            black_b=black_b,
+            triangles=(levels[0].triangles, levels[1].triangles),
+            max_error=(levels[0].max_error, levels[1].max_error),
+            warnings=self._comparison_warnings(other),
+        )
+
+    def coverage_of(self, other: ComparisonAnswers) -> float:
+        """Return the share of another gamut's volume that this gamut covers.
+
+        Parameters
+        ----------
+        other : Gamut
+            In the same colour space.
+
+        Returns
+        -------
+        float
+            Volume of the intersection ÷ volume of the other gamut, from 0 to 1.
+
+        Raises
+        ------
+        OptionError
+            The gamuts are in different spaces.
+
+        Examples
+        --------
+        >>> from gamutcore import Gamut
+        >>> cube = np.array([(l, a, b) for l in (-1, 1) for a in (-1, 1) for b in (-1, 1)])
+        >>> Gamut(20 * cube + (50, 0, 0)).coverage_of(Gamut(10 * cube + (50, 0, 0)))
+        1.0
+        """
+        return self.compare(other, sectors=1).a_covers_b
+
+    def __and__(self, other: object) -> Intersection:
+        """Return the intersection with another gamut: its volume, and its shares of both.
+
+        Examples
+        --------
+        >>> from gamutcore import Gamut
+        >>> cube = np.array([(l, a, b) for l in (-1, 1) for a in (-1, 1) for b in (-1, 1)])
+        >>> common = Gamut(20 * cube + (50, 0, 0)) & Gamut(10 * cube + (50, 0, 0))
+        >>> round(common.volume), round(common.of_first, 3)
+        (8000, 0.125)
+        """
+        if not isinstance(other, ComparisonAnswers):
+            return NotImplemented
+        found = self.compare(other, sectors=1)
+        return Intersection(found.intersection, found.b_covers_a, found.a_covers_b, found.jaccard)
+
+    def _extremes(self, level: IndexedLevel) -> tuple[FloatArray, FloatArray]:
+        """Return the lightest and the darkest vertex."""
+        vertices = level.index.vertices
+        lightness = vertices[:, self.colour_space.definition.lightness]
+        return vertices[np.argmax(lightness)], vertices[np.argmin(lightness)]
+
+    def _comparison_warnings(self, other: ComparisonAnswers) -> tuple[str, ...]:
+        if not (self._is_relative_print and other._is_relative_print):
+            return ()
+        return (MEDIA_RELATIVE,)
+
+    @property
+    def _is_relative_print(self) -> bool:
+        provenance = self.description["provenance"]
+        printed = provenance.get("medium") == "reflective" or provenance.get("device_class") == (
+            "output"
+        )
+        return bool(printed and provenance.get("intent") == "relative")

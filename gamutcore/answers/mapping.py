@@ -1,0 +1,106 @@
+"""Gamut mapping: colours are moved into the gamut by one of the usual methods."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal, cast
+
+from gamutcore import queries
+from gamutcore.answers.base import Answering
+from gamutcore.answers.results import MappedColours
+from gamutcore.colour_rows import colour_rows
+from gamutcore.option_types import Choice, check_option
+from gamutcore.queries.colour_difference import delta_e_2000
+
+if TYPE_CHECKING:
+    from gamutcore.colour_rows import Colours
+    from gamutcore.queries.mapping import Method
+
+__all__ = ["METHOD", "MappingAnswers"]
+
+METHOD = Choice(
+    ("clip-nearest", "clip-hue", "clip-lightness", "clip-chroma", "clip-focal", "sgck"),
+    {"hpminde": "clip-hue"},
+)
+"""Methods of mapping."""
+
+
+class MappingAnswers(Answering):
+    """Gamut mapping."""
+
+    def map(
+        self,
+        colours: Colours,
+        method: str = "clip-hue",
+        *,
+        focus: Colours | Literal["cusp"] | None = None,
+        source: MappingAnswers | None = None,
+        space: str | None = None,
+        triangles: int | None = None,
+        max_error: float | None = None,
+    ) -> MappedColours:
+        """Map colours into the gamut.
+
+        Parameters
+        ----------
+        colours : (..., 3) array_like
+        method : str, optional
+            ``"clip-nearest"``: to the nearest colour. ``"clip-hue"``: to the nearest colour of the
+            same hue (HPMINDE, CIE 156:2004). ``"clip-lightness"``: the chroma stays.
+            ``"clip-chroma"``: the lightness stays. ``"clip-focal"``: towards a focal point.
+            ``"sgck"``: compression from a source gamut (CIE 156:2004).
+        focus : (3,) array_like or "cusp", optional
+            Focal point of ``"clip-focal"``, in the space of the colours; ``"cusp"``, the default,
+            is the lightness of the cusp on the neutral axis.
+        source : Gamut, optional
+            The gamut that ``"sgck"`` maps from, in the same space.
+        space : str, optional
+            Space of the colours, and of the mapped ones; that of the gamut by default.
+        triangles, max_error : optional
+            The level.
+
+        Returns
+        -------
+        MappedColours
+            With `points`, `moved`, `delta_e` and `device`. Colours inside stay as they are, except
+            by ``"sgck"``.
+
+        Raises
+        ------
+        InvalidPointsError
+            A row is not three finite numbers; ``where["row"]`` names it.
+        OptionError
+            There is no such method or space, or `focus` or `source` does not apply.
+        TriangleCountError
+            There is no such level.
+
+        Examples
+        --------
+        >>> from gamutcore import Gamut
+        >>> cube = [(l, a, b) for l in (40, 60) for a in (-10, 10) for b in (-10, 10)]
+        >>> Gamut(cube).map((50, 30, 0), "clip-chroma").points.round(3).tolist()
+        [50.0, 10.0, 0.0]
+        """
+        name = cast("Method", check_option("method", method, METHOD))
+        rows, conversion = self._asked(colours, space)
+        if name == "clip-nearest":
+            level = self._level(triangles, max_error)
+        else:
+            level = self._level_with_hue(triangles, max_error)
+        if focus is not None and not isinstance(focus, str):
+            focus = conversion.to_gamut(colour_rows(focus, "focus").points)[0]
+        origin = None
+        if source is not None:
+            self._check_space(source)
+            origin = source._level(triangles, max_error).index  # noqa: SLF001  # its own class
+        found = queries.map_colours(rows.points, level.index, name, focus=focus, source=origin)
+        device, channels = self._device(level, found.faces, found.weights)
+        difference = delta_e_2000(self._lab(rows.points), self._lab(found.points))
+        return MappedColours(
+            points=rows.in_shape(conversion.from_gamut(found.points)),
+            device=None if device is None else rows.in_shape(device),
+            channels=channels,
+            triangles=level.triangles,
+            max_error=level.max_error,
+            moved=rows.in_shape(found.moved),
+            delta_e=rows.in_shape(difference),
+        )

@@ -1,0 +1,166 @@
+"""The centre of a device's gamut, from the faces of its device cube.
+
+The best centre is the deepest point of the star-kernel of the device's surface: all faces see it
+from inside, so every ray from it meets the surface once. The star-kernel of folded surfaces is
+empty. The centre is then the point from which the least area is hidden, which means that a face
+turns its back to the point, and among such points the one that is deepest inside of the rest.
+
+The faces of more than three channels cross. From the automatic centre of the points, nothing of
+their outside is hidden (``docs/decisions/centre.md`` has the figures). But a tight ink limit can
+leave that centre outside of the faces, or close to them. A deep point then replaces it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.boundary.centre import Centre
+from gamutcore.boundary.radial_volume import COARSE, radial_volume
+from gamutcore.boundary.star_kernel import Planes, face_planes, star_kernel_point
+from gamutcore.kernels import kernel
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+__all__ = ["device_centre", "enclosed_centre", "hidden_area"]
+
+FLATNESS = 1e-6
+"""A surface is flat if it encloses less than this share of the cube of its extent."""
+
+SEARCH = 2.0**-4
+"""First step of searches along the axes, in extents of the surface."""
+
+HALVINGS = 8
+"""Number of times that the step of these searches is halved."""
+
+SHALLOW = 0.5
+"""Share of its depth in the convex hull that a centre must have within the faces. Presses without a
+tight ink limit have 0.95 to 0.99."""
+
+
+def device_centre(
+    points: FloatArray, faces: IndexArray, given: FloatArray | None = None
+) -> Centre | None:
+    """Return the centre of the gamut of a device with three channels.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        Colours at the surface of the device cube.
+    faces : (m, 3) int32
+        Triangles of these points: a closed surface, oriented outwards.
+    given : (3,) float64, optional
+        A centre to examine, instead of the search for the best one.
+
+    Returns
+    -------
+    Centre or None
+        Deterministic. None if the faces enclose almost no volume.
+    """
+    lowest, highest = points.min(axis=0), points.max(axis=0)
+    middle, extent = (lowest + highest) / 2, float((highest - lowest).max())
+    planes = face_planes(np.ascontiguousarray(points - middle), faces)
+    bounded = np.isfinite(planes.offsets)
+    volume = float((planes.offsets[bounded] * planes.areas[bounded]).sum()) / 3
+    if not extent > 0 or not volume > FLATNESS * extent**3:
+        return None
+    if given is None:
+        found = star_kernel_point(planes, extent)
+        if found.margin > 0:
+            return Centre(found.point + middle, "star-kernel", found.margin)
+        starts = (found.point, np.zeros(3))
+        point = _pattern_search(lambda at: (hidden_area(planes, at),), starts, extent)
+    else:
+        point = given - middle
+    seen = planes.offsets - planes.normals @ point > 0
+    visible = Planes(
+        np.ascontiguousarray(planes.normals[seen]), planes.offsets[seen], planes.areas[seen]
+    )
+    hidden = max(0.0, 1.0 - float(visible.areas.sum() / planes.areas.sum()))
+    if given is None:
+        found = star_kernel_point(visible, extent)
+        return Centre(found.point + middle, "least hidden area", found.margin, hidden)
+    depth = float((visible.offsets - visible.normals @ point).min(initial=np.inf))
+    return Centre(given, "the option centre", depth, hidden)
+
+
+def enclosed_centre(points: FloatArray, faces: IndexArray, start: Centre) -> Centre:
+    """Return a centre well inside of faces that may cross.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    faces : (m, 3) int32
+        Triangles of these points, in any orientation.
+    start : Centre
+        The preferred centre, with its depth in the convex hull of the points.
+
+    Returns
+    -------
+    Centre
+        `start` if the faces surround it and it is deep enough. Otherwise the point with the
+        largest distance to the outermost faces that a search along the axes finds. Deterministic.
+    """
+    faces = np.ascontiguousarray(faces)
+    depth = radial_volume(points, faces, start.point, COARSE).depth
+    if depth >= SHALLOW * (start.depth or 0.0) and depth > 0.0:
+        return start
+
+    def shallowness(point: FloatArray) -> tuple[float, float]:
+        found = radial_volume(points, faces, point, COARSE)
+        return found.uncovered, -found.depth
+
+    extent = float((points.max(axis=0) - points.min(axis=0)).max())
+    point = _pattern_search(shallowness, (start.point, points.mean(axis=0)), extent)
+    return Centre(point, "deep point within the faces", -shallowness(point)[1])
+
+
+def _pattern_search(
+    measure: Callable[[FloatArray], tuple[float, ...]],
+    starts: tuple[FloatArray, ...],
+    extent: float,
+) -> FloatArray:
+    """Search for the point of least measure along the axes, with ever smaller steps.
+
+    Hooke and Jeeves, "Direct search" solution of numerical and statistical problems, JACM 8 (1961).
+    """
+    measures = [measure(start) for start in starts]
+    least = min(measures)
+    point = starts[measures.index(least)]
+    step = SEARCH * extent
+    for _ in range(HALVINGS):
+        improved = True
+        while improved:
+            improved = False
+            for move in np.vstack([np.eye(3), -np.eye(3)]) * step:
+                found = measure(point + move)
+                if found < least:
+                    point, least, improved = point + move, found, True
+        step /= 2
+    return point
+
+
+@kernel
+def hidden_area(planes: Planes, point: FloatArray) -> float:
+    """Return the area of the faces that a point is not inside of.
+
+    Parameters
+    ----------
+    planes : Planes
+    point : (3,) float64
+
+    Returns
+    -------
+    float
+    """
+    normals, offsets, hidden = planes.normals, planes.offsets, 0.0
+    for face in range(len(offsets)):
+        room = offsets[face] - (
+            normals[face, 0] * point[0] + normals[face, 1] * point[1] + normals[face, 2] * point[2]
+        )
+        if room <= 0.0:
+            hidden += planes.areas[face]
+    return hidden

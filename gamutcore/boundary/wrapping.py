@@ -1,0 +1,164 @@
+"""The boundary of a device's gamut, with the choices that depend on the device's surface.
+
+Most boundary methods know points only. Here, the faces of the device cube between these points
+choose the centre and γ, and state the volume that the device's own surface encloses.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+
+from gamutcore.boundary.automatic_gamma import has_fallen, surface_gammas
+from gamutcore.boundary.centre import Centre, centre_of_points
+from gamutcore.boundary.device_centre import device_centre, enclosed_centre
+from gamutcore.boundary.methods import compute_boundary
+from gamutcore.boundary.radial_volume import FINE, radial_volume
+from gamutcore.errors import CentreError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from numpy.typing import ArrayLike
+
+    from gamutcore.arrays import FloatArray
+    from gamutcore.boundary.modified_convex_hull import Boundary
+    from gamutcore.characterisation.samples import JSON
+    from gamutcore.colours.device.surface import SurfaceFaces
+
+__all__ = ["Wrapping", "wrap_colours"]
+
+NOTICEABLE = 0.005
+"""Relative difference between the boundary's volume and that of the device's surface from which a
+warning names it."""
+
+
+class Wrapping(NamedTuple):
+    """A boundary, and how it was chosen.
+
+    Attributes
+    ----------
+    boundary : Boundary
+    choices : dict
+        Centre and γ for the provenance, JSON-able.
+    device_volume : float or None
+        Volume that the sampled surface of the device encloses; None without a device model.
+    warnings : list of str
+    """
+
+    boundary: Boundary
+    choices: dict[str, JSON]
+    device_volume: float | None
+    warnings: list[str]
+
+
+def wrap_colours(
+    points: FloatArray,
+    faces: SurfaceFaces | None,
+    method: str,
+    centre: ArrayLike | Literal["auto"],
+    parameters: Mapping[str, Any],
+) -> Wrapping:
+    """Return the boundary that a method wraps around the colours of a device.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    faces : SurfaceFaces or None
+        Triangles of the points over the surface of the device's cube. None for scattered points.
+    method : str
+        A key of `BOUNDARIES`.
+    centre : (3,) array_like or "auto"
+    parameters : mapping of str to object
+        Options of the method. The γ "auto" is explained at
+        `gamutcore.boundary.automatic_gamma`.
+
+    Returns
+    -------
+    Wrapping
+
+    Raises
+    ------
+    OptionError, InvalidPointsError, BoundaryError
+        As of `compute_boundary`.
+    """
+    chosen = _centre(points, faces, centre)
+    try:
+        boundary, own, volume = _wrap(points, faces, method, chosen, parameters)
+    except CentreError:
+        if not isinstance(centre, str):
+            raise
+        # a folded surface may hide the least from a point outside of the hull
+        chosen = _enclosed(points, faces)
+        boundary, own, volume = _wrap(points, faces, method, chosen, parameters)
+    described: dict[str, JSON] = {"from": chosen.origin}
+    if chosen.depth is not None:
+        described["depth"] = round(chosen.depth, 4)
+    if faces is not None and faces.closed:
+        described["hidden_area"] = round(chosen.hidden, 6)
+    choices: dict[str, JSON] = {"centre": described}
+    if "gamma" in parameters:
+        choices["gamma"] = boundary.gamma
+    return Wrapping(boundary, choices, volume, _volume_warnings(own, volume))
+
+
+def _wrap(
+    points: FloatArray,
+    faces: SurfaceFaces | None,
+    method: str,
+    centre: Centre,
+    parameters: Mapping[str, Any],
+) -> tuple[Boundary, float, float | None]:
+    """The boundary about a centre, its volume, and the volume within the device's surface."""
+    if faces is None:
+        boundary = compute_boundary(points, method, centre.point, None, **parameters)
+        return boundary, boundary.mesh.volume, None
+    volume = _device_volume(points, faces, centre)
+    gammas: Iterable[object] = [parameters.get("gamma")]
+    if gammas == ["auto"]:
+        gammas = surface_gammas(len(points), closed=faces.closed)
+    for gamma in gammas:
+        changed = {**parameters, "gamma": gamma} if "gamma" in parameters else parameters
+        boundary = compute_boundary(points, method, centre.point, faces, **changed)
+        own = boundary.mesh.volume
+        if not has_fallen(own, volume, len(points)):
+            break
+    return boundary, own, volume
+
+
+def _centre(
+    points: FloatArray, faces: SurfaceFaces | None, centre: ArrayLike | Literal["auto"]
+) -> Centre:
+    """The given centre, or the best one that the faces or the points allow."""
+    is_given = not isinstance(centre, str)
+    if faces is not None and faces.closed:
+        given = np.asarray(centre, np.float64) if is_given else None
+        found = device_centre(points, faces.corners, given)
+        if found is not None:
+            return found
+    if is_given:
+        return Centre(np.asarray(centre, np.float64), "the option centre")
+    return _enclosed(points, faces)
+
+
+def _enclosed(points: FloatArray, faces: SurfaceFaces | None) -> Centre:
+    """The automatic centre of points, or a deeper one if the faces do not surround it."""
+    found = centre_of_points(points)
+    return found if faces is None else enclosed_centre(points, faces.corners, found)
+
+
+def _device_volume(points: FloatArray, faces: SurfaceFaces, centre: Centre) -> float:
+    """Volume within the faces: exact if all see the centre, else by rays from it."""
+    if not faces.closed or centre.hidden > 0:
+        return radial_volume(points, faces.corners, centre.point, FINE).volume
+    first, second, third = (points[faces.corners[:, corner]] - centre.point for corner in range(3))
+    return float(np.einsum("ij,ij->", first, np.cross(second, third))) / 6
+
+
+def _volume_warnings(own: float, volume: float | None) -> list[str]:
+    difference = own / volume - 1 if volume else 0.0
+    if abs(difference) <= NOTICEABLE:
+        return []
+    part, more = abs(difference), "larger" if difference > 0 else "smaller"
+    return [f"The gamut is {100 * part:.2g} % {more} than the device's sampled surface encloses."]

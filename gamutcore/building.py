@@ -1,0 +1,281 @@
+"""The stages of a build: from the bytes of characterisation data to a history and a description.
+
+`build` takes the data through all stages: colours, boundary, decimation, history and errors. The
+class `gamutcore.Gamut` calls it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from gamutcore.boundary import mesh_boundary, vertex_device_values, wrap_colours
+from gamutcore.characterisation import (
+    Characterisation,
+    GamutMesh,
+    IccProfile,
+    Picture,
+    Samples,
+    characterisation,
+    described_boundary,
+    measurements_of,
+)
+from gamutcore.colours import InkLimits, colours_in_space, surface_colours
+from gamutcore.colours.spaces.declared import (
+    assumption_warnings,
+    declared_space,
+    refuse_far_vertices,
+    refuse_other_space,
+)
+from gamutcore.decimation import decimate
+from gamutcore.errors import FlatPointsError
+from gamutcore.history import MINIMUM_TRIANGLES, build_history
+from gamutcore.limits import Limits, apply_limits
+from gamutcore.metric.error_curve import curve_counts, error_curve, round_up
+from gamutcore.options import Options
+from gamutcore.references import Reference
+from gamutcore.version import ALGORITHM_VERSION, __version__
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from gamutcore.boundary import Boundary
+    from gamutcore.decimation import Decimation
+    from gamutcore.history import History
+    from gamutcore.mesh import DeviceValues, TriangleMesh
+
+__all__ = ["STAGES", "build", "gamut_id"]
+
+STAGES = ("characterisation", "colours", "boundary", "decimation", "metric")
+"""Stages of a build, as they are reported to `progress`. The history belongs to `decimation`."""
+
+VOLUME_TOLERANCE = 1e-5
+"""Largest relative volume error at which levels count as preserving the volume. The grids of very
+thin gamuts, and of gamuts far from the origin, are too coarse for it."""
+
+
+def gamut_id(options: Options, input_sha256: str) -> str:
+    """Return the id of a gamut. The same options and input give the same id everywhere.
+
+    Parameters
+    ----------
+    options : Options
+    input_sha256 : str
+        SHA-256 of the input's bytes, 64 hexadecimal digits.
+
+    Returns
+    -------
+    str
+        SHA-256 of the algorithm's version, the canonical options and the input's digest, as 64
+        hexadecimal digits.
+
+    Examples
+    --------
+    >>> gamut_id(Options(), "0" * 64) == gamut_id(Options(gamma="auto"), "0" * 64)
+    True
+    """
+    question = f"gamut {ALGORITHM_VERSION}\n{options.canonical}\n{input_sha256}\n"
+    return hashlib.sha256(question.encode()).hexdigest()
+
+
+def build(
+    content: bytes,
+    options: Options,
+    report: Callable[[str, float], None],
+    limits: Limits,
+) -> tuple[dict[str, Any], History]:
+    """Build the history of a gamut, and describe it.
+
+    Parameters
+    ----------
+    content : bytes
+        A file in any format that `gamutcore.characterisation` recognises.
+    options : Options
+        How the gamut is built.
+    report : callable
+        Called with a stage of `STAGES` and the completed fraction of it, 0 when it begins. During
+        the decimation, it is called from another thread.
+    limits : Limits
+        Largest accepted amount of data.
+
+    Returns
+    -------
+    description : dict
+        JSON-able: id, options, provenance, counts, volume, area, centre, bounds, levels, limits.
+    history : History
+
+    Raises
+    ------
+    GamutError
+        The data cannot be read, or no valid boundary can be wrapped around its colours.
+    """
+    report("characterisation", 0.0)
+    with apply_limits(limits):
+        parsed = _parsed(content, options)
+    options.check_data(_data_kind(parsed))
+    report("colours", 0.0)
+    full = (
+        _boundary_of_mesh(parsed, options)
+        if isinstance(parsed, GamutMesh)
+        else _boundary_of_colours(parsed, options, report)
+    )
+    boundary = full.boundary
+    report("decimation", 0.0)
+    decimation = decimate(
+        boundary.mesh, boundary.centre, options.cost, progress=partial(report, "decimation")
+    )
+    history = build_history(decimation, full.values)
+    report("metric", 0.0)
+    counts = curve_counts(history.triangles)
+    curve = error_curve(history, counts, progress=partial(report, "metric"))
+    digest = hashlib.sha256(content).hexdigest()
+    description: dict[str, Any] = {
+        "id": gamut_id(options, digest),
+        "options": {
+            name: value
+            for name, value in options.to_mapping().items()
+            if not isinstance(parsed, GamutMesh) or options.applies(name, "mesh")
+        },
+        "provenance": {
+            **full.provenance,
+            "space": options.space,
+            "input": {"sha256": digest, "bytes": len(content)},
+            "algorithm": {"version": ALGORITHM_VERSION, "gamutcore": __version__},
+        },
+        "counts": {
+            "triangles": history.triangles,
+            "vertices": history.vertices,
+            "minimum": MINIMUM_TRIANGLES,
+            "constructed": int((boundary.sources < 0).sum()),
+        },
+        "volume": boundary.mesh.volume,
+        **_device_volume(full),
+        **_volume_error(decimation, boundary.mesh),
+        "grid_step": history.step,
+        "area": boundary.mesh.area,
+        "centre": boundary.centre.tolist(),
+        "bounds": boundary.mesh.bounds.tolist(),
+        "levels": [level.to_mapping() for level in curve],
+    }
+    return description, history
+
+
+def _device_volume(full: _FullBoundary) -> dict[str, Any]:
+    """Return the volume of the device's own surface, if it is known."""
+    volume = full.device_volume
+    return {} if volume is None else {"device_surface_volume": volume}
+
+
+def _volume_error(decimation: Decimation, full: TriangleMesh) -> dict[str, Any]:
+    """Return the largest relative volume error of any level, for costs that preserve volume."""
+    if decimation.volume_error is None:
+        return {"volume_preserved": False}
+    error = decimation.volume_error / full.volume
+    return {
+        "volume_preserved": error <= VOLUME_TOLERANCE,
+        "volume_error": round_up(error),
+    }
+
+
+class _FullBoundary(NamedTuple):
+    """A boundary, the device values of its vertices, its provenance and the device's volume."""
+
+    boundary: Boundary
+    values: DeviceValues | None
+    provenance: dict[str, Any]
+    device_volume: float | None = None
+
+
+def _parsed(data: bytes, options: Options) -> Characterisation:
+    """Read characterisation data, or the part of an ICC profile that `options.source` names."""
+    if options.source == "measurements":
+        return measurements_of(characterisation(data), condition=options.condition)
+    parsed = characterisation(data, condition=options.condition)
+    return described_boundary(parsed, options.intent) if options.source == "boundary" else parsed
+
+
+def _data_kind(parsed: Characterisation) -> str:
+    """Return the key of `DATA_KINDS` for some data."""
+    if isinstance(parsed, Samples):
+        return "colours" if parsed.device is None else "measurements"
+    kinds = {IccProfile: "profile", Picture: "picture", GamutMesh: "mesh", Reference: "reference"}
+    return kinds[type(parsed)]
+
+
+def _boundary_of_colours(
+    parsed: Samples | IccProfile | Picture | Reference,
+    options: Options,
+    report: Callable[[str, float], None],
+) -> _FullBoundary:
+    """Return the boundary around the colours of a device, a picture or a reference gamut."""
+    colours = surface_colours(
+        parsed,
+        intent=options.intent,
+        surface_samples=options.surface_samples,
+        limits=InkLimits(options.ink_limit, options.black_limit),
+        observer=options.observer,
+        illuminant=options.illuminant,
+        adaptation=options.adaptation or "Bradford",
+        popularity=options.popularity,
+        model=options.device_model,
+    )
+    space = options.colour_space(colours.provenance.get("white_luminance"))
+    colours = colours_in_space(colours, space)
+    report("boundary", 0.0)
+    try:
+        wrapping = wrap_colours(
+            colours.points,
+            colours.faces,
+            options.boundary,
+            options.centre,
+            options.boundary_parameters,
+        )
+    except FlatPointsError as error:
+        raise _flat_colours(error, parsed) from error
+    boundary, values = wrapping.boundary, None
+    if colours.device is not None:
+        values = vertex_device_values(boundary, colours.points, colours.device, colours.channels)
+    provenance = {**colours.provenance, "boundary": wrapping.choices}
+    given = provenance["warnings"]
+    if isinstance(given, list):
+        provenance["warnings"] = [*given, *wrapping.warnings]
+    return _FullBoundary(boundary, values, provenance, wrapping.device_volume)
+
+
+def _flat_colours(
+    error: FlatPointsError, parsed: Samples | IccProfile | Picture | Reference
+) -> FlatPointsError:
+    """Return the error of flat points, with the reason if the device has a single channel."""
+    channels = None if isinstance(parsed, Reference) else parsed.provenance.get("channels")
+    if not isinstance(channels, list) or len(channels) != 1:
+        return error
+    return FlatPointsError(
+        f"The device has one channel, {str(channels[0])[:40]}: its colours lie on a line, which "
+        "encloses no volume.",
+        where={"field": "channels"},
+        remedy="Send a device or a picture of three or more channels, such as RGB or CMYK.",
+    )
+
+
+def _boundary_of_mesh(mesh: GamutMesh, options: Options) -> _FullBoundary:
+    """Return a mesh as the boundary, after the checks of its colour space and its surface."""
+    declared = declared_space(mesh.space_notes)
+    space = options.colour_space(mesh.provenance.get("white_luminance"))
+    if declared is not None:
+        refuse_other_space(declared, space)
+    refuse_far_vertices(mesh.vertices, space)
+    boundary, provenance = mesh_boundary(mesh, options.centre)
+    provenance["colour_space"] = {
+        **space.description(),
+        "from": "the option space (assumed, not stated)" if declared is None else "the file",
+    }
+    provenance["axes"] = " ".join(space.axes)
+    warnings = provenance["warnings"]
+    if declared is None and isinstance(warnings, list):
+        warnings.extend(assumption_warnings(mesh.vertices, space))
+    values = None
+    if mesh.device is not None:
+        values = replace(mesh.device, values=mesh.device.values[boundary.sources])
+    return _FullBoundary(boundary, values, provenance)

@@ -1,0 +1,245 @@
+"""Commands that answer questions about colours: query, map, compare, plot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gamutcore.cli.inputs import BuildCommand, MaxError, Source, Triangles, gamut_of
+from gamutcore.cli.output import AsCsv, AsJson, Output, write_facts, write_table
+from gamutcore.cli.tables import read_colours
+
+if TYPE_CHECKING:
+    from gamutcore.cli.tables import ColourTable
+    from gamutcore.gamut import Gamut
+
+__all__ = ["add_to"]
+
+
+Colours = Annotated[
+    str,
+    typer.Argument(
+        metavar="COLOURS", help="A CSV or .npy file of colours; - reads standard input."
+    ),
+]
+OfGamut = Annotated[
+    str,
+    typer.Option("--gamut", metavar="GAMUT", help="A file, a saved .gamut file or a reference."),
+]
+ColourSpace = Annotated[
+    str | None,
+    typer.Option(
+        "--colours-in",
+        metavar="SPACE",
+        help="Space of the colours, such as LCHab or sRGB (0 to 1). By default CIELAB.",
+    ),
+]
+ColumnNames = Annotated[
+    str | None, typer.Option("--columns", help="Names of the three columns of the colours.")
+]
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the commands to a program."""
+    for command in (query, compare, plot):
+        app.command(cls=BuildCommand)(command)
+    app.command("map", cls=BuildCommand)(map_table)
+
+
+def query(
+    ctx: typer.Context,
+    colours: Colours,
+    gamut: OfGamut,
+    metric: Annotated[str, typer.Option(help='"CIE 1976" or "CIE 2000".')] = "CIE 2000",
+    colours_in: ColourSpace = None,
+    columns: ColumnNames = None,
+    triangles: Triangles = None,
+    max_error: MaxError = None,
+    output: Output = None,
+    as_json: AsJson = False,
+) -> None:
+    """Check a table of colours against a gamut.
+
+    The columns of the table stay. Added are in_gamut, distance (negative inside), the nearest
+    colour of the gamut, its difference delta_e_2000, and its device values in per cent. A colour
+    inside is its own nearest, and has no device values.
+    """
+    table = read_colours(colours, colours_in, columns)
+    found = gamut_of(gamut, ctx)
+    level = {"triangles": triangles, "max_error": max_error}
+    added, summary = _report(found, table, metric, level)
+    write_table(_beside(table, added), output, as_json=as_json, as_csv=not as_json)
+    typer.echo(summary, err=output is None)
+
+
+def _report(
+    gamut: Gamut, table: ColourTable, metric: str, level: dict[str, Any]
+) -> tuple[dict[str, Any], str]:
+    """Return the columns that a query adds, and its summary."""
+    import numpy as np  # noqa: PLC0415
+
+    inside = gamut.contains(table.colours, space=table.space, **level)
+    outside = ~inside
+    near = gamut.nearest(table.colours[outside], metric=metric, space=table.space, **level)
+    own = gamut.convert(table.colours, table.space)
+    points, difference = own.copy(), np.zeros(len(own))
+    points[outside] = gamut.convert(near.points, table.space)
+    difference[outside] = near.delta_e
+    columns: dict[str, Any] = {
+        "in_gamut": inside,
+        "distance": gamut.distance(table.colours, space=table.space, **level),
+    }
+    for axis, name in enumerate(gamut.colour_space.axes):
+        columns[f"nearest_{name.rstrip('*')}"] = points[:, axis]
+    columns["delta_e_2000"] = difference
+    for place, channel in enumerate(near.channels):
+        values = np.full(len(own), np.nan)
+        if near.device is not None:
+            values[outside] = 100.0 * near.device[:, place]
+        columns[channel] = values
+    summary = f"{int(inside.sum())} of {len(own)} colours are in gamut."
+    if outside.any():
+        worst = int(np.argmax(difference))
+        summary += (
+            f" Worst: {table.label(worst)}, ΔE00 {difference[worst]:.2f} from the nearest colour."
+        )
+    return columns, summary
+
+
+def map_table(
+    ctx: typer.Context,
+    colours: Colours,
+    gamut: OfGamut,
+    method: Annotated[
+        str,
+        typer.Option(
+            help="clip-nearest, clip-hue, clip-lightness, clip-chroma, clip-focal or sgck."
+        ),
+    ] = "clip-hue",
+    focus: Annotated[
+        str | None, typer.Option(help="Focal point L,a,b of clip-focal; the cusp by default.")
+    ] = None,
+    from_gamut: Annotated[
+        str | None, typer.Option("--from", metavar="GAMUT", help="Gamut that sgck maps from.")
+    ] = None,
+    colours_in: ColourSpace = None,
+    columns: ColumnNames = None,
+    triangles: Triangles = None,
+    max_error: MaxError = None,
+    output: Output = None,
+    as_json: AsJson = False,
+) -> None:
+    """Map a table of colours into a gamut.
+
+    The columns of the table stay. Added are the mapped colour in the space of the colours, its
+    difference delta_e_2000, and its device values in per cent, which exist on the surface only.
+    """
+    table = read_colours(colours, colours_in, columns)
+    found = gamut_of(gamut, ctx, alone=from_gamut is None)
+    mapped = found.map(
+        table.colours,
+        method,
+        focus=focus if focus is None or focus == "cusp" else _numbers(focus),
+        source=None if from_gamut is None else gamut_of(from_gamut, ctx, alone=False),
+        space=table.space,
+        triangles=triangles,
+        max_error=max_error,
+    )
+    added: dict[str, Any] = {
+        f"mapped_{axis}": mapped.points[:, place]
+        for place, axis in enumerate(_axes_of(table, found))
+    }
+    added |= {"moved": mapped.moved, "delta_e_2000": mapped.delta_e}
+    if mapped.device is not None:
+        added |= dict(zip(mapped.channels, 100.0 * mapped.device.T, strict=True))
+    write_table(_beside(table, added), output, as_json=as_json, as_csv=not as_json)
+    typer.echo(
+        f"{int(mapped.moved.sum())} of {len(mapped.moved)} colours moved.", err=output is None
+    )
+
+
+def _axes_of(table: ColourTable, gamut: Gamut) -> tuple[str, ...]:
+    """Return the names of the coordinates of a table."""
+    known = {"LCHab": ("L", "C", "h"), "sRGB": ("R", "G", "B"), "CIELAB": ("L", "a", "b")}
+    if table.space == gamut.colour_space.name:
+        return tuple(axis.rstrip("*") for axis in gamut.colour_space.axes)
+    return known.get(table.space, ("1", "2", "3"))
+
+
+def _beside(table: ColourTable, added: dict[str, Any]) -> dict[str, Any]:
+    """Return the columns of a table with further ones, whose names are not those of the table."""
+    renamed = {f"gamut_{name}" if name in table.columns else name: added[name] for name in added}
+    return {**table.columns, **renamed}
+
+
+def _numbers(text: str) -> list[float]:
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise typer.BadParameter("Give three numbers L,a,b.", param_hint="--focus") from error
+
+
+def compare(
+    ctx: typer.Context,
+    first: Source,
+    second: Annotated[str, typer.Argument(metavar="GAMUT", help="The other gamut.")],
+    sectors: Annotated[int, typer.Option(help="Sectors of hue; a table of them with --csv.")] = 36,
+    triangles: Triangles = None,
+    max_error: MaxError = None,
+    output: Output = None,
+    as_json: AsJson = False,
+    as_csv: AsCsv = False,
+) -> None:
+    """Compare two gamuts, A and B, by volume and coverage."""
+    one, two = (gamut_of(source, ctx, alone=False) for source in (first, second))
+    found = one.compare(two, sectors=sectors, triangles=triangles, max_error=max_error)
+    names = [
+        *("volume_a", "volume_b", "intersection", "union", "a_covers_b", "b_covers_a", "jaccard"),
+        "symmetric_difference",
+    ]
+    by_hue: dict[str, Any] = {
+        "hue_from": found.hues[:-1].tolist(),
+        "hue_to": found.hues[1:].tolist(),
+        **{name: getattr(found.sectors, name).tolist() for name in names},
+    }
+    if as_csv or (output is not None and output.suffix.lower() == ".csv"):
+        write_table(by_hue, output, as_json=False, as_csv=True)
+        return
+    facts: dict[str, Any] = {name: getattr(found, name) for name in names}
+    for name in ("white_a", "white_b", "black_a", "black_b"):
+        facts[name] = getattr(found, name).tolist()
+    if as_json or (output is not None and output.suffix.lower() == ".json"):
+        facts |= {"sectors": by_hue, "warnings": list(found.warnings)}
+        write_facts(facts, output, as_json=True)
+        return
+    write_facts(facts, output, as_json=False)
+    for warning in found.warnings:
+        typer.echo(f"Warning: {warning}", err=True)
+
+
+def plot(
+    ctx: typer.Context,
+    source: Source,
+    output: Annotated[
+        Path,
+        typer.Option("--output", "-o", metavar="FILE", help="A .png, .svg or .pdf file."),
+    ],
+    triangles: Triangles = None,
+    max_error: MaxError = None,
+) -> None:
+    """Draw a gamut in three dimensions.
+
+    Needs matplotlib, the extra plot.
+    """
+    axes = _axes(gamut_of(source, ctx), triangles, max_error)
+    axes.figure.savefig(output)
+    typer.echo(str(output), err=True)
+
+
+def _axes(gamut: Gamut, triangles: int | None, max_error: float | None) -> Any:  # noqa: ANN401
+    from gamutcore.answers.drawing import figure  # noqa: PLC0415
+
+    axes = figure().add_subplot(projection="3d")
+    return gamut.plot(axes, triangles=triangles, max_error=max_error)

@@ -1,0 +1,108 @@
+"""The program: its commands, how it reports errors, and its exit status."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+
+from gamutcore.cli import answers, gamuts, sections
+from gamutcore.version import __version__
+
+__all__ = ["DATA_FAULT", "USAGE_FAULT", "app", "run"]
+
+DATA_FAULT = 1
+"""Exit status if the data, a file or the system is at fault."""
+
+USAGE_FAULT = 2
+"""Exit status if an argument or an option is at fault, as for most programs."""
+
+EPILOG = (
+    "A gamut is given as a file of measurements, a profile, a picture or a mesh, as a saved .gamut "
+    "file, or by the name of a reference such as srgb. "
+    "Exit status: 0 success, 1 the data or the system is at fault, 2 an argument is at fault."
+)
+
+
+app = typer.Typer(
+    name="gamut",
+    help="Gamuts of devices, papers, pictures and colour spaces: build them, ask them, draw them.",
+    epilog=EPILOG,
+    no_args_is_help=True,
+    rich_markup_mode=None,  # rich takes a tenth of a second to import
+    pretty_exceptions_enable=False,
+)
+
+
+def _show_version(shown: bool) -> None:  # as typer calls it
+    if shown:
+        typer.echo(__version__)
+        raise typer.Exit
+
+
+@app.callback()
+def _program(
+    _version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_show_version, is_eager=True, help="Show the version and exit."
+        ),
+    ] = False,
+) -> None:
+    pass
+
+
+gamuts.add_to(app)
+answers.add_to(app)
+sections.add_to(app)
+
+
+def run(program: typer.Typer, arguments: Sequence[str] | None = None) -> int:
+    """Run a command line, and print errors as one line with the remedy.
+
+    Parameters
+    ----------
+    program : typer.Typer
+    arguments : sequence of str, optional
+        Without the program's name; by default those of the process.
+
+    Returns
+    -------
+    int
+        The exit status.
+    """
+    try:
+        program(None if arguments is None else list(arguments), prog_name="gamut")
+    except SystemExit as ended:
+        return ended.code if isinstance(ended.code, int) else int(ended.code is not None)
+    except BrokenPipeError:  # of `gamut ... | head`
+        sys.stderr.close()
+        return DATA_FAULT
+    except Exception as error:
+        line = _line(error)
+        if line is None:
+            raise
+        typer.echo(f"gamut: {line[0]}", err=True)
+        return line[1]
+    return 0
+
+
+def _line(error: Exception) -> tuple[str, int] | None:
+    """Return what to print of an error that the user can mend, and the exit status."""
+    # imported here: help needs no errors
+    from gamutcore.errors import GamutError, OptionError, ReferenceNameError, TriangleCountError  # noqa: PLC0415
+
+    if isinstance(error, GamutError):
+        usage = isinstance(error, OptionError | ReferenceNameError | TriangleCountError)
+        place = ", ".join(f"{name} {value}" for name, value in error.where.items())
+        shown = f" ({place})" if place and not usage else ""
+        message = f"{error.message.rstrip('.')}{shown}. {error.remedy}".strip()
+        return message, USAGE_FAULT if usage else DATA_FAULT
+    if isinstance(error, ModuleNotFoundError) and error.name == "matplotlib":
+        return f"{error}", DATA_FAULT
+    if isinstance(error, OSError):
+        name = f"{error.filename}: " if error.filename else ""
+        return f"{name}{error.strerror or error}", DATA_FAULT
+    return None

@@ -1,0 +1,186 @@
+"""Commands about one gamut: build, info, mesh, export and reference."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gamutcore.cli.inputs import BuildCommand, MaxError, Source, Triangles, gamut_of
+from gamutcore.cli.output import AsCsv, AsJson, Output, write_bytes, write_facts, write_table
+
+if TYPE_CHECKING:
+    from gamutcore.gamut import Gamut
+
+__all__ = ["add_to"]
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the commands to a program."""
+    for command in (build, info, mesh, export):
+        app.command(cls=BuildCommand)(command)
+    app.command()(reference)
+
+
+def build(
+    ctx: typer.Context,
+    source: Source,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="By default the name with .gamut."),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Build a gamut, and save it as a .gamut file.
+
+    All commands open such a file at once.
+    """
+    gamut = gamut_of(source, ctx)
+    path = output or Path(Path(source).with_suffix(".gamut").name)
+    gamut.save(path)
+    write_facts({"file": str(path), **_facts(gamut)}, None, as_json=as_json)
+
+
+def info(
+    ctx: typer.Context, source: Source, as_json: AsJson = False, output: Output = None
+) -> None:
+    """Show the key figures of a gamut.
+
+    JSON has the whole description.
+    """
+    gamut = gamut_of(source, ctx)
+    whole = as_json or (output is not None and output.suffix.lower() == ".json")
+    write_facts(gamut.description if whole else _facts(gamut), output, as_json=as_json)
+
+
+def mesh(
+    ctx: typer.Context,
+    source: Source,
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="A .glb, .gltf, .ply, .stl or .obj file."
+        ),
+    ],
+    triangles: Triangles = None,
+    max_error: MaxError = None,
+    side: Annotated[str, typer.Option(help="both, inside or outside of the boundary.")] = "both",
+) -> None:
+    """Write a level as a mesh file.
+
+    It has 1,000 triangles unless a count or a limit is given.
+    """
+    gamut = gamut_of(source, ctx)
+    level = gamut.mesh(triangles, max_error=max_error, side=side)  # type: ignore[arg-type]  # checked
+    level.save(output)
+    bound = "" if level.max_error is None else f", within {level.max_error:g} of the boundary"
+    typer.echo(f"{output}: {level.triangles} triangles{bound}", err=True)
+
+
+def export(
+    ctx: typer.Context,
+    source: Source,
+    table: Annotated[
+        str,
+        typer.Option(
+            help="vertices (colours with device values), cusps (of 360 hues), leaves (largest "
+            "chroma of 360 hues and 101 lightnesses) or levels (error by count)."
+        ),
+    ] = "vertices",
+    triangles: Triangles = None,
+    max_error: MaxError = None,
+    output: Output = None,
+    as_json: AsJson = False,
+    as_csv: AsCsv = False,
+) -> None:
+    """Write a table for other programs.
+
+    The form is CSV unless JSON is asked for. Device values are in per cent.
+    """
+    gamut = gamut_of(source, ctx)
+    columns: dict[str, Any]
+    if table == "levels":
+        rows = gamut.description["levels"]
+        names = ("triangles", "volume", "mismatch", "mismatch_bound", "distance_bound")
+        columns = {name: [row[name] for row in rows] for name in names}
+    elif table == "vertices":
+        level = gamut.mesh(triangles, max_error=max_error)
+        columns = dict(zip(gamut.colour_space.axes, level.vertices.T.tolist(), strict=True))
+        if level.device is not None:
+            values = (100.0 * level.device.values).round(4).T.tolist()
+            columns |= dict(zip(level.device.channels, values, strict=True))
+    elif table == "cusps":
+        cusps = gamut.cusps(triangles=triangles, max_error=max_error)
+        columns = {name: getattr(cusps, name) for name in ("hue", "lightness", "chroma")}
+        if cusps.device is not None:
+            columns |= dict(zip(cusps.channels, (100.0 * cusps.device).T, strict=True))
+    elif table == "leaves":
+        found = gamut.leaves(triangles=triangles, max_error=max_error)
+        columns = {
+            "hue": found.hue.repeat(len(found.lightness)),
+            "lightness": found.lightness.tolist() * len(found.hue),
+            "chroma": found.largest.reshape(-1),
+        }
+    else:
+        raise typer.BadParameter("Give vertices, cusps, leaves or levels.", param_hint="--table")
+    as_json = as_json or (output is not None and output.suffix.lower() == ".json" and not as_csv)
+    write_table(columns, output, as_json=as_json, as_csv=not as_json)
+
+
+def reference(
+    name: Annotated[
+        str | None, typer.Argument(help="Name of a reference; all are listed without one.")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Save its definition.")
+    ] = None,
+    as_json: AsJson = False,
+    as_csv: AsCsv = False,
+) -> None:
+    """List the reference gamuts, or show one.
+
+    Their names are gamuts in all commands.
+    """
+    from gamutcore.references import REFERENCES, find_reference  # noqa: PLC0415
+
+    if name is None:
+        found = list(REFERENCES.values())
+        columns = {key: [getattr(each, key) for each in found] for key in ("slug", "name", "kind")}
+        write_table(columns, output, as_json=as_json, as_csv=as_csv)
+        return
+    one = find_reference(name)
+    if output is not None:
+        write_bytes(one.data, output)
+        return
+    facts = {
+        key: getattr(one, key)
+        for key in ("slug", "name", "kind", "white", "illuminant", "observer", "primaries")
+    }
+    write_facts({**facts, "source": one.source}, None, as_json=as_json, as_csv=as_csv)
+
+
+def _facts(gamut: Gamut) -> dict[str, Any]:
+    description = gamut.description
+    provenance = description["provenance"]
+    lowest, highest = description["bounds"]
+    axes = gamut.colour_space.axes
+    facts: dict[str, Any] = {
+        "id": gamut.id,
+        "space": gamut.colour_space.name,
+        "channels": provenance.get("channels", []),
+        "volume": gamut.volume,
+        "area": description["area"],
+        "triangles": description["counts"]["triangles"],
+        **{
+            f"range of {axis}": [low, high]
+            for axis, low, high in zip(axes, lowest, highest, strict=True)
+        },
+    }
+    for name in ("intent", "illuminant", "observer", "ink_limit"):
+        value = description["options"].get(name, provenance.get(name))
+        if isinstance(value, str | int | float):
+            facts[name] = value
+    for number, warning in enumerate(provenance.get("warnings", ()), 1):
+        facts[f"warning {number}"] = warning
+    return facts

@@ -1,0 +1,155 @@
+"""Gamuts as arguments: a file to build from, a saved gamut, or the name of a reference."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from typer.core import TyperCommand, TyperOption
+
+if TYPE_CHECKING:
+    from gamutcore.gamut import Gamut
+
+__all__ = ["BuildCommand", "MaxError", "Source", "Triangles", "gamut_of"]
+
+Source = Annotated[
+    str,
+    typer.Argument(
+        metavar="GAMUT",
+        help="A file to build from, a saved .gamut file, or the name of a reference.",
+    ),
+]
+"""A gamut as an argument."""
+
+Triangles = Annotated[int | None, typer.Option(help="Largest triangle count of the level.")]
+"""The level by its count."""
+
+MaxError = Annotated[
+    float | None,
+    typer.Option(help="Largest distance of the level from the full boundary; 0 is the boundary."),
+]
+"""The level by its error."""
+
+_CHOSEN = "gamutcore.options"
+"""Key of the options of the build in the context of a command."""
+
+_MAGIC = b'{"__metadata__":{'
+"""Begins the header of a saved gamut, after eight bytes with its length."""
+
+
+class BuildCommand(TyperCommand):
+    """A command that may build gamuts: it has an option for each of `gamutcore.options`.
+
+    The declarations of the options take half a second to import. They are added when the command
+    runs, completes or shows its help.
+    """
+
+    def get_params(self, ctx: Any) -> list[Any]:  # noqa: ANN401  # typer's own click is private
+        """Return the parameters of the command and the options of builds."""
+        from gamutcore.options import OPTIONS  # noqa: PLC0415
+
+        own = super().get_params(ctx)
+        taken = {name for each in own for name in each.opts}
+        added = [
+            TyperOption(
+                param_decls=[f"build_{name}", _flag(name, taken)],
+                type=str,
+                metavar="VALUE",
+                help=f"{option.documentation} Accepted: {option.accepted}.",
+                callback=_keep,
+                expose_value=False,
+            )
+            for name, option in OPTIONS.items()
+        ]
+        return [*own, *added]
+
+
+def _flag(name: str, taken: set[str]) -> str:
+    flag = f"--{name.replace('_', '-')}"
+    return f"--gamut-{name.replace('_', '-')}" if flag in taken else flag
+
+
+def _keep(ctx: typer.Context, param: typer.CallbackParam, value: str | None) -> None:
+    if value is not None:
+        chosen = ctx.meta.setdefault(_CHOSEN, {})
+        chosen[str(param.name).removeprefix("build_")] = value
+
+
+def gamut_of(source: str, ctx: typer.Context, *, alone: bool = True) -> Gamut:
+    """Return the gamut of an argument, built with the options of the command.
+
+    Parameters
+    ----------
+    source : str
+        The path of a file, or the name of a reference.
+    ctx : typer.Context
+    alone : bool, optional
+        Whether the command has one gamut only. Otherwise options that do not apply to a saved gamut
+        or a reference are meant for the others.
+
+    Returns
+    -------
+    Gamut
+
+    Raises
+    ------
+    GamutError
+        There is neither such a file nor such a reference, or it cannot be read or built.
+    OSError
+        The file cannot be read.
+    """
+    from gamutcore.errors import OptionError, ReferenceNameError  # noqa: PLC0415
+    from gamutcore.gamut import Gamut  # noqa: PLC0415
+    from gamutcore.options import OPTIONS, option_value  # noqa: PLC0415
+    from gamutcore.references import find_reference  # noqa: PLC0415
+
+    texts: dict[str, str] = ctx.meta.get(_CHOSEN, {})
+    options: dict[str, Any] = {name: option_value(name, text) for name, text in texts.items()}
+    path = Path(source)
+    if path.exists():
+        data = path.read_bytes()
+        if data[8 : 8 + len(_MAGIC)] == _MAGIC:
+            if options and alone:
+                name, value = next(iter(options.items()))
+                raise OptionError.not_applicable(
+                    name, value, f"{source} is a gamut that is built already"
+                )
+            return Gamut.from_bytes(data)
+    else:
+        try:
+            data = find_reference(source).data
+        except ReferenceNameError as error:
+            if path.suffix or len(path.parts) > 1:
+                raise FileNotFoundError(2, "There is no such file.", source) from error
+            error.remedy = f"There is no file of this name either. {error.remedy}"
+            raise
+        if not alone:
+            options = {name: options[name] for name in options if _fits(OPTIONS[name].data)}
+    with _progress(path.name) as report:
+        return Gamut(data, progress=report, **options)
+
+
+def _fits(kinds: tuple[str, ...]) -> bool:
+    return "reference" in kinds
+
+
+@contextmanager
+def _progress(name: str) -> Iterator[Callable[[str, float], None] | bool]:
+    """Show a bar on a terminal, and nothing elsewhere."""
+    if not sys.stderr.isatty():
+        yield False
+        return
+    from rich.console import Console  # noqa: PLC0415
+    from rich.progress import Progress  # noqa: PLC0415
+
+    from gamutcore.building import STAGES  # noqa: PLC0415
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(name, total=len(STAGES))
+        yield lambda stage, fraction: bar.update(
+            task, completed=STAGES.index(stage) + fraction, description=f"{name}: {stage}"
+        )

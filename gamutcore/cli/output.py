@@ -1,0 +1,125 @@
+"""Results as text, JSON or CSV, on standard output or in a file."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, TypeAlias
+
+import typer
+
+__all__ = ["AsCsv", "AsJson", "Columns", "Output", "write_bytes", "write_facts", "write_table"]
+
+AsJson = Annotated[bool, typer.Option("--json", help="Write JSON.")]
+AsCsv = Annotated[bool, typer.Option("--csv", help="Write CSV.")]
+Output = Annotated[
+    Path | None,
+    typer.Option("--output", "-o", metavar="FILE", help="Write to this file."),
+]
+
+Columns: TypeAlias = Mapping[str, Sequence[Any]]
+"""A table: values of each column, in the order of the rows. None is an empty cell."""
+
+
+def write_facts(
+    facts: Mapping[str, Any], output: Path | None, *, as_json: bool, as_csv: bool = False
+) -> None:
+    """Write names and values: aligned text, a JSON object, or CSV of one row.
+
+    Parameters
+    ----------
+    facts : mapping
+        JSON-able.
+    output : Path or None
+        A file; None for standard output. Its suffix chooses the form if no form is asked for.
+    as_json, as_csv : bool
+    """
+    if _form(output, as_json=as_json, as_csv=as_csv) == "json":
+        text = json.dumps(facts, ensure_ascii=False, indent=2) + "\n"
+    elif _form(output, as_json=as_json, as_csv=as_csv) == "csv":
+        text = _csv({name: [value] for name, value in facts.items()})
+    else:
+        width = max(map(len, facts), default=0) + 2
+        text = "".join(f"{name:{width}}{_text(value)}\n" for name, value in facts.items())
+    write_bytes(text.encode(), output)
+
+
+def write_table(columns: Columns, output: Path | None, *, as_json: bool, as_csv: bool) -> None:
+    """Write a table: aligned text, JSON with one array for each column, or CSV.
+
+    Parameters
+    ----------
+    columns : mapping of str to sequence
+    output : Path or None
+        As for `write_facts`.
+    as_json, as_csv : bool
+    """
+    form = _form(output, as_json=as_json, as_csv=as_csv)
+    if form == "json":
+        plain = {name: [_plain(value) for value in values] for name, values in columns.items()}
+        text = json.dumps(plain, ensure_ascii=False, allow_nan=False) + "\n"
+    elif form == "csv":
+        text = _csv(columns)
+    else:
+        cells = [[name, *map(_text, values)] for name, values in columns.items()]
+        widths = [max(map(len, column)) for column in cells]
+        rows = zip(*cells, strict=True)
+        text = "".join(
+            "  ".join(f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True)) + "\n"
+            for row in rows
+        )
+    write_bytes(text.encode(), output)
+
+
+def write_bytes(data: bytes, output: Path | None) -> None:
+    """Write bytes to a file, or to standard output."""
+    if output is None:
+        sys.stdout.buffer.write(data)
+        sys.stdout.flush()
+    else:
+        output.write_bytes(data)
+
+
+def _form(output: Path | None, *, as_json: bool, as_csv: bool) -> str:
+    if as_json and as_csv:
+        raise typer.BadParameter("Give --json or --csv, not both.")
+    suffix = "" if output is None else output.suffix.lower().lstrip(".")
+    if as_json or as_csv:
+        return "json" if as_json else "csv"
+    return suffix if suffix in {"json", "csv"} else "text"
+
+
+def _csv(columns: Columns) -> str:
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(columns)
+    for row in zip(*columns.values(), strict=True):
+        writer.writerow([_cell(value) for value in row])
+    return file.getvalue()
+
+
+def _plain(value: Any) -> Any:  # noqa: ANN401
+    """Return a value as JSON has it: NaN is null."""
+    if hasattr(value, "item"):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _cell(value: Any) -> str:  # noqa: ANN401
+    value = _plain(value)
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _text(value: Any) -> str:  # noqa: ANN401
+    if isinstance(value, list | tuple):
+        return " ".join(map(_cell, value))
+    return _cell(value) or "-"

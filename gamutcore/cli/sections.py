@@ -1,0 +1,112 @@
+"""Commands that cut a gamut: slice and rings."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from gamutcore.cli.inputs import BuildCommand, MaxError, Source, Triangles, gamut_of
+from gamutcore.cli.output import AsCsv, AsJson, Output, write_bytes, write_table
+
+__all__ = ["add_to"]
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the commands to a program."""
+    app.command("slice", cls=BuildCommand)(cut)
+    app.command(cls=BuildCommand)(rings)
+
+
+def cut(
+    ctx: typer.Context,
+    source: Source,
+    lightness: Annotated[float | None, typer.Option(help="Section at this lightness.")] = None,
+    hue: Annotated[float | None, typer.Option(help="Hue leaf at this hue, in degrees.")] = None,
+    plane: Annotated[
+        str | None, typer.Option(help="a,b,c,d: the points with a x + b y + c z = d.")
+    ] = None,
+    triangles: Triangles = None,
+    max_error: MaxError = None,
+    output: Output = None,
+    as_json: AsJson = False,
+    as_csv: AsCsv = False,
+) -> None:
+    """Cut a gamut by a lightness, a hue or a plane.
+
+    The result is a table of the corners of all polygons with their device values in per cent, or
+    a picture if the output is a .svg file, or a .png or .pdf file, which needs matplotlib.
+    """
+    gamut = gamut_of(source, ctx)
+    level: dict[str, Any] = {"triangles": triangles, "max_error": max_error}
+    numbers = None if plane is None else _numbers(plane)
+    if output is not None and output.suffix.lower() == ".svg":
+        write_bytes(gamut.slice_svg(lightness, hue=hue, plane=numbers, **level), output)
+        return
+    if output is not None and output.suffix.lower() in {".png", ".pdf"}:
+        if plane is not None:
+            raise typer.BadParameter("Pictures show a lightness or a hue.", param_hint="--plane")
+        from gamutcore.answers.drawing import figure  # noqa: PLC0415
+
+        axes = gamut.plot_slice(lightness, figure().add_subplot(), hue=hue, **level)
+        axes.figure.savefig(output)
+        return
+    found = gamut.slice(lightness, hue=hue, plane=numbers, **level)
+    counts = (found.offsets[1:] - found.offsets[:-1]).tolist()
+    columns: dict[str, Any] = {
+        "polygon": [number for number, count in enumerate(counts, 1) for _ in range(count)],
+        **dict(zip(gamut.colour_space.axes, found.points.T, strict=True)),
+    }
+    if found.device is not None:
+        columns |= dict(zip(found.channels, 100.0 * found.device.T, strict=True))
+    write_table(columns, output, as_json=as_json, as_csv=as_csv)
+
+
+def _numbers(text: str) -> list[float]:
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise typer.BadParameter("Give four numbers a,b,c,d.", param_hint="--plane") from error
+
+
+def rings(
+    ctx: typer.Context,
+    source: Source,
+    reference: Annotated[
+        str | None, typer.Option(metavar="GAMUT", help="A gamut to compare with.")
+    ] = None,
+    sectors: Annotated[int, typer.Option(help="Sectors of hue.")] = 360,
+    triangles: Triangles = None,
+    max_error: MaxError = None,
+    output: Output = None,
+    as_json: AsJson = False,
+    as_csv: AsCsv = False,
+) -> None:
+    """Compute the gamut rings of IDMS 1.1, alone or with a reference.
+
+    The result is a table of radii by lightness and hue, or a picture if the output is a .svg file,
+    or a .png or .pdf file, which needs matplotlib.
+    """
+    alone = reference is None
+    gamut = gamut_of(source, ctx, alone=alone)
+    other = None if reference is None else gamut_of(reference, ctx, alone=False)
+    level: dict[str, Any] = {"triangles": triangles, "max_error": max_error}
+    if output is not None and output.suffix.lower() == ".svg":
+        write_bytes(gamut.rings_svg(other, **level), output)
+        return
+    if output is not None and output.suffix.lower() in {".png", ".pdf"}:
+        from gamutcore.answers.drawing import figure  # noqa: PLC0415
+
+        axes = gamut.plot_rings(other, figure().add_subplot(), **level)
+        axes.figure.savefig(output)
+        return
+    found = gamut.rings(other, sectors=sectors, **level)
+    columns: dict[str, Any] = {
+        "lightness": found.lightness.repeat(len(found.hues)),
+        "hue": found.hues.tolist() * len(found.lightness),
+        "radius": found.radius.reshape(-1),
+    }
+    if found.reference_radius is not None and found.intersection_radius is not None:
+        columns["reference_radius"] = found.reference_radius.reshape(-1)
+        columns["intersection_radius"] = found.intersection_radius.reshape(-1)
+    write_table(columns, output, as_json=as_json, as_csv=as_csv)

@@ -1,0 +1,90 @@
+"""Colours as arguments: arrays (..., 3) of any kind as rows, and answers in the same shape."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gamutcore.arrays import FloatArray
+from gamutcore.errors import InvalidPointsError
+
+__all__ = ["ColourRows", "Colours", "colour_rows"]
+
+Colours: TypeAlias = Any
+"""Anything that NumPy takes as an array (..., 3), or a table such as a pandas DataFrame."""
+
+Scalar = TypeVar("Scalar", bound=np.generic)
+
+
+class ColourRows(NamedTuple):
+    """Colours in rows, and the shape of the array that they came in.
+
+    Attributes
+    ----------
+    points : (n, 3) float64
+    shape : tuple of int
+        Without the last axis.
+    """
+
+    points: FloatArray
+    shape: tuple[int, ...]
+
+    def in_shape(self, rows: NDArray[Scalar]) -> NDArray[Scalar]:
+        """Return one answer for each row in the shape of the colours: (n, ...) to (*shape, ...)."""
+        return rows.reshape(self.shape + rows.shape[1:])
+
+
+def colour_rows(colours: Colours, name: str = "colours") -> ColourRows:
+    """Return colours as rows of float64.
+
+    Parameters
+    ----------
+    colours : (..., 3) array_like
+        Also a table with a method `to_numpy`, such as a pandas DataFrame of three columns.
+    name : str, optional
+        Name of the argument in messages.
+
+    Returns
+    -------
+    ColourRows
+
+    Raises
+    ------
+    InvalidPointsError
+        The last axis does not have three numbers, or a value is not finite. ``where["row"]`` is the
+        first such row, counted from 0.
+
+    Examples
+    --------
+    >>> rows = colour_rows([[(50, 0, 0), (60, 10, 0)]])
+    >>> rows.points.shape, rows.in_shape(np.array([True, False])).tolist()
+    ((2, 3), [[True, False]])
+    """
+    if callable(getattr(colours, "to_numpy", None)):
+        colours = colours.to_numpy()
+    remedy = "Give an array (..., 3) of numbers: one colour, or rows of colours."
+    try:
+        found = np.asarray(colours)
+        if found.dtype.kind == "O":  # a table of columns of different types
+            found = found.astype(np.float64)
+    except (ValueError, TypeError) as error:
+        message = f"The {name} are not rows of three numbers."
+        raise InvalidPointsError(message, where={"field": name}, remedy=remedy) from error
+    if not found.ndim or found.shape[-1] != 3 or found.dtype.kind not in "fiu":
+        raise InvalidPointsError(
+            f"The {name} have the shape {found.shape} and the type {found.dtype}.",
+            where={"field": name},
+            remedy=remedy,
+        )
+    points = np.ascontiguousarray(found.reshape(-1, 3), np.float64)
+    finite = np.isfinite(points)
+    if not finite.all():
+        row = int(np.argmin(finite.all(axis=1)))
+        raise InvalidPointsError(
+            f"Row {row} of the {name} is {points[row].tolist()}.",
+            where={"field": name, "row": row},
+            remedy="Give finite numbers. Leave out rows without a colour.",
+        )
+    return ColourRows(points, found.shape[:-1])

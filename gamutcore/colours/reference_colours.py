@@ -1,0 +1,235 @@
+"""Colours of reference gamuts: RGB spaces, Pointer's gamut and the optimal colours.
+
+The primaries and the white of an RGB space give the matrix of its linear values. Pointer's colours
+are the published table, closed by the neutral colours in the middle of its first and last ring.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from gamutcore.characterisation.samples import JSON
+from gamutcore.colours.optimal_colours import optimal_colours, optimal_faces
+from gamutcore.colours.spaces.cielab import (
+    adaptation_to_d50,
+    colour_science,
+    lab_to_xyz,
+    xyz_to_lab,
+)
+from gamutcore.colours.spaces.white_points import adaptation_text, chromaticity_xyz
+from gamutcore.errors import OptionError
+
+if TYPE_CHECKING:
+    from gamutcore.arrays import FloatArray, IndexArray
+    from gamutcore.references import Reference
+
+__all__ = [
+    "RGB_CURVES",
+    "SurfaceXyz",
+    "decode_rgb",
+    "encode_rgb",
+    "primary_matrix",
+    "reference_lab",
+    "reference_provenance",
+    "reference_white",
+    "rgb_xyz",
+    "surface_xyz",
+]
+
+RGB_CURVES: dict[str, tuple[float, float, float, float, float]] = {
+    "sRGB": (2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045),  # IEC 61966-2-1
+    "ROMM": (1.8, 1.0, 0.0, 1 / 16, 0.03125),  # ISO 22028-2
+    "BT709": (1 / 0.45, 1 / 1.099, 0.099 / 1.099, 1 / 4.5, 0.081),  # ITU-R BT.709-6, 1.2
+    "SMPTE240M": (1 / 0.45, 1 / 1.1115, 0.1115 / 1.1115, 1 / 4, 0.0913),  # SMPTE 240M, 7
+    "L*": (3.0, 1 / 1.16, 0.16 / 1.16, 2700 / 24389, 0.08),  # eciRGB v2; CIE 15:2018, 8.2.1
+}
+"""Transfer curves with a linear part: g, a, b, c and d of Y = (aX + b)^g from d on, cX below
+(ICC.1:2022, table 68, function 3)."""
+
+
+def decode_rgb(values: FloatArray, curve: str | float) -> FloatArray:
+    """Return linear values of encoded ones.
+
+    Parameters
+    ----------
+    values : (..., 3) float
+        0 to 1.
+    curve : str or float
+        A key of `RGB_CURVES`, or an exponent. Scene-referred spaces have 1: their logarithmic
+        curves reach beyond the diffuse white.
+
+    Returns
+    -------
+    (..., 3) float
+    """
+    if not isinstance(curve, str):
+        return values**curve
+    g, a, b, c, d = RGB_CURVES[curve]
+    decoded: FloatArray = np.where(values >= d, np.maximum(a * values + b, 0) ** g, c * values)
+    return decoded
+
+
+def encode_rgb(linear: FloatArray, curve: str | float) -> FloatArray:
+    """Return encoded values of linear ones; the inverse of `decode_rgb`."""
+    if not isinstance(curve, str):
+        return linear ** (1 / curve)
+    g, a, b, c, d = RGB_CURVES[curve]
+    encoded: FloatArray = np.where(linear >= c * d, (linear ** (1 / g) - b) / a, linear / c)
+    return encoded
+
+
+def primary_matrix(reference: Reference) -> FloatArray:
+    """Return the matrix from linear RGB to XYZ, with Y = 1 for the white.
+
+    Parameters
+    ----------
+    reference : Reference
+        An RGB space.
+
+    Returns
+    -------
+    (3, 3) float
+        For multiplication from the left: ``matrix @ rgb``.
+
+    Notes
+    -----
+    SMPTE RP 177: Derivation of basic television color equations.
+    """
+    chromaticities = np.array([(x, y, 1 - x - y) for x, y in reference.primaries]).T
+    amounts = np.linalg.solve(chromaticities, reference_white(reference))
+    matrix: FloatArray = chromaticities * amounts
+    return matrix
+
+
+def reference_white(reference: Reference) -> FloatArray:
+    """Return XYZ of a reference's white, with Y = 1."""
+    return chromaticity_xyz(*reference.white)
+
+
+def rgb_xyz(reference: Reference, values: FloatArray) -> FloatArray:
+    """Return the tristimulus values of an RGB space's encoded values.
+
+    Parameters
+    ----------
+    reference : Reference
+    values : (n, 3) float
+        0 to 1.
+
+    Returns
+    -------
+    (n, 3) float
+        Y = 1 for the white.
+    """
+    return decode_rgb(values, reference.definition["curve"]) @ primary_matrix(reference).T
+
+
+class SurfaceXyz(NamedTuple):
+    """Colours at the surface of a reference without device values.
+
+    Attributes
+    ----------
+    xyz : (n, 3) float
+        Y = 1 for the perfect diffuser.
+    white : (3,) float
+    faces : (m, 3) int32
+        Triangles between the colours, a closed surface.
+    """
+
+    xyz: FloatArray
+    white: FloatArray
+    faces: IndexArray
+
+
+def surface_xyz(reference: Reference, surface_samples: int) -> SurfaceXyz:
+    """Return the colours at the surface of a reference without device values.
+
+    Parameters
+    ----------
+    reference : Reference
+        Pointer's gamut or optimal colours.
+    surface_samples : int
+        Largest number of optimal colours.
+
+    Returns
+    -------
+    SurfaceXyz
+    """
+    if reference.kind == "optimal":
+        xyz = optimal_colours(reference.illuminant, reference.observer, surface_samples)
+        return SurfaceXyz(xyz, xyz[-1], optimal_faces(len(xyz)))
+    colour_science()
+    from colour.models.datasets import pointer_gamut  # noqa: PLC0415  # takes a second
+
+    lightness, chroma, hue = np.asarray(pointer_gamut.DATA_POINTER_GAMUT_VOLUME, np.float64).T
+    angle = np.radians(hue)
+    lab = np.stack([lightness, chroma * np.cos(angle), chroma * np.sin(angle)], axis=1)
+    caps = [[lightness.min(), 0.0, 0.0], [lightness.max(), 0.0, 0.0]]
+    white = reference_white(reference)
+    return SurfaceXyz(lab_to_xyz(np.concatenate([lab, caps]), white), white, _ring_faces(16, 36))
+
+
+def _ring_faces(rings: int, points: int) -> IndexArray:
+    """Triangles between rings of points, closed by a point in the middle of either end."""
+    here = np.arange(points)
+    after = (here + 1) % points
+    bottom, top = np.full(points, rings * points), np.full(points, rings * points + 1)
+    faces = [np.stack([bottom, after, here], axis=1)]
+    for start in range(0, (rings - 1) * points, points):
+        above = start + points
+        faces.append(np.stack([start + here, start + after, above + after], axis=1))
+        faces.append(np.stack([start + here, above + after, above + here], axis=1))
+    last = (rings - 1) * points
+    faces.append(np.stack([last + here, last + after, top], axis=1))
+    return np.concatenate(faces).astype(np.int32)
+
+
+def reference_lab(
+    xyz: FloatArray, white: FloatArray, intent: str, adaptation: str
+) -> tuple[FloatArray, str]:
+    """Return the colours of a reference in ICC's CIELAB, and the adaptation in words.
+
+    Parameters
+    ----------
+    xyz : (n, 3) float
+        Y = 1 for the white.
+    white : (3,) float
+    intent : str
+        ``"relative"``: the white becomes D50. ``"absolute"``: no adaptation.
+    adaptation : str
+        A key of `gamutcore.colours.spaces.white_points.ADAPTATIONS`.
+
+    Returns
+    -------
+    lab : (n, 3) float
+    text : str
+
+    Raises
+    ------
+    OptionError
+        The intent exists in ICC profiles only.
+    """
+    if intent == "absolute":
+        return xyz_to_lab(xyz), "none"
+    OptionError.check_intent(intent, "the data is a reference gamut")
+    lab = xyz_to_lab(adaptation_to_d50(xyz, white, adaptation))
+    return lab, adaptation_text(adaptation, "the white")
+
+
+def reference_provenance(reference: Reference, white: FloatArray) -> dict[str, JSON]:
+    """Return the origin and the conditions of a reference, JSON-able.
+
+    Parameters
+    ----------
+    reference : Reference
+    white : (3,) float
+    """
+    return {
+        "format": "reference",
+        "reference": reference.slug,
+        "source": reference.source,
+        "white": [round(float(value), 6) for value in white],
+        "illuminant": reference.illuminant,
+        "observer": f"{reference.observer}°",
+    }

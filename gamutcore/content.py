@@ -1,0 +1,111 @@
+"""The input of a gamut as the bytes of a file, whatever form Python has it in.
+
+An array is the `.npy` file that `numpy.save` writes of it, and a mesh is a PLY file. A gamut of an
+array therefore has the id of the gamut of such a file.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gamutcore.export.device_properties import property_names
+from gamutcore.export.ply import comment_lines
+from gamutcore.mesh import DeviceValues, TriangleMesh
+
+__all__ = ["content_of"]
+
+
+def content_of(data: object) -> bytes:
+    r"""Return the input of a gamut as the bytes of a file.
+
+    Parameters
+    ----------
+    data : bytes, path, array, table, mesh or profile
+        See `gamutcore.Gamut`.
+
+    Returns
+    -------
+    bytes
+
+    Raises
+    ------
+    TypeError
+        The data has none of these forms.
+    OSError
+        The file cannot be read.
+
+    Examples
+    --------
+    >>> content_of(np.zeros((4, 3)))[:6]
+    b'\x93NUMPY'
+    """
+    if isinstance(data, bytes | bytearray | memoryview):
+        return bytes(data)
+    if isinstance(data, os.PathLike) or (isinstance(data, str) and "\n" not in data):
+        return Path(data).read_bytes()
+    if isinstance(data, str):
+        raise TypeError(
+            "The data is text of several lines. Give the bytes of a file, such as text.encode(), "
+            "or the path of a file."
+        )
+    vertices, faces = getattr(data, "vertices", None), getattr(data, "faces", None)
+    if vertices is not None and faces is not None:  # TriangleMesh, trimesh.Trimesh
+        device = data.device if isinstance(data, TriangleMesh) else None
+        return _ply(TriangleMesh(np.asarray(vertices), np.asarray(faces), device))
+    if callable(getattr(data, "to_csv", None)):  # a table of named columns, such as pandas has
+        table: str = data.to_csv(index=False)  # type: ignore[attr-defined]
+        return table.encode()
+    if hasattr(data, "profile") and callable(getattr(data, "tobytes", None)):  # PIL.ImageCms
+        profile: bytes = data.tobytes()  # type: ignore[attr-defined]
+        return profile
+    if isinstance(data, np.ndarray | list | tuple):
+        return _npy(data)
+    raise TypeError(
+        f"The data is of the type {type(data).__name__}. Give a path, bytes, an (n, 3) array of "
+        "colours, a mesh with vertices and faces, or an ICC profile."
+    )
+
+
+def _npy(data: Any) -> bytes:  # noqa: ANN401  # anything that NumPy takes as an array
+    colours = np.asarray(data)
+    if colours.dtype.names is None:
+        if colours.ndim < 2 or colours.shape[-1] != 3 or colours.dtype.kind not in "fiu":
+            raise TypeError(
+                f"The data is an array of shape {colours.shape} and type {colours.dtype}. Give an "
+                "(n, 3) array of L*, a*, b*, or a structured array whose fields are columns."
+            )
+        colours = colours.reshape(-1, 3).astype(np.float64)
+    file = io.BytesIO()
+    np.save(file, colours, allow_pickle=False)
+    return file.getvalue()
+
+
+def _ply(mesh: TriangleMesh) -> bytes:
+    """Return a mesh as PLY in double precision, which keeps all coordinates as they are."""
+    device = mesh.device or DeviceValues(("",), np.zeros((0, 1)))
+    names = () if mesh.device is None else property_names(device.channels)
+    columns = [("x", "<f8"), ("y", "<f8"), ("z", "<f8"), *((name, "<f8") for name in names)]
+    vertices = np.empty(len(mesh.vertices), columns)
+    for axis, (name, _) in enumerate(columns):
+        table = mesh.vertices if axis < 3 else device.values
+        vertices[name] = table[:, axis if axis < 3 else axis - 3]
+    faces = np.empty(len(mesh.faces), [("corners", "u1"), ("vertices", "<i4", 3)])
+    faces["corners"], faces["vertices"] = 3, mesh.faces
+    facts = dict(zip(names, device.channels, strict=False))
+    header = [
+        "ply",
+        "format binary_little_endian 1.0",
+        *(f"comment {line}" for line in comment_lines(facts)[1:]),
+        f"element vertex {len(vertices)}",
+        *(f"property double {name}" for name, _ in columns),
+        f"element face {len(faces)}",
+        "property list uchar int vertex_indices",
+        "end_header\n",
+    ]
+    head = "\n".join(header).encode("ascii", "backslashreplace")
+    return head + vertices.tobytes() + faces.tobytes()

@@ -1,0 +1,404 @@
+"""Crossings: where segments, rays and lines pass through a level's surface, without gaps.
+
+A line crosses a face if it passes all three edges on the same side. The sides are signs of
+determinants: certain in float64, or exact and never 0 (`gamutcore.queries.line_sides`). Crossings
+therefore enter and leave in turn, also at edges and vertices.
+
+The faces come from the tree of boxes (`gamutcore.queries.face_boxes`). Boxes are widened by the
+rounding errors of the line.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gamutcore.arrays import BooleanArray, FloatArray, IndexArray, LongArray
+from gamutcore.errors import InvalidPointsError, OptionError
+from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.queries.containment import is_inside
+from gamutcore.queries.exact import TERMS
+from gamutcore.queries.face_boxes import set_box_gaps
+from gamutcore.queries.face_tree import STACK, WIDTH
+from gamutcore.queries.index import Level, LevelIndex, as_index
+from gamutcore.queries.line_sides import Point, exact_sides, is_below
+from gamutcore.queries.rows import checked_points
+
+__all__ = ["LINE", "RAY", "SEGMENT", "Crossings", "Kind", "Work", "crossings", "find_crossings"]
+
+Kind = Literal["segment", "ray", "line"]
+
+SEGMENT, RAY, LINE = 0, 1, 2
+
+SIDE_ROUNDING = 2.0**-48
+"""Bound of the rounding error of a side's determinant ÷ the product of its lengths. The steps are
+differences, a vector product and a scalar product, with some ten roundings of 2⁻⁵³."""
+
+BOX_ROUNDING = 2.0**-46
+"""How far boxes are widened ÷ the distance of the line's point from the farthest vertex."""
+
+STEEPEST = 2.0**200
+"""Takes the place of 1 ÷ 0 where a line is parallel to the sides of a box."""
+
+
+class Crossings(NamedTuple):
+    """Crossings of lines with a surface. Those of row i are ``offsets[i]`` to ``offsets[i + 1]``.
+
+    Attributes
+    ----------
+    offsets : (n + 1,) int64
+    t : (m,) float64
+        In increasing order for each row: 0 at the start, 1 at the end.
+    entering : (m,) bool
+        Whether the line goes into the gamut. Entering and leaving alternate in each row.
+    points : (m, 3) float64
+        On the faces.
+    faces : (m,) int32
+    weights : (m, 3) float64
+        Barycentric coordinates in the faces, not negative, with the sum 1.
+    """
+
+    offsets: LongArray
+    t: FloatArray
+    entering: BooleanArray
+    points: FloatArray
+    faces: IndexArray
+    weights: FloatArray
+
+
+class Work(NamedTuple):
+    """Arrays for crossings, and what a search writes to.
+
+    Attributes
+    ----------
+    t, entering, faces, weights : arrays
+        As of `Crossings`.
+    nodes : (STACK,) int64
+        Nodes and faces that are still to be searched.
+    gaps : (WIDTH,) float64
+        Lengths of a line in the boxes of a node.
+    terms : (TERMS,) float64
+        For the exact predicates.
+    """
+
+    t: FloatArray
+    entering: BooleanArray
+    faces: IndexArray
+    weights: FloatArray
+    nodes: LongArray
+    gaps: FloatArray
+    terms: FloatArray
+
+    @classmethod
+    def with_room(cls, room: int) -> Work:
+        """Return arrays for a number of crossings."""
+        return cls(
+            np.empty(room),
+            np.empty(room, np.bool_),
+            np.empty(room, np.int32),
+            np.empty((room, 3)),
+            np.empty(STACK, np.int64),
+            np.empty(WIDTH),
+            np.empty(TERMS),
+        )
+
+    def with_twice_the_room(self, used: int) -> Work:
+        """Return longer arrays with the same first crossings."""
+        longer = Work.with_room(2 * len(self.t))
+        longer.t[:used], longer.entering[:used] = self.t[:used], self.entering[:used]
+        longer.faces[:used], longer.weights[:used] = self.faces[:used], self.weights[:used]
+        return longer
+
+
+def crossings(
+    starts: ArrayLike, ends: ArrayLike, level: Level, kind: Kind = "segment"
+) -> Crossings:
+    """Find all crossings of segments, rays or lines with the surface of a level.
+
+    Parameters
+    ----------
+    starts, ends : (n, 3) array_like
+        Two points of each line, in the colour space of the level. Rays begin at the start and go
+        beyond the end; lines go beyond both.
+    level : LevelIndex or (vertices, faces, centre)
+    kind : {"segment", "ray", "line"}, optional
+
+    Returns
+    -------
+    Crossings
+        The faces, and whether they are entered, are exact for the given floats, if their magnitudes
+        are 0 or at least 1e-80. A line has an even number of crossings. A segment has an odd
+        number if just one of its ends is in gamut. A line that touches the surface crosses it twice
+        or not at all.
+
+    Raises
+    ------
+    InvalidPointsError
+        A point is not three finite numbers, a ray or line has two equal points
+        (``where["row"]`` names them), or there are more starts than ends or fewer.
+    OptionError
+        There is no such kind.
+    MeshError
+        As for `build_index`.
+
+    Examples
+    --------
+    >>> corners = np.vstack([np.zeros(3), np.eye(3)])
+    >>> tetrahedron = (corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)], (0.1, 0.1, 0.1))
+    >>> found = crossings([(0.25, 0.25, -1.0)], [(0.25, 0.25, 1.0)], tetrahedron)
+    >>> found.t.tolist(), found.entering.tolist(), found.points.tolist()
+    ([0.5, 0.75], [True, False], [[0.25, 0.25, 0.0], [0.25, 0.25, 0.5]])
+    """
+    if kind not in get_args(Kind):
+        raise OptionError.refusal("kind", kind, "segment, ray or line")
+    first, second = checked_points(starts, "starts"), checked_points(ends, "ends")
+    if len(first) != len(second):
+        raise InvalidPointsError(
+            f"There are {len(first)} starts and {len(second)} ends.",
+            where={"field": "ends"},
+            remedy="Give one end for each start.",
+        )
+    if kind != "segment":
+        equal = (first == second).all(axis=1)
+        if equal.any():
+            row = int(np.argmax(equal))
+            raise InvalidPointsError(
+                f"Start and end of row {row} are equal, so a {kind} has no direction.",
+                where={"field": "ends", "row": row},
+                remedy="Give two different points.",
+            )
+    index = as_index(level)
+    number = get_args(Kind).index(kind)
+    offsets = np.zeros(len(first) + 1, np.int64)
+    work = Work.with_room(64 + len(first))
+    row = _cross(first, second, number, index, 0, offsets, work)
+    while row < len(first):
+        work = work.with_twice_the_room(int(offsets[row]))
+        row = _cross(first, second, number, index, row, offsets, work)
+    # views: memory that nothing was written to is not occupied
+    last = offsets[-1]
+    faces, weights = work.faces[:last], work.weights[:last]
+    points = surface_points(index, faces, weights)
+    return Crossings(offsets, work.t[:last], work.entering[:last], points, faces, weights)
+
+
+@kernel
+def _cross(
+    starts: FloatArray,
+    ends: FloatArray,
+    kind: int,
+    index: LevelIndex,
+    row: int,
+    offsets: LongArray,
+    work: Work,
+) -> int:
+    """Find the crossings of rows until the arrays are full, and return the first row left over."""
+    while row < len(starts):
+        start = starts[row, 0], starts[row, 1], starts[row, 2]
+        end = ends[row, 0], ends[row, 1], ends[row, 2]
+        found = find_crossings(start, end, kind, index, offsets[row], work)
+        if found < 0:
+            break
+        row += 1
+        offsets[row] = found
+    return row
+
+
+@kernel
+def surface_points(index: LevelIndex, faces: IndexArray, weights: FloatArray) -> FloatArray:
+    """Return the points that barycentric coordinates have in faces, (n, 3)."""
+    vertices = index.vertices
+    points = np.empty((len(faces), 3))
+    for row in range(len(faces)):
+        face = faces[row]
+        one, two, three = index.faces[face, 0], index.faces[face, 1], index.faces[face, 2]
+        for axis in range(3):
+            points[row, axis] = (
+                weights[row, 0] * vertices[one, axis]
+                + weights[row, 1] * vertices[two, axis]
+                + weights[row, 2] * vertices[three, axis]
+            )
+    return points
+
+
+@leaf_kernel
+def find_crossings(
+    start: Point, end: Point, kind: int, index: LevelIndex, begin: int, work: Work
+) -> int:
+    """Find the crossings of one line, in order, and return where they end in the arrays.
+
+    Parameters
+    ----------
+    start, end : tuple of float
+        If they are equal, there is no crossing.
+    kind : int
+        SEGMENT, RAY or LINE.
+    index : LevelIndex
+    begin : int
+        Place of the first crossing in the arrays.
+    work : Work
+        Receives the crossings.
+
+    Returns
+    -------
+    int
+        −1 if the arrays are too short.
+    """
+    tree, centre, nodes, gaps = index.tree, index.centre, work.nodes, work.gaps
+    dx, dy, dz = end[0] - start[0], end[1] - start[1], end[2] - start[2]
+    square = dx * dx + dy * dy + dz * dz
+    if square == 0.0:
+        return begin
+    # coordinates are relative to the point that is nearer to the centre, for less rounding
+    x, y, z = start[0] - centre[0], start[1] - centre[1], start[2] - centre[2]
+    u, v, w = end[0] - centre[0], end[1] - centre[1], end[2] - centre[2]
+    origin, shift = start, 0.0
+    if x * x + y * y + z * z > u * u + v * v + w * w:
+        origin, shift = end, 1.0
+        x, y, z = u, v, w
+    length, scale = np.sqrt(square), tree.scale
+    reach = np.sqrt(x * x + y * y + z * z) + 1.0 / scale
+    uncertain = SIDE_ROUNDING * length * reach * reach
+    least = length / STEEPEST
+    slope = (
+        1.0 / (scale * (dx if abs(dx) > least else least)),
+        1.0 / (scale * (dy if abs(dy) > least else least)),
+        1.0 / (scale * (dz if abs(dz) > least else least)),
+    )
+    scaled = scale * x, scale * y, scale * z
+    low = -shift if kind != LINE else -np.inf
+    high = 1.0 - shift if kind == SEGMENT else np.inf
+    margin = BOX_ROUNDING * scale * reach
+
+    found = begin
+    nodes[0] = 0
+    waiting = 1
+    while waiting > 0:
+        waiting -= 1
+        node = nodes[waiting]
+        set_box_gaps(scaled, slope, low, high, margin, index.boxes, node, gaps)
+        child = tree.first[node]
+        first = child if child >= 0 else ~child
+        above = waiting
+        for at in range(WIDTH):  # without branches, which processors cannot predict here
+            nodes[above] = first + at
+            above += gaps[at] >= 0.0
+        if child >= 0:
+            waiting = above
+            continue
+        for at in range(waiting, above):
+            face = tree.faces[nodes[at]]
+            found = _add_crossing(
+                start, end, kind, index, face, origin, shift, uncertain, begin, found, work
+            )
+            if found < 0:
+                return -1
+    if found - begin > 1:
+        _alternate(start, kind, index, begin, found, work)
+    return found
+
+
+@leaf_kernel
+def _add_crossing(
+    start: Point,
+    end: Point,
+    kind: int,
+    index: LevelIndex,
+    face: int,
+    origin: Point,
+    shift: float,
+    uncertain: float,
+    begin: int,
+    found: int,
+    work: Work,
+) -> int:
+    """Add the crossing of a line with a face, if there is one; return the new end of crossings."""
+    dx, dy, dz = end[0] - start[0], end[1] - start[1], end[2] - start[2]
+    ax, ay, az = _corner(index, face, 0, origin)
+    bx, by, bz = _corner(index, face, 1, origin)
+    cx, cy, cz = _corner(index, face, 2, origin)
+    ux, uy, uz = dy * az - dz * ay, dz * ax - dx * az, dx * ay - dy * ax
+    side_c = ux * bx + uy * by + uz * bz
+    side_b = -(ux * cx + uy * cy + uz * cz)
+    ux, uy, uz = dy * bz - dz * by, dz * bx - dx * bz, dx * by - dy * bx
+    side_a = ux * cx + uy * cy + uz * cz
+    smallest, largest = min(side_a, side_b, side_c), max(side_a, side_b, side_c)
+    if smallest < -uncertain and largest > uncertain:
+        return found
+    outwards = smallest > uncertain
+    if not outwards and largest >= -uncertain:
+        leaving, side_a, side_b, side_c = exact_sides(start, end, index, face, work.terms)
+        if leaving == 0:
+            return found
+        outwards = leaving > 0
+    if kind != LINE and is_below(start, index, face, work.terms) != outwards:
+        return found  # before the start
+    if kind == SEGMENT and is_below(end, index, face, work.terms) == outwards:
+        return found  # after the end
+    if found == len(work.t):
+        return -1
+    share = 1.0 / (side_a + side_b + side_c)
+    wa, wb, wc = share * side_a, share * side_b, share * side_c
+    along = (wa * ax + wb * bx + wc * cx) * dx
+    along += (wa * ay + wb * by + wc * cy) * dy + (wa * az + wb * bz + wc * cz) * dz
+    time = shift + along / (dx * dx + dy * dy + dz * dz)
+    if kind != LINE:
+        time = max(time, 0.0)
+    if kind == SEGMENT:
+        time = min(time, 1.0)
+    place = found
+    while place > begin and work.t[place - 1] > time:
+        work.t[place] = work.t[place - 1]
+        _copy(work, place - 1, place)
+        place -= 1
+    work.t[place], work.faces[place], work.entering[place] = time, face, not outwards
+    work.weights[place, 0], work.weights[place, 1], work.weights[place, 2] = wa, wb, wc
+    return found + 1
+
+
+@leaf_kernel
+def _corner(index: LevelIndex, face: int, corner: int, origin: Point) -> Point:
+    vertex = np.uint64(index.faces[face, corner])
+    return (
+        index.vertices[vertex, 0] - origin[0],
+        index.vertices[vertex, 1] - origin[1],
+        index.vertices[vertex, 2] - origin[2],
+    )
+
+
+@leaf_kernel
+def _copy(work: Work, source: int, target: int) -> None:
+    """Copy a crossing, except t."""
+    work.faces[target] = work.faces[source]
+    work.entering[target] = work.entering[source]
+    for corner in range(3):
+        work.weights[target, corner] = work.weights[source, corner]
+
+
+@leaf_kernel
+def _alternate(
+    start: Point, kind: int, index: LevelIndex, begin: int, end: int, work: Work
+) -> None:
+    """Reorder crossings whose t differ by rounding, so that entering and leaving alternate."""
+    entries = 0
+    for place in range(begin, end):
+        entries += work.entering[place]
+    if 2 * entries == end - begin:
+        expected = kind != SEGMENT or not is_inside(start[0], start[1], start[2], index, work.terms)
+    else:
+        expected = 2 * entries > end - begin
+    for place in range(begin, end):
+        other = place
+        while other < end and work.entering[other] != expected:
+            other += 1
+        while place < other < end:
+            work.faces[other], work.faces[other - 1] = work.faces[other - 1], work.faces[other]
+            work.entering[other - 1], work.entering[other] = expected, not expected
+            for corner in range(3):
+                moved = work.weights[other, corner]
+                work.weights[other, corner] = work.weights[other - 1, corner]
+                work.weights[other - 1, corner] = moved
+            other -= 1
+        expected = not expected

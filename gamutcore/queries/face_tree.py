@@ -1,0 +1,335 @@
+"""A tree of flat cylinders over the faces of a level, eight in a node.
+
+Eight faces that are near each other make a leaf, eight leaves a node, and so on to the root. Each
+face, leaf and node is enclosed in a cylinder with its axis along the mean normal. On a smooth
+surface it is much flatter than a box along the axes of the colour space. A box reaches above the
+surface nearby, so that a search for the nearest face enters many boxes in vain.
+
+A node stores the cylinders of its children as a structure of arrays, so that the compiler computes
+several distances at once.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gamutcore.arrays import Float32Array, FloatArray, IndexArray, LongArray
+from gamutcore.kernels import kernel, leaf_kernel
+
+__all__ = ["STACK", "WIDTH", "FaceTree", "build_face_tree", "set_lower_bounds"]
+
+WIDTH = 8
+"""Children of a node."""
+
+STACK = 128
+"""Entries that a search may have to keep: seven for each of at most eleven levels, and one node."""
+
+MIDDLE, AXIS, RADIUS, HEIGHT = 0, 3, 6, 7
+"""Where the parts of a cylinder begin."""
+
+PARTS = 8
+
+ROUNDING = 2.0**-20
+"""Bound of the relative error that float32 makes in the squared length of an axis, four times."""
+
+
+FINEST, KEY_BITS = 2.0**30, 32
+"""Coordinates are divided into so many steps, above the bits of a key that have the face."""
+
+
+class FaceTree(NamedTuple):
+    """Cylinders over the faces of a level.
+
+    Attributes
+    ----------
+    cylinders : (N, 64) float32
+        Eight numbers for each part of a cylinder, one for each child of a node. The parts are x, y,
+        z of the middle, x, y, z of the axis, the radius, and half the height. Middles are relative
+        to the centre of the level, and all lengths but that of the axis, which is 1 within
+        rounding, are multiplied by `scale`. Without a child the radius is −∞.
+    first : (N,) int32
+        A node's first child, the others follow; in leaves ``~first`` is an index of `faces`. The
+        root is node 0.
+    faces : (F,) int32
+        Faces in the order of the leaves.
+    scale : float
+        1 ÷ the reach of the level, so that no coordinate is too large for float32.
+    """
+
+    cylinders: Float32Array
+    first: IndexArray
+    faces: IndexArray
+    scale: float
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the arrays in bytes."""
+        return self.cylinders.nbytes + self.first.nbytes + self.faces.nbytes
+
+
+def build_face_tree(position: FloatArray, faces: IndexArray, reach: float) -> FaceTree:
+    """Compute the tree over faces.
+
+    Parameters
+    ----------
+    position : (V, 3) float64
+        Vertices relative to the centre of the level.
+    faces : (F, 3) int32
+    reach : float
+        No vertex is farther from the centre.
+
+    Returns
+    -------
+    FaceTree
+    """
+    return FaceTree(*_build(position / reach, faces), 1.0 / reach)
+
+
+@kernel
+def _build(position: FloatArray, faces: IndexArray) -> tuple[Float32Array, IndexArray, IndexArray]:
+    count = len(faces)
+    middle = np.empty((count, 3))
+    for face in range(count):
+        one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
+        for axis in range(3):
+            total = position[one, axis] + position[two, axis] + position[three, axis]
+            middle[face, axis] = total / 3.0
+    order = _compact_order(middle)
+
+    nodes, size = 0, count
+    while True:  # the levels of the tree, from the leaves to the root
+        size = (size + WIDTH - 1) // WIDTH
+        nodes += size
+        if size == 1:
+            break
+    cylinders = np.zeros((nodes, PARTS, WIDTH), np.float32)
+    cylinders[:, RADIUS] = -np.inf
+    first = np.empty(nodes, np.int32)
+    normals = np.zeros((nodes, 3))
+    size = (count + WIDTH - 1) // WIDTH
+    start = nodes - size
+    for place in range(count):
+        node, at = start + place // WIDTH, place % WIDTH
+        first[node] = ~(place - at)
+        _set_face(position, faces, order[place], cylinders, normals, node, at)
+    while size > 1:
+        below, below_start = size, start
+        size = (size + WIDTH - 1) // WIDTH
+        start -= size
+        for index in range(below):
+            node, at, child = start + index // WIDTH, index % WIDTH, below_start + index
+            first[node] = child - at
+            _set_node(cylinders, normals, child, node, at)
+            for axis in range(3):
+                normals[node, axis] += normals[child, axis]
+    return cylinders.reshape((nodes, PARTS * WIDTH)), first, order
+
+
+@kernel
+def _compact_order(points: FloatArray) -> IndexArray:
+    """Return an order of points in which the points of every node follow each other.
+
+    Points are divided near the median along the longest side of their box, again and again. The
+    first part has eight times a power of two, so that nodes are full.
+    """
+    count = len(points)
+    order = np.empty(count, np.int32)
+    for row in range(count):
+        order[row] = row
+    keys = np.empty(count, np.int64)
+    begins, ends = np.empty(64, np.int64), np.empty(64, np.int64)
+    begins[0], ends[0] = 0, count
+    height = 1
+    while height > 0:
+        height -= 1
+        begin, end = begins[height], ends[height]
+        if end - begin <= WIDTH:
+            continue
+        least_x = least_y = least_z = np.inf
+        most_x = most_y = most_z = -np.inf
+        for place in range(begin, end):
+            row = order[place]
+            x, y, z = points[row, 0], points[row, 1], points[row, 2]
+            least_x, most_x = min(least_x, x), max(most_x, x)
+            least_y, most_y = min(least_y, y), max(most_y, y)
+            least_z, most_z = min(least_z, z), max(most_z, z)
+        axis, least, longest = 0, least_x, most_x - least_x
+        if most_y - least_y > longest:
+            axis, least, longest = 1, least_y, most_y - least_y
+        if most_z - least_z > longest:
+            axis, least, longest = 2, least_z, most_z - least_z
+        scale = FINEST / longest if longest > 0.0 else 0.0
+        for place in range(begin, end):
+            along = np.int64(scale * (points[order[place], axis] - least))
+            keys[place] = (along << KEY_BITS) | order[place]
+        half = WIDTH
+        while 2 * half < end - begin:
+            half *= 2
+        _select(keys, begin, end - 1, begin + half)
+        for place in range(begin, end):
+            order[place] = keys[place] & ((1 << KEY_BITS) - 1)
+        begins[height], ends[height] = begin, begin + half
+        begins[height + 1], ends[height + 1] = begin + half, end
+        height += 2
+    return order
+
+
+@leaf_kernel
+def _select(keys: LongArray, first: int, last: int, place: int) -> None:
+    """Reorder different numbers so that those before `place` are smaller than those after.
+
+    Source: C. A. R. Hoare, "Algorithm 65: Find", Communications of the ACM 4 (1961), with a loop
+    without branches, which processors cannot predict here.
+    """
+    while first < last:
+        middle = (first + last) // 2
+        one, two, three = keys[first], keys[middle], keys[last]
+        pivot = max(min(one, two), min(max(one, two), three))
+        chosen = first if pivot == one else (middle if pivot == two else last)
+        keys[chosen], keys[last] = three, pivot
+        below = first
+        for at in range(first, last):
+            key = keys[at]
+            keys[at] = keys[below]
+            keys[below] = key
+            below += key < pivot
+        keys[last], keys[below] = keys[below], pivot
+        if place < below:
+            last = below - 1
+        elif place > below:
+            first = below + 1
+        else:
+            return
+
+
+@leaf_kernel
+def _set_face(
+    position: FloatArray,
+    faces: IndexArray,
+    face: int,
+    cylinders: Float32Array,
+    normals: FloatArray,
+    node: int,
+    at: int,
+) -> None:
+    """Set the cylinder of a face, and add its normal, twice as long as its area, to the node's."""
+    one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
+    ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
+    bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
+    cx, cy, cz = position[three, 0], position[three, 1], position[three, 2]
+    nx = (by - ay) * (cz - az) - (bz - az) * (cy - ay)
+    ny = (bz - az) * (cx - ax) - (bx - ax) * (cz - az)
+    nz = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+    normals[node, 0] += nx
+    normals[node, 1] += ny
+    normals[node, 2] += nz
+    share = 1.0 / np.sqrt(nx * nx + ny * ny + nz * nz)
+    nx, ny, nz = (
+        float(np.float32(share * nx)),
+        float(np.float32(share * ny)),
+        float(np.float32(share * nz)),
+    )
+    x = float(np.float32((ax + bx + cx) / 3.0))
+    y = float(np.float32((ay + by + cy) / 3.0))
+    z = float(np.float32((az + bz + cz) / 3.0))
+    square = height = 0.0
+    for u, v, w in ((ax - x, ay - y, az - z), (bx - x, by - y, bz - z), (cx - x, cy - y, cz - z)):
+        square = max(square, u * u + v * v + w * w)
+        height = max(height, abs(u * nx + v * ny + w * nz))
+    cylinders[node, MIDDLE, at] = x
+    cylinders[node, MIDDLE + 1, at] = y
+    cylinders[node, MIDDLE + 2, at] = z
+    cylinders[node, AXIS, at] = nx
+    cylinders[node, AXIS + 1, at] = ny
+    cylinders[node, AXIS + 2, at] = nz
+    cylinders[node, RADIUS, at] = np.sqrt(square) * (1.0 + ROUNDING)
+    cylinders[node, HEIGHT, at] = height * (1.0 + ROUNDING)
+
+
+@leaf_kernel
+def _set_node(cylinders: Float32Array, normals: FloatArray, child: int, node: int, at: int) -> None:
+    """Set the cylinder around the cylinders of a child node."""
+    count, x, y, z = 0, 0.0, 0.0, 0.0
+    while count < WIDTH and cylinders[child, RADIUS, count] >= 0.0:
+        x += cylinders[child, MIDDLE, count]
+        y += cylinders[child, MIDDLE + 1, count]
+        z += cylinders[child, MIDDLE + 2, count]
+        count += 1
+    x, y, z = x / count, y / count, z / count
+    nx, ny, nz = normals[child, 0], normals[child, 1], normals[child, 2]
+    length = max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-300)
+    nx = float(np.float32(nx / length))
+    ny = float(np.float32(ny / length))
+    nz = float(np.float32(nz / length))
+    if nx * nx + ny * ny + nz * nz < 0.5:  # a whole closed surface
+        nx, ny, nz = 1.0, 0.0, 0.0
+    radius = height = 0.0
+    for step in range(2):
+        x, y, z = float(np.float32(x)), float(np.float32(y)), float(np.float32(z))
+        radius, low, high = 0.0, np.inf, -np.inf
+        for each in range(count):
+            ox = cylinders[child, MIDDLE, each] - x
+            oy = cylinders[child, MIDDLE + 1, each] - y
+            oz = cylinders[child, MIDDLE + 2, each] - z
+            cosine = abs(
+                nx * cylinders[child, AXIS, each]
+                + ny * cylinders[child, AXIS + 1, each]
+                + nz * cylinders[child, AXIS + 2, each]
+            )
+            sine = np.sqrt(max(1.0 - cosine * cosine, 0.0) + ROUNDING)
+            wide = float(cylinders[child, RADIUS, each])
+            high_part = float(cylinders[child, HEIGHT, each])
+            square = ox * ox + oy * oy + oz * oz
+            along = nx * ox + ny * oy + nz * oz
+            across = np.sqrt(max(square - along * along, 0.0) + ROUNDING * square)
+            reach = wide * sine + high_part * cosine
+            low, high = min(low, along - reach), max(high, along + reach)
+            radius = max(radius, across + wide + high_part * sine)
+        height = max(-low, high)
+        if step == 0:  # move the middle along the axis
+            shift = 0.5 * (low + high)
+            x, y, z = x + shift * nx, y + shift * ny, z + shift * nz
+    cylinders[node, MIDDLE, at] = x
+    cylinders[node, MIDDLE + 1, at] = y
+    cylinders[node, MIDDLE + 2, at] = z
+    cylinders[node, AXIS, at] = nx
+    cylinders[node, AXIS + 1, at] = ny
+    cylinders[node, AXIS + 2, at] = nz
+    cylinders[node, RADIUS, at] = radius * (1.0 + ROUNDING)
+    cylinders[node, HEIGHT, at] = height * (1.0 + ROUNDING)
+
+
+@leaf_kernel
+def set_lower_bounds(
+    x: float, y: float, z: float, cylinders: Float32Array, node: int, squares: FloatArray
+) -> None:
+    """Set lower bounds of the squared distances of a point to the children of a node.
+
+    Parameters
+    ----------
+    x, y, z : float
+        Relative to the centre, and scaled.
+    cylinders : (N, 64) float32
+    node : int
+    squares : (8,) float64
+        Receives the bounds, scaled. Infinite without a child.
+    """
+    row = np.uint64(node)
+    # a loop whose length the compiler knows is unrolled first, and then not vectorised
+    for each in range(cylinders.shape[1] // PARTS):
+        at = np.uint64(each)
+        u = x - cylinders[row, at]
+        v = y - cylinders[row, at + np.uint64(8)]
+        w = z - cylinders[row, at + np.uint64(16)]
+        along = (
+            u * cylinders[row, at + np.uint64(24)]
+            + v * cylinders[row, at + np.uint64(32)]
+            + w * cylinders[row, at + np.uint64(40)]
+        )
+        whole = u * u + v * v + w * w
+        across = np.sqrt(max(whole - along * along - ROUNDING * whole, 0.0))
+        across = max(across - cylinders[row, at + np.uint64(48)], 0.0)
+        above = max(abs(along) * (1.0 - ROUNDING) - cylinders[row, at + np.uint64(56)], 0.0)
+        squares[at] = across * across + above * above

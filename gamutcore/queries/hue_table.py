@@ -1,0 +1,335 @@
+"""The table of hues: where the section of a level by the half-plane of any hue has its segments.
+
+The circle of hues is divided into sectors. For each face that meets a sector, a rectangle holds
+lightness and chroma of all points that the face has in the sector. The rectangles of a sector are
+sorted by their direction from the neutral axis, so that neighbours follow each other, and are in
+turn enclosed by rectangles, eight in a node. A search in a half-plane therefore is one in a plane.
+
+Lightness is axis 0, and the neutral axis is where the two other coordinates are 0.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from gamutcore.arrays import ByteArray, Float32Array, FloatArray, IndexArray
+from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.queries.cusp_table import hue_turn
+from gamutcore.queries.face_tree import WIDTH
+
+__all__ = ["RECTANGLE", "HueTable", "hue_part", "hue_table"]
+
+RECTANGLE = 4
+"""Numbers of a rectangle: smallest lightness and chroma, largest lightness and chroma."""
+
+SECTORS, MOST_SECTORS = 4.0, 160
+"""Sectors ÷ the square root of the number of faces, and their limit. On the full boundary a face
+is in 1.6 sectors then. With more, searches are faster, but the table takes more memory."""
+
+LAST_PART = 255
+"""Sectors are divided into 256 parts, which tell most faces that miss a hue."""
+
+BESIDE = 2.0**-20
+"""Corners that are this part of a sector beside it count as in it. The position of others on an
+edge then is certain within `WIDENING`, though the sines of small angles are rounded."""
+
+WIDENING = 2.0**-20
+"""How far rectangles are widened, relative to the reach of the level and to the coordinate."""
+
+DIRECTIONS = 4096
+"""Steps of the order within a sector."""
+
+
+Rectangle: TypeAlias = tuple[float, float, float, float]
+
+
+class HueTable(NamedTuple):
+    """The faces of each sector of hues, in a tree of rectangles.
+
+    Attributes
+    ----------
+    roots : (sectors,) int32
+        The first node of each sector; −1 for sectors without faces.
+    rectangles : (N, 32) float32
+        Eight numbers for each side of the rectangles of a node's children. Lightness is relative to
+        the centre of the level, and both are scaled as the tree of faces. Without a child they are
+        from ∞ to −∞.
+    first : (N,) int32
+        A node's first child, the others follow; in leaves ``~first`` is an index of `faces`.
+    faces : (m,) int32
+    spans : (m, 2) uint8
+        The first and the last part of the sector that the face meets (`hue_part`).
+    """
+
+    roots: IndexArray
+    rectangles: Float32Array
+    first: IndexArray
+    faces: IndexArray
+    spans: ByteArray
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the arrays in bytes."""
+        return sum(field.nbytes for field in self)
+
+
+def hue_table(vertices: FloatArray, faces: IndexArray, middle: float, scale: float) -> HueTable:
+    """Compute the table of hues of a level.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64
+    faces : (F, 3) int32
+    middle : float
+        Lightness of the centre.
+    scale : float
+        Of the tree of faces.
+
+    Returns
+    -------
+    HueTable
+    """
+    sectors = min(max(4, round(SECTORS * math.sqrt(len(faces)))), MOST_SECTORS)
+    return HueTable(*_table(vertices, faces, middle, scale, sectors))
+
+
+@leaf_kernel
+def _turned(turn: float, sectors: int) -> float:
+    """Return a difference of two turns, from 0 to a whole turn."""
+    return turn if turn >= 0.0 else turn + sectors
+
+
+@leaf_kernel
+def _sectors_of(turns: FloatArray, faces: IndexArray, face: int, sectors: int) -> tuple[int, int]:
+    """Return the first sector that a face meets, and their number: all if it may meet the axis."""
+    p, q, r = turns[faces[face, 0]], turns[faces[face, 1]], turns[faces[face, 2]]
+    if np.isnan(p + q + r):  # a corner on the axis
+        return 0, sectors
+    begin, length = p, max(_turned(q - p, sectors), _turned(r - p, sectors))
+    other = max(_turned(p - q, sectors), _turned(r - q, sectors))
+    if other < length:
+        begin, length = q, other
+    other = max(_turned(p - r, sectors), _turned(q - r, sectors))
+    if other < length:
+        begin, length = r, other
+    first = math.floor(begin - BESIDE)
+    count = math.floor(begin + length + BESIDE) - first + 1
+    if length >= 0.5 * sectors - BESIDE or count >= sectors:
+        return 0, sectors
+    return first % sectors, count
+
+
+@leaf_kernel
+def _add_point(rectangle: Rectangle, lightness: float, chroma: float) -> Rectangle:
+    low, least, high, most = rectangle
+    return min(low, lightness), min(least, chroma), max(high, lightness), max(most, chroma)
+
+
+@leaf_kernel
+def _united(one: Rectangle, two: Rectangle) -> Rectangle:
+    return (
+        min(one[0], two[0]),
+        min(one[1], two[1]),
+        max(one[2], two[2]),
+        max(one[3], two[3]),
+    )
+
+
+@leaf_kernel
+def _add_crossings(
+    rectangle: Rectangle,
+    vertices: FloatArray,
+    faces: IndexArray,
+    face: int,
+    ca: float,
+    cb: float,
+) -> Rectangle:
+    """Return a rectangle that also holds the crossings of a face's edges with a half-plane."""
+    for at in range(3):
+        p, q = faces[face, at], faces[face, at - 2]
+        side_p = ca * vertices[p, 2] - cb * vertices[p, 1]
+        side_q = ca * vertices[q, 2] - cb * vertices[q, 1]
+        if (side_p >= 0.0) != (side_q >= 0.0):
+            share = side_p / (side_p - side_q)
+            along = ca * vertices[p, 1] + cb * vertices[p, 2]
+            rectangle = _add_point(
+                rectangle,
+                vertices[p, 0] + share * (vertices[q, 0] - vertices[p, 0]),
+                along + share * (ca * vertices[q, 1] + cb * vertices[q, 2] - along),
+            )
+    return rectangle
+
+
+@kernel
+def _table(
+    vertices: FloatArray, faces: IndexArray, middle: float, scale: float, sectors: int
+) -> tuple[IndexArray, Float32Array, IndexArray, IndexArray, ByteArray]:
+    count = len(faces)
+    turns, chromas = np.empty(len(vertices)), np.empty(len(vertices))
+    for vertex in range(len(vertices)):
+        a, b = vertices[vertex, 1], vertices[vertex, 2]
+        chromas[vertex] = np.sqrt(a * a + b * b)
+        turns[vertex] = 0.25 * sectors * hue_turn(a, b) if chromas[vertex] > 0.0 else np.nan
+    # the hues between the sectors
+    ca, cb = np.empty(sectors + 1), np.empty(sectors + 1)
+    for edge in range(sectors + 1):
+        turn = 4.0 * edge / sectors
+        b = turn - 1.0 if turn < 2.0 else 3.0 - turn
+        a = (1.0 - abs(b)) * (1.0 if turn < 2.0 else -1.0)
+        length = np.sqrt(a * a + b * b)
+        ca[edge], cb[edge] = a / length, b / length
+    cosines = np.empty(sectors)
+    for sector in range(sectors):
+        cosine = ca[sector] * ca[sector + 1] + cb[sector] * cb[sector + 1]
+        cosines[sector] = np.sqrt(max(0.5 + 0.5 * cosine, 0.0))  # of half the angle
+
+    begins, lengths = np.empty(count, np.int32), np.empty(count, np.int32)
+    held = np.zeros(sectors, np.int32)
+    for face in range(count):
+        begins[face], lengths[face] = _sectors_of(turns, faces, face, sectors)
+        for sector in range(begins[face], begins[face] + lengths[face]):
+            held[sector if sector < sectors else sector - sectors] += 1
+    # a tree for each sector: the root, the nodes below it, and so on to the leaves
+    roots, leaves = np.full(sectors, -1, np.int32), np.empty(sectors, np.int32)
+    places = np.zeros(sectors + 1, np.int32)
+    nodes = 0
+    for sector in range(sectors):
+        places[sector + 1] = places[sector] + held[sector]
+        size = bottom = (held[sector] + WIDTH - 1) // WIDTH
+        if size > 0:
+            roots[sector] = nodes
+            nodes += size
+        while size > 1:
+            size = (size + WIDTH - 1) // WIDTH
+            nodes += size
+        leaves[sector] = nodes - bottom
+    rectangles = np.empty((nodes, RECTANGLE * WIDTH), np.float32)
+    rectangles[:, : 2 * WIDTH] = np.inf
+    rectangles[:, 2 * WIDTH :] = -np.inf
+    first, listed = np.empty(nodes, np.int32), np.empty(places[sectors], np.int32)
+    spans = np.empty((places[sectors], 2), np.uint8)
+    held[:] = 0
+    order = _order_by_direction(vertices, faces, chromas, middle)
+    for index in range(count):
+        face = order[index]
+        _add_face(
+            (vertices, faces, turns, chromas),
+            (ca, cb, cosines),
+            (middle, scale),
+            face,
+            begins[face],
+            lengths[face],
+            (places, leaves, held),
+            (rectangles, first, listed, spans),
+        )
+    for sector in range(sectors):
+        _add_nodes(leaves[sector], (held[sector] + WIDTH - 1) // WIDTH, rectangles, first)
+    return roots, rectangles, first, listed, spans
+
+
+@kernel
+def _order_by_direction(
+    vertices: FloatArray, faces: IndexArray, chromas: FloatArray, middle: float
+) -> IndexArray:
+    """Return an order of faces by the direction from the neutral axis, about that of the angle."""
+    steps, place = np.empty(len(faces), np.int32), np.zeros(DIRECTIONS + 1, np.int32)
+    for face in range(len(faces)):
+        one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
+        up = vertices[one, 0] + vertices[two, 0] + vertices[three, 0] - 3.0 * middle
+        out = chromas[one] + chromas[two] + chromas[three]
+        slope = up / (abs(up) + out) if out > 0.0 else 0.0
+        steps[face] = min(int((0.5 + 0.5 * slope) * DIRECTIONS), DIRECTIONS - 1)
+        place[steps[face] + 1] += 1
+    for step in range(DIRECTIONS):
+        place[step + 1] += place[step]
+    order = np.empty(len(faces), np.int32)
+    for face in range(len(faces)):
+        order[place[steps[face]]] = face
+        place[steps[face]] += 1
+    return order
+
+
+@leaf_kernel
+def _add_face(
+    mesh: tuple[FloatArray, IndexArray, FloatArray, FloatArray],
+    hues: tuple[FloatArray, FloatArray, FloatArray],
+    frame: tuple[float, float],
+    face: int,
+    begin: int,
+    length: int,
+    arrays: tuple[IndexArray, IndexArray, IndexArray],
+    table: tuple[Float32Array, IndexArray, IndexArray, ByteArray],
+) -> None:
+    """Add a face to the leaves of all sectors that it meets."""
+    vertices, faces, turns, chromas = mesh
+    ca, cb, cosines = hues
+    middle, scale = frame
+    places, leaves, held = arrays
+    rectangles, first, listed, spans = table
+    sectors = len(leaves)
+    everywhere = length == sectors
+    nothing = np.inf, np.inf, -np.inf, -np.inf
+    before = nothing
+    least_turn, most_turn = np.inf, -np.inf
+    for at in range(3):
+        turn = _turned(turns[faces[face, at]] - begin + BESIDE, sectors) - BESIDE
+        least_turn, most_turn = min(least_turn, turn), max(most_turn, turn)
+    for step in range(length):
+        sector = begin + step if begin + step < sectors else begin + step - sectors
+        rectangle, before = before, nothing
+        for at in range(3):
+            vertex = faces[face, at]
+            turn = _turned(turns[vertex] - begin + BESIDE, sectors) - step
+            if everywhere or 0.0 <= turn <= 1.0 + 2.0 * BESIDE:
+                rectangle = _add_point(rectangle, vertices[vertex, 0], chromas[vertex])
+        if step + 1 < length and not everywhere:
+            before = _add_crossings(nothing, vertices, faces, face, ca[sector + 1], cb[sector + 1])
+            rectangle = _united(rectangle, before)
+        # a chord has a smaller chroma than its ends
+        shrunk = 0.0 if everywhere else cosines[sector]
+        low, least, high, most = rectangle
+        place = held[sector]
+        held[sector] += 1
+        node, at = leaves[sector] + place // WIDTH, place % WIDTH
+        first[node] = ~(places[sector] + place - at)
+        rectangles[node, at] = _widened(scale * (low - middle), -1.0)
+        rectangles[node, WIDTH + at] = _widened(scale * least * shrunk, -1.0)
+        rectangles[node, 2 * WIDTH + at] = _widened(scale * (high - middle), 1.0)
+        rectangles[node, 3 * WIDTH + at] = _widened(scale * most, 1.0)
+        place += places[sector]
+        listed[place] = face
+        spans[place, 0] = 0 if everywhere else hue_part(least_turn - step - BESIDE)
+        spans[place, 1] = LAST_PART if everywhere else hue_part(most_turn - step + BESIDE)
+
+
+@leaf_kernel
+def hue_part(turn: float) -> int:
+    """Return the part of a sector from a number between 0 and 1; others are limited to it."""
+    return int(min(max(turn, 0.0) * (LAST_PART + 1), float(LAST_PART)))
+
+
+@leaf_kernel
+def _add_nodes(start: int, size: int, rectangles: Float32Array, first: IndexArray) -> None:
+    """Set the nodes above the leaves of a sector, which begin at `start`."""
+    while size > 1:
+        below, below_start = size, start
+        size = (size + WIDTH - 1) // WIDTH
+        start -= size
+        for each in range(below):
+            node, at, child = start + each // WIDTH, each % WIDTH, below_start + each
+            first[node] = child - at
+            for side in range(2):
+                low, high = np.float32(np.inf), np.float32(-np.inf)
+                for part in range(WIDTH):
+                    low = min(low, rectangles[child, side * WIDTH + part])
+                    high = max(high, rectangles[child, (2 + side) * WIDTH + part])
+                rectangles[node, side * WIDTH + at] = low
+                rectangles[node, (2 + side) * WIDTH + at] = high
+
+
+@leaf_kernel
+def _widened(value: float, sign: float) -> np.float32:
+    return np.float32(value + sign * WIDENING * (1.0 + abs(value)))

@@ -1,0 +1,252 @@
+"""The index of a level: everything that queries look up, computed once and kept.
+
+Layout, plain arrays in a named tuple (`LevelIndex`):
+
+- The mesh: vertices, faces and centre in float64. Levels are delivered in float32, so this is
+  exact, and the answers are about the delivered mesh.
+- The cones: for each face the three planes through its edges and the centre, and its own plane.
+  Each is scaled so that rounding changes a product by less than 1. A product beyond ±1 therefore
+  has a certain sign, and `gamutcore.queries.exact` decides the others.
+- The directions: the faces that each cell of a cube map meets (`gamutcore.queries.directions`).
+- A tree of flat cylinders over the faces (`gamutcore.queries.face_tree`).
+- The edges that may have cusps (`gamutcore.queries.cusp_table`).
+- The faces of each sector of hues (`gamutcore.queries.hue_table`).
+- The box around the mesh, and the radius of a ball inside: most points need no more.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gamutcore.arrays import Float32Array, FloatArray, IndexArray
+from gamutcore.corner_table import opposite_corners
+from gamutcore.errors import MeshError
+from gamutcore.kernels import kernel
+from gamutcore.mesh import TriangleMesh
+from gamutcore.queries.cusp_table import CuspTable, cusp_table
+from gamutcore.queries.directions import direction_cells
+from gamutcore.queries.face_boxes import face_boxes
+from gamutcore.queries.face_tree import FaceTree, build_face_tree
+from gamutcore.queries.hue_table import HueTable, hue_table
+from gamutcore.queries.rows import checked_points
+from gamutcore.star_shape import faces_not_seeing_centre
+
+__all__ = ["Level", "LevelIndex", "as_index", "build_index"]
+
+CELLS_PER_FACE = 2.0
+"""Cells of the cube map ÷ faces. With more cells, queries are hardly faster."""
+
+MARGIN = 2.0**-47
+"""Bound of the rounding error of a plane's product with a point ÷ the product of all lengths. The
+steps are a difference, a vector product and a scalar product, with some ten roundings of 2⁻⁵³."""
+
+WHOLE_SPHERE = 4.0 * math.pi
+
+SPHERE_TOLERANCE = 1e-6
+"""Accepted difference of the sum of the solid angles from the whole sphere. Twice covered spheres
+differ by 4 π."""
+
+
+class LevelIndex(NamedTuple):
+    """A level with all that its queries look up.
+
+    Attributes
+    ----------
+    vertices : (V, 3) float64
+    faces : (F, 3) int32
+    centre : (3,) float64
+    planes : (F, 13) float64
+        For each corner, the normal of the plane through the centre and the other two corners; then
+        normal and offset of the face's own plane. Products with points relative to the centre are
+        positive inside: n · q, or offset − n · q.
+    resolution : int
+        Cells along an edge of the cube map.
+    cell_start : (6 resolution² + 1,) int32
+    cell_faces : (m,) int32
+    box : (2, 3) float64
+        Smallest and largest coordinates.
+    inner : float
+        Radius of a ball around the centre that is inside the planes of all faces.
+    tree : FaceTree
+        Cylinders over the faces.
+    boxes : (N, 48) float32
+        Boxes of the tree's nodes (`gamutcore.queries.face_boxes`).
+    cusps : CuspTable
+        The edges that may have cusps.
+    hues : HueTable
+        The faces of each sector of hues.
+    """
+
+    vertices: FloatArray
+    faces: IndexArray
+    centre: FloatArray
+    planes: FloatArray
+    resolution: int
+    cell_start: IndexArray
+    cell_faces: IndexArray
+    box: FloatArray
+    inner: float
+    tree: FaceTree
+    boxes: Float32Array
+    cusps: CuspTable
+    hues: HueTable
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the arrays in bytes."""
+        fields = (
+            field
+            for field in self
+            if isinstance(field, np.ndarray | FaceTree | CuspTable | HueTable)
+        )
+        return sum(field.nbytes for field in fields)
+
+
+Level: TypeAlias = LevelIndex | tuple[ArrayLike, ArrayLike, ArrayLike]
+"""A level: its index, or its vertices, faces and centre."""
+
+
+def as_index(level: Level) -> LevelIndex:
+    """Return the index of a level, which is computed unless it is given.
+
+    Parameters
+    ----------
+    level : LevelIndex or (vertices, faces, centre)
+
+    Returns
+    -------
+    LevelIndex
+
+    Raises
+    ------
+    MeshError, InvalidPointsError
+        As for `build_index`.
+    """
+    return level if isinstance(level, LevelIndex) else build_index(*level)
+
+
+def build_index(vertices: ArrayLike, faces: ArrayLike, centre: ArrayLike) -> LevelIndex:
+    """Compute the index of a level.
+
+    Parameters
+    ----------
+    vertices : (V, 3) array_like
+        Colour coordinates.
+    faces : (F, 3) array_like of int
+        Counter-clockwise from outside.
+    centre : (3,) array_like
+        The point about which the mesh is star-shaped.
+
+    Returns
+    -------
+    LevelIndex
+
+    Raises
+    ------
+    InvalidPointsError
+        A coordinate is not finite.
+    MeshError
+        The mesh is not closed, or not star-shaped about the centre. ``where["row"]`` is a face.
+
+    Examples
+    --------
+    >>> corners = np.vstack([np.zeros(3), np.eye(3)])
+    >>> index = build_index(corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)], (0.1, 0.1, 0.1))
+    >>> index.faces.shape, index.box.tolist()
+    ((4, 3), [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]])
+    """
+    corner = checked_points(vertices, "vertices")
+    given = TriangleMesh(corner, np.asarray(faces))
+    triangles = np.ascontiguousarray(given.faces, np.int32)
+    middle = checked_points(np.reshape(np.asarray(centre), (1, -1)), "centre")[0]
+    position = corner - middle
+    hidden = faces_not_seeing_centre(position, triangles)
+    if len(hidden):
+        raise _not_star_shaped(f"Face {hidden[0]} does not see it from inside.", int(hidden[0]))
+    opposite = opposite_corners(triangles, len(position))
+    if (opposite < 0).any() or not len(opposite):
+        face = int(np.argmax(opposite < 0)) // 3 if len(opposite) else 0
+        raise MeshError(
+            "The mesh is not closed: an edge does not have one face on each side.",
+            where={"field": "faces", "row": face},
+            remedy="Give a closed mesh, whose faces are all counter-clockwise from outside.",
+        )
+    box = given.bounds
+    reach = float(np.linalg.norm(np.maximum(abs(box[0] - middle), abs(box[1] - middle))))
+    planes, angle, inner = _cones(position, triangles, reach)
+    if abs(angle - WHOLE_SPHERE) > SPHERE_TOLERANCE:
+        raise _not_star_shaped("The faces cover some directions several times.", 0)
+    resolution = max(1, round(math.sqrt(CELLS_PER_FACE * len(triangles) / 6.0)))
+    start, cells = direction_cells(position, triangles, resolution)
+    tree = build_face_tree(position, triangles, reach)
+    cusps = cusp_table(corner, triangles, opposite)
+    boxes = face_boxes(position, triangles, tree)
+    hues = hue_table(corner, triangles, middle[0], tree.scale)
+    return LevelIndex(
+        corner,
+        triangles,
+        middle,
+        planes,
+        resolution,
+        start,
+        cells,
+        box,
+        inner,
+        tree,
+        boxes,
+        cusps,
+        hues,
+    )
+
+
+def _not_star_shaped(why: str, face: int) -> MeshError:
+    return MeshError(
+        f"The mesh is not star-shaped about the centre. {why}",
+        where={"field": "faces", "row": face},
+        remedy="Give the centre of the gamut that the level belongs to.",
+    )
+
+
+@kernel
+def _cones(
+    position: FloatArray, faces: IndexArray, reach: float
+) -> tuple[FloatArray, float, float]:
+    """Return the planes of all faces, the sum of their solid angles, and the radius of a ball."""
+    planes = np.empty((len(faces), 13))
+    angle = 0.0
+    inner = np.inf
+    for face in range(len(faces)):
+        one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
+        ax, ay, az = position[one, 0], position[one, 1], position[one, 2]
+        bx, by, bz = position[two, 0], position[two, 1], position[two, 2]
+        cx, cy, cz = position[three, 0], position[three, 1], position[three, 2]
+        a = np.sqrt(ax * ax + ay * ay + az * az)
+        b = np.sqrt(bx * bx + by * by + bz * bz)
+        c = np.sqrt(cx * cx + cy * cy + cz * cz)
+        ux, uy, uz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
+        vx, vy, vz = cy * az - cz * ay, cz * ax - cx * az, cx * ay - cy * ax
+        wx, wy, wz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        determinant = ax * ux + ay * uy + az * uz
+        nx, ny, nz = ux + vx + wx, uy + vy + wy, uz + vz + wz
+        # Van Oosterom & Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomedical
+        # Engineering 30 (1983), equation 8
+        cosines = a * b * c + (ax * bx + ay * by + az * bz) * c
+        cosines += (bx * cx + by * cy + bz * cz) * a + (cx * ax + cy * ay + cz * az) * b
+        angle += 2.0 * np.arctan2(determinant, cosines)
+        rounding = 4.0 * MARGIN * reach * (a * b + b * c + c * a)
+        length = np.sqrt(nx * nx + ny * ny + nz * nz)
+        inner = min(inner, (determinant - rounding) / length)
+        scale = 1.0 / (MARGIN * reach * b * c)
+        planes[face, 0], planes[face, 1], planes[face, 2] = scale * ux, scale * uy, scale * uz
+        scale = 1.0 / (MARGIN * reach * c * a)
+        planes[face, 3], planes[face, 4], planes[face, 5] = scale * vx, scale * vy, scale * vz
+        scale = 1.0 / (MARGIN * reach * a * b)
+        planes[face, 6], planes[face, 7], planes[face, 8] = scale * wx, scale * wy, scale * wz
+        scale = 1.0 / rounding
+        planes[face, 9], planes[face, 10], planes[face, 11] = scale * nx, scale * ny, scale * nz
+        planes[face, 12] = scale * determinant
+    return planes, angle, max(inner, 0.0)

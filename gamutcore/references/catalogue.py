@@ -1,0 +1,266 @@
+"""The catalogue of reference gamuts, and their definitions as input data.
+
+The primaries, whites and transfer curves of the RGB spaces are in ``rgb_spaces.json``, taken from
+colour-science. They are kept here, because a definition is a part of a gamut's id, and because the
+service lists them without importing colour-science.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from importlib.resources import files
+from types import MappingProxyType
+from typing import Any
+
+from gamutcore.errors import MalformedFileError, ReferenceNameError
+from gamutcore.option_types import near_match
+
+__all__ = ["NOT_OFFERED", "REFERENCES", "Reference", "find_reference", "parse_definition"]
+
+OPTIMAL_WAVELENGTHS = (360, 780)
+"""First and last wavelength of the optimal colours in nm: the range of ASTM E308's tables."""
+
+_LONGEST = 4096
+"""Largest number of characters of a definition; the catalogue's have a few hundred."""
+
+_RGB_SOURCE = "colour-science 0.4.7, colour.RGB_COLOURSPACES[{!r}]"
+_OPTIMAL_SOURCE = (
+    "CIE 15:2018, tables of the illuminant and the observer, 360 to 780 nm by 1 nm; optimal "
+    "colours after D. L. MacAdam, JOSA 25 (1935)"
+)
+_POINTER_SOURCE = (
+    "M. R. Pointer, The gamut of real surface colours, Color Research & Application 5 (1980), "
+    "table II; colour-science, DATA_POINTER_GAMUT_VOLUME"
+)
+_POINTER_WHITE = (0.31006, 0.31616)
+"""Illuminant C for 2° (CIE 15:2018, table T.3)."""
+
+_OPTIMAL_WHITES = {
+    ("D50", 2): (0.34567, 0.35851),
+    ("D50", 10): (0.34773, 0.35952),
+    ("D65", 2): (0.31272, 0.32903),
+    ("D65", 10): (0.31382, 0.33100),
+    ("A", 2): (0.44758, 0.40745),
+    ("A", 10): (0.45117, 0.40594),
+}
+"""Chromaticities of the perfect diffuser (CIE 15:2018, table T.3)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """A reference gamut.
+
+    Parameters
+    ----------
+    slug : str
+        Name in addresses: lower-case letters, digits and hyphens.
+    name : str
+        Name for people.
+    kind : str
+        ``"rgb"``, ``"optimal"`` or ``"surface"``.
+    definition : dict
+        What the colours follow from; JSON-able.
+    white : tuple of two float
+        Chromaticity x, y of the white.
+    illuminant : str
+        Name of the white.
+    observer : int
+        Field of view of the standard observer, in degrees.
+    source : str
+        Where the numbers are from.
+    primaries : tuple of three pairs of float
+        Chromaticities x, y of red, green and blue; empty for other kinds.
+    aliases : tuple of str
+        Further names.
+    """
+
+    slug: str
+    name: str
+    kind: str
+    definition: Mapping[str, Any]
+    white: tuple[float, float]
+    illuminant: str
+    observer: int
+    source: str
+    primaries: tuple[tuple[float, float], ...] = ()
+    aliases: tuple[str, ...] = field(default=())
+
+    @cached_property
+    def data(self) -> bytes:
+        """The definition as input of `gamutcore.Gamut`: canonical JSON."""
+        return json.dumps(
+            {"reference": self.slug, **self.definition}, sort_keys=True, separators=(",", ":")
+        ).encode()
+
+    @cached_property
+    def sha256(self) -> str:
+        """SHA-256 of `data`, hexadecimal: the digest in the gamut's id."""
+        return hashlib.sha256(self.data).hexdigest()
+
+
+_RGB_ROWS: list[dict[str, Any]] = json.loads(
+    files("gamutcore.references").joinpath("rgb_spaces.json").read_text("utf-8")
+)
+
+NOT_OFFERED: Mapping[str, str] = MappingProxyType(
+    {row["name"]: row["not_offered"] for row in _RGB_ROWS if "not_offered" in row}
+)
+"""RGB spaces of colour-science that have no gamut in CIELAB, with the reason."""
+
+
+def _rgb_spaces() -> list[Reference]:
+    return [
+        Reference(
+            slug=row["slug"],
+            name=row["name"],
+            kind="rgb",
+            definition={name: row[name] for name in ("primaries", "white", "curve")},
+            white=tuple(row["white"]),
+            illuminant=row["illuminant"],
+            observer=2,
+            source=_RGB_SOURCE.format(row["name"]),
+            primaries=tuple(map(tuple, row["primaries"])),
+            aliases=tuple(row.get("aliases", ())),
+        )
+        for row in _RGB_ROWS
+        if row["name"] not in NOT_OFFERED
+    ]
+
+
+def _optimal_colours(illuminant: str, observer: int) -> Reference:
+    first, last = OPTIMAL_WAVELENGTHS
+    return Reference(
+        slug=f"optimal-colours-{illuminant.lower()}-{observer}",
+        name=f"Optimal colours, {illuminant}, {observer}°",
+        kind="optimal",
+        definition={
+            "illuminant": illuminant,
+            "observer": observer,
+            "wavelengths": [first, last, 1],
+        },
+        white=_OPTIMAL_WHITES[illuminant, observer],
+        illuminant=illuminant,
+        observer=observer,
+        source=_OPTIMAL_SOURCE,
+    )
+
+
+def _pointer() -> Reference:
+    return Reference(
+        slug="pointer",
+        name="Pointer's gamut",
+        kind="surface",
+        definition={"illuminant": "C", "observer": 2, "colours": "Pointer 1980"},
+        white=_POINTER_WHITE,
+        illuminant="C",
+        observer=2,
+        source=_POINTER_SOURCE,
+        aliases=("Pointer gamut", "real surface colours"),
+    )
+
+
+REFERENCES: Mapping[str, Reference] = MappingProxyType(
+    {
+        each.slug: each
+        for each in (
+            *_rgb_spaces(),
+            _pointer(),
+            *(_optimal_colours(*key) for key in _OPTIMAL_WHITES),
+        )
+    }
+)
+"""All reference gamuts by slug."""
+
+
+def _fold(name: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", name.lower())
+
+
+_BY_NAME = {
+    _fold(name): each
+    for each in REFERENCES.values()
+    for name in (*each.aliases, each.name, each.slug)
+}
+
+
+def find_reference(name: str) -> Reference:
+    """Return the reference gamut of a slug or name.
+
+    Parameters
+    ----------
+    name : str
+        A slug, a name or an alias, without regard to letter case, spaces and punctuation.
+
+    Returns
+    -------
+    Reference
+
+    Raises
+    ------
+    ReferenceNameError
+        There is no such reference; the remedy names a near match.
+
+    Examples
+    --------
+    >>> find_reference("Display P3").slug
+    'display-p3'
+    """
+    found = _BY_NAME.get(_fold(name))
+    if found is not None:
+        return found
+    for space, reason in NOT_OFFERED.items():
+        if _fold(space) == _fold(name):
+            raise ReferenceNameError(
+                f"{space} has no gamut. {reason}",
+                where={"field": "reference"},
+                remedy="Give another RGB space.",
+            )
+    meant = near_match(name, _BY_NAME)
+    slug = "" if meant is None else _BY_NAME[_fold(meant)].slug
+    raise ReferenceNameError(
+        f"There is no reference gamut {name[:40]!r}.",
+        where={"field": "reference"},
+        remedy=f"Did you mean {slug}?" if slug else "Give a slug such as srgb or display-p3.",
+    )
+
+
+def parse_definition(text: str) -> Reference | None:
+    """Return the reference gamut that a JSON document defines; None if it defines none.
+
+    Parameters
+    ----------
+    text : str
+        An object with the member ``reference``, a slug or name. It may have the definition of that
+        reference as further members, as in `Reference.data`.
+
+    Raises
+    ------
+    ReferenceNameError
+        There is no such reference.
+    MalformedFileError
+        The definition is not that of the reference.
+    """
+    if len(text) > _LONGEST or '"reference"' not in text:
+        return None
+    try:
+        document = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    if not isinstance(document, dict) or "samples" in document:
+        return None
+    name = document.pop("reference", None)
+    if not isinstance(name, str):
+        return None
+    found = find_reference(name)
+    if document and document != found.definition:
+        raise MalformedFileError(
+            f"The definition is not that of {found.slug}.",
+            where={"field": "reference"},
+            remedy=f'Send {{"reference": "{found.slug}"}} alone.',
+        )
+    return found

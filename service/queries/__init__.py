@@ -1,0 +1,1 @@
+"""Queries over HTTP: the table of operations, forms of bodies and answers, execution."""

@@ -1,0 +1,250 @@
+"""Bodies of queries: JSON, .npy and CSV to arrays of colours.
+
+All rows are checked before anything is computed, so an answer is complete or a problem. Rows are
+counted from 0. See ``docs/decisions/queries-over-http.md``.
+"""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from pydantic_core import from_json
+
+from gamutcore.errors import InvalidPointsError
+from gamutcore.queries.rows import LARGEST, checked_points
+from service.http.json_bodies import parse_json
+from service.problems.problem import Problem, ProblemError
+from service.queries.tables import Table, read_table
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from gamutcore.arrays import FloatArray
+    from service.queries.operations import Operation
+
+__all__ = ["CSV", "FORMS", "JSON", "NPY", "SVG", "Body", "Form", "parse_body"]
+
+JSON = "application/json"
+NPY = "application/x-npy"
+CSV = "text/csv"
+SVG = "image/svg+xml"
+
+
+class Form(NamedTuple):
+    """A form of bodies and answers.
+
+    Attributes
+    ----------
+    most_rows : int
+        Largest number of rows of a body.
+    row_bytes : int
+        Smallest size of a row of three coordinates, to estimate the rows of a body by its size.
+    most_bytes : int
+        Largest body.
+    """
+
+    most_rows: int
+    row_bytes: int
+    most_bytes: int
+
+
+_MEBIBYTE = 2**20
+
+FORMS = {
+    # two colours of three numbers, each of up to 25 characters and a comma, are 156 bytes
+    JSON: Form(10_000, 8, 2 * _MEBIBYTE),
+    NPY: Form(1_000_000, 12, 64 * _MEBIBYTE),
+    CSV: Form(1_000_000, 6, 160 * _MEBIBYTE),
+}
+"""Forms by media type."""
+
+_HEADER_BYTES = 10_000
+"""Largest header of an .npy file, as NumPy accepts it by default."""
+
+_BROKEN_HEADER = (ValueError, TypeError, SyntaxError, KeyError, MemoryError, RecursionError)
+"""What NumPy raises for the headers of damaged files."""
+
+
+class Body(NamedTuple):
+    """The content of a body.
+
+    Attributes
+    ----------
+    inputs : list of (n, 3) float64
+        One array for each name of the operation's inputs.
+    members : dict
+        Parameters in a JSON body, not checked.
+    table : Table or None
+        The client's own columns, if the body is CSV.
+    """
+
+    inputs: list[FloatArray]
+    members: dict[str, object]
+    table: Table | None = None
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return len(self.inputs[0])
+
+
+def parse_body(
+    content: bytearray, media_type: str, operation: Operation, axes: Sequence[str]
+) -> Body:
+    """Return the content of a body.
+
+    Parameters
+    ----------
+    content : bytearray
+    media_type : str
+        A key of `FORMS`.
+    operation : Operation
+    axes : sequence of str
+        Names of the coordinates, for the columns of a table.
+
+    Raises
+    ------
+    ProblemError
+        The body is malformed, has other members, columns or shapes, or too many rows.
+    InvalidPointsError
+        A row is not three finite numbers.
+    """
+    if media_type == JSON:
+        body = _json(content, operation)
+    elif media_type == NPY:
+        body = Body(_npy(content, operation.inputs), {})
+    else:
+        columns, table = read_table(content, operation.inputs, axes, FORMS[CSV].most_rows)
+        body = Body(columns, {}, table)
+    checked = []
+    for name, points in zip(operation.inputs, body.inputs, strict=True):
+        try:
+            checked.append(checked_points(points, name))
+        except InvalidPointsError as error:
+            if body.table is not None and "row" in error.where:
+                error.where["line"] = body.table.line_of(int(str(error.where["row"])))
+            raise
+    return body._replace(inputs=checked)
+
+
+def _json(content: bytearray, operation: Operation) -> Body:
+    most = FORMS[JSON].most_rows
+    # Decoding makes an object of two bytes, so the number is limited before.
+    if content.count(b"[") > most * len(operation.inputs) + 100:
+        raise _too_many(f"more than {most}", most)
+    document = _decoded(content)
+    known = [*operation.inputs, *(each.name for each in operation.all_parameters)]
+    if not isinstance(document, dict):
+        raise _invalid("The JSON is not an object.", operation.inputs[0])
+    for name in document:
+        if name not in known:
+            detail = f"There is a member {name[:40]!r}."
+            raise _invalid(detail, name[:40], f"Members are {', '.join(known)}.")
+    inputs = []
+    for name in operation.inputs:
+        if name not in document:
+            raise _invalid(f"The JSON object has no member {name}.", name)
+        inputs.append(_points(document.pop(name), name, most))
+    _same_rows(operation.inputs, inputs)
+    return Body(inputs, document)
+
+
+def _decoded(content: bytearray) -> Any:  # noqa: ANN401 - JSON before its shape is known
+    """Return JSON by a fast parser. What it refuses or cannot judge goes to the strict parser."""
+    try:
+        document = from_json(content, allow_inf_nan=False, cache_strings="keys")
+    except ValueError:
+        return parse_json(content)
+    if not isinstance(document, dict):
+        return document
+    texts = sum(isinstance(value, str) for value in document.values()) + len(document)
+    # More quotes than those of the members: a name is repeated, or there are texts elsewhere.
+    return document if content.count(b'"') == 2 * texts else parse_json(content)
+
+
+def _points(rows: object, name: str, most: int) -> FloatArray:
+    """Return the points in a list of lists, unchecked for infinities."""
+    if not isinstance(rows, list):
+        raise _invalid(f"{name} is not a list of colours.", name)
+    if len(rows) > most:
+        raise _too_many(str(len(rows)), most)
+    if not rows:
+        return np.empty((0, 3))
+    try:
+        points = np.array(rows, np.float64)
+    except (ValueError, TypeError, OverflowError):
+        points = np.empty(0)
+    # NumPy takes texts, booleans and null for numbers.
+    if points.shape != (len(rows), 3) or not _are_numbers(rows):
+        for row, colour in enumerate(rows):
+            if not _is_colour(colour):
+                raise InvalidPointsError(
+                    f"Row {row} of {name} is {str(colour)[:60]}.",
+                    where={"field": name, "row": row},
+                    remedy="Give three numbers.",
+                )
+    return points
+
+
+def _are_numbers(rows: list[Any]) -> bool:
+    return {type(value) for row in rows for value in row} <= {int, float}
+
+
+def _is_colour(colour: object) -> bool:
+    return (
+        isinstance(colour, list)
+        and len(colour) == 3
+        and _are_numbers([colour])
+        and max(map(abs, colour)) <= LARGEST
+    )
+
+
+def _npy(content: bytearray, names: Sequence[str]) -> list[FloatArray]:
+    file = io.BytesIO(content[: _HEADER_BYTES + 12])
+    try:
+        version = np.lib.format.read_magic(file)
+        readers = {
+            (1, 0): np.lib.format.read_array_header_1_0,
+            (2, 0): np.lib.format.read_array_header_2_0,
+        }
+        shape, is_fortran, dtype = readers[version](file, max_header_size=_HEADER_BYTES)
+    except _BROKEN_HEADER as error:
+        raise _no_npy("The body is not an .npy file with a valid header.") from error
+    width = 3 * len(names)
+    if len(shape) != 2 or shape[1] != width or dtype.kind != "f" or dtype.itemsize not in {4, 8}:
+        detail = f"The array has the shape {shape} and the type {dtype}"[:200] + "."
+        remedy = f"Send an (n, {width}) array of float32 or float64: {', '.join(names)}."
+        raise _no_npy(detail, remedy)
+    most = FORMS[NPY].most_rows
+    if shape[0] > most:
+        raise _too_many(str(shape[0]), most)
+    size = len(content) - file.tell()
+    if size != shape[0] * width * dtype.itemsize:
+        raise _no_npy(f"The array of shape {shape} has {size} bytes of data.")
+    flat = np.frombuffer(content, dtype, offset=file.tell())
+    array = flat.reshape(shape, order="F" if is_fortran else "C")
+    return [array[:, first : first + 3] for first in range(0, width, 3)]
+
+
+def _same_rows(names: Sequence[str], inputs: list[FloatArray]) -> None:
+    if len({len(points) for points in inputs}) > 1:
+        counts = ", ".join(
+            f"{name} {len(points)}" for name, points in zip(names, inputs, strict=True)
+        )
+        raise _invalid(f"The numbers of rows differ: {counts}.", names[-1])
+
+
+def _no_npy(detail: str, remedy: str = "") -> ProblemError:
+    remedy = remedy or "Save an (n, 3) array of float32 or float64 with numpy.save."
+    return ProblemError(Problem("invalid-body", detail, {"field": "header"}, remedy))
+
+
+def _invalid(detail: str, field: str, remedy: str = "") -> ProblemError:
+    remedy = remedy or 'Send an object such as {"colours": [[50, 0, 0]]}.'
+    return ProblemError(Problem("invalid-body", detail, {"field": field}, remedy))
+
+
+def _too_many(rows: str, most: int) -> ProblemError:
+    return ProblemError(Problem("too-many-rows", f"There are {rows} rows.", {"limit": most}))

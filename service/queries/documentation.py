@@ -1,0 +1,174 @@
+"""The OpenAPI description of queries: bodies, answers and examples, from the table."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from service.http.conditional import IMMUTABLE
+from service.openapi.documentation import binary_content, header
+from service.queries.bodies import CSV, FORMS, JSON, NPY, SVG
+
+if TYPE_CHECKING:
+    from service.queries.operations import Operation
+    from service.queries.views import View
+
+__all__ = ["picture_response", "request_body", "response", "view_response"]
+
+_COLOURS = {
+    "type": "array",
+    "items": {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3},
+    "maxItems": FORMS[JSON].most_rows,
+}
+
+_LEVEL = {
+    "title": "AnsweringLevel",
+    "type": "object",
+    "properties": {
+        "triangles": {"type": "integer", "description": "Triangles of the level."},
+        "max_error": {
+            "type": "number",
+            "description": "Upper bound of its distance from the full boundary.",
+        },
+    },
+    "required": ["triangles", "max_error"],
+}
+
+_IMMUTABLE_HEADERS = {
+    "ETag": header("Strong entity tag: the SHA-256 of the content.", '"4f1d9c07"'),
+    "Cache-Control": header("The content is immutable.", IMMUTABLE),
+    "Vary": header("Request fields that select the content.", "Accept, Accept-Encoding"),
+}
+
+_EXAMPLE_LEVEL = {"triangles": 1000, "max_error": 0.268516}
+
+
+def request_body(operation: Operation) -> dict[str, Any]:
+    """Return the description of the body of an operation."""
+    names = operation.inputs
+    colours = {
+        name: {**_COLOURS, "description": "Colours, in the space of the gamut."} for name in names
+    }
+    members = {each.name: each.member() for each in operation.all_parameters}
+    schema = {
+        "title": f"{_title(operation)}Query",
+        "type": "object",
+        "properties": {**colours, **members},
+        "required": list(names),
+        "additionalProperties": False,
+    }
+    width = 3 * len(names)
+    return {
+        "required": True,
+        "content": {
+            JSON: {
+                "schema": schema,
+                "examples": {"colours": {"value": dict(operation.example)}},
+            },
+            NPY: {
+                "schema": {"type": "string", "format": "binary"},
+                "examples": {"array": {"summary": f"An array (n, {width}) of float32 or float64"}},
+            },
+            CSV: {
+                # client generators pass other types of body as a file
+                "schema": {"type": "string", "format": "binary"},
+                "examples": {"table": {"value": _table(operation, operation.example)}},
+            },
+        },
+    }
+
+
+def response(operation: Operation) -> dict[str, Any]:
+    """Return the description of the answer of an operation."""
+    columns = {
+        column.name: {
+            "type": "array",
+            "items": dict(column.schema),
+            "description": column.description,
+        }
+        for column in operation.columns
+    }
+    answer = {
+        "title": f"{_title(operation)}Answer",
+        "type": "object",
+        "properties": {"level": _LEVEL, **columns},
+        "required": ["level"],
+    }
+    example = {"level": _EXAMPLE_LEVEL, **operation.answered}
+    return {
+        "description": "One entry per row, in the order of the rows.",
+        "content": {
+            JSON: {"schema": answer, "examples": {"answer": {"value": example}}},
+            NPY: {
+                "schema": {"type": "string", "format": "binary"},
+                "examples": {"array": {"summary": "A structured array, one field per column"}},
+            },
+            CSV: {
+                "schema": {"type": "string"},
+                "examples": {
+                    "table": {"summary": "The columns of the body and those of the result"}
+                },
+            },
+        },
+        "headers": {
+            "Gamut-Triangles": header("Triangles of the level.", 1000),
+            "Gamut-Max-Error": header(
+                "Upper bound of its distance from the full boundary, in units of the space.",
+                "0.268516",
+            ),
+            "Cache-Control": header("Answers to POST are not cached.", "no-store"),
+            "Vary": header("Request fields that select the content.", "Accept"),
+        },
+    }
+
+
+def view_response(view: View) -> dict[str, Any]:
+    """Return the description of the answer to a view."""
+    members = dict(view.members)
+    if view.name == "comparisons":
+        both = {"type": "object", "properties": {"a": _LEVEL, "b": _LEVEL}, "required": ["a", "b"]}
+        first: dict[str, Any] = {"levels": {**both, "title": "ComparedLevels"}}
+        example: dict[str, Any] = {"levels": {"a": _EXAMPLE_LEVEL, "b": _EXAMPLE_LEVEL}}
+    else:
+        first, example = {"level": _LEVEL}, {"level": _EXAMPLE_LEVEL}
+    answer = {
+        "title": f"{_title(view)}Answer",
+        "type": "object",
+        "properties": {**first, **members},
+        "required": list(first),
+    }
+    example = {**example, **view.example}
+    return {
+        "description": view.summary,
+        "content": {
+            JSON: {"schema": answer, "examples": {"answer": {"value": example}}},
+            NPY: {
+                "schema": {"type": "string", "format": "binary"},
+                "examples": {"array": {"summary": "A structured array"}},
+            },
+            CSV: {"schema": {"type": "string"}, "examples": {"table": {"summary": "A table"}}},
+        },
+        "headers": _IMMUTABLE_HEADERS,
+    }
+
+
+def picture_response() -> dict[str, Any]:
+    """Return the description of a picture."""
+    return {
+        "description": "The picture.",
+        "content": binary_content({SVG: "A picture as SVG"}),
+        "headers": _IMMUTABLE_HEADERS,
+    }
+
+
+def _title(operation: Operation | View) -> str:
+    return operation.operation_id[:1].upper() + operation.operation_id[1:]
+
+
+def _table(operation: Operation, example: Any) -> str:  # noqa: ANN401 - JSON
+    """Return the rows of an example as CSV in CIELAB."""
+    names = operation.inputs
+    prefixes = [f"{name}_" for name in names] if len(names) > 1 else [""]
+    header_line = ",".join(prefix + axis for prefix in prefixes for axis in "Lab")
+    rows = zip(*(example[name] for name in names), strict=True)
+    lines = [",".join(str(part) for colour in row for part in colour) for row in rows]
+    return "\n".join([header_line, *lines, ""])

@@ -1,0 +1,293 @@
+"""Execution of queries: admission by rows, threads, and answers piece by piece.
+
+Rows under way are counted from the arrival of a body to the end of the answer, which bounds the
+memory of all queries. Kernels release the interpreter lock, so threads use all cores and the event
+loop stays free. A few rows on a level in memory are answered on the event loop, because passing
+them to a thread takes longer. See ``docs/decisions/queries-over-http.md``.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import time
+from collections import deque
+from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
+from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec, TypeVar
+
+from gamutcore.errors import InvalidPointsError
+from service.problems.problem import Problem, ProblemError
+from service.queries.answers import WRITERS, level_document, view_file
+from service.queries.bodies import FORMS, JSON, SVG, parse_body
+from service.queries.levels import QueryLevels
+from service.telemetry.server_timing import timed
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+
+    from gamutcore.arrays import FloatArray
+    from service.meshes.library import Library
+    from service.meshes.requested_levels import RequestedLevels
+    from service.queries.answers import Writer
+    from service.queries.bodies import Body
+    from service.queries.levels import QueryLevel
+    from service.queries.operations import Operation, Result
+    from service.queries.views import View
+    from service.telemetry.metrics import QueryFigures
+
+__all__ = ["Admission", "Queries", "Question"]
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+PIECE = 65_536
+"""Rows that are answered at once: tens of milliseconds, and some megabytes."""
+
+VIEW_ROWS = 10_000
+"""Rows that a view counts as."""
+
+INLINE_ROWS = 16
+"""Largest number of rows that are answered on the event loop, in less than a millisecond."""
+
+INLINE_BYTES = 2048
+"""Largest body that is parsed on the event loop."""
+
+
+class Question(NamedTuple):
+    """A query with its level and its rows.
+
+    Attributes
+    ----------
+    operation : Operation
+    level : QueryLevel
+    body : Body
+    values : mapping
+        Values of the parameters.
+    media_type : str
+        Form of the answer.
+    """
+
+    operation: Operation
+    level: QueryLevel
+    body: Body
+    values: Mapping[str, Any]
+    media_type: str
+
+
+class Admission:
+    """The rows under way. Belongs to the event loop's thread.
+
+    Parameters
+    ----------
+    most : int
+        Largest number of rows of several queries. A single query is always admitted.
+
+    Attributes
+    ----------
+    rows : int
+        Rows under way.
+    """
+
+    def __init__(self, most: int) -> None:
+        self.most = most
+        self.rows = 0
+
+    @contextlib.contextmanager
+    def held(self, estimate: int) -> Iterator[Callable[[int], None]]:
+        """Count rows until the end of the context, which gets a function to correct the number.
+
+        Raises
+        ------
+        ProblemError
+            ``queries-busy``: too many rows are under way.
+        """
+        if self.rows and self.rows + estimate > self.most:
+            detail = f"{self.rows} rows are being answered."
+            raise ProblemError(Problem("queries-busy", detail, headers={"Retry-After": "1"}))
+        counted = estimate
+        self.rows += counted
+
+        def correct(rows: int) -> None:
+            nonlocal counted
+            self.rows += rows - counted
+            counted = rows
+
+        try:
+            yield correct
+        finally:
+            self.rows -= counted
+
+
+class Queries:
+    """Answers queries about a library's gamuts.
+
+    Parameters
+    ----------
+    library : Library
+    requested : RequestedLevels
+        Finds levels for limits.
+    figures : QueryFigures
+        Counts rows and seconds.
+    index_bytes : int
+        Memory for indexed levels.
+    most_rows : int
+        Largest number of rows under way.
+
+    Attributes
+    ----------
+    levels : QueryLevels
+    admission : Admission
+    """
+
+    def __init__(
+        self,
+        library: Library,
+        requested: RequestedLevels,
+        figures: QueryFigures,
+        *,
+        index_bytes: int,
+        most_rows: int,
+    ) -> None:
+        self.levels = QueryLevels(library, requested, index_bytes)
+        self.admission = Admission(most_rows)
+        self._figures = figures
+        threads = self._ahead = (
+            len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 2
+        )
+        self._threads = ThreadPoolExecutor(threads, thread_name_prefix="queries")
+
+    async def parse(
+        self, content: bytearray, media_type: str, operation: Operation, axes: tuple[str, str, str]
+    ) -> Body:
+        """Return the content of a body; see `parse_body`."""
+        with timed("body"):
+            if media_type == JSON and len(content) <= INLINE_BYTES:
+                return parse_body(content, media_type, operation, axes)
+            return await self._in_thread(parse_body, content, media_type, operation, axes)
+
+    async def answer(self, question: Question) -> tuple[bytes, AsyncIterator[bytes] | None]:
+        """Return the first part of an answer, and the others if there are any.
+
+        Raises
+        ------
+        ProblemError
+            The answer would be JSON and has too many rows.
+        GamutError
+            A row cannot be answered. Only the first part can raise it.
+        """
+        rows = question.body.rows
+        if question.media_type == JSON and rows > FORMS[JSON].most_rows:
+            most = FORMS[JSON].most_rows
+            detail = f"There are {rows} rows. An answer in JSON has at most {most}."
+            where = {"header": "Accept", "limit": most}
+            remedy = "Accept application/x-npy or text/csv."
+            raise ProblemError(Problem("too-many-rows", detail, where, remedy))
+        writer = WRITERS[question.media_type](question.operation, question.level, question.body)
+        if rows <= INLINE_ROWS:
+            return self._first(question, writer), None
+        first = await self._in_thread(self._first, question, writer)
+        return first, self._others(question, writer) if rows > PIECE else None
+
+    async def view(
+        self, view: View, levels: list[QueryLevel], values: Mapping[str, Any], media_type: str
+    ) -> bytes:
+        """Return the answer to a view as a file."""
+        with self.admission.held(VIEW_ROWS):
+            return await self._in_thread(self._view_file, view, levels, values, media_type)
+
+    def _view_file(
+        self, view: View, levels: list[QueryLevel], values: Mapping[str, Any], media_type: str
+    ) -> bytes:
+        clock = time.perf_counter()
+        if media_type == SVG:
+            assert view.picture is not None  # noqa: S101 - others have no such route
+            picture = view.picture(levels, values)
+            self._figures.count(f"{view.name}.svg", 1, time.perf_counter() - clock)
+            return picture
+        with timed("query"):
+            answered = view.answer(levels, values)
+        rows = len(next(iter(answered.table.values())))
+        self._figures.count(view.name, rows, time.perf_counter() - clock)
+        documents = [level_document(level) for level in levels]
+        if view.name == "comparisons":
+            named = {"levels": dict(zip("ab", documents, strict=True))}
+        else:
+            named = dict(zip(("level", "reference_level"), documents, strict=False))
+        with timed("encode"):
+            return view_file(media_type, named, answered)
+
+    def close(self) -> None:
+        """End the threads."""
+        self._threads.shutdown(wait=False, cancel_futures=True)
+
+    def _first(self, question: Question, writer: Writer) -> bytes:
+        result = self._result(question, 0)
+        entries = question.body.rows
+        if question.values.get("space") is not None:
+            # Conversion may refuse a row. Later, the answer would have begun.
+            for start in range(PIECE, entries, PIECE):
+                self._check_conversion(question, start)
+        if result.offsets is not None:
+            entries = int(result.offsets[-1])
+            for start in range(PIECE, question.body.rows, PIECE):
+                counted = self._result(question, start).offsets
+                entries += 0 if counted is None else int(counted[-1])
+        with timed("encode"):
+            return writer.head(result, entries) + writer.piece(0, result)
+
+    def _check_conversion(self, question: Question, start: int) -> None:
+        """Raise the error of a colour that has no coordinates in the space of the gamut."""
+        level, space = question.level, question.values["space"]
+        try:
+            for points in question.body.inputs:
+                rows = points[start : start + PIECE]
+                level.gamut.contains(rows, space=space, triangles=level.triangles)
+        except InvalidPointsError as error:
+            _shift_row(error, start)
+            raise
+
+    async def _others(self, question: Question, writer: Writer) -> AsyncIterator[bytes]:
+        # The cells of a client's table are read in order; other pieces use all threads.
+        ahead = self._ahead if question.body.table is None else 1
+        pieces: deque[asyncio.Task[bytes]] = deque()
+        try:
+            for start in range(PIECE, question.body.rows, PIECE):
+                work = self._in_thread(self._piece, question, writer, start)
+                pieces.append(asyncio.create_task(work))
+                if len(pieces) == ahead:
+                    yield await pieces.popleft()
+            while pieces:
+                yield await pieces.popleft()
+        finally:
+            for piece in pieces:
+                piece.cancel()
+
+    def _piece(self, question: Question, writer: Writer, start: int) -> bytes:
+        return writer.piece(start, self._result(question, start))
+
+    def _result(self, question: Question, start: int) -> Result:
+        rows: list[FloatArray] = [each[start : start + PIECE] for each in question.body.inputs]
+        clock = time.perf_counter()
+        try:
+            with timed("query"):
+                result = question.operation.answer(question.level, rows, question.values)
+        except InvalidPointsError as error:
+            _shift_row(error, start)
+            raise
+        seconds = time.perf_counter() - clock
+        self._figures.count(question.operation.name, len(rows[0]), seconds)
+        return result
+
+    async def _in_thread(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
+        context = copy_context()
+        return await asyncio.get_running_loop().run_in_executor(
+            self._threads, lambda: context.run(function, *args, **kwargs)
+        )
+
+
+def _shift_row(error: InvalidPointsError, start: int) -> None:
+    """Count the row of an error from the first row of the body, not of the piece."""
+    if "row" in error.where:
+        error.where["row"] = start + int(str(error.where["row"]))

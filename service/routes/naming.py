@@ -1,0 +1,127 @@
+"""Names of gamuts as clients see them: the given name, else a default from the data.
+
+The default is the data's descriptor, the description of the profile, or the name of the file. A
+reference gamut has the name of the catalogue.
+"""
+
+from __future__ import annotations
+
+import unicodedata
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from gamutcore.references import REFERENCES
+from service.problems.problem import Problem, ProblemError
+from service.storage.names import GamutName, cleaned_name
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from service.storage.gamuts import GamutStore
+    from service.storage.records import Record
+
+__all__ = ["NamedRecord", "named", "named_page", "read_only", "refuse_reference"]
+
+_DESCRIPTORS = ("DESCRIPTOR", "DESCRIPTION", "FILE_DESCRIPTOR")
+"""Keywords of characterisation data that describe it, in order."""
+
+_READERS = 16
+"""Number of simultaneous reads of names from a bucket."""
+
+_MOST_EXAMINED = 1000
+"""Number of gamuts that one page of a filtered list looks at."""
+
+
+class NamedRecord(NamedTuple):
+    """A gamut's record with its name."""
+
+    record: Record
+    name: str
+
+    @property
+    def id(self) -> str:
+        """The gamut's id."""
+        return self.record.id
+
+
+def named(store: GamutStore, records: Sequence[Record]) -> list[NamedRecord]:
+    """Return records with their names. Blocks on the store."""
+    if store.blobs.remote and len(records) > 1:
+        with ThreadPoolExecutor(min(_READERS, len(records))) as threads:
+            stored = list(threads.map(lambda record: store.names.read(record.id), records))
+    else:
+        stored = [store.names.read(record.id) for record in records]
+    return [
+        NamedRecord(each, _name(each, name)) for each, name in zip(records, stored, strict=True)
+    ]
+
+
+def named_page(
+    store: GamutStore, after: str, limit: int, part: str
+) -> tuple[list[NamedRecord], str | None]:
+    """Return gamuts whose names contain a text, without regard to case. Blocks on the store.
+
+    Parameters
+    ----------
+    store : GamutStore
+    after : str
+        Id after which the page begins.
+    limit : int
+        Largest number of gamuts.
+    part : str
+        Empty for all gamuts.
+
+    Returns
+    -------
+    found : list of NamedRecord
+    last : str or None
+        Id after which the next page begins; None if there is none.
+    """
+    wanted = _folded(part)
+    found: list[NamedRecord] = []
+    examined = 0
+    while True:
+        records = store.page(after, limit + 1)
+        found += [each for each in named(store, records) if wanted in _folded(each.name)]
+        if len(found) > limit:
+            return found[:limit], found[limit - 1].id
+        if len(records) <= limit:
+            return found, None
+        examined += len(records)
+        after = records[-1].id
+        if examined >= _MOST_EXAMINED:
+            return found, after
+
+
+def _folded(text: str) -> str:
+    return unicodedata.normalize("NFC", text).casefold()
+
+
+def _name(record: Record, stored: GamutName) -> str:
+    provenance: dict[str, Any] = record.description["provenance"]
+    if provenance.get("format") == "reference":
+        reference = REFERENCES.get(provenance["reference"])
+        return str(provenance["reference"]) if reference is None else reference.name
+    if stored.given:
+        return stored.given
+    conditions = provenance.get("conditions", {})
+    descriptors = [conditions.get(keyword) for keyword in _DESCRIPTORS]
+    for text in (*descriptors, provenance.get("description"), stored.file):
+        if isinstance(text, str) and (name := cleaned_name(text)):
+            return name
+    return f"Gamut {record.id[:12]}"
+
+
+def read_only(slug: str) -> ProblemError:
+    """Return the error of changing or deleting a reference gamut."""
+    where = {"in": "path", "field": "gamut_id"}
+    return ProblemError(
+        Problem("reference-read-only", f"The gamut is the reference gamut {slug}.", where)
+    )
+
+
+def refuse_reference(record: Record) -> None:
+    """Raise the error of `read_only` if a gamut is a reference gamut."""
+    provenance = record.description["provenance"]
+    if provenance.get("format") == "reference":
+        raise read_only(provenance["reference"])

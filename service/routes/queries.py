@@ -1,0 +1,246 @@
+"""Routes of queries that are posted, one per entry of the table of operations.
+
+FastAPI documents these routes, and the endpoint reads the request itself: FastAPI's own reading of
+parameters would take longer than the answer to a single colour.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import AsyncIterator, Callable, Coroutine, Mapping
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any
+
+from fastapi import APIRouter, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import Response
+from fastapi.routing import APIRoute
+from pydantic import TypeAdapter, ValidationError
+
+from service.container import ServiceContainer, service_of
+from service.http.negotiation import OCTET_STREAM, preferred_media_type
+from service.http.parameters import ID_PATTERN
+from service.meshes.requested_levels import LevelRequest
+from service.openapi.documentation import problems
+from service.problems.problem import Problem, ProblemError
+from service.queries.bodies import FORMS, NPY
+from service.queries.documentation import request_body, response
+from service.queries.operations import OPERATIONS, SOURCE_GAMUT, Operation
+from service.queries.parameters import query_values, refuse, values_of
+from service.queries.queries import Question
+from service.routes.gamuts import GamutId
+from service.telemetry.server_timing import timed
+
+if TYPE_CHECKING:
+    from starlette.types import Receive, Scope, Send
+
+    from service.meshes.library import OpenGamut
+    from service.queries.levels import QueryLevel
+
+__all__ = ["READING_POSTS", "QueryRoute", "checked_id", "level_of", "router", "wait_for_kernels"]
+
+READING_POSTS = re.compile(rf"/v1/gamuts/[^/]+/(?:{'|'.join(OPERATIONS)})\Z")
+"""Paths of operations that are POST, because they have a body, and change nothing."""
+
+_ID = re.compile(ID_PATTERN + r"\Z")
+_GAMUT_ID: TypeAdapter[str] = TypeAdapter(GamutId)
+
+_PROBLEMS = (
+    "malformed-body",
+    "request-timeout",
+    "body-too-large",
+    "unsupported-media-type",
+    "not-acceptable",
+    "invalid-body",
+    "invalid-points",
+    "too-many-rows",
+    "triangle-count",
+    "invalid-parameter",
+    "gamut-not-found",
+    "gamut-rebuilding",
+    "queries-busy",
+    "not-ready",
+    "store-unavailable",
+)
+
+
+class QueryRoute(APIRoute):
+    """A route whose endpoint reads the request itself."""
+
+    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
+        """Return the endpoint with the id of the path."""
+
+        async def handle(request: Request) -> Response:
+            gamut_id = checked_id(request.path_params["gamut_id"], "path", "gamut_id")
+            answer: Response = await self.endpoint(request, gamut_id)
+            return answer
+
+        return handle
+
+
+router = APIRouter(prefix="/v1/gamuts", tags=["queries"], route_class=QueryRoute)
+
+
+def _add_route(operation: Operation) -> None:
+    async def endpoint(request: Request, gamut_id: GamutId) -> Response:
+        return await _answer(request, gamut_id, operation)
+
+    endpoint.__doc__ = operation.description
+    router.add_api_route(
+        f"/{{gamut_id}}/{operation.name}",
+        endpoint,
+        methods=["POST"],
+        operation_id=operation.operation_id,
+        summary=operation.summary,
+        description=operation.description,
+        response_class=Response,
+        responses={200: response(operation), **problems(*_PROBLEMS)},
+        openapi_extra={
+            "requestBody": request_body(operation),
+            "parameters": [each.documentation() for each in operation.all_parameters],
+        },
+    )
+
+
+for _operation in OPERATIONS.values():
+    _add_route(_operation)
+
+
+class _Answer(Response):
+    """An answer in several pieces, which are computed while it is sent."""
+
+    def __init__(
+        self,
+        first: bytes,
+        others: AsyncIterator[bytes],
+        request: Request,
+        held: ExitStack,
+        headers: dict[str, str],
+        media_type: str,
+    ) -> None:
+        super().__init__(None, 200, headers, media_type)
+        del self.headers["content-length"]
+        self._first, self._others = first, others
+        self._request, self._held = request, held
+
+    async def __call__(self, _scope: Scope, _receive: Receive, send: Send) -> None:
+        with self._held:
+            start = {"type": "http.response.start", "status": 200, "headers": self.raw_headers}
+            await send(start)
+            await send({"type": "http.response.body", "body": self._first, "more_body": True})
+            async for piece in self._others:
+                if await self._request.is_disconnected():
+                    return
+                await send({"type": "http.response.body", "body": piece, "more_body": True})
+            await send({"type": "http.response.body", "body": b""})
+
+
+async def _answer(request: Request, gamut_id: str, operation: Operation) -> Response:
+    service = service_of(request)
+    queries = service.queries
+    given = query_values(operation.all_parameters, request.query_params.multi_items())
+    sent = _sent_form(request)
+    accepted = _accepted_form(request, sent)
+    with ExitStack() as held:
+        form = FORMS[sent]
+        length = request.headers.get("content-length", "")
+        estimate = int(length) // form.row_bytes if length.isdigit() else form.most_rows
+        correct = held.enter_context(queries.admission.held(min(estimate + 1, form.most_rows)))
+        content = await _content(request, form.most_bytes)
+        await wait_for_kernels(service)
+        opened = service.library.find_open(gamut_id) or await service.library.gamut(gamut_id)
+        body = await queries.parse(content, sent, operation, opened.space.axes)
+        del content
+        correct(body.rows)
+        values = values_of(operation.all_parameters, given, body.members)
+        level = await level_of(service, opened, values)
+        if values.get("source") is not None:
+            source_id = checked_id(values["source"], "query", "source")
+            source = await service.library.gamut(source_id)
+            await level_of(service, source, values)
+            values[SOURCE_GAMUT] = source.gamut
+        question = Question(operation, level, body, values, accepted)
+        first, others = await queries.answer(question)
+        headers = {
+            "Cache-Control": "no-store",
+            "Vary": "Accept",
+            "Gamut-Triangles": str(level.triangles),
+            "Gamut-Max-Error": f"{level.max_error:g}",
+        }
+        if others is None:
+            return Response(first, 200, headers, accepted)
+        return _Answer(first, others, request, held.pop_all(), headers, accepted)
+
+
+async def level_of(
+    service: ServiceContainer, opened: OpenGamut, values: Mapping[str, Any]
+) -> QueryLevel:
+    """Return the level that the parameters of a query ask for."""
+    triangles, max_error = values["triangles"], values["max_error"]
+    if triangles is not None and max_error is not None:
+        fault = "A triangle count is combined with an error limit."
+        raise refuse(fault, "query", "triangles", "Give either triangles or max_error.")
+    if triangles is None and max_error is None:
+        max_error = opened.gamut.default_error
+    return await service.queries.levels.level(opened, LevelRequest(triangles, max_error))
+
+
+async def wait_for_kernels(service: ServiceContainer) -> None:
+    """Wait for the kernels of the queries, which compile in the background on a first start."""
+    if not await service.kernels.wait("optional", service.settings.client_wait):
+        detail = "The kernels of the queries are being compiled."
+        raise ProblemError(Problem("not-ready", detail, headers={"Retry-After": "10"}))
+
+
+def checked_id(gamut_id: str, place: str, name: str) -> str:
+    """Return the id of a gamut; raises the problem of FastAPI's own check."""
+    if not _ID.match(gamut_id):
+        try:
+            _GAMUT_ID.validate_python(gamut_id)
+        except ValidationError as error:
+            faults = [{**fault, "loc": (place, name)} for fault in error.errors()]
+            raise RequestValidationError(faults) from error
+    return gamut_id
+
+
+def _sent_form(request: Request) -> str:
+    coding = request.headers.get("content-encoding", "").strip().lower()
+    if coding not in {"", "identity"}:
+        detail = f"The body has the content coding {coding[:40]!r}."
+        where = {"header": "Content-Encoding"}
+        remedy = "Send the body without a content coding."
+        headers = {"Accept-Encoding": "identity"}  # RFC 9110, 12.5.3
+        raise ProblemError(Problem("unsupported-media-type", detail, where, remedy, headers))
+    media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    if media_type not in FORMS:
+        detail = f"The media type of the body is {media_type[:100] or 'not given'}."
+        named = {"header": "Content-Type", "available": list(FORMS)}
+        remedy = f"Send {', '.join(FORMS)}."
+        raise ProblemError(Problem("unsupported-media-type", detail, named, remedy))
+    return media_type
+
+
+def _accepted_form(request: Request, sent: str) -> str:
+    """Return the form of the answer, which is that of the body unless `Accept` prefers another."""
+    accept = ",".join(request.headers.getlist("accept"))
+    if accept in {"", "*/*", sent}:
+        return sent
+    offered = [sent, *(each for each in (*FORMS, OCTET_STREAM) if each != sent)]
+    media_type = preferred_media_type(accept, offered)
+    if media_type is None:
+        detail = f"The answer is not available as {accept[:200]}."
+        where = {"header": "Accept", "available": list(FORMS)}
+        raise ProblemError(Problem("not-acceptable", detail, where))
+    return NPY if media_type == OCTET_STREAM else media_type
+
+
+async def _content(request: Request, most: int) -> bytearray:
+    """Return the body. Arrays in it are not copied, if they can be written."""
+    content = bytearray()
+    with timed("body"):
+        async for chunk in request.stream():
+            content += chunk
+            if len(content) > most:
+                detail = f"The body is larger than {most} bytes."
+                raise ProblemError(Problem("body-too-large", detail, {"limit": most}))
+    return content

@@ -1,0 +1,67 @@
+"""Route of the list of reference gamuts."""
+
+from functools import cache
+from typing import Any
+
+from fastapi import APIRouter, Depends, Request
+from fastapi.responses import Response
+
+from gamutcore.references import NOT_OFFERED, REFERENCES, Reference
+from service.http.compression import compress_response
+from service.http.conditional import conditional
+from service.http.parameters import check_query
+from service.openapi.documentation import EXAMPLE_REFERENCES, header, json_response, problems
+from service.openapi.models import ReferenceList
+from service.problems.problem import JsonResponse
+
+__all__ = ["router"]
+
+router = APIRouter(prefix="/v1/references", tags=["gamuts"], dependencies=[Depends(check_query)])
+
+
+@router.get(
+    "",
+    operation_id="listReferences",
+    summary="List the reference gamuts",
+    description="RGB colour spaces, Pointer's gamut and the optimal colours. A slug is accepted "
+    "wherever the id of a gamut is, with the options of the build as query parameters. The gamut "
+    "is built on first use.",
+    responses={
+        200: json_response(
+            "The reference gamuts.",
+            ReferenceList,
+            EXAMPLE_REFERENCES,
+            {"ETag": header("Strong entity tag: the SHA-256 of the content.", '"4f1d9c07"')},
+        ),
+        304: {"description": "The client has the current content (If-None-Match)."},
+        **problems("precondition-failed", "invalid-parameter"),
+    },
+)
+async def list_references(request: Request) -> Response:
+    """List the reference gamuts."""
+    answer: Response = JsonResponse(_document(), headers={"Cache-Control": "no-cache"})
+    answer = compress_response(answer, request.headers.getlist("accept-encoding"))
+    return conditional(answer, request.headers)
+
+
+@cache
+def _document() -> dict[str, Any]:
+    return {
+        "references": [_entry(each) for each in REFERENCES.values()],
+        "not_offered": [{"name": name, "reason": reason} for name, reason in NOT_OFFERED.items()],
+    }
+
+
+def _entry(reference: Reference) -> dict[str, Any]:
+    return {
+        "slug": reference.slug,
+        "name": reference.name,
+        "aliases": list(reference.aliases),
+        "kind": reference.kind,
+        "white": list(reference.white),
+        "illuminant": reference.illuminant,
+        "observer": reference.observer,
+        "primaries": [list(each) for each in reference.primaries] or None,
+        "source": reference.source,
+        "links": {"gamut": f"/v1/gamuts/{reference.slug}"},
+    }

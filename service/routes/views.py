@@ -1,0 +1,172 @@
+"""Routes of views: questions about whole gamuts, which are immutable and answered to GET."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any
+
+from fastapi import APIRouter, Request
+from fastapi.responses import Response
+
+from service.container import service_of
+from service.http.compression import compress_response
+from service.http.conditional import IMMUTABLE, conditional
+from service.http.negotiation import OCTET_STREAM, preferred_media_type
+from service.http.parameters import GAMUT_PATTERN
+from service.openapi.documentation import EXAMPLE_ID, problems
+from service.problems.problem import Problem, ProblemError
+from service.queries.bodies import FORMS, NPY, SVG
+from service.queries.documentation import picture_response, view_response
+from service.queries.parameters import query_values, refuse, values_of
+from service.queries.views import COMPARISON, VIEWS, View
+from service.routes.gamuts import GamutId
+from service.routes.queries import QueryRoute, checked_id, level_of, wait_for_kernels
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["comparisons", "router"]
+
+_PROBLEMS = (
+    "not-acceptable",
+    "invalid-option",
+    "triangle-count",
+    "invalid-parameter",
+    "precondition-failed",
+    "gamut-not-found",
+    "gamut-rebuilding",
+    "queries-busy",
+    "not-ready",
+    "store-unavailable",
+)
+
+_NOT_MODIFIED = {"description": "The client has the current content (If-None-Match)."}
+
+router = APIRouter(prefix="/v1/gamuts", tags=["queries"], route_class=QueryRoute)
+
+comparisons = APIRouter(prefix="/v1/comparisons", tags=["queries"])
+
+
+def _add_route(view: View) -> None:
+    async def endpoint(request: Request, gamut_id: GamutId) -> Response:
+        values = _values(view, request.query_params.multi_items())
+        return await _answer(request, view, [gamut_id], values, _accepted_form(request))
+
+    router.add_api_route(
+        f"/{{gamut_id}}/{view.name}",
+        endpoint,
+        methods=["GET"],
+        operation_id=view.operation_id,
+        summary=view.summary,
+        description=view.description,
+        response_class=Response,
+        responses={200: view_response(view), 304: _NOT_MODIFIED, **problems(*_PROBLEMS)},
+        openapi_extra={"parameters": [each.documentation() for each in view.all_parameters]},
+    )
+
+
+def _add_picture(view: View) -> None:
+    parameters = [each for each in view.all_parameters if each.name not in view.undrawn]
+
+    async def endpoint(request: Request, gamut_id: GamutId) -> Response:
+        items = request.query_params.multi_items()
+        values = values_of(parameters, query_values(parameters, items), {})
+        return await _answer(request, view, [gamut_id], values, SVG)
+
+    router.add_api_route(
+        f"/{{gamut_id}}/{view.name}.svg",
+        endpoint,
+        methods=["GET"],
+        operation_id=f"{view.operation_id}Picture",
+        summary=f"{view.summary}, as a picture",
+        description=f"{view.description} As SVG; `Accept` is ignored.",
+        response_class=Response,
+        responses={200: picture_response(), 304: _NOT_MODIFIED, **problems(*_PROBLEMS)},
+        openapi_extra={"parameters": [each.documentation() for each in parameters]},
+    )
+
+
+for _view in VIEWS.values():
+    _add_route(_view)
+    if _view.picture is not None:
+        _add_picture(_view)
+
+
+def _compared(name: str) -> dict[str, object]:
+    return {
+        "name": name,
+        "in": "query",
+        "required": True,
+        "description": f"Id of the gamut {name.upper()}, or slug of a reference gamut.",
+        "schema": {"type": "string", "pattern": f"^{GAMUT_PATTERN}$"},
+        "example": EXAMPLE_ID,
+    }
+
+
+@comparisons.get(
+    "",
+    operation_id=COMPARISON.operation_id,
+    summary=COMPARISON.summary,
+    description=COMPARISON.description,
+    response_class=Response,
+    responses={200: view_response(COMPARISON), 304: _NOT_MODIFIED, **problems(*_PROBLEMS)},
+    openapi_extra={
+        "parameters": [
+            *map(_compared, "ab"),
+            *(each.documentation() for each in COMPARISON.all_parameters),
+        ]
+    },
+)
+async def compare_gamuts(request: Request) -> Response:
+    """Compare two gamuts."""
+    items = request.query_params.multi_items()
+    ids = [checked_id(_only(items, name), "query", name) for name in "ab"]
+    others = [item for item in items if item[0] not in {"a", "b"}]
+    values = _values(COMPARISON, others)
+    return await _answer(request, COMPARISON, ids, values, _accepted_form(request))
+
+
+def _only(items: Sequence[tuple[str, str]], name: str) -> str:
+    """Return the value of a parameter that must be given once."""
+    values = [value for key, value in items if key == name]
+    if len(values) != 1:
+        fault = f"The parameter {name!r} is given {len(values)} times."
+        raise refuse(fault, "query", name, "Give the ids or slugs of two gamuts as a and b.")
+    return values[0]
+
+
+def _values(view: View, items: Sequence[tuple[str, str]]) -> dict[str, Any]:
+    return values_of(view.all_parameters, query_values(view.all_parameters, items), {})
+
+
+async def _answer(
+    request: Request, view: View, ids: Sequence[str], values: dict[str, Any], media_type: str
+) -> Response:
+    service = service_of(request)
+    if values.get("reference") is not None:
+        ids = [*ids, checked_id(values["reference"], "query", "reference")]
+    await wait_for_kernels(service)
+    opened = [await service.library.gamut(gamut_id) for gamut_id in ids]
+    levels = [await level_of(service, each, values) for each in opened]
+    body = await service.queries.view(view, levels, values, media_type)
+    headers = {
+        "Cache-Control": IMMUTABLE,
+        "Vary": "Accept",
+        "X-Content-Type-Options": "nosniff",
+        "Gamut-Triangles": ", ".join(str(level.triangles) for level in levels),
+        "Gamut-Max-Error": ", ".join(f"{level.max_error:g}" for level in levels),
+    }
+    answer = Response(body, 200, headers, media_type)
+    accepted = request.headers.getlist("accept-encoding")
+    answer = await asyncio.to_thread(compress_response, answer, accepted)
+    return conditional(answer, request.headers)
+
+
+def _accepted_form(request: Request) -> str:
+    accept = ",".join(request.headers.getlist("accept"))
+    media_type = preferred_media_type(accept, [*FORMS, OCTET_STREAM])
+    if media_type is None:
+        detail = f"The answer is not available as {accept[:200]}."
+        where = {"header": "Accept", "available": list(FORMS)}
+        raise ProblemError(Problem("not-acceptable", detail, where))
+    return NPY if media_type == OCTET_STREAM else media_type

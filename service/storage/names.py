@@ -1,0 +1,147 @@
+"""Names of gamuts: small documents beside the gamuts, of which the last writer's counts.
+
+A name is no part of a gamut's id, its record or anything immutable. It is stored as
+``names/<aa>/<id>.name``: a seal, and JSON with the name. A write replaces the document by
+compare-and-swap until it succeeds, so it is durable when it returns, and every replica reads it
+from then on. Simultaneous writes leave one of the names.
+"""
+
+from __future__ import annotations
+
+import json
+import unicodedata
+from typing import NamedTuple
+
+from service.storage.blobs import BlobDamagedError, BlobNotFoundError, Blobs, StoreUnavailableError
+from service.storage.records import seal, unseal
+
+__all__ = ["LONGEST_NAME", "GamutName", "InvalidNameError", "Names", "checked_name", "cleaned_name"]
+
+LONGEST_NAME = 200
+"""Largest number of characters of a name."""
+
+_ATTEMPTS = 50
+"""Number of attempts to replace a document while others replace it."""
+
+_FORBIDDEN = frozenset({"Cc", "Cn", "Cs", "Zl", "Zp"})
+"""Unicode categories that no name contains: controls, unassigned, surrogates, line separators."""
+
+_BIDI_CONTROLS = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+"""Embeddings and overrides of the direction, which can disguise the text around a name."""
+
+
+class InvalidNameError(ValueError):
+    """A text is no name. The message is a sentence with the reason."""
+
+
+class GamutName(NamedTuple):
+    """What is known of a gamut's name.
+
+    Attributes
+    ----------
+    given : str
+        The name that a client gave; empty if none did.
+    file : str
+        The name of the posted file; empty if there was none.
+    revision : int
+        Grows with every write, so that no version of the document recurs.
+    """
+
+    given: str = ""
+    file: str = ""
+    revision: int = 0
+
+
+def checked_name(text: object) -> str:
+    """Return a name in its canonical form: NFC, without white space at the ends.
+
+    Raises
+    ------
+    InvalidNameError
+        The text is empty, too long, or has characters that no name contains.
+    """
+    if not isinstance(text, str):
+        message = "The name is not a text."
+        raise InvalidNameError(message)
+    bad = next((each for each in text.strip() if _is_forbidden(each)), None)
+    if bad is not None:
+        message = f"The name contains the character U+{ord(bad):04X}, which no name may contain."
+        raise InvalidNameError(message)
+    name = unicodedata.normalize("NFC", text).strip()
+    if not name or len(name) > LONGEST_NAME:
+        message = f"The name has {len(name)} characters; it needs 1 to {LONGEST_NAME}."
+        raise InvalidNameError(message)
+    return name
+
+
+def cleaned_name(text: str) -> str:
+    """Return a text from a file as a name: without forbidden characters, not too long."""
+    kept = "".join(" " if _is_forbidden(each) else each for each in text)
+    return unicodedata.normalize("NFC", " ".join(kept.split()))[:LONGEST_NAME].strip()
+
+
+def _is_forbidden(character: str) -> bool:
+    return character in _BIDI_CONTROLS or unicodedata.category(character) in _FORBIDDEN
+
+
+class Names:
+    """The names in a storage.
+
+    Parameters
+    ----------
+    blobs : Blobs
+    """
+
+    def __init__(self, blobs: Blobs) -> None:
+        self._blobs = blobs
+
+    def read(self, gamut_id: str) -> GamutName:
+        """Return the name of a gamut; empty if none is stored, or the document is damaged."""
+        return self._read(gamut_id)[0]
+
+    def give(self, gamut_id: str, name: str) -> None:
+        """Store a name that a client gave. It is durable on return, and replaces earlier ones.
+
+        Raises
+        ------
+        StoreUnavailableError
+            Others replaced the name at every attempt.
+        """
+        for _ in range(_ATTEMPTS):
+            present, version = self._read(gamut_id)
+            data = _document(GamutName(name, present.file, present.revision + 1))
+            if version is None:
+                if self._blobs.create(_key(gamut_id), data) is not None:
+                    return
+            elif self._blobs.replace(_key(gamut_id), data, version) is not None:
+                return
+        message = "The name is being replaced by others all the time."
+        raise StoreUnavailableError(message)
+
+    def keep_file(self, gamut_id: str, file: str) -> None:
+        """Store the name of a gamut's file, unless something is stored already."""
+        self._blobs.create(_key(gamut_id), _document(GamutName(file=file)))
+
+    def drop(self, gamut_id: str) -> None:
+        """Remove the name of a gamut."""
+        self._blobs.delete(_key(gamut_id))
+
+    def _read(self, gamut_id: str) -> tuple[GamutName, str | None]:
+        """Return the name and its version; None for no document."""
+        try:
+            blob = self._blobs.read(_key(gamut_id))
+        except BlobNotFoundError:
+            return GamutName(), None
+        try:
+            document = json.loads(unseal(blob.data))
+            return GamutName(**document), blob.version
+        except (BlobDamagedError, ValueError, TypeError):
+            return GamutName(), blob.version
+
+
+def _document(name: GamutName) -> bytes:
+    return seal(json.dumps(name._asdict()).encode())
+
+
+def _key(gamut_id: str) -> str:
+    return f"names/{gamut_id[:2]}/{gamut_id}.name"

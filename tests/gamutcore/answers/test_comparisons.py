@@ -1,0 +1,57 @@
+"""Questions about two gamuts: cubes, whose intersections are cubes, and published figures."""
+
+import numpy as np
+import pytest
+
+import gamutcore
+from gamutcore import Gamut
+from gamutcore.errors import OptionError
+
+UNIT = 2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1
+
+
+def cube(half, middle=(50, 0, 0), **options):
+    return Gamut(half * UNIT + middle, gamma=1, **options)
+
+
+def test_cubes():
+    one, two = cube(20), cube(10, (50, 20, 0))
+    common = one & two
+    assert common.volume == pytest.approx(10 * 20 * 20)
+    assert common.of_first == pytest.approx(4000 / 40**3)
+    assert common.of_second == pytest.approx(0.5)
+    assert one.coverage_of(two) == pytest.approx(0.5)
+    assert two.coverage_of(one) == pytest.approx(4000 / 40**3)
+    found = one.compare(two, sectors=4)
+    assert found.union == pytest.approx(40**3 + 4000)
+    assert found.sectors.volume_a.tolist() == pytest.approx([40**3 / 4] * 4)
+    assert found.white_a[0] == pytest.approx(70, abs=1e-3)
+    assert found.black_b[0] == pytest.approx(40, abs=1e-3)
+    assert found.warnings == ()
+
+
+def test_spaces_must_be_the_same():
+    with pytest.raises(OptionError, match="CIELAB and Oklab"):
+        cube(20).compare(cube(20, space="Oklab"))
+    with pytest.raises(OptionError, match="parameters"):
+        _ = cube(20) & cube(20, reference_white="D65")
+    with pytest.raises(OptionError, match="sectors"):
+        cube(20).compare(cube(10), sectors=0)
+    with pytest.raises(TypeError):
+        _ = cube(20) & 5
+
+
+@pytest.mark.slow
+def test_p3_covers_the_published_part_of_bt2020():
+    """66.37 % in CIELAB, D50."""
+    one, two = (gamutcore.reference(name, surface_samples=20_000) for name in ("bt2020", "P3-D65"))
+    assert 100 * two.coverage_of(one) == pytest.approx(66.37, abs=0.2)
+
+
+@pytest.mark.slow
+def test_two_papers_that_both_count_as_white_have_a_warning(fogra39):
+    relative, absolute = (
+        Gamut(fogra39, surface_samples=500, intent=intent) for intent in ("relative", "absolute")
+    )
+    assert "absolute" in relative.compare(relative).warnings[0]
+    assert absolute.compare(absolute).warnings == ()

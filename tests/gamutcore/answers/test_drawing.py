@@ -1,0 +1,74 @@
+"""Pictures in notebooks and with matplotlib."""
+
+import numpy as np
+import pytest
+
+from gamutcore import Gamut
+from gamutcore.answers.drawing import figure
+
+CUBE = 20 * (2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1) + (50, 0, 0)
+
+
+def test_html_has_a_picture_and_the_key_figures(small_gamut):
+    html = small_gamut._repr_html_()
+    assert "<svg" in html
+    for text in ("CIELAB", small_gamut.id[:12], f"{small_gamut.volume:.6g}"):
+        assert text in html
+
+
+def test_names_of_channels_are_escaped():
+    gamut = Gamut(CUBE)
+    gamut.description["provenance"]["channels"] = ["<b>"]
+    assert "&lt;b&gt;" in gamut._repr_html_()
+
+
+def test_plot_shows_the_whole_gamut():
+    pytest.importorskip("matplotlib")
+    axes = figure().add_subplot(projection="3d")
+    assert Gamut(CUBE, gamma=1).plot(axes, alpha=0.5) is axes
+    assert axes.get_zlabel() == "L*"
+    low, high = axes.get_zlim()
+    assert low <= 30
+    assert high >= 70
+    Gamut(CUBE + np.array([20, 0, 0]), gamma=1).plot(axes, triangles=8)
+    assert axes.get_zlim()[1] >= 90
+
+
+def test_without_matplotlib_the_extra_is_named(small_gamut, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
+    with pytest.raises(ModuleNotFoundError, match=r"\[plot\]"):
+        small_gamut.plot()
+
+
+def test_slices_and_rings():
+    pytest.importorskip("matplotlib")
+    gamut, other = Gamut(CUBE, gamma=1), Gamut(CUBE / 2 + np.array([25, 0, 0]), gamma=1)
+    axes = gamut.plot_slice(50, figure().add_subplot())
+    other.plot_slice(50, axes)
+    corners = [patch.get_xy() for patch in axes.patches]
+    assert [np.abs(each).max() for each in corners] == pytest.approx([20, 10], abs=1e-3)
+    assert axes.get_xlabel() == "a*"
+    leaf = gamut.plot_slice(ax=figure().add_subplot(), hue=0)
+    assert leaf.patches[0].get_xy().max(axis=0).tolist() == pytest.approx([20, 70], abs=1e-3)
+    rings = gamut.plot_rings(other, figure().add_subplot())
+    assert len(rings.lines) == 20
+
+
+class TestSvg:
+    def test_slices_leaves_and_planes(self, small_gamut):
+        pictures = [
+            small_gamut.slice_svg(50, name="Small"),
+            small_gamut.slice_svg(hue=40),
+            small_gamut.slice_svg(plane=(1, 1, 0, 50)),
+        ]
+        for picture, title in zip(pictures, ("L* = 50", "Hue 40°", "L* + a* = 50"), strict=True):
+            assert f"<title>{title}</title>".encode() in picture
+            assert b"<image" in picture
+        assert len(set(pictures)) == 3
+        assert "Small · CIELAB".encode() in pictures[0]
+
+    def test_rings_with_and_without_a_reference(self, small_gamut):
+        assert b"intersection" not in small_gamut.rings_svg()
+        compared = small_gamut.rings_svg(small_gamut, names=("one", "two"))
+        assert b">two<" in compared
+        assert b"intersection" in compared

@@ -1,0 +1,123 @@
+"""Questions about single colours, on bodies whose answers are known."""
+
+import numpy as np
+import pytest
+
+from gamutcore import Gamut
+from gamutcore.errors import InvalidPointsError, OptionError, TriangleCountError
+
+CUBE = 20 * (2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1) + (50, 0, 0)
+
+
+@pytest.fixture(scope="module")
+def cube():
+    return Gamut(CUBE, gamma=1)
+
+
+@pytest.fixture
+def colours():
+    return np.random.default_rng(3).uniform(-45, 45, (300, 3)) + np.array([50, 0, 0])
+
+
+def box_distance(colours):
+    """Signed distance from a cube (Quilez, Distance functions)."""
+    beyond = np.abs(colours - (50, 0, 0)) - 20
+    outside = np.linalg.norm(np.maximum(beyond, 0), axis=1)
+    return outside + np.minimum(beyond.max(axis=1), 0)
+
+
+class TestDistance:
+    def test_is_that_of_the_body(self, cube, colours):
+        np.testing.assert_allclose(cube.distance(colours), box_distance(colours), atol=1e-3)
+        assert cube.distance(colours.reshape(3, 100, 3)).shape == (3, 100)
+
+    def test_agrees_with_contains(self, cube, colours):
+        assert ((cube.distance(colours) <= 0) == cube.contains(colours)).all()
+
+    def test_classes_have_a_tolerance(self, cube, colours):
+        distance = box_distance(colours)
+        expected = np.select([np.abs(distance) <= 3, distance < 0], ["edge", "inside"], "outside")
+        clear = np.abs(np.abs(distance) - 3) > 0.01
+        found = cube.classify(colours, tolerance=3)
+        assert (found[clear] == expected[clear]).all()
+        with pytest.raises(OptionError, match="tolerance"):
+            cube.classify(colours, tolerance=-1)
+
+
+class TestLevel:
+    def test_is_chosen_by_count_or_error(self, small_gamut):
+        coarse = small_gamut.distance([(50, 0, 0)], triangles=8)
+        fine = small_gamut.distance([(50, 0, 0)], max_error=0)
+        assert coarse != fine
+        with pytest.raises(TriangleCountError):
+            small_gamut.distance([(50, 0, 0)], triangles=2)
+        with pytest.raises(OptionError):
+            small_gamut.distance([(50, 0, 0)], triangles=8, max_error=1)
+
+
+def test_convert(cube):
+    assert cube.convert([(50, 20, 90)], "LCHab").round(9).tolist() == [[50, 0, 20]]
+    with pytest.raises(InvalidPointsError):
+        cube.convert([(50, np.nan, 90)], "LCHab")
+
+
+class TestNearest:
+    def test_is_that_of_the_body(self, cube, colours):
+        found = cube.nearest(colours)
+        np.testing.assert_allclose(found.distance, np.abs(box_distance(colours)), atol=1e-3)
+        np.testing.assert_allclose(np.abs(found.points - (50, 0, 0)).max(axis=1), 20, atol=1e-3)
+        outside = box_distance(colours) > 0
+        beyond = np.clip(colours, (30, -20, -20), (70, 20, 20))
+        np.testing.assert_allclose(found.points[outside], beyond[outside], atol=1e-3)
+        assert found.device is None
+
+    def test_points_are_in_the_space_of_the_colours(self, cube):
+        found = cube.nearest([[(50, 35, 90)]], space="LCHab")
+        np.testing.assert_allclose(found.points, [[(50, 20, 90)]], atol=1e-3)
+        np.testing.assert_allclose(found.distance, [[15]], atol=1e-3)
+
+    def test_metric_is_named_as_in_colour_science(self, cube):
+        near = cube.nearest((50, 30, 0), metric="cie 1976")
+        np.testing.assert_allclose(
+            near.points, cube.nearest((50, 30, 0), metric="Euclidean").points
+        )
+        with pytest.raises(OptionError) as caught:
+            cube.nearest((50, 30, 0), metric="CIE 1967")
+        assert "CIE 1976" in caught.value.remedy
+
+
+class TestNearestByCiede2000:
+    def test_is_better_than_the_euclidean_nearest(self, cube, colours):
+        outside = colours[~cube.contains(colours)]
+        best, euclidean = (cube.nearest(outside, metric=m) for m in ("CIE 2000", "CIE 1976"))
+        assert (best.delta_e <= euclidean.delta_e + 1e-6).all()
+        assert (best.distance >= euclidean.distance - 1e-6).all()
+        assert best.delta_e.mean() < 0.99 * euclidean.delta_e.mean()
+        assert np.abs(cube.distance(best.points)).max() < 1e-3
+
+    def test_is_defined_in_cielab(self):
+        other = Gamut(CUBE, gamma=1, space="Oklab")
+        with pytest.raises(OptionError, match="Oklab"):
+            other.nearest((0.5, 0, 0), metric="CIE 2000")
+        assert other.nearest((0.5, 0.3, 0)).delta_e > 0
+
+
+class TestCrossings:
+    def test_of_a_cube(self, cube):
+        found = cube.crossings([(50, 0, -50), (50, 0, 0)], [(50, 0, 50), (50, 40, 0)])
+        assert found.offsets.tolist() == [0, 2, 3]
+        np.testing.assert_allclose(found.t, [0.3, 0.7, 0.5], atol=1e-4)
+        assert found.entering.tolist() == [True, False, False]
+        np.testing.assert_allclose(found.points[2], (50, 20, 0), atol=1e-3)
+
+    def test_starts_and_ends_are_broadcast_and_in_a_space(self, cube):
+        found = cube.crossings((50, 0, 0), [(50, 60, 0), (50, 60, 90)], space="LCHab")
+        assert found.offsets.tolist() == [0, 1, 2]
+        np.testing.assert_allclose(found.points[1], (50, 20, 90), atol=1e-3)
+
+    def test_errors_name_the_argument(self, cube):
+        with pytest.raises(InvalidPointsError) as caught:
+            cube.crossings((50, 0, 0), (50, 0, np.nan))
+        assert caught.value.where["field"] == "ends"
+        with pytest.raises(OptionError):
+            cube.crossings((50, 0, 0), (50, 0, 50), kind="curve")

@@ -1,0 +1,137 @@
+"""Commands that answer questions, against the methods of the class and independent figures."""
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gamutcore import Gamut
+
+ROOT = Path(__file__).parents[3]
+INKS = ["C", "M", "Y", "K"]
+
+
+@pytest.fixture(scope="module")
+def cubes(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("cubes")
+    unit = 2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1
+    for name, half in (("large", 20), ("small", 10)):
+        Gamut(half * unit + (50, 0, 0), gamma=1).save(folder / f"{name}.gamut")
+    return folder
+
+
+def rows(text):
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+@pytest.mark.slow
+def test_the_example_of_the_readme(command, tmp_path, monkeypatch):
+    """The columns of the file stay, and each added figure is consistent with the others."""
+    monkeypatch.chdir(ROOT)
+    report = tmp_path / "report.csv"
+    out, err = command(
+        *("query", "examples/spots.csv", "--gamut", "examples/FOGRA39L.ti3"),
+        *("--ink-limit", "300", "--metric", "CIE 2000", "-o", report),
+    )
+    before, after = rows(Path("examples/spots.csv").read_text()), rows(report.read_text())
+    assert [{name: row[name] for name in before[0]} for row in after] == before
+    inside = [row["in_gamut"] == "true" for row in after]
+    assert f"{sum(inside)} of {len(after)} colours are in gamut." in out
+    assert err == ""
+    worst = max(after, key=lambda row: float(row["delta_e_2000"]))
+    assert worst["name"] in out
+    for row, within in zip(after, inside, strict=True):
+        assert (float(row["distance"]) <= 0) == within
+        near = [float(row[f"nearest_{axis}"]) for axis in "Lab"]
+        given = [float(row[axis]) for axis in "Lab"]
+        if within:
+            assert near == pytest.approx(given)
+            assert [row[ink] for ink in INKS] == [""] * 4
+        else:
+            assert np.linalg.norm(np.subtract(near, given)) >= float(row["distance"]) - 1e-3
+            inks = [float(row[ink]) for ink in INKS]
+            assert min(inks) >= 0
+            assert sum(inks) <= 301  # interpolated between vertices within 300
+            assert float(row["delta_e_2000"]) > 0
+
+
+def test_query_of_a_body_whose_answers_are_known(command, cubes, tmp_path):
+    table = tmp_path / "colours.csv"
+    table.write_text("id;L;C;h\nmiddle;50;0;0\nfar;50;35;90\n", encoding="utf-8")
+    arguments = ("query", table, "--gamut", cubes / "large.gamut", "--metric", "cie 1976")
+    out, err = command(*arguments)
+    middle, far = rows(out)
+    assert (middle["in_gamut"], middle["distance"]) == ("true", "-20")
+    assert (far["in_gamut"], far["distance"]) == ("false", "15")
+    assert [float(far[f"nearest_{axis}"]) for axis in "Lab"] == pytest.approx([50, 0, 20], abs=1e-3)
+    assert "1 of 2" in err
+    assert "far" in err
+    found = json.loads(command(*arguments, "--json")[0])
+    assert found["in_gamut"] == [True, False]
+    np.save(tmp_path / "colours.npy", np.array([[50.0, 0, 0]]))
+    out, err = command("query", tmp_path / "colours.npy", *arguments[2:])
+    assert rows(out)[0]["in_gamut"] == "true"
+    assert "1 of 1" in err
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("L,a,b\n50,0\n", "row 1"),
+        ("L,a,b\n50,0,x\n", "row 1"),
+        ("name,use\nA,B\n", "--columns"),
+        ("", "--columns"),
+        ("L,a,b\n50,0,nan\n", "row 0"),
+    ],
+)
+def test_tables_without_colours(command, cubes, tmp_path, text, told):
+    table = tmp_path / "colours.csv"
+    table.write_text(text)
+    _, err = command("query", table, "--gamut", cubes / "large.gamut", status=1)
+    assert told in err
+
+
+def test_map(command, cubes, tmp_path):
+    table = tmp_path / "colours.csv"
+    table.write_text("name,L,a,b\nmiddle,50,0,0\nfar,50,35,0\n")
+    arguments = ("map", table, "--gamut", cubes / "large.gamut")
+    out, err = command(*arguments, "--method", "clip-chroma")
+    middle, far = rows(out)
+    assert [float(middle[f"mapped_{axis}"]) for axis in "Lab"] == [50, 0, 0]
+    assert [float(far[f"mapped_{axis}"]) for axis in "Lab"] == pytest.approx([50, 20, 0], abs=1e-3)
+    assert (middle["moved"], far["moved"]) == ("false", "true")
+    assert "1 of 2" in err
+    out, _ = command(*arguments, "--method", "clip-focal", "--focus", "50,-20,0")
+    assert float(rows(out)[1]["mapped_a"]) == pytest.approx(20, abs=1e-3)
+    out, _ = command(*arguments, "--method", "sgck", "--from", cubes / "large.gamut")
+    assert abs(float(rows(out)[1]["mapped_a"])) <= 20
+    command(*arguments, "--method", "sgck", status=2)
+    command(*arguments, "--method", "clip", status=2)
+    command(*arguments, "--method", "clip-focal", "--focus", "x", status=2)
+
+
+def test_compare(command, as_json, cubes):
+    pair = ("compare", cubes / "large.gamut", cubes / "small.gamut")
+    found = as_json(*pair)
+    assert found["volume_a"] == pytest.approx(40**3)
+    assert found["intersection"] == pytest.approx(20**3)
+    assert found["a_covers_b"] == pytest.approx(1.0)
+    assert found["b_covers_a"] == pytest.approx(1 / 8)
+    assert "0.125" in command(*pair)[0]
+    by_hue = rows(command(*pair, "--csv", "--sectors", 4)[0])
+    assert [float(row["volume_a"]) for row in by_hue] == pytest.approx([10 * 40**2] * 4)
+
+
+def test_plot(command, cubes, tmp_path):
+    pytest.importorskip("matplotlib")
+    command("plot", cubes / "large.gamut", "-o", tmp_path / "large.png")
+    assert (tmp_path / "large.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_plot_without_matplotlib_says_what_to_install(command, cubes, tmp_path, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
+    _, err = command("plot", cubes / "large.gamut", "-o", tmp_path / "large.png", status=1)
+    assert "gamut-boundary-service[plot]" in err

@@ -1,0 +1,89 @@
+"""The program: help, version, completion, exit status, and errors as one line."""
+
+import subprocess
+import sys
+
+import pytest
+
+from gamutcore.version import __version__
+
+COMMANDS = (
+    "build",
+    "info",
+    "mesh",
+    "export",
+    "reference",
+    "query",
+    "map",
+    "compare",
+    "plot",
+    "slice",
+    "rings",
+)
+
+
+def test_help_lists_all_commands_with_whole_sentences(command):
+    shown, _ = command("--help")
+    listed = shown.split("Commands:")[1].split("\n\n")[0]
+    assert all(name in listed for name in COMMANDS)
+    assert "..." not in listed
+    assert "Exit status" in " ".join(shown.split())
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_help_with_the_options_of_builds(command, name):
+    shown, _ = command(name, "--help")
+    assert "Usage: gamut" in shown
+    assert ("--ink-limit" in shown) == (name != "reference")
+
+
+def test_the_version_is_printed(command):
+    assert command("--version")[0].strip() == __version__
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "told"),
+    [
+        (["info", "nothing.ti3"], 1, "nothing.ti3"),
+        (["info", "srbg"], 2, "Did you mean srgb?"),
+        (["info", "srgb", "--gamma", "7"], 2, "gamma"),
+        (["info", "srgb", "--spaces", "Oklab"], 2, "--space"),
+        (["info"], 2, "GAMUT"),
+        (["inform"], 2, "info"),
+        (["info", "pyproject.toml"], 1, "gamut: "),
+    ],
+)
+def test_errors_are_one_line_with_a_remedy(command, arguments, status, told):
+    out, err = command(*arguments, status=status)
+    assert out == ""
+    assert told in err
+    assert len(err.strip().splitlines()[-1:]) == 1
+    assert "Traceback" not in err
+
+
+def test_an_option_of_a_gamut_that_is_built_is_refused(command, saved):
+    _, err = command("info", saved, "--cost", "finest", status=2)
+    assert "built already" in err
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+@pytest.mark.slow
+def test_completion(shell):
+    shown = subprocess.run(
+        [sys.executable, "-m", "gamutcore", "--show-completion", shell],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "complete" in shown.stdout.lower()
+
+
+@pytest.mark.slow
+def test_help_does_not_import_the_computation():
+    """It is what makes `gamut --help` fast: 0.1 s of processor time."""
+    code = (
+        "import sys; from gamutcore.cli.app import app, run; run(app, ['--help']);"
+        "print(sorted({'numpy', 'numba', 'rich', 'scipy'} & set(sys.modules)), file=sys.stderr)"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert ended.stderr.strip() == "[]"

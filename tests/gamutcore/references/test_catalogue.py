@@ -1,0 +1,140 @@
+"""The catalogue against colour-science, names, and definitions as input data."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from gamutcore.characterisation import characterisation
+from gamutcore.colours.reference_colours import decode_rgb
+from gamutcore.colours.spaces.cielab import ICC_D50, adaptation_to_d50, colour_science, white_of
+from gamutcore.errors import MalformedFileError, OptionError, ReferenceNameError
+from gamutcore.references import NOT_OFFERED, REFERENCES, find_reference, parse_definition
+from gamutcore.references.catalogue import _RGB_ROWS
+
+SPACES = {name for name, space in colour_science().RGB_COLOURSPACES.items() if name == space.name}
+
+
+def tristimulus(primaries, white):
+    """XYZ of the three primaries, by the sum of their light being the white."""
+    chromaticities = np.array([[x, y, 1 - x - y] for x, y in primaries])
+    x, y = white
+    target = np.array([x, y, 1 - x - y]) / y
+    return np.linalg.solve(chromaticities.T, target)[:, np.newaxis] * chromaticities, target
+
+
+def test_every_rgb_space_of_colour_science_is_offered_or_has_a_reason():
+    offered = {each.name for each in REFERENCES.values() if each.kind == "rgb"}
+    assert offered | set(NOT_OFFERED) == SPACES
+    assert not offered & set(NOT_OFFERED)
+    assert len(offered) > 50
+    assert all(reason.endswith(".") for reason in NOT_OFFERED.values())
+
+
+@pytest.mark.parametrize("row", _RGB_ROWS, ids=lambda row: row["slug"])
+def test_primaries_and_white_are_those_of_colour_science(row):
+    space = colour_science().RGB_COLOURSPACES[row["name"]]
+    np.testing.assert_allclose(row["primaries"], space.primaries, atol=1e-12)
+    np.testing.assert_allclose(row["white"], space.whitepoint, atol=1e-12)
+    assert row["illuminant"] == space.whitepoint_name
+    assert all(colour_science().RGB_COLOURSPACES[name] == space for name in row.get("aliases", ()))
+
+
+@pytest.mark.parametrize("row", _RGB_ROWS, ids=lambda row: row["slug"])
+def test_curves_are_those_of_colour_science_where_full_scale_is_the_white(row):
+    space = colour_science().RGB_COLOURSPACES[row["name"]]
+    values = np.linspace(0, 1, 101)
+    with np.errstate(all="ignore"):
+        theirs = np.asarray(space.cctf_decoding(values), np.float64)
+    if row["curve"] == 1.0 and not np.allclose(theirs, values):
+        # a logarithmic curve, or one that reaches beyond the white
+        assert abs(theirs[-1] - 1) > 0.5 or row["name"].startswith("Protune")
+    else:
+        np.testing.assert_allclose(decode_rgb(values, row["curve"]), theirs, atol=2e-4)
+
+
+@pytest.mark.parametrize("row", _RGB_ROWS, ids=lambda row: row["slug"])
+def test_only_spaces_with_primaries_of_negative_luminance_are_left_out(row):
+    primaries, white = tristimulus(row["primaries"], row["white"])
+    adapted = adaptation_to_d50(primaries, white, "Bradford")
+    darkest = min(primaries[:, 1].min(), adapted[:, 1].min())
+    assert (darkest < -1e-3) == (row["name"] in NOT_OFFERED)
+
+
+def test_slugs_are_fit_for_addresses_and_never_look_like_ids():
+    for slug, reference in REFERENCES.items():
+        assert slug == reference.slug
+        assert re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", slug)
+        assert len(slug) < 64
+    assert {"srgb", "display-p3", "adobe-rgb-1998", "bt2020", "prophoto-rgb", "pointer"} <= set(
+        REFERENCES
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "slug"),
+    [
+        ("Display P3", "display-p3"),
+        ("sRGB", "srgb"),
+        ("adobe rgb 1998", "adobe-rgb-1998"),
+        ("ITU-R BT.2020", "bt2020"),
+        ("lin_ap1_scene", "acescg"),
+        ("Pointer's gamut", "pointer"),
+        ("optimal colours, D65, 10°", "optimal-colours-d65-10"),
+    ],
+)
+def test_a_name_is_matched_without_case_spaces_and_punctuation(name, slug):
+    assert find_reference(name).slug == slug
+
+
+def test_a_misspelled_name_is_answered_with_a_near_match():
+    with pytest.raises(ReferenceNameError) as caught:
+        find_reference("Dispaly P3")
+    assert "display-p3" in caught.value.remedy
+
+
+def test_a_space_without_a_gamut_is_refused_with_its_reason():
+    with pytest.raises(ReferenceNameError, match="negative luminance"):
+        find_reference("REDWideGamutRGB")
+
+
+@pytest.mark.parametrize("reference", REFERENCES.values(), ids=lambda each: each.slug)
+def test_a_definition_is_read_back_as_its_reference(reference):
+    assert characterisation(reference.data) is reference
+    assert json.loads(reference.data)["reference"] == reference.slug
+
+
+def test_definitions_have_different_digests():
+    assert len({each.sha256 for each in REFERENCES.values()}) == len(REFERENCES)
+
+
+def test_the_name_alone_is_a_definition_and_a_different_definition_is_refused():
+    assert parse_definition('{"reference": "sRGB"}') is REFERENCES["srgb"]
+    with pytest.raises(MalformedFileError, match="srgb"):
+        parse_definition('{"reference": "srgb", "white": [0.3, 0.3]}')
+
+
+@pytest.mark.parametrize("text", ['{"reference": 3}', '{"reference": "x', "[]", '["reference"]'])
+def test_other_json_defines_no_reference(text):
+    assert parse_definition(text) is None
+
+
+def test_samples_with_a_condition_named_reference_are_samples():
+    text = '{"samples": [[0,0,0],[100,0,0],[50,60,0],[50,-30,52]], "reference": "srgb"}'
+    assert characterisation(text.encode()).format == "json"
+
+
+def test_a_measurement_condition_is_refused():
+    with pytest.raises(OptionError, match="condition"):
+        characterisation(REFERENCES["srgb"].data, condition="M1")
+
+
+@pytest.mark.parametrize("reference", REFERENCES.values(), ids=lambda each: each.slug)
+def test_a_named_cie_illuminant_has_its_chromaticity(reference):
+    white = white_of(reference.illuminant, str(reference.observer))
+    if white is not None:
+        x, y = reference.white
+        # D65 and D50 are rounded to three or four digits in the standards of RGB spaces
+        np.testing.assert_allclose([x / y, 1, (1 - x - y) / y], white, atol=2e-3)
+    assert ICC_D50[1] == 1

@@ -1,0 +1,98 @@
+"""Answers are on their side, keep their limits, and do not contradict each other."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gamutcore.boundary import modified_convex_hull
+from gamutcore.decimation import decimate
+from gamutcore.history import build_history
+from gamutcore.metric import radial_difference
+from gamutcore.metric.level_search import NO_ERROR, BoundedLevel, Bounds
+from gamutcore.sides import SidedSearch, sided_level
+from gamutcore.sides.sided_search import sided_counts
+
+SIDES = ("inside", "outside")
+LIMITS = [Bounds(distance) for distance in np.geomspace(100.0, 0.05, 12)]
+LIMITS += [Bounds(mismatch=mismatch) for mismatch in np.geomspace(1.0, 0.001, 8)]
+LIMITS += [Bounds(5.0, 0.02), Bounds(0.0), Bounds(mismatch=0.0)]
+
+
+@pytest.fixture(scope="module")
+def history(fogra39_gamut):
+    return fogra39_gamut.history
+
+
+@pytest.mark.parametrize("full", [4, 6, 16, 18, 1000, 10**5, 10**7])
+def test_counts_are_even_ascending_and_below_the_full_boundary(full):
+    counts = sided_counts(full)
+    assert all(one < other for one, other in itertools.pairwise(counts))
+    assert all(4 <= count < full and count % 2 == 0 for count in counts)
+    assert len(counts) <= 23
+
+
+@pytest.mark.parametrize("side", SIDES)
+@pytest.mark.slow
+def test_levels_keep_their_limits_and_looser_limits_have_no_more_triangles(history, side):
+    search, full = SidedSearch(history.triangles, side), history.full()
+    found = {limits: search.find(history, limits) for limits in LIMITS}
+    for limits, level in found.items():
+        assert level.bounds.within(limits)
+        assert search.find_known(limits) == level
+        for other in found.values():
+            # no smaller answer promises the same
+            assert not (other.bounds.within(limits) and other.triangles < level.triangles)
+    for triangles, bounds in set(found.values()) - {BoundedLevel(full.triangles, NO_ERROR)}:
+        mesh = sided_level(history, triangles, side)
+        error = radial_difference(full, mesh, history.centre)
+        assert error.mismatch <= bounds.mismatch
+        # both bounds of the distance are within 3 % of the largest distance
+        distance = max(error.from_reference.maximum, error.to_reference.maximum)
+        assert distance <= 1.03 * bounds.distance
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_the_order_of_the_questions_does_not_matter(small_history, side):
+    for limits in (LIMITS, LIMITS[::-1]):
+        search = SidedSearch(small_history.triangles, side)
+        answers = {each: search.find(small_history, each) for each in limits}
+        assert answers == {
+            each: SidedSearch(small_history.triangles, side).find(small_history, each)
+            for each in limits
+        }
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_the_curve_bounds_all_finer_levels(small_history, side):
+    search = SidedSearch(small_history.triangles, side)
+    assert search.known_curve is None
+    curve = search.curve(small_history)
+    assert search.known_curve is curve
+    assert [level.triangles for level in curve[:-1]] == sided_counts(small_history.triangles)
+    assert curve[-1].triangles == small_history.triangles
+    assert curve[-1].volume == pytest.approx(small_history.full().volume, rel=1e-12)
+    for coarse, fine in itertools.pairwise(curve):
+        assert coarse.mismatch_bound >= max(coarse.mismatch, fine.mismatch_bound)
+        assert coarse.distance_bound >= max(coarse.to_full.maximum, fine.distance_bound)
+        assert coarse.distance_bound >= coarse.from_full.maximum
+
+
+def test_a_tetrahedron_is_its_own_answer():
+    search = SidedSearch(4, "inside")
+    assert search.find_known(Bounds(10.0)) == BoundedLevel(4, NO_ERROR)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 10**6), st.integers(8, 60), st.floats(1e-3, 1.0), st.sampled_from(SIDES))
+def test_limits_of_random_bodies_are_kept(random_cloud, seed, count, part, side):
+    boundary = modified_convex_hull(random_cloud(seed, count), 0.5)
+    history = build_history(decimate(boundary.mesh, boundary.centre, "volume"))
+    limits = Bounds(mismatch=part)
+    level = SidedSearch(history.triangles, side).find(history, limits)
+    assert level.bounds.within(limits)
+    mesh = sided_level(history, level.triangles, side)
+    lost = abs(mesh.volume - history.full().volume) / history.full().volume
+    assert lost <= level.bounds.mismatch

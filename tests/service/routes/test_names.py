@@ -1,0 +1,191 @@
+"""Names over real connections: defaults, PUT, lists, replicas."""
+
+import concurrent.futures
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+CSV = b"LAB_L,LAB_A,LAB_B\n0,0,0\n100,0,0\n50,60,0\n50,-30,52\n50,-30,-%d"
+
+
+def csv(number):
+    return CSV % number
+
+
+def put(server, gamut, name):
+    return server.client.put(f"/v1/gamuts/{gamut['id']}/name", json={"name": name})
+
+
+def listed(server, **query):
+    """All gamuts of a list, by following its pages."""
+    found, answer = [], server.client.get("/v1/gamuts", params=query).json()
+    while True:
+        found += answer["gamuts"]
+        if answer["next"] is None:
+            return found
+        answer = server.client.get(answer["next"]).json()
+
+
+def test_a_form_part_names_the_gamut_and_is_no_part_of_its_id(server):
+    file = {"file": ("press.csv", csv(40))}
+    named = server.client.post("/v1/gamuts", files=file, data={"name": "  Press A "}).json()
+    assert named["name"] == "Press A"
+    again = server.client.post("/v1/gamuts", files=file).json()
+    assert (again["id"], again["name"]) == (named["id"], "Press A")
+    renamed = server.client.post("/v1/gamuts", files=file, data={"name": "Press B"}).json()
+    assert (renamed["id"], renamed["name"]) == (named["id"], "Press B")
+
+
+def test_a_json_member_names_the_gamut_and_is_no_part_of_its_id(server, sphere):
+    body = {"samples": sphere(seed=91)}
+    plain = server.client.post("/v1/gamuts", json=body).json()
+    named = server.client.post("/v1/gamuts", json=body | {"name": "Ball"}).json()
+    assert (named["id"], named["name"]) == (plain["id"], "Ball")
+    assert plain["name"].startswith("Gamut ")
+
+
+def test_the_name_of_the_file_is_the_default(server):
+    answer = server.client.post("/v1/gamuts", files={"file": ("Paper 7.csv", csv(41))})
+    assert answer.json()["name"] == "Paper 7.csv"
+
+
+def test_the_descriptor_of_the_data_comes_before_the_name_of_the_file(server):
+    content = b'CGATS.17\nDESCRIPTOR "Offset on blue"\nNUMBER_OF_FIELDS 3\nBEGIN_DATA_FORMAT\n'
+    content += b"LAB_L LAB_A LAB_B\nEND_DATA_FORMAT\nNUMBER_OF_SETS 5\nBEGIN_DATA\n"
+    content += csv(42).split(b"\n", 1)[1].replace(b",", b" ") + b"\nEND_DATA\n"
+    answer = server.client.post("/v1/gamuts", files={"file": ("x.ti3", content)})
+    assert answer.json()["name"] == "Offset on blue"
+
+
+def test_the_description_of_a_profile_is_the_default(server):
+    profile = Path(__file__).parents[2] / "data" / "sRGB-v4.icc"
+    answer = server.client.post(
+        "/v1/gamuts",
+        files={"file": ("x.icc", profile.read_bytes())},
+        data={"options": json.dumps({"surface_samples": 300})},
+    )
+    assert answer.json()["name"] == answer.json()["provenance"]["description"] != ""
+
+
+def test_a_name_is_put_and_changes_nothing_immutable(server):
+    gamut = server.client.post("/v1/gamuts", files={"file": csv(43)}).json()
+    paths = [gamut["links"][part] for part in ("mesh", "levels", "history")]
+    before = [server.client.get(path) for path in paths]
+    description = server.client.get(gamut["links"]["self"])
+    answer = put(server, gamut, "Renamed")
+    assert (answer.status_code, answer.json()) == (200, {"id": gamut["id"], "name": "Renamed"})
+    after = [server.client.get(path) for path in paths]
+    for one, other in zip(before, after, strict=True):
+        assert (one.content, one.headers["etag"]) == (other.content, other.headers["etag"])
+    known = {"If-None-Match": description.headers["etag"]}
+    now = server.client.get(gamut["links"]["self"], headers=known)
+    assert (now.status_code, now.json()["name"]) == (200, "Renamed")
+
+
+def test_lists_show_name_channels_volume_and_time_and_are_filtered(server):
+    names = [f"Filter {n} Ä" for n in range(4)]
+    for number, name in enumerate(names):
+        file = {"file": csv(44 + number)}
+        assert server.client.post("/v1/gamuts", files=file, data={"name": name}).is_success
+    found = listed(server, name="filter", limit=1)
+    assert sorted(each["name"] for each in found) == names
+    assert all({"channels", "volume", "created"} <= set(each) for each in found)
+    assert [each["name"] for each in listed(server, name="TER 2 ä")] == ["Filter 2 Ä"]
+    assert listed(server, name="no gamut has this name") == []
+
+
+@pytest.mark.parametrize(
+    ("body", "code"),
+    [
+        ({"name": ""}, "invalid-name"),
+        ({"name": "x" * 201}, "invalid-name"),
+        ({"name": "a\nb"}, "invalid-name"),
+        ({"name": "\ud800"}, "invalid-name"),
+        ({"name": 5}, "invalid-name"),
+        ({"name": "a", "more": 1}, "invalid-body"),
+        ({}, "invalid-body"),
+        (["a"], "invalid-body"),
+    ],
+)
+def test_what_is_no_name_is_refused(server, gamut, assert_problem, body, code):
+    content = json.dumps(body).encode()
+    answer = server.client.put(
+        f"/v1/gamuts/{gamut['id']}/name",
+        content=content,
+        headers={"Content-Type": "application/json"},
+    )
+    assert_problem(answer, 422, code)
+
+
+def test_bodies_that_are_no_json_or_too_large_are_refused(server, gamut, assert_problem):
+    path = f"/v1/gamuts/{gamut['id']}/name"
+    as_json = {"Content-Type": "application/json"}
+    assert_problem(server.client.put(path, content=b"{", headers=as_json), 400, "malformed-body")
+    assert_problem(server.client.put(path, content=b"name"), 415, "unsupported-media-type")
+    large = b'{"name": "%s"}' % (b"x" * 20_000)
+    assert_problem(server.client.put(path, content=large, headers=as_json), 413, "body-too-large")
+
+
+def test_bad_names_of_forms_and_json_are_refused_before_a_build(server, assert_problem, sphere):
+    file = {"file": csv(60)}
+    answer = server.client.post("/v1/gamuts", files=file, data={"name": "\x07"})
+    assert_problem(answer, 422, "invalid-name")
+    body = {"samples": sphere(seed=92), "name": ["x"]}
+    assert_problem(server.client.post("/v1/gamuts", json=body), 422, "invalid-name")
+
+
+def test_only_gamuts_have_names_and_references_keep_theirs(server, assert_problem):
+    assert_problem(put(server, {"id": "0" * 64}, "x"), 404, "gamut-not-found")
+    gamut = server.client.get("/v1/gamuts/srgb", params={"surface_samples": 300}).json()
+    assert gamut["name"] == "sRGB"
+    for name in (gamut["id"], "srgb"):
+        answer = server.client.put(f"/v1/gamuts/{name}/name", json={"name": "mine"})
+        assert_problem(answer, 409, "reference-read-only")
+
+
+def test_a_deleted_gamut_leaves_no_name(server):
+    file = {"file": ("first.csv", csv(61))}
+    gamut = server.client.post("/v1/gamuts", files=file, data={"name": "Gone"}).json()
+    server.client.delete(gamut["links"]["self"])
+    assert server.client.post("/v1/gamuts", files=file).json()["name"] == "first.csv"
+
+
+def test_names_survive_a_restart(start_server):
+    server = start_server()
+    gamut = server.client.post("/v1/gamuts", files={"file": csv(62)}).json()
+    assert put(server, gamut, "Kept").is_success
+    server.kill()
+    again = start_server(server.data)
+    assert again.client.get(gamut["links"]["self"]).json()["name"] == "Kept"
+
+
+def test_a_name_needs_the_scope_to_write(start_server, assert_problem):
+    reader = start_server(allow_anonymous="read")
+    assert_problem(put(reader, {"id": "0" * 64}, "x"), 401, "api-key-required")
+
+
+def test_of_two_replicas_the_last_writer_wins(start_server, s3, monkeypatch):
+    for name, value in s3.items():
+        monkeypatch.setenv(name, value)
+    one, other = (start_server(f"s3://bucket/names-{sys.version_info[1]}") for _ in range(2))
+    gamut = one.client.post("/v1/gamuts", files={"file": csv(63)}).json()
+
+    def names():
+        return [server.client.get(gamut["links"]["self"]).json() for server in (one, other)]
+
+    for server, name in ((one, "by one"), (other, "by the other"), (one, "by one")):
+        assert put(server, gamut, name).is_success
+        assert [each["name"] for each in names()] == [name, name]
+    with concurrent.futures.ThreadPoolExecutor(8) as threads:
+        answers = list(
+            threads.map(lambda n: put((one, other)[n % 2], gamut, f"name {n}"), range(12))
+        )
+    assert all(answer.is_success for answer in answers)
+    left = {each["name"] for each in names()}
+    assert len(left) == 1
+    assert left < {f"name {n}" for n in range(12)}
+    (found,) = other.client.get("/v1/gamuts", params={"name": left.pop()}).json()["gamuts"]
+    assert found["id"] == gamut["id"]

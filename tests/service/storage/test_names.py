@@ -1,0 +1,94 @@
+"""Names of gamuts: durable, the last writer's, on every kind of store."""
+
+import concurrent.futures
+import unicodedata
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from service.storage.names import (
+    LONGEST_NAME,
+    GamutName,
+    InvalidNameError,
+    Names,
+    checked_name,
+    cleaned_name,
+)
+
+GAMUT = "4f1d9c07b2a85e63" * 4
+
+
+def test_a_gamut_has_no_name_until_it_is_given_one(blobs):
+    names = Names(blobs)
+    assert names.read(GAMUT) == GamutName()
+    names.give(GAMUT, "Coated")
+    assert names.read(GAMUT).given == "Coated"
+
+
+def test_the_name_of_the_file_stays_beside_given_names_and_never_replaces_one(blobs):
+    names = Names(blobs)
+    names.keep_file(GAMUT, "press.ti3")
+    names.give(GAMUT, "Coated")
+    names.keep_file(GAMUT, "other.ti3")
+    assert names.read(GAMUT)[:2] == ("Coated", "press.ti3")
+
+
+def test_the_last_name_counts_for_all_who_read(blobs):
+    one, other = Names(blobs), Names(blobs)
+    for name in ("first", "second", "first"):
+        one.give(GAMUT, name)
+        other.give(GAMUT, name + " again")
+        assert one.read(GAMUT).given == other.read(GAMUT).given == name + " again"
+
+
+def test_of_simultaneous_names_one_is_left_and_every_write_succeeds(blobs):
+    names = Names(blobs)
+    given_names = [f"name {n}" for n in range(8)]
+    with concurrent.futures.ThreadPoolExecutor(8) as threads:
+        list(threads.map(lambda name: names.give(GAMUT, name), given_names))
+    assert names.read(GAMUT).given in given_names
+    assert names.read(GAMUT).revision == 8
+
+
+def test_a_dropped_name_is_gone(blobs):
+    names = Names(blobs)
+    names.give(GAMUT, "Coated")
+    names.drop(GAMUT)
+    names.drop(GAMUT)
+    assert names.read(GAMUT) == GamutName()
+
+
+@pytest.mark.parametrize("damage", [b"", b"{}", b"0" * 65 + b"{}\n"])
+def test_a_damaged_name_counts_as_none_and_can_be_replaced(blobs, damage):
+    names = Names(blobs)
+    blobs.create(f"names/{GAMUT[:2]}/{GAMUT}.name", damage)
+    assert names.read(GAMUT) == GamutName()
+    names.give(GAMUT, "Coated")
+    assert names.read(GAMUT).given == "Coated"
+
+
+@pytest.mark.parametrize(
+    "text", ["FOGRA39", "印刷機", "Mère", "👩‍🔬", "x" * LONGEST_NAME, " a  b "]
+)
+def test_names_of_all_scripts_are_taken(text):
+    assert checked_name(text) == unicodedata.normalize("NFC", text).strip()
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "  ", "x" * (LONGEST_NAME + 1), "a\nb", "a\0", "\u202eabc", "\ud800", "a\u2028b", 3, None],
+)
+def test_other_texts_are_refused_with_the_reason(text):
+    with pytest.raises(InvalidNameError, match=r"\.$"):
+        checked_name(text)
+
+
+def test_equal_names_have_one_form():
+    assert checked_name("Me\u0300re") == checked_name("M\u00e8re")
+
+
+@given(st.text())
+def test_every_text_of_a_file_gives_a_name_or_nothing(text):
+    name = cleaned_name(text)
+    assert not name or checked_name(name) == name

@@ -1,0 +1,200 @@
+// Requests to the service: documents, problems, uploads, and the progress of builds.
+
+/** An answer that the service describes as a problem (RFC 9457). */
+export interface Problem {
+  title: string;
+  detail: string;
+  code: string;
+  status: number;
+  where: Record<string, unknown> | null;
+  remedy: string;
+}
+
+export class ProblemError extends Error {
+  override name = "ProblemError";
+
+  constructor(readonly problem: Problem) {
+    super(problem.detail);
+  }
+}
+
+/** Description of a gamut, as far as the viewer uses it. */
+export interface Gamut {
+  id: string;
+  name: string;
+  volume: number;
+  area: number;
+  counts: { triangles: number; vertices: number };
+  channels: string[];
+  options: { space: string; boundary: string };
+  bounds: [number[], number[]];
+  /** The error curve: levels from coarse to fine, with a bound of their distance in both directions. */
+  levels: { triangles: number; distance_bound: number }[];
+  provenance: {
+    warnings?: unknown[];
+    axes?: string;
+    colour_space?: { axes: string[]; scale: number };
+  };
+}
+
+export interface Entry {
+  /** Id or slug. */
+  key: string;
+  name: string;
+  detail: string;
+}
+
+interface Job {
+  id: string;
+  state: string;
+  stage: string | null;
+  fraction: number;
+  problem: Problem | null;
+}
+
+export type Progress = (stage: string, fraction: number, job: string) => void;
+
+const root = document.documentElement.dataset["root"] ?? "";
+let key = "";
+
+/** Send an API key with all requests. It is kept in memory only. */
+export function useKey(text: string): void {
+  key = text;
+}
+
+export function authorization(): Record<string, string> {
+  return key === "" ? {} : { "X-API-Key": key };
+}
+
+export function address(path: string): string {
+  return new URL(root + path, location.href).href;
+}
+
+/** Fetch, or throw the problem that the service describes. */
+export async function request(path: string, init: RequestInit = {}): Promise<Response> {
+  let response: Response;
+  const headers = { Accept: "application/json", ...authorization(), ...init.headers };
+  try {
+    response = await fetch(address(path), { ...init, headers });
+  } catch (error) {
+    if (init.signal?.aborted) throw error;
+    throw new ProblemError(plainProblem("The service does not answer.", 0));
+  }
+  if (!response.ok) throw await problemOf(response);
+  return response;
+}
+
+export async function problemOf(response: Response): Promise<ProblemError> {
+  const type = response.headers.get("content-type") ?? "";
+  if (!type.startsWith("application/problem+json")) {
+    return new ProblemError(plainProblem(`The answer has status ${response.status}.`, response.status));
+  }
+  return new ProblemError((await response.json()) as Problem);
+}
+
+function plainProblem(detail: string, status: number): Problem {
+  return { title: "No answer", detail, code: "", status, where: null, remedy: "Try again." };
+}
+
+/** Stored gamuts whose names contain a text, then references. */
+export async function choices(text: string, signal: AbortSignal): Promise<[Entry[], Entry[]]> {
+  const query = new URLSearchParams({ limit: "50", ...(text === "" ? {} : { name: text }) });
+  const [stored, named] = await Promise.all([
+    request(`/v1/gamuts?${query}`, { signal }).then((response) => response.json()),
+    references(),
+  ]);
+  const slugs = new Set(named.map((entry) => entry.name));
+  const gamuts = (stored.gamuts as Gamut[])
+    .filter((gamut) => !slugs.has(gamut.name))
+    .map((gamut) => ({
+      key: gamut.id,
+      name: gamut.name,
+      detail: `${gamut.options.space} · ${gamut.counts.triangles.toLocaleString("en")} △`,
+    }));
+  const wanted = text.toLowerCase();
+  return [gamuts, named.filter(({ name, key: slug }) => `${name} ${slug}`.toLowerCase().includes(wanted))];
+}
+
+let knownReferences: Promise<Entry[]> | null = null;
+
+function references(): Promise<Entry[]> {
+  knownReferences ??= request("/v1/references")
+    .then((response) => response.json())
+    .then(({ references: all }: { references: { slug: string; name: string; kind: string }[] }) =>
+      all.map(({ slug, name }) => ({ key: slug, name, detail: slug })),
+    )
+    .catch((error: unknown) => {
+      knownReferences = null;
+      throw error;
+    });
+  return knownReferences;
+}
+
+/** Describe a gamut; a reference that is not built yet is waited for. */
+export async function describe(name: string, progress: Progress, signal: AbortSignal): Promise<Gamut> {
+  const get = () =>
+    request(`/v1/gamuts/${encodeURIComponent(name)}`, { signal, headers: { Prefer: "respond-async" } });
+  let response = await get();
+  if (response.status === 202) {
+    await followed(((await response.json()) as Job).id, progress, signal);
+    response = await get();
+  }
+  return (await response.json()) as Gamut;
+}
+
+/** Send a file, and wait for its gamut. */
+export async function build(file: File, progress: Progress, signal: AbortSignal): Promise<string> {
+  const body = new FormData();
+  body.append("file", file);
+  progress("upload", 0, "");
+  const response = await request("/v1/gamuts", {
+    method: "POST",
+    body,
+    signal,
+    headers: { Prefer: "respond-async" },
+  });
+  const document = (await response.json()) as Gamut | Job;
+  if (response.status === 202) await followed(document.id, progress, signal);
+  return document.id;
+}
+
+export async function cancelJob(id: string): Promise<void> {
+  await request(`/v1/jobs/${id}`, { method: "DELETE" });
+}
+
+/** Follow the events of a job until it has succeeded. A lost connection is opened again. */
+async function followed(id: string, progress: Progress, signal: AbortSignal): Promise<void> {
+  let last = "";
+  for (;;) {
+    const headers = { Accept: "text/event-stream", ...(last === "" ? {} : { "Last-Event-ID": last }) };
+    const response = await request(`/v1/jobs/${id}/events`, { signal, headers });
+    for await (const event of events(response)) {
+      last = event.id;
+      const job = JSON.parse(event.data) as Job;
+      if (job.problem !== null) throw new ProblemError(job.problem);
+      if (job.state === "succeeded") return;
+      progress(job.stage ?? "waiting", job.fraction, id);
+    }
+    if (response.status === 204) return;
+    await new Promise((resolve) => setTimeout(resolve, 500));
+  }
+}
+
+/** Events of a stream (WHATWG HTML, section 9.2.6), as far as this service sends them. */
+async function* events(response: Response): AsyncGenerator<{ id: string; data: string }> {
+  if (response.body === null) return;
+  const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
+  let text = "";
+  for (;;) {
+    const { done, value } = await reader.read().catch(() => ({ done: true, value: undefined }));
+    if (done) return;
+    text += value;
+    const blocks = text.split("\n\n");
+    text = blocks.pop()!;
+    for (const block of blocks) {
+      const field = (name: string) => new RegExp(`^${name}: (.*)$`, "m").exec(block)?.[1];
+      const data = field("data");
+      if (data !== undefined) yield { id: field("id") ?? "", data };
+    }
+  }
+}

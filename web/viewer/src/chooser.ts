@@ -1,0 +1,163 @@
+// A field with a list of gamuts and references: the combobox pattern of WAI-ARIA 1.2.
+import { type Entry, choices } from "./api.js";
+
+const TYPING_MILLISECONDS = 150;
+
+export class Chooser {
+  private readonly input: HTMLInputElement;
+  private readonly list: HTMLUListElement;
+  private readonly clear: HTMLButtonElement;
+  private entries: Entry[] = [];
+  private active = -1;
+  private typing = 0;
+  private request: AbortController | null = null;
+
+  constructor(
+    container: HTMLElement,
+    label: string,
+    private readonly choose: (entry: Entry | null) => void,
+    private readonly fail: (error: unknown) => void,
+  ) {
+    const id = `chooser-${container.dataset["role"]}`;
+    const text = document.createElement("label");
+    text.htmlFor = id;
+    text.textContent = label;
+    this.input = document.createElement("input");
+    Object.assign(this.input, { id, type: "text", autocomplete: "off", spellcheck: false });
+    this.input.placeholder = "Name of a gamut or a reference";
+    this.list = document.createElement("ul");
+    this.list.id = `${id}-list`;
+    this.list.hidden = true;
+    this.set(this.list, { role: "listbox", "aria-label": label });
+    this.set(this.input, {
+      role: "combobox",
+      "aria-expanded": "false",
+      "aria-controls": this.list.id,
+      "aria-autocomplete": "list",
+    });
+    this.clear = document.createElement("button");
+    Object.assign(this.clear, { type: "button", className: "clear", textContent: "×", hidden: true });
+    this.clear.setAttribute("aria-label", `Remove ${label.toLowerCase()}`);
+    container.append(text, this.input, this.clear, this.list);
+
+    this.input.addEventListener("focus", () => this.input.select());
+    this.input.addEventListener("click", () => this.open());
+    this.input.addEventListener("input", () => {
+      clearTimeout(this.typing);
+      this.typing = setTimeout(() => this.open(), TYPING_MILLISECONDS);
+    });
+    this.input.addEventListener("keydown", (event) => this.key(event));
+    this.input.addEventListener("blur", () => this.close());
+    // The field keeps the focus while the list is used.
+    this.list.addEventListener("pointerdown", (event) => event.preventDefault());
+    this.list.addEventListener("click", (event) => {
+      const option = (event.target as Element).closest<HTMLElement>("[data-place]");
+      if (option !== null) this.take(Number(option.dataset["place"]));
+    });
+    this.clear.addEventListener("click", () => {
+      this.show("");
+      this.choose(null);
+      this.input.focus();
+    });
+  }
+
+  /** Show the name of the chosen gamut. */
+  show(name: string): void {
+    this.input.value = name;
+    this.clear.hidden = name === "";
+  }
+
+  private async open(): Promise<void> {
+    this.request?.abort();
+    this.request = new AbortController();
+    const { signal } = this.request;
+    // A chosen name is no filter: the whole list is more useful.
+    const text = this.clear.hidden ? this.input.value.trim() : "";
+    try {
+      const groups = await choices(text, signal);
+      if (!signal.aborted && document.activeElement === this.input) this.fill(groups);
+    } catch (error) {
+      if (!signal.aborted) this.fail(error);
+    }
+  }
+
+  private fill(groups: [Entry[], Entry[]]): void {
+    this.entries = groups.flat();
+    this.active = -1;
+    const items: HTMLElement[] = [];
+    groups.forEach((entries, group) => {
+      if (entries.length === 0) return;
+      items.push(this.item(group === 0 ? "Stored gamuts" : "References", { role: "presentation" }));
+      for (const entry of entries) {
+        const place = this.entries.indexOf(entry);
+        const id = `${this.list.id}-${place}`;
+        const option = this.item(entry.name, { role: "option", id, "aria-selected": "false" });
+        option.dataset["place"] = String(place);
+        const detail = document.createElement("small");
+        detail.textContent = entry.detail;
+        option.append(detail);
+        items.push(option);
+      }
+    });
+    if (items.length === 0) items.push(this.item("No gamut has this name.", { role: "presentation" }));
+    this.list.replaceChildren(...items);
+    this.list.hidden = false;
+    this.input.setAttribute("aria-expanded", "true");
+  }
+
+  private item(text: string, attributes: Record<string, string>): HTMLElement {
+    const item = document.createElement("li");
+    item.textContent = text;
+    this.set(item, attributes);
+    return item;
+  }
+
+  private key(event: KeyboardEvent): void {
+    if (event.key === "ArrowDown" || event.key === "ArrowUp") {
+      event.preventDefault();
+      if (this.list.hidden) void this.open();
+      else this.activate(this.active + (event.key === "ArrowDown" ? 1 : -1));
+    } else if (event.key === "Enter" && !this.list.hidden) {
+      event.preventDefault();
+      this.take(Math.max(0, this.active));
+    } else if (event.key === "Escape") {
+      this.close();
+    } else if (event.key.length === 1 || event.key === "Backspace") {
+      this.clear.hidden = true;
+    }
+  }
+
+  private activate(place: number): void {
+    const count = this.entries.length;
+    if (count === 0) return;
+    this.active = (place + count) % count;
+    for (const option of this.list.querySelectorAll<HTMLElement>("[data-place]")) {
+      const isActive = Number(option.dataset["place"]) === this.active;
+      option.setAttribute("aria-selected", String(isActive));
+      if (isActive) {
+        option.scrollIntoView({ block: "nearest" });
+        this.input.setAttribute("aria-activedescendant", option.id);
+      }
+    }
+  }
+
+  private take(place: number): void {
+    const entry = this.entries[place];
+    if (entry === undefined) return;
+    this.show(entry.name);
+    this.close();
+    this.choose(entry);
+  }
+
+  private close(): void {
+    clearTimeout(this.typing);
+    this.request?.abort();
+    this.list.hidden = true;
+    this.input.setAttribute("aria-expanded", "false");
+    this.input.removeAttribute("aria-activedescendant");
+  }
+
+  private set(element: Element, attributes: Record<string, string>): void {
+    for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  }
+}

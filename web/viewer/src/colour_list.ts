@@ -1,0 +1,207 @@
+// A list of colours: points in the view, vectors to the nearest colours, and a table.
+import {
+  BufferGeometry,
+  Float32BufferAttribute,
+  Group,
+  LineBasicMaterial,
+  LineSegments,
+  type Matrix4,
+  Points,
+  PointsMaterial,
+  type Scene,
+} from "three";
+import type { Gamut } from "./api.js";
+import { cssColour, linearSrgb } from "./colours.js";
+import { byId, element } from "./elements.js";
+import { type Nearest, nearest } from "./queries.js";
+
+const MOST_COLOURS = 10_000;
+const MOST_TABLE_ROWS = 500;
+
+export interface NamedColour {
+  name: string;
+  point: number[];
+}
+
+/** Colours of a pasted list: the last three numbers of a line, with a name before them. */
+export function parsedColours(text: string): NamedColour[] {
+  return text.split(/\r?\n/).flatMap((line) => {
+    const fields = line.split(line.includes("\t") ? "\t" : /[,;]/.test(line) ? /[,;]/ : /\s+/);
+    const words = fields.map((field) => field.trim().replace(/^"|"$/g, "")).filter((word) => word !== "");
+    const point = words.slice(-3).map(Number);
+    if (point.length < 3 || !point.every(Number.isFinite)) return [];
+    return [{ name: words.slice(0, -3).join(" "), point }];
+  });
+}
+
+export class ColourList {
+  private group: Group | null = null;
+  private asking: AbortController | null = null;
+  private gamut: Gamut | null = null;
+  private turn: Matrix4 | null = null;
+  private answer: { colours: NamedColour[]; found: Nearest } | null = null;
+  private readonly text = byId<HTMLTextAreaElement>("colours");
+
+  constructor(
+    private readonly scene: Scene,
+    private readonly changed: () => void,
+    private readonly fail: (error: unknown) => void,
+  ) {
+    byId("check").addEventListener("click", () => void this.check());
+    byId("colours-clear").addEventListener("click", () => {
+      this.text.value = "";
+      void this.check();
+    });
+    byId("colours-csv").addEventListener("click", () => this.download());
+    byId<HTMLInputElement>("colours-file").addEventListener("change", (event) => {
+      const [file] = (event.target as HTMLInputElement).files ?? [];
+      void file?.text().then((text) => {
+        this.text.value = text;
+        return this.check();
+      });
+    });
+    byId("colours-open").addEventListener("click", () => byId("colours-file").click());
+  }
+
+  /** Ask about another gamut. */
+  show(gamut: Gamut | null, turn: Matrix4 | null): void {
+    if (gamut?.id === this.gamut?.id) return;
+    [this.gamut, this.turn] = [gamut, turn];
+    byId<HTMLButtonElement>("check").disabled = gamut === null;
+    if (this.answer !== null) void this.check();
+  }
+
+  private async check(): Promise<void> {
+    this.asking?.abort();
+    this.clear();
+    const colours = parsedColours(this.text.value).slice(0, MOST_COLOURS);
+    if (this.gamut === null || colours.length === 0) {
+      byId("colours-note").textContent = this.text.value.trim() === "" ? "" : "No line ends with three numbers.";
+      return;
+    }
+    const asking = new AbortController();
+    this.asking = asking;
+    try {
+      const points = colours.map(({ point }) => point);
+      const found = await nearest(this.gamut, points, asking.signal);
+      this.answer = { colours, found };
+      this.draw(colours, found);
+      this.tabulate(colours, found);
+    } catch (error) {
+      if (!asking.signal.aborted) this.fail(error);
+    }
+  }
+
+  private draw(colours: NamedColour[], found: Nearest): void {
+    const points = colours.flatMap(({ point }) => point);
+    const isLab = this.gamut!.options.space === "CIELAB";
+    const linear = isLab ? [...linearSrgb(Float32Array.from(points))] : points.map(() => 0.5);
+    const outside = colours.flatMap(({ point }, i) => (found.inside[i] ? [] : [...point, ...found.point[i]!]));
+    const line = getComputedStyle(document.body).color;
+    const spots = new BufferGeometry();
+    spots.setAttribute("position", new Float32BufferAttribute(points, 3));
+    spots.setAttribute("color", new Float32BufferAttribute(linear, 3));
+    const vectors = new BufferGeometry();
+    vectors.setAttribute("position", new Float32BufferAttribute(outside, 3));
+    const size = (pixels: number) => ({ size: pixels, sizeAttenuation: false, depthTest: false });
+    this.group = new Group();
+    const parts = [
+      new LineSegments(vectors, new LineBasicMaterial({ color: line, depthTest: false })),
+      new Points(spots, new PointsMaterial({ color: line, ...size(11) })),
+      new Points(spots, new PointsMaterial({ vertexColors: true, ...size(8) })),
+    ];
+    parts.forEach((part, place) => {
+      part.renderOrder = 3 + place;
+      part.frustumCulled = false;
+    });
+    this.group.add(...parts);
+    this.group.applyMatrix4(this.turn!);
+    this.scene.add(this.group);
+    this.changed();
+  }
+
+  private tabulate(colours: NamedColour[], found: Nearest): void {
+    const outside = found.inside.filter((inside) => !inside).length;
+    const rest = colours.length - MOST_TABLE_ROWS;
+    byId("colours-note").textContent =
+      `${colours.length} colours, ${outside} outside.` +
+      (rest > 0 ? ` The table has the first ${MOST_TABLE_ROWS}, the file all.` : "");
+    const head = element("tr");
+    const heads = ["Colour", "In gamut", "ΔE00", "Nearest", ...(found.device ? ["Device values"] : [])];
+    for (const text of heads) {
+      const cell = element("th", text);
+      cell.scope = "col";
+      head.append(cell);
+    }
+    const rows = colours.slice(0, MOST_TABLE_ROWS).map(({ name, point }, i) => {
+      const row = element("tr");
+      const first = element("th", name === "" ? rounded(point) : name);
+      first.scope = "row";
+      if (this.gamut!.options.space === "CIELAB") {
+        const spot = element("span", "", { className: "spot" });
+        spot.style.backgroundColor = cssColour(linearSrgb(Float32Array.from(point)));
+        first.prepend(spot);
+      }
+      const inside = found.inside[i]!;
+      row.append(
+        first,
+        element("td", inside ? "yes" : "no"),
+        element("td", inside ? "0" : found.delta_e_2000[i]!.toFixed(2)),
+        element("td", inside ? "itself" : rounded(found.point[i]!)),
+      );
+      if (found.device) {
+        const values = found.device[i]!.map((value) => Math.round(100 * value)).join(" ");
+        row.append(element("td", inside ? "" : values));
+      }
+      return row;
+    });
+    const table = element("table");
+    const body = element("tbody");
+    const top = element("thead");
+    top.append(head);
+    body.append(...rows);
+    table.append(element("caption", `Colours in ${this.gamut!.name}`), top, body);
+    byId("colours-table").replaceChildren(table);
+    byId("colours-table").hidden = false;
+    byId<HTMLButtonElement>("colours-csv").disabled = false;
+  }
+
+  private download(): void {
+    if (this.answer === null) return;
+    const { colours, found } = this.answer;
+    const quoted = (text: string) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+    const channels = found.device ? this.gamut!.channels : [];
+    const names = ["c1", "c2", "c3"];
+    const head = ["name", ...names, "inside", "ΔE00", ...names.map((name) => `nearest ${name}`), ...channels];
+    const rows = colours.map(({ name, point }, i) => {
+      const inside = found.inside[i]!;
+      const device = found.device?.[i] ?? [];
+      const difference = inside ? 0 : found.delta_e_2000[i]!;
+      return [quoted(name), ...point, inside, difference, ...(inside ? point : found.point[i]!), ...(inside ? device.map(() => "") : device)];
+    });
+    const blob = new Blob([[head, ...rows].map((row) => row.join(",")).join("\n"), "\n"], { type: "text/csv" });
+    const link = element("a", "", { href: URL.createObjectURL(blob), download: `colours in ${this.gamut!.name}.csv` });
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+  }
+
+  private clear(): void {
+    this.group?.traverse((part) => {
+      if (!(part instanceof Points) && !(part instanceof LineSegments)) return;
+      part.geometry.dispose();
+      (part.material as LineBasicMaterial | PointsMaterial).dispose();
+    });
+    this.group?.removeFromParent();
+    this.group = null;
+    this.answer = null;
+    byId("colours-table").replaceChildren();
+    byId("colours-table").hidden = true;
+    byId("colours-note").textContent = "";
+    byId<HTMLButtonElement>("colours-csv").disabled = true;
+    this.changed();
+  }
+}
+
+function rounded(point: number[]): string {
+  return point.map((value) => Number(value.toFixed(2)).toString().replace("-", "−")).join(" ");
+}

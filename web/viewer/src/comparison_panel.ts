@@ -1,0 +1,99 @@
+// Two gamuts: coverage both ways, and the part of the first one outside the second.
+import { ProblemError } from "./api.js";
+import { byId, definitions, element } from "./elements.js";
+import type { Layer } from "./layer.js";
+import type { Gamut } from "./api.js";
+import { compare, contained } from "./queries.js";
+
+const SETTLED_MILLISECONDS = 120;
+
+interface Pair {
+  a: { gamut: Gamut; layer: Layer };
+  b: { gamut: Gamut };
+}
+
+export class ComparisonPanel {
+  private pair: Pair | null = null;
+  private comparing: AbortController | null = null;
+  private marking: AbortController | null = null;
+  private settling = 0;
+  private readonly highlight = byId<HTMLInputElement>("highlight");
+
+  constructor(private readonly changed: () => void) {
+    this.highlight.addEventListener("change", () => this.mark());
+  }
+
+  /** Compare what is shown; null if there are not two gamuts. */
+  show(pair: Pair | null): void {
+    const same = (one: Pair | null) => one && `${one.a.gamut.id} ${one.b.gamut.id}`;
+    const isNew = same(pair) !== same(this.pair) || pair?.a.layer !== this.pair?.a.layer;
+    this.pair = pair;
+    byId("comparison").hidden = pair === null;
+    if (!isNew) return;
+    this.comparing?.abort();
+    byId("coverage").replaceChildren();
+    if (pair === null) return;
+    void this.compare(pair);
+    this.mark();
+  }
+
+  /** The level of the first gamut has changed. */
+  levelChanged(): void {
+    if (!this.highlight.checked) return;
+    clearTimeout(this.settling);
+    this.settling = setTimeout(() => this.mark(), SETTLED_MILLISECONDS);
+  }
+
+  private async compare({ a, b }: Pair): Promise<void> {
+    const comparing = new AbortController();
+    this.comparing = comparing;
+    const box = byId("coverage");
+    box.replaceChildren(element("p", "Comparing …", { className: "note" }));
+    try {
+      const found = await compare(a.gamut.id, b.gamut.id, comparing.signal);
+      const percent = (part: number) => `${(100 * part).toFixed(2)} %`;
+      box.replaceChildren(
+        definitions([
+          [`${a.gamut.name} covers`, `${percent(found.a_covers_b)} of ${b.gamut.name}`],
+          [`${b.gamut.name} covers`, `${percent(found.b_covers_a)} of ${a.gamut.name}`],
+          ["In common", Number(found.intersection.toPrecision(6)).toLocaleString("en")],
+          ["Jaccard index", found.jaccard.toFixed(4)],
+        ]),
+        ...found.warnings.map((warning) => element("p", warning, { className: "note" })),
+      );
+    } catch (error) {
+      if (comparing.signal.aborted) return;
+      box.replaceChildren(element("p", said(error), { className: "note" }));
+    }
+  }
+
+  /** Show the part of the first gamut inside the second one in grey, or everything in colour. */
+  private async mark(): Promise<void> {
+    this.marking?.abort();
+    if (this.pair === null) return;
+    const { layer } = this.pair.a;
+    const { level } = layer;
+    if (!this.highlight.checked || level === null) {
+      layer.setInside(null);
+      this.changed();
+      return;
+    }
+    const marking = new AbortController();
+    this.marking = marking;
+    try {
+      const inside = await contained(this.pair.b.gamut, level.positions, marking.signal);
+      if (layer.level !== level) return;
+      layer.setInside(inside);
+      this.changed();
+    } catch (error) {
+      if (marking.signal.aborted) return;
+      this.highlight.checked = false;
+      byId("coverage").append(element("p", said(error), { className: "note" }));
+    }
+  }
+}
+
+function said(error: unknown): string {
+  if (error instanceof ProblemError) return `${error.problem.detail} ${error.problem.remedy}`;
+  return error instanceof Error ? error.message : String(error);
+}

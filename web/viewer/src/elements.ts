@@ -1,0 +1,23 @@
+// Small helpers for elements of the page.
+
+export function byId<T extends HTMLElement = HTMLElement>(id: string): T {
+  return document.getElementById(id) as T;
+}
+
+/** A new element with text and properties. */
+export function element<Name extends keyof HTMLElementTagNameMap>(
+  name: Name,
+  text = "",
+  properties: Partial<HTMLElementTagNameMap[Name]> = {},
+): HTMLElementTagNameMap[Name] {
+  const made = document.createElement(name);
+  made.textContent = text;
+  return Object.assign(made, properties);
+}
+
+/** A description list of terms and meanings. */
+export function definitions(pairs: [string, string][]): HTMLDListElement {
+  const list = element("dl");
+  for (const [term, meaning] of pairs) list.append(element("dt", term), element("dd", meaning));
+  return list;
+}

@@ -1,0 +1,138 @@
+// The controls of the slice, and its two pictures.
+import { Box3, type LineSegments, type LineBasicMaterial, type Scene, Vector3 } from "three";
+import { type Gamut, request } from "./api.js";
+import { byId } from "./elements.js";
+import { type Layer, orientation } from "./layer.js";
+import { type Frame, type Slice, drawSlice, sliceLines } from "./slice.js";
+
+const HUES = 360;
+
+export interface SliceState {
+  kind: "off" | "lightness" | "hue" | "rings";
+  lightness: number | null;
+  hue: number;
+}
+
+export class SlicePanel {
+  state: SliceState = { kind: "off", lightness: null, hue: 40 };
+  private lines: LineSegments | null = null;
+  /** Address of the rings that are shown or on the way. */
+  private rings = "";
+  private readonly kind = byId<HTMLSelectElement>("slice-kind");
+  private readonly value = byId<HTMLInputElement>("slice-value");
+
+  constructor(
+    private readonly scene: Scene,
+    private readonly changed: () => void,
+    private readonly fail: (error: unknown) => void,
+  ) {
+    this.kind.addEventListener("change", () => {
+      this.state.kind = this.kind.value as SliceState["kind"];
+      this.changed();
+    });
+    this.value.addEventListener("input", () => {
+      if (this.state.kind === "hue") this.state.hue = Number(this.value.value);
+      else this.state.lightness = Number(this.value.value);
+      this.changed();
+    });
+  }
+
+  /** Draw the slice of the levels that are shown. */
+  draw(shown: { gamut: Gamut; layer: Layer }[], names: string[]): void {
+    this.clear();
+    const { kind } = this.state;
+    const levels = shown.flatMap(({ gamut, layer }) =>
+      layer.level === null ? [] : [{ level: layer.level, isLab: gamut.options.space === "CIELAB" }],
+    );
+    const isOn = levels.length > 0;
+    byId("section").hidden = kind === "off" || !isOn;
+    byId("slice-row").hidden = kind === "off" || kind === "rings";
+    byId("slice").hidden = kind === "rings";
+    byId("rings").hidden = kind !== "rings";
+    this.kind.value = kind;
+    this.kind.disabled = shown.length === 0;
+    if (kind === "off" || !isOn) return;
+    if (kind === "rings") {
+      this.showRings(shown.map(({ gamut }) => gamut)).catch(this.fail);
+      return;
+    }
+    const box = new Box3();
+    for (const { gamut } of shown) {
+      for (const corner of gamut.bounds) box.expandByPoint(new Vector3().fromArray(corner));
+    }
+    const lightness = names[0] === "X" ? 1 : 0;
+    const slice = this.slice(kind, box, lightness);
+    this.label(slice, names[lightness]!, box, lightness);
+    const others = [0, 1, 2].filter((axis) => axis !== lightness);
+    const frame = frameOf(kind, box, lightness, others);
+    const labels: [string, string] =
+      kind === "hue" ? ["C", names[lightness]!] : [names[others[0]!]!, names[others[1]!]!];
+    const canvas = byId<HTMLCanvasElement>("slice");
+    const loops = drawSlice(canvas, levels, slice, lightness, frame, labels);
+    this.lines = sliceLines(loops, slice, orientation(names), getComputedStyle(canvas).accentColor);
+    this.scene.add(this.lines);
+  }
+
+  /** Show the gamut rings that the service draws, with those of the second gamut as reference. */
+  private async showRings([first, second]: Gamut[]): Promise<void> {
+    const query = second === undefined ? "" : `?reference=${second.id}`;
+    const address = `/v1/gamuts/${first!.id}/rings.svg${query}`;
+    if (address === this.rings) return;
+    this.rings = address;
+    byId("slice-caption").textContent = "Gamut rings";
+    const picture = byId<HTMLImageElement>("rings");
+    picture.alt = `Gamut rings of ${first!.name}${second === undefined ? "" : ` and ${second.name}`}`;
+    const response = await request(address, { headers: { Accept: "image/svg+xml" } });
+    const content = await response.blob();
+    if (address !== this.rings) return;
+    URL.revokeObjectURL(picture.src);
+    picture.src = URL.createObjectURL(content);
+  }
+
+  private slice(kind: Slice["kind"], box: Box3, lightness: number): Slice {
+    if (kind === "hue") return { kind, value: this.state.hue };
+    const middle = (box.min.getComponent(lightness) + box.max.getComponent(lightness)) / 2;
+    this.state.lightness ??= Number(middle.toPrecision(2));
+    return { kind, value: this.state.lightness };
+  }
+
+  private label(slice: Slice, name: string, box: Box3, lightness: number): void {
+    const [low, high] = slice.kind === "hue" ? [0, HUES] : [box.min.getComponent(lightness), box.max.getComponent(lightness)];
+    const step = slice.kind === "hue" ? 1 : 10 ** Math.round(Math.log10((high - low) / 100));
+    const [from, to] = [Math.ceil(low / step) * step, Math.floor(high / step) * step];
+    Object.assign(this.value, { min: String(from), max: String(to), step: String(step) });
+    this.value.value = String(slice.value);
+    const shown = Number(slice.value.toPrecision(4));
+    const text = slice.kind === "hue" ? `Hue ${shown}°` : `${name} ${shown}`;
+    byId("slice-label").textContent = text;
+    byId("slice-caption").textContent = text;
+    byId("slice").setAttribute("aria-label", `Outlines of the shown gamuts at ${text}`);
+  }
+
+  private clear(): void {
+    this.lines?.removeFromParent();
+    this.lines?.geometry.dispose();
+    (this.lines?.material as LineBasicMaterial | undefined)?.dispose();
+    this.lines = null;
+  }
+}
+
+/** Room for the slice at any value, so that the drawing does not jump. */
+function frameOf(kind: Slice["kind"], box: Box3, lightness: number, others: number[]): Frame {
+  const range = (axis: number): [number, number] => {
+    const [low, high] = [box.min.getComponent(axis), box.max.getComponent(axis)];
+    return [low - 0.04 * (high - low), high + 0.04 * (high - low)];
+  };
+  if (kind === "lightness") {
+    const [x, y] = others.map(range) as [[number, number], [number, number]];
+    const half = Math.max(x[1] - x[0], y[1] - y[0]) / 2;
+    const around = ([low, high]: [number, number]): [number, number] => [(low + high) / 2 - half, (low + high) / 2 + half];
+    return [around(x), around(y)];
+  }
+  const reach = Math.max(...others.flatMap((axis) => range(axis).map(Math.abs)));
+  const [bottom, top] = range(lightness);
+  return [
+    [0, Math.max(reach, top - bottom)],
+    [bottom, bottom + Math.max(reach, top - bottom)],
+  ];
+}

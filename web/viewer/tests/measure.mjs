@@ -1,0 +1,95 @@
+// Measures the viewer in Chromium and prints the figures as JSON.
+//
+//   VIEWER_URL=... CHROMIUM=... GAMUT=ID node measure.mjs
+import { readFileSync, readdirSync } from "node:fs";
+import process from "node:process";
+import { brotliCompressSync } from "node:zlib";
+import { chromium, drawn, open } from "./pages.mjs";
+
+const SECONDS = 3;
+const DRAGGED = 10_000;
+const folder = new URL("../../../service/static/viewer/", import.meta.url);
+
+const browser = await chromium();
+const loads = [];
+for (let i = 0; i < 3; i++) {
+  const page = await open(browser, `/view#a=${process.env.GAMUT}`);
+  await page.waitForFunction("window.gamutViewer.figures.marks.first !== undefined", { timeout: 60_000 });
+  await drawn(page, DRAGGED);
+  loads.push(await page.evaluate("window.gamutViewer.figures.marks"));
+  await page.browserContext().close();
+}
+const median = (name) => loads.map((marks) => marks[name]).sort((a, b) => a - b)[1];
+
+const page = await open(browser, `/view#a=${process.env.GAMUT}&triangles=${2 ** 20}`, { width: 1280, height: 800 });
+await page.waitForFunction(
+  "((f) => f.marks.complete && f.triangles[0] === f.available[0])(window.gamutViewer.figures)",
+  { timeout: 60_000 },
+);
+const whole = await page.evaluate("window.gamutViewer.figures");
+
+/** Move the slider at every picture of the screen, up and down below a triangle count. */
+const dragged = await page.evaluate(
+  async (seconds, most) => {
+    const slider = document.getElementById("slider");
+    const finest = Number(document.getElementById("triangles").max);
+    const top = (1000 * Math.log(most / 4)) / Math.log(finest / 4);
+    const { gamutViewer } = window;
+    const picture = () => new Promise(requestAnimationFrame);
+    const times = [];
+    slider.value = "0";
+    slider.dispatchEvent(new Event("input"));
+    await new Promise((resolve) => setTimeout(resolve, 1000));
+    const before = gamutViewer.figures;
+    const start = performance.now();
+    let last = start;
+    for (let i = 0; last - start < 1000 * seconds; i++) {
+      // From top to bottom and back in two seconds, at 60 pictures a second.
+      slider.value = String(top * Math.abs(1 - (i % 120) / 60));
+      slider.dispatchEvent(new Event("input"));
+      await picture();
+      times.push(performance.now() - last);
+      last = performance.now();
+    }
+    const after = gamutViewer.figures;
+    times.sort((a, b) => a - b);
+    return {
+      pictures_per_second: (1000 * times.length) / (last - start),
+      levels_per_second: (1000 * (after.levels - before.levels)) / (last - start),
+      slowest_picture_ms: times[Math.floor(0.95 * times.length)],
+    };
+  },
+  SECONDS,
+  DRAGGED,
+);
+
+/** Levels one after the other, which wait for nothing else. */
+const level = await page.evaluate(async (most) => {
+  const { gamutViewer } = window;
+  const shown = async (triangles) => {
+    const start = performance.now();
+    gamutViewer.setTriangles(triangles);
+    while (gamutViewer.figures.triangles[0] !== triangles) await new Promise((resolve) => setTimeout(resolve));
+    return performance.now() - start;
+  };
+  const times = [];
+  for (let i = 0; i < 20; i++) times.push(await shown(most - 2000 * (i % 2)));
+  return times.sort((a, b) => a - b)[10];
+}, DRAGGED);
+await browser.close();
+
+const compressed = readdirSync(folder)
+  .filter((name) => name !== "LICENSE")
+  .reduce((sum, name) => sum + brotliCompressSync(readFileSync(new URL(name, folder))).length, 0);
+console.log(
+  JSON.stringify({
+    bundle_kilobytes: compressed / 1000,
+    first_picture_seconds: median("first") / 1000,
+    first_picture_triangles: median("firstTriangles"),
+    first_picture_kilobytes: median("firstBytes") / 1000,
+    whole_triangles: whole.triangles[0],
+    whole_seconds: (whole.marks.whole - whole.marks.complete) / 1000,
+    level_milliseconds: level,
+    ...dragged,
+  }),
+);
