@@ -1,7 +1,9 @@
 """The program: help, version, completion, exit status, and errors as one line."""
 
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -69,13 +71,27 @@ def test_an_option_of_a_gamut_that_is_built_is_refused(command, saved):
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 @pytest.mark.slow
 def test_completion(shell):
-    shown = subprocess.run(
-        [sys.executable, "-m", "gamutcore", "--show-completion", shell],
-        capture_output=True,
-        text=True,
-        check=True,
+    """As the installed script calls it, which does not depend on the shell that runs the tests."""
+    typed = {
+        "COMP_WORDS": "gamut que",
+        "COMP_CWORD": "1",
+        "_TYPER_COMPLETE_ARGS": "gamut que",
+        "_TYPER_COMPLETE_FISH_ACTION": "get-args",
+    }
+    gamut = Path(sys.executable).with_name("gamut")
+    script, words = (
+        subprocess.run(
+            [gamut],
+            env={**os.environ, **typed, "_GAMUT_COMPLETE": f"{action}_{shell}"},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for action in ("source", "complete")
     )
-    assert "complete" in shown.stdout.lower()
+    assert f"complete_{shell}" in script
+    assert "query" in words
+    assert "slice" not in words
 
 
 @pytest.mark.slow

@@ -68,9 +68,10 @@ def test_values_of_a_display_are_not_adapted():
 
 @given(st.lists(st.tuples(*[st.floats(-0.5, 1.5)] * 3), min_size=1, max_size=5))
 def test_srgb_continues_beyond_its_gamut(rows):
+    """The branches of IEC 61966-2-1 differ by 3e-8 where they meet: its constants are rounded."""
     conversion = ColourConversion("sRGB", CIELAB)
     rgb = np.array(rows)
-    np.testing.assert_allclose(conversion.from_gamut(conversion.to_gamut(rgb)), rgb, atol=1e-9)
+    np.testing.assert_allclose(conversion.from_gamut(conversion.to_gamut(rgb)), rgb, atol=5e-8)
 
 
 def test_errors_name_the_space_or_the_row():
