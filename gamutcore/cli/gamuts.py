@@ -9,6 +9,7 @@ import typer
 
 from gamutcore.cli.inputs import BuildCommand, MaxError, Source, Triangles, gamut_of
 from gamutcore.cli.output import AsCsv, AsJson, Output, write_bytes, write_facts, write_table
+from gamutcore.export.viewer_page import HTML_SUFFIXES
 
 if TYPE_CHECKING:
     from gamutcore.gamut import Gamut
@@ -94,11 +95,15 @@ def export(
     as_json: AsJson = False,
     as_csv: AsCsv = False,
 ) -> None:
-    """Write a table for other programs.
+    """Write a table for other programs, or a page for browsers.
 
-    The form is CSV unless JSON is asked for. Device values are in per cent.
+    The form of a table is CSV unless JSON is asked for. Device values are in per cent. A file with
+    the suffix .html shows the gamut at any level, without a network.
     """
     gamut = gamut_of(source, ctx)
+    if output is not None and output.suffix.lower() in HTML_SUFFIXES:
+        gamut.save(output)
+        return
     columns: dict[str, Any]
     if table == "levels":
         rows = gamut.description["levels"]
