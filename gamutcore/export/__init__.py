@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.errors import OptionError
+from gamutcore.export.argyll import gam
 from gamutcore.export.gltf import glb, gltf
 from gamutcore.export.ply import ply
 from gamutcore.export.section_svg import (
@@ -67,6 +68,7 @@ FORMATS: dict[str, MeshFormat] = {
         MeshFormat("ply", "application/ply", ".ply", ply),
         MeshFormat("stl", "model/stl", ".stl", stl),
         MeshFormat("obj", "model/obj", ".obj", obj),
+        MeshFormat("gam", "application/x-argyll-gam", ".gam", gam),
     )
 }
 """All formats by name, the preferred one first."""
