@@ -14,6 +14,7 @@ from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.errors import OptionError
 from gamutcore.export.argyll import gam
 from gamutcore.export.gltf import glb, gltf
+from gamutcore.export.icc_boundary import icc
 from gamutcore.export.ply import ply
 from gamutcore.export.section_svg import (
     SectionAxes,
@@ -69,6 +70,7 @@ FORMATS: dict[str, MeshFormat] = {
         MeshFormat("stl", "model/stl", ".stl", stl),
         MeshFormat("obj", "model/obj", ".obj", obj),
         MeshFormat("gam", "application/x-argyll-gam", ".gam", gam),
+        MeshFormat("icc", "application/vnd.iccprofile", ".icc", icc),
     )
 }
 """All formats by name, the preferred one first."""
