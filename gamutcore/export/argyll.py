@@ -14,6 +14,7 @@ import numpy as np
 
 from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.export.icc_cielab import check_icc_cielab
+from gamutcore.export.plain_text import ascii_line
 from gamutcore.version import __version__
 
 if TYPE_CHECKING:
@@ -77,8 +78,12 @@ def gam(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = 
             f"CUSP_{name}": _triple(vertices[vertex])
             for name, vertex in _cusps(mesh.device).items()
         }
-    head = [f'{name} "{_plain(text)}"' for name, text in keywords.items()]
-    rows = [f"{row} {l:#.9g} {a:#.9g} {b:#.9g}" for row, (l, a, b) in enumerate(vertices.tolist())]
+    head = [f'{name} "{ascii_line(text)}"' for name, text in keywords.items()]
+    # nine digits are exact for float32
+    rows = [
+        f"{row} {lightness:#.9g} {a:#.9g} {b:#.9g}"
+        for row, (lightness, a, b) in enumerate(vertices.tolist())
+    ]
     corners = [f"{one} {two} {three}" for one, three, two in mesh.faces.tolist()]
     lines = ["GAMUT", "", *head]
     for fields, table in (
@@ -114,9 +119,3 @@ def _cusps(device: DeviceValues) -> dict[str, int]:
 
 def _triple(numbers: Iterable[float]) -> str:
     return " ".join(f"{number:.6f}" for number in numbers)
-
-
-def _plain(text: str) -> str:
-    """Return text that is in ASCII, without the quotation marks that end a value."""
-    line = " ".join(text.split()).replace('"', "'")
-    return line.encode("ascii", "backslashreplace").decode()

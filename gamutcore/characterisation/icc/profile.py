@@ -97,7 +97,7 @@ class IccProfile:
     version : tuple of int
         Major, minor, bug fix.
     device_class : str
-        ``"input"``, ``"display"``, ``"output"``, ``"colour space"``, or ``"abstract"`` for a profile
+        ``"input"``, ``"display"``, ``"output"`` or ``"colour space"``; ``"abstract"`` for a profile
         that has a gamut boundary and no device.
     channels : tuple of str
         Names of the device channels.
@@ -377,8 +377,9 @@ def icc_profile(data: bytes) -> IccProfile:
         )
     tags = _tag_table(data)
     space = data[16:20].decode("latin-1")
+    channels: tuple[str, ...] = ()
     if data[12:16] == b"abst" and space in {"Lab ", "XYZ "} and BOUNDARIES & set(tags):
-        device_class, channels = ABSTRACT, ()
+        device_class = ABSTRACT
     else:
         device_class = _known(data[12:16], CLASSES, "device class")
         channels = _known(data[16:20], CHANNELS, "device colour space")
