@@ -137,7 +137,7 @@ def _use_readers() -> None:
         shifted_coarse=np.zeros((0, 3), np.float32),
         shifted_fine=np.zeros((0, 3), np.float32),
     )
-    ramp = DeviceValues(("K",), np.linspace(0.0, 1.0, 5)[:, np.newaxis])
+    ramp = DeviceValues(("R", "G", "B"), np.linspace((0.0,) * 3, (1.0,) * 3, 5))
     device = build_device_history(ramp, np.arange(5, dtype=np.int32), splits)
     history = History(splits, np.array([60.0, 0.0, 0.0]), 2.0**-11, device)
     history, _ = history_from_bytes(history_bytes(history))

@@ -60,7 +60,7 @@ def mesh(
     output: Annotated[
         Path,
         typer.Option(
-            "--output", "-o", metavar="FILE", help="A .glb, .gltf, .ply, .stl or .obj file."
+            "--output", "-o", metavar="FILE", help="A file with the suffix of its format."
         ),
     ],
     triangles: Triangles = None,
@@ -69,9 +69,15 @@ def mesh(
 ) -> None:
     """Write a level as a mesh file.
 
-    It has 1,000 triangles unless a count or a limit is given.
+    The suffix chooses the format: .glb, .gltf, .ply, .stl, .obj, .gam, .icc or .cge. The level has
+    1,000 triangles unless a count or a limit is given; .cge is made from the full boundary.
     """
+    from gamutcore.export import format_of_suffix  # noqa: PLC0415
+
+    full = format_of_suffix(output.suffix).full
     gamut = gamut_of(source, ctx)
+    if full and triangles is None and max_error is None:
+        max_error = 0.0
     level = gamut.mesh(triangles, max_error=max_error, side=side)  # type: ignore[arg-type]  # checked
     level.save(output)
     bound = "" if level.max_error is None else f", within {level.max_error:g} of the boundary"
@@ -82,22 +88,42 @@ def export(
     ctx: typer.Context,
     source: Source,
     table: Annotated[
-        str,
+        str | None,
         typer.Option(
             help="vertices (colours with device values), cusps (of 360 hues), leaves (largest "
-            "chroma of 360 hues and 101 lightnesses) or levels (error by count)."
+            "chroma of 360 hues and 101 lightnesses) or levels (error by count). By default "
+            "vertices."
         ),
-    ] = "vertices",
+    ] = None,
     triangles: Triangles = None,
     max_error: MaxError = None,
     output: Output = None,
     as_json: AsJson = False,
     as_csv: AsCsv = False,
 ) -> None:
-    """Write a table for other programs.
+    """Write a table or a mesh for other programs, or a page for browsers.
 
-    The form is CSV unless JSON is asked for. Device values are in per cent.
+    An output with the suffix of a mesh format is written as by the command mesh. A file with the
+    suffix .html shows the gamut at any level, without a network. The form of tables is CSV unless
+    JSON is asked for. Device values are in per cent.
     """
+    from gamutcore.export import FORMATS  # noqa: PLC0415
+    from gamutcore.export.viewer_page import HTML_SUFFIXES  # noqa: PLC0415
+
+    suffix = None if output is None else output.suffix.lower()
+    if output is not None and suffix in {*HTML_SUFFIXES, *(f.suffix for f in FORMATS.values())}:
+        if table is not None or as_json or as_csv:
+            raise typer.BadParameter(
+                "Give --table, --json and --csv for tables only.", param_hint="--output"
+            )
+        if suffix in HTML_SUFFIXES:
+            if triangles is not None or max_error is not None:
+                raise typer.BadParameter("A page shows every level.", param_hint="--output")
+            gamut_of(source, ctx).save(output)
+        else:
+            mesh(ctx, source, output, triangles, max_error)
+        return
+    table = table or "vertices"
     gamut = gamut_of(source, ctx)
     columns: dict[str, Any]
     if table == "levels":
