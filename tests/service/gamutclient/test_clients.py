@@ -61,7 +61,7 @@ class TestBuilds:
     def test_refused_data(self, client, progress):
         with pytest.raises(gamutclient.ServiceError) as caught:
             client.build(np.zeros((5, 3)), progress=progress)
-        assert caught.value.code == "flat-points"
+        assert caught.value.code == "too-few-points"
         assert caught.value.remedy
         with pytest.raises(gamutclient.ServiceError, match="srgb") as caught:
             client.reference("sRGG", progress=progress)

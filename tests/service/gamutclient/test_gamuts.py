@@ -47,7 +47,7 @@ class TestBoth:
         assert found.channels == ("C", "M", "Y", "K")
         assert found.device.shape == (60, 4)
         assert found.triangles == 500
-        assert found.max_error > 0
+        assert found.max_error is None or found.max_error > 0  # only the service always knows it
 
     def test_colours_of_another_space(self, press):
         polar = np.stack(
