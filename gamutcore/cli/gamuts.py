@@ -9,6 +9,7 @@ import typer
 
 from gamutcore.cli.inputs import BuildCommand, MaxError, Source, Triangles, gamut_of
 from gamutcore.cli.output import AsCsv, AsJson, Output, write_bytes, write_facts, write_table
+from gamutcore.cli.sections import picture
 
 if TYPE_CHECKING:
     from gamutcore.gamut import Gamut
@@ -101,19 +102,24 @@ def export(
     as_json: AsJson = False,
     as_csv: AsCsv = False,
 ) -> None:
-    """Write a table or a mesh for other programs.
+    """Write a table, a mesh or a picture for other programs.
 
-    An output with the suffix of a mesh format is written as by the command mesh. The form of tables
-    is CSV unless JSON is asked for. Device values are in per cent.
+    An output with the suffix of a mesh format is written as by the command mesh, and .png as by the
+    command picture. The form of tables is CSV unless JSON is asked for. Device values are in per
+    cent.
     """
     from gamutcore.export import FORMATS  # noqa: PLC0415
 
-    if output is not None and output.suffix.lower() in {each.suffix for each in FORMATS.values()}:
+    others = {".png", *(each.suffix for each in FORMATS.values())}
+    if output is not None and output.suffix.lower() in others:
         if table is not None or as_json or as_csv:
             raise typer.BadParameter(
                 "Give --table, --json and --csv for tables only.", param_hint="--output"
             )
-        mesh(ctx, source, output, triangles, max_error)
+        if output.suffix.lower() == ".png":
+            picture(ctx, source, output, triangles=triangles, max_error=max_error)
+        else:
+            mesh(ctx, source, output, triangles, max_error)
         return
     table = table or "vertices"
     gamut = gamut_of(source, ctx)
