@@ -88,8 +88,9 @@ def camera(azimuth: float, elevation: float) -> FloatArray:
 
     Examples
     --------
-    >>> camera(270, 0).round(12).tolist()[0]
-    [1.0, 0.0, 0.0]
+    >>> right, upwards, towards = np.abs(camera(270, 0)).round(12).tolist()
+    >>> right, upwards, towards
+    ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0])
     """
     hue, angle = math.radians(azimuth), math.radians(elevation)
     right = np.array([-math.sin(hue), math.cos(hue), 0.0])
