@@ -225,6 +225,7 @@ class DrawingAnswers(SectionAnswers):
         reference: SectionAnswers | None = None,
         ax: Any = None,  # noqa: ANN401  # of matplotlib
         *,
+        sectors: int = 360,
         triangles: int | None = None,
         max_error: float | None = None,
         **style: Any,  # noqa: ANN401
@@ -237,6 +238,8 @@ class DrawingAnswers(SectionAnswers):
             In the same colour space.
         ax : matplotlib.axes.Axes, optional
             New axes unless given.
+        sectors : int, optional
+            Number of equal sectors of hue.
         triangles, max_error : optional
             The levels.
         **style
@@ -253,7 +256,7 @@ class DrawingAnswers(SectionAnswers):
         OptionError, TriangleCountError
             As for `rings`.
         """
-        found = self.rings(reference, triangles=triangles, max_error=max_error)
+        found = self.rings(reference, sectors=sectors, triangles=triangles, max_error=max_error)
         ax = new_axes() if ax is None else ax
         turn = np.radians(np.append(found.hues, found.hues[0]))
         drawn = [(found.radius, {"color": "black", "linewidth": 1.0})]
@@ -349,7 +352,7 @@ class DrawingAnswers(SectionAnswers):
             reference_radius=found.reference_radius,
             intersection_radius=found.intersection_radius,
             names=names,
-            axes=self.colour_space.axes[1:],
+            axes=self.colour_space.axes,
             volume=found.volume,
         )
 

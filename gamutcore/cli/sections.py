@@ -94,12 +94,12 @@ def rings(
     other = None if reference is None else gamut_of(reference, ctx, alone=False)
     level: dict[str, Any] = {"triangles": triangles, "max_error": max_error}
     if output is not None and output.suffix.lower() == ".svg":
-        write_bytes(gamut.rings_svg(other, **level), output)
+        write_bytes(gamut.rings_svg(other, sectors=sectors, **level), output)
         return
     if output is not None and output.suffix.lower() in {".png", ".pdf"}:
         from gamutcore.answers.drawing import figure  # noqa: PLC0415
 
-        axes = gamut.plot_rings(other, figure().add_subplot(), **level)
+        axes = gamut.plot_rings(other, figure().add_subplot(), sectors=sectors, **level)
         axes.figure.savefig(output)
         return
     found = gamut.rings(other, sectors=sectors, **level)

@@ -29,9 +29,9 @@ def test_slice(command, as_json, cube, tmp_path):
     assert as_json("slice", cube, "--plane", "1,0,0,90")["polygon"] == []
     command("slice", cube, status=2)
     command("slice", cube, "--plane", "1,0,x,90", status=2)
-    pytest.importorskip("matplotlib")
-    command("slice", cube, "--lightness", 50, "-o", tmp_path / "slice.svg")
-    assert "<svg" in (tmp_path / "slice.svg").read_text()
+    command("slice", cube, "--plane", "0,1,1,5", "-o", tmp_path / "slice.svg")
+    picture = (tmp_path / "slice.svg").read_bytes()
+    assert picture == Gamut.load(cube).slice_svg(plane=(0, 1, 1, 5))
 
 
 def test_rings(command, as_json, cube, tmp_path):
@@ -40,6 +40,8 @@ def test_rings(command, as_json, cube, tmp_path):
     assert (np.pi * outer**2).mean() == pytest.approx(40**3, rel=1e-4)
     both = as_json("rings", cube, "--reference", cube, "--sectors", 4)
     assert both["reference_radius"] == pytest.approx(both["radius"])
+    command("rings", cube, "--sectors", 4, "-o", tmp_path / "rings.svg")
+    assert (tmp_path / "rings.svg").read_bytes() == Gamut.load(cube).rings_svg(sectors=4)
     pytest.importorskip("matplotlib")
     command("rings", cube, "-o", tmp_path / "rings.png")
     assert (tmp_path / "rings.png").read_bytes().startswith(b"\x89PNG")
