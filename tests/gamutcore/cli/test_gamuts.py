@@ -82,6 +82,10 @@ def test_export(command, as_json, saved, small_gamut, tmp_path):
     leaves = as_json("export", saved, "--table", "leaves")
     assert len(leaves["chroma"]) == 360 * 101
     command("export", saved, "--table", "faces", status=2)
+    page = tmp_path / "Small.html"
+    command("export", saved, "-o", page)
+    assert page.read_bytes() == small_gamut.to_html("Small")
+    command("export", saved, "--triangles", 20, "-o", page, status=2)
 
 
 def test_reference(command, as_json, tmp_path):

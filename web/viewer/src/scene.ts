@@ -21,6 +21,8 @@ const HALF_ANGLE = Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
 const SLOW_PICTURE = 20;
 const LEAST_RESOLUTION = 0.35;
 const RESTING_MILLISECONDS = 250;
+/** Half the height of the start view, relative to the radius of what is shown. */
+const FILLING = 1.06;
 /** Direction of the start view: from the front right, slightly above. */
 const HOME = new Vector3(0.55, 0.42, 1);
 
@@ -50,6 +52,8 @@ export class View {
   ) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true });
     this.renderer.outputColorSpace = SRGBColorSpace;
+    // The check waits for the compilation of each shader.
+    this.renderer.debug.checkShaderErrors = false;
     this.controls = new OrbitControls(this.perspective, canvas);
     this.controls.zoomToCursor = true;
     this.controls.addEventListener("change", () => {
@@ -109,9 +113,9 @@ export class View {
   /** Look at the middle from a direction. */
   lookAlong(direction: Vector3): void {
     this.controls.target.copy(this.middle);
-    const distance = (1.12 * this.radius) / HALF_ANGLE / Math.min(1, this.aspect);
+    const distance = (FILLING * this.radius) / HALF_ANGLE / Math.min(1, this.aspect);
     this.camera.position.copy(this.middle).add(direction.clone().setLength(distance));
-    this.orthographic.zoom = Math.min(1, this.aspect) / 1.12;
+    this.orthographic.zoom = Math.min(1, this.aspect) / FILLING;
     this.resize();
     this.controls.update();
     this.onMove();
@@ -190,7 +194,16 @@ export class View {
   private setResolution(resolution: number): void {
     if (resolution === this.resolution) return;
     this.resolution = resolution;
-    this.renderer.setPixelRatio(resolution * Math.min(devicePixelRatio, 2));
+    this.setSize();
+  }
+
+  /** Set the number of pixels. Equal numbers are not set again: that costs as much as other ones. */
+  private setSize(): void {
+    const { canvas, renderer, stage } = this;
+    const ratio = this.resolution * Math.min(devicePixelRatio, 2);
+    const { clientWidth: width, clientHeight: height } = stage;
+    if (canvas.width === Math.floor(width * ratio) && canvas.height === Math.floor(height * ratio)) return;
+    renderer.setDrawingBufferSize(width, height, ratio);
   }
 
   /** The nearest surface at a point of the page. */
@@ -231,8 +244,7 @@ export class View {
 
   private resize(): void {
     const { aspect, orthographic, perspective, radius } = this;
-    this.renderer.setPixelRatio(this.resolution * Math.min(devicePixelRatio, 2));
-    this.renderer.setSize(this.stage.clientWidth, this.stage.clientHeight, false);
+    this.setSize();
     perspective.aspect = aspect;
     perspective.near = radius / 100;
     perspective.far = radius * 100;

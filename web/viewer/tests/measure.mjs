@@ -8,7 +8,7 @@ import { chromium, drawn, open } from "./pages.mjs";
 
 const SECONDS = 3;
 const DRAGGED = 10_000;
-const folder = new URL("../../../service/static/viewer/", import.meta.url);
+const folder = new URL("../../../gamutcore/export/viewer/", import.meta.url);
 
 const browser = await chromium();
 const loads = [];
