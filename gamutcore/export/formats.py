@@ -115,7 +115,7 @@ FORMATS: dict[str, MeshFormat] = {
             "application/x-idms-cge",
             ".cge",
             cge,
-            _IN_CIELAB + "R, G, B, X, Y, Z, L*, a*, b* of 602 points of the device's cube",
+            _IN_CIELAB + r"R, G, B, X, Y, Z, L\*, a\*, b\* of 602 points of the device's cube",
             "CIELab Gamut Tools and other software for IDMS",
             full=True,
         ),

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 from gamutcore.export import FORMATS, mesh_file
+from gamutcore.export.rendering import mesh_picture
 from gamutcore.metric.level_search import Bounds
 from gamutcore.sides import Side
 from service.http.compression import IDENTITY, compress
@@ -20,7 +21,16 @@ from service.telemetry.server_timing import timed
 if TYPE_CHECKING:
     from service.meshes.library import OpenGamut
 
-__all__ = ["MEDIA_TYPES", "SUFFIXES", "EncodedMesh", "MeshKey", "encode_mesh", "file_stem"]
+__all__ = [
+    "MEDIA_TYPES",
+    "SUFFIXES",
+    "EncodedMesh",
+    "MeshKey",
+    "PictureOptions",
+    "encode_mesh",
+    "encode_picture",
+    "file_stem",
+]
 
 MEDIA_TYPES = {
     **{mesh_format.media_type: name for name, mesh_format in FORMATS.items()},
@@ -138,6 +148,36 @@ def encode_mesh(
         with timed("compress"):
             made[key] = plain.in_coding(key.coding)
     return made
+
+
+class PictureOptions(NamedTuple):
+    """What a picture of a level looks like; see `gamutcore.export.rendering.mesh_picture`."""
+
+    size: int
+    view: str | tuple[float, float]
+    background: str
+    axes: bool
+
+    def key(self, gamut_id: str, triangles: int) -> MeshKey:
+        """Return the identity of the picture of a level."""
+        return MeshKey(gamut_id, triangles, f"picture {self}")
+
+
+def encode_picture(opened: OpenGamut, key: MeshKey, options: PictureOptions) -> EncodedMesh:
+    """Draw a level.
+
+    Parameters
+    ----------
+    opened : OpenGamut
+        The gamut, with the level unpacked.
+    key : MeshKey
+    options : PictureOptions
+    """
+    with timed("draw"):
+        level = opened.gamut.history.level(key.triangles)
+        body = mesh_picture(level, opened.space, **options._asdict())
+    name = f"{file_stem(key.gamut_id)}.png"
+    return EncodedMesh.of(body, "image/png", name, level.triangles, len(level.vertices))
 
 
 def _encode_level(opened: OpenGamut, key: MeshKey) -> EncodedMesh:
