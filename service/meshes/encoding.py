@@ -15,6 +15,7 @@ from gamutcore.metric.level_search import Bounds
 from gamutcore.sides import Side
 from service.http.compression import IDENTITY, compress
 from service.http.conditional import IMMUTABLE, entity_tag, matches
+from service.http.file_names import content_disposition
 from service.http.negotiation import OCTET_STREAM
 from service.telemetry.server_timing import timed
 
@@ -73,15 +74,23 @@ class EncodedMesh:
 
     @classmethod
     def of(
-        cls, body: bytes, media_type: str, file_name: str, triangles: int, vertices: int
+        cls,
+        body: bytes,
+        media_type: str,
+        file_name: tuple[str, str],
+        triangles: int,
+        vertices: int,
     ) -> EncodedMesh:
-        """Return the encoded mesh of a file with its name and counts."""
+        """Return the encoded mesh of a file with its counts.
+
+        `file_name` is the name of the gamut, and what follows it in the name of the file.
+        """
         etag = entity_tag(body)
         fields = {
             "content-type": media_type,
             "content-length": str(len(body)),
             # A viewer may show the mesh in place. The name is for those who save it (RFC 6266).
-            "content-disposition": f'inline; filename="{file_name}"',
+            "content-disposition": content_disposition("inline", *file_name),
             "gamut-triangles": str(triangles),
             "gamut-vertices": str(vertices),
             "etag": etag,
@@ -176,7 +185,7 @@ def encode_picture(opened: OpenGamut, key: MeshKey, options: PictureOptions) -> 
     with timed("draw"):
         level = opened.gamut.history.level(key.triangles)
         body = mesh_picture(level, opened.space, **options._asdict())
-    name = f"{file_stem(key.gamut_id)}.png"
+    name = (opened.name, ".png")
     return EncodedMesh.of(body, "image/png", name, level.triangles, len(level.vertices))
 
 
@@ -185,7 +194,7 @@ def _encode_level(opened: OpenGamut, key: MeshKey) -> EncodedMesh:
     body = mesh_file(level, key.format_name, opened.provenance, opened.space)
     mesh_format, triangles = FORMATS[key.format_name], len(level.faces)
     side = "" if key.side == "both" else f"-{key.side}"
-    name = f"{file_stem(key.gamut_id)}-{triangles}{side}{mesh_format.suffix}"
+    name = (opened.name, f"-{triangles}{side}{mesh_format.suffix}")
     mesh = EncodedMesh.of(body, mesh_format.media_type, name, triangles, len(level.vertices))
     bounds = _described_bounds(opened, triangles) if key.side == "both" else None
     return mesh if bounds is None else mesh.with_bounds(bounds)

@@ -143,6 +143,11 @@ class Meshes:
             self._keep({key: made})
         return made
 
+    async def rename(self, gamut_id: str) -> None:
+        """Let the files of a gamut have its new name from now on."""
+        await self._library.rename(gamut_id)
+        self.cache.discard_where(lambda key: key.gamut_id == gamut_id)
+
     def discard_gamut(self, gamut_id: str) -> None:
         """Forget all meshes and levels of a gamut."""
         self.cache.discard_where(lambda key: key.gamut_id == gamut_id)

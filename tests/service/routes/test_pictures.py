@@ -86,10 +86,10 @@ def test_a_slug_has_a_picture(server):
     assert image(answer).size == (32, 32)
 
 
-def test_curl_saves_a_picture_under_its_name(server, address, tmp_path):
+def test_curl_saves_a_picture_under_its_name(server, gamut, address, tmp_path):
     if shutil.which("curl") is None:
         pytest.skip("curl is not installed")
     subprocess.run(["curl", "-sSOJ", f"{server.url}{address}?size=32"], cwd=tmp_path, check=True)
     (saved,) = tmp_path.iterdir()
-    assert saved.suffix == ".png"
+    assert saved.name == f"{gamut['name']}.png"
     assert saved.read_bytes()[1:4] == b"PNG"
