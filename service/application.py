@@ -38,6 +38,7 @@ from service.routes import (
     metrics,
     names,
     pages,
+    pictures,
     queries,
     references,
     state,
@@ -55,7 +56,7 @@ __all__ = ["access_rules", "create_app"]
 _ROUTERS = (
     queries.router,  # the router tries routes in turn, and single colours are asked for most often
     *(gamuts.router, names.router, meshes.router, batch.router, references.router, jobs.router),
-    *(views.router, views.comparisons, gamut_page.router),
+    *(views.router, views.comparisons, pictures.router, gamut_page.router),
     *(state.router, metrics.router, pages.router, swagger_ui.router, viewer.router),
 )
 

@@ -1,7 +1,6 @@
 """Route of the page of a gamut: one HTML file for browsers, which works without the service."""
 
 import asyncio
-from urllib.parse import quote
 
 from fastapi import APIRouter, Depends, Request
 from fastapi.responses import Response
@@ -10,9 +9,9 @@ from gamutcore.export.viewer_page import MEDIA_TYPE
 from service.container import service_of
 from service.http.compression import compress_response
 from service.http.conditional import conditional
+from service.http.file_names import content_disposition
 from service.http.parameters import check_query
-from service.meshes.encoding import file_stem
-from service.openapi.documentation import EXAMPLE_ID, header, problems
+from service.openapi.documentation import header, problems
 from service.routes.gamuts import GamutId
 from service.routes.naming import named
 
@@ -40,8 +39,7 @@ router = APIRouter(prefix="/v1/gamuts", tags=["gamuts"], dependencies=[Depends(c
             "headers": {
                 "Content-Disposition": header(
                     "File name: the name of the gamut.",
-                    f'attachment; filename="{file_stem(EXAMPLE_ID)}.html"; '
-                    "filename*=UTF-8''FOGRA39L.html",
+                    'attachment; filename="FOGRA39L.html"',
                 )
             },
         },
@@ -68,8 +66,7 @@ async def download_page(request: Request, gamut_id: GamutId) -> Response:
         # the service.
         headers = {
             "Cache-Control": "no-cache",
-            "Content-Disposition": f'attachment; filename="{file_stem(gamut_id)}.html"; '
-            f"filename*=UTF-8''{quote(gamut.name, safe='')}.html",
+            "Content-Disposition": content_disposition("attachment", gamut.name, ".html"),
             "X-Content-Type-Options": "nosniff",
         }
         page = Response(opened.gamut.to_html(gamut.name), 200, headers, MEDIA_TYPE)

@@ -22,7 +22,7 @@ async function take(name, path, prepare = async () => {}, size = SIZE) {
   await prepare(page);
   await settled();
   await page.screenshot({ path: file(name) });
-  await page.browserContext().close();
+  await page.close();
 }
 
 async function point(page, across, down) {

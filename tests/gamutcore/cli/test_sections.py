@@ -45,3 +45,15 @@ def test_rings(command, as_json, cube, tmp_path):
     pytest.importorskip("matplotlib")
     command("rings", cube, "-o", tmp_path / "rings.png")
     assert (tmp_path / "rings.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_picture_is_that_of_python(command, saved, small_gamut, tmp_path):
+    path = tmp_path / "gamut.png"
+    command("picture", saved, "-o", path, "--size", 50, "--view", "10,20", "--no-axes")
+    assert path.read_bytes() == small_gamut.picture(50, (10, 20), axes=False)
+    command("export", saved, "-o", path, "--triangles", 40)
+    assert path.read_bytes() == small_gamut.picture(triangles=40)
+    command("picture", saved, "-o", tmp_path / "gamut.jpg", status=2)
+    command("picture", saved, "-o", path, "--view", "10,north", status=2)
+    _, err = command("picture", saved, "-o", path, "--view", "side", status=2)
+    assert "standard" in err

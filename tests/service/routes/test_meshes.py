@@ -409,7 +409,7 @@ def test_a_download_has_a_file_name_from_the_cache_too(server, gamut, name, quer
     answers.append(server.client.get(address, headers={"Accept-Encoding": "gzip"}))
     for answer in answers:
         triangles = answer.headers["gamut-triangles"]
-        expected = f'inline; filename="{gamut["id"][:12]}-{triangles}{FORMATS[name].suffix}"'
+        expected = f'inline; filename="{gamut["name"]}-{triangles}{FORMATS[name].suffix}"'
         assert answer.headers["content-disposition"] == expected
 
 
@@ -419,8 +419,8 @@ def test_curl_saves_a_download_under_its_name(server, gamut, tmp_path, link):
         pytest.skip("curl is not installed")
     start = gamut["id"][:12]
     path, name, begin = {
-        "mesh": (f"{gamut['links']['mesh']}.ply?triangles=50", f"{start}-50.ply", b"ply"),
-        "history": (gamut["links"]["history"], f"{start}.gamut", b""),
+        "mesh": (f"{gamut['links']['mesh']}.ply?triangles=50", f"{gamut['name']}-50.ply", b"ply"),
+        "history": (gamut["links"]["history"], f"{gamut['name']}.gamut", b""),
         "batch": (f"/v1/meshes?gamuts={gamut['id']}&triangles=50", f"{start}-meshes.zip", b"PK"),
     }[link]
     subprocess.run(["curl", "-sSOJ", server.url + path], cwd=tmp_path, check=True)

@@ -30,6 +30,9 @@ const MOST_WIRE_TRIANGLES = 1500;
 /** Faces are pushed back so that edges on them are visible. */
 const BEHIND_EDGES = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
 
+/** Vertices that buffers have room for at least: no buffer is made while a slider moves below it. */
+const LEAST_ROOM = 8192;
+
 export interface LayerEvents {
   level(): void;
   /** More of the history has arrived. */
@@ -172,7 +175,9 @@ export class Layer {
   private upload(level: LevelBuffers): void {
     this.level = level;
     const vertices = level.positions.length / 3;
-    if (vertices > this.capacity) this.allocate(2 ** Math.ceil(Math.log2(vertices)));
+    // A change of a buffer that is in use may copy all of it, so buffers are no larger than needed.
+    const room = Math.max(LEAST_ROOM, 2 ** Math.ceil(Math.log2(vertices)));
+    if (room > this.capacity || room < this.capacity / 2) this.allocate(room);
     const copy = (attribute: BufferAttribute, values: Float32Array | Int32Array) => {
       attribute.array.set(values);
       attribute.clearUpdateRanges();

@@ -19,7 +19,9 @@ const FIELD_OF_VIEW = 30;
 const HALF_ANGLE = Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
 /** Pictures that take longer than this, in ms, are drawn with fewer pixels while things move. */
 const SLOW_PICTURE = 20;
-const LEAST_RESOLUTION = 0.35;
+const SLOW_PICTURES = 2;
+/** One step: each change of the number of pixels waits for the graphics processor. */
+const LOW_RESOLUTION = 0.35;
 const RESTING_MILLISECONDS = 250;
 /** Half the height of the start view, relative to the radius of what is shown. */
 const FILLING = 1.06;
@@ -40,6 +42,8 @@ export class View {
   private waiting = 0;
   private resolution = 1;
   private drawnAt = 0;
+  /** Number of slow pictures one after the other. */
+  private slow = 0;
   private resting = 0;
   /** Number of pictures that were drawn. */
   frames = 0;
@@ -179,10 +183,8 @@ export class View {
 
   /** Lower the resolution while successive pictures are slow; restore it at rest. */
   private adapt(interval: number): void {
-    if (interval < RESTING_MILLISECONDS) {
-      const factor = interval > SLOW_PICTURE ? 0.7 : 1;
-      this.setResolution(Math.max(LEAST_RESOLUTION, factor * this.resolution));
-    }
+    this.slow = interval > SLOW_PICTURE && interval < RESTING_MILLISECONDS ? this.slow + 1 : 0;
+    if (this.slow >= SLOW_PICTURES) this.setResolution(LOW_RESOLUTION);
     clearTimeout(this.resting);
     if (this.resolution === 1) return;
     this.resting = setTimeout(() => {

@@ -23,8 +23,8 @@ export function chromium() {
 
 /** Open an address of the service. The page collects what the browser complains of. */
 export async function open(browser, path, { url = process.env.VIEWER_URL, width = 1100, height = 700, scheme = "light", isOffline = false } = {}) {
-  const context = await browser.createBrowserContext();
-  const page = await context.newPage();
+  // All pages share the browser's cache, which saves loading and compiling the scripts again.
+  const page = await browser.newPage();
   page.complaints = [];
   page.on("console", (message) => {
     if (["error", "warn"].includes(message.type())) page.complaints.push(message.text());
@@ -41,14 +41,17 @@ export async function open(browser, path, { url = process.env.VIEWER_URL, width 
 /** Close a page. Its console must be empty. */
 export async function close(page) {
   assert.deepEqual(page.complaints, []);
-  await page.browserContext().close();
+  await page.close();
 }
 
-/** What axe-core finds. */
-export async function violations(page) {
+/** What axe-core finds; by default with all rules. */
+export async function violations(page, rules = null) {
   // The policy of the page allows no injected script, so it is evaluated by the protocol.
-  await page.evaluate(await readFile(axe, "utf8"));
-  const { violations: found } = await page.evaluate("axe.run()");
+  if (await page.evaluate("window.axe === undefined")) await page.evaluate(await readFile(axe, "utf8"));
+  const { violations: found } = await page.evaluate(
+    (only) => axe.run(only === null ? {} : { runOnly: only }),
+    rules,
+  );
   return found.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html).join(" | ")}`);
 }
 
