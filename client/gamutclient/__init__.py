@@ -12,6 +12,7 @@ from gamutclient.clients import AsyncClient, Client
 from gamutclient.errors import ConnectionLostError, GamutClientError, ServiceError
 from gamutclient.gamuts import AsyncGamut, Gamut
 from gamutclient.results import Mesh
+from gamutclient.transport import Retries
 
 __all__ = [
     "AsyncClient",
@@ -21,5 +22,6 @@ __all__ = [
     "Gamut",
     "GamutClientError",
     "Mesh",
+    "Retries",
     "ServiceError",
 ]
