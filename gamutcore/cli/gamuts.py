@@ -70,8 +70,9 @@ def mesh(
 ) -> None:
     """Write a level as a mesh file.
 
-    The suffix chooses the format: .glb, .gltf, .ply, .stl, .obj, .gam, .icc or .cge. The level has
-    1,000 triangles unless a count or a limit is given; .cge is made from the full boundary.
+    The suffix chooses the format: .glb, .gltf, .ply, .stl, .obj, .3mf, .gam, .icc or .cge. The
+    level has 1,000 triangles unless a count or a limit is given; .cge is made from the full
+    boundary.
     """
     from gamutcore.export import format_of_suffix  # noqa: PLC0415
 

@@ -12,6 +12,7 @@ from gamutcore.export.cge import cge
 from gamutcore.export.gltf import glb, gltf
 from gamutcore.export.icc_boundary import icc
 from gamutcore.export.ply import ply
+from gamutcore.export.threemf import threemf
 from gamutcore.export.triangle_files import obj, stl
 from gamutcore.mesh import TriangleMesh
 
@@ -93,6 +94,14 @@ FORMATS: dict[str, MeshFormat] = {
             obj,
             "triangles, colours as `#MRGB`, provenance",
             "Blender, ZBrush, nearly all 3-D programs",
+        ),
+        MeshFormat(
+            "3mf",
+            "model/3mf",
+            ".3mf",
+            threemf,
+            "triangles, colours, provenance; lightness upwards, the white 100 mm high",
+            "slicers for 3-D printers, Windows 3D Viewer, Blender, lib3mf",
         ),
         MeshFormat(
             "gam",

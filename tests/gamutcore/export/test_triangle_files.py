@@ -93,7 +93,7 @@ class TestObj:
 
 class TestFormats:
     def test_names_media_types_and_suffixes(self):
-        assert list(FORMATS) == ["glb", "gltf", "ply", "stl", "obj", "gam", "icc", "cge"]
+        assert list(FORMATS) == ["glb", "gltf", "ply", "stl", "obj", "3mf", "gam", "icc", "cge"]
         for name, mesh_format in FORMATS.items():
             assert mesh_format.name == name
             assert mesh_format.suffix == f".{name}"
@@ -102,6 +102,7 @@ class TestFormats:
         assert FORMATS["gltf"].media_type == "model/gltf+json"
         assert FORMATS["stl"].media_type == "model/stl"
         assert FORMATS["obj"].media_type == "model/obj"
+        assert FORMATS["3mf"].media_type == "model/3mf"
         assert FORMATS["icc"].media_type == "application/vnd.iccprofile"
 
     def test_the_document_has_all_formats_with_their_readers(self):

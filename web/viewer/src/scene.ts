@@ -19,9 +19,9 @@ const FIELD_OF_VIEW = 30;
 const HALF_ANGLE = Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
 /** Pictures that take longer than this, in ms, are drawn with fewer pixels while things move. */
 const SLOW_PICTURE = 20;
-const SLOW_PICTURES = 3;
+const SLOW_PICTURES = 2;
 /** One step: each change of the number of pixels waits for the graphics processor. */
-const LOW_RESOLUTION = 0.5;
+const LOW_RESOLUTION = 0.35;
 const RESTING_MILLISECONDS = 250;
 /** Half the height of the start view, relative to the radius of what is shown. */
 const FILLING = 1.06;
