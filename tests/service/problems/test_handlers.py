@@ -183,6 +183,8 @@ def test_what_is_not_the_clients_fault_says_no_more_than_that(
     monkeypatch.setattr(Library, "record", fail)
     answer = asyncio.run(request())
     assert_problem(answer, status, code)
+    # the server closes the connection after a defect, and the client has to know
+    assert answer.headers.get("connection") == ("close" if status == 500 else None)
     assert "secret" not in answer.text
     assert ("retry-after" in answer.headers) == (status == 503)
 
