@@ -27,7 +27,8 @@ release = __version__
 
 extensions = ["myst_nb", "numpydoc", "sphinx.ext.autodoc", "sphinx.ext.autosummary"]
 root_doc = "README"
-source_suffix = {".rst": "restructuredtext", ".md": "myst-nb", ".ipynb": "myst-nb"}  # the first is that of autosummary
+# the first is that of autosummary
+source_suffix = {".rst": "restructuredtext", ".md": "myst-nb", ".ipynb": "myst-nb"}
 include_patterns = ["*.md", "docs/**", "examples/*.md"]
 exclude_patterns = ["docs/site"]
 templates_path = [str(Path(__file__).parent / "templates")]  # autosummary looks in another folder
