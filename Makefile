@@ -175,7 +175,7 @@ types: .venv/.installed-lint ## mypy, strict, on both packages and the benchmark
 
 .PHONY: contracts
 contracts: .venv/.installed-lint ## import-linter: no web in gamutcore, data flows one way
-	.venv/bin/lint-imports
+	PYTHONPATH=client .venv/bin/lint-imports
 
 .PHONY: openapi
 openapi: .venv/.installed ## regenerate openapi/openapi.json

@@ -15,7 +15,7 @@ import pytest
 
 import gamutcore
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[2]
 RUNNING = re.compile(r"Uvicorn running on (http://127\.0\.0\.1:\d+)")
 REQUESTS, ROWS = 100, 10_000
 
