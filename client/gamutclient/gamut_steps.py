@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
 
 import numpy as np
@@ -351,6 +351,20 @@ class GamutSteps(RemoteGamut):
         """Return the rings as a picture."""
         params = {**level, "sectors": sectors, "reference": _id(reference)}
         response = yield from self._get("rings.svg", params, "image/svg+xml")
+        return response.content
+
+    def picture(
+        self,
+        size: int = 800,
+        view: str | Sequence[float] = "standard",
+        *,
+        background: Literal["white", "transparent"] = "white",
+        axes: bool = True,
+        **level: Unpack[Level],
+    ) -> Steps[bytes]:
+        """Return a picture of the gamut as PNG, from a named view or a hue and an elevation."""
+        params = {**level, "size": size, "view": view, "background": background, "axes": axes}
+        response = yield from self._get("picture.png", params, "image/png")
         return response.content
 
     # --- two gamuts ------------------------------------------------------------------------------

@@ -33,6 +33,7 @@ def mapping_service(server, tmp_path_factory):
                 **os.environ,
                 "GAMUT_SERVICE": server.url,
                 "PYTHONPATH": str(ROOT / "client"),
+                "PYTHONDONTWRITEBYTECODE": "1",  # examples/ has only what its README lists
             },
             stdout=output,
             stderr=subprocess.STDOUT,
