@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray, ShortArray
+from gamutcore.corner_table import vertex_fans
 from gamutcore.kernels import kernel, leaf_kernel
 
 if TYPE_CHECKING:
@@ -50,10 +51,10 @@ def nearest_places(
     origin = vertices.astype(np.float64).mean(axis=0)
     corners, targets = vertices - origin, points - origin
     count = min(candidates, len(corners))
-    near = cKDTree(corners).query(targets, count)[1].reshape(-1, count)
-    fan = np.argsort(faces.ravel(), kind="stable") // 3
-    fan_end = np.cumsum(np.bincount(faces.ravel(), minlength=len(corners)))
-    return NearestPlaces(*_nearest_places(targets, near, corners, faces, fan, fan_end))
+    # vertices are spread evenly enough for halves at the middle, which take half the time
+    tree = cKDTree(corners, balanced_tree=False, compact_nodes=False)
+    near = tree.query(targets, count)[1].reshape(-1, count)
+    return NearestPlaces(*_nearest_places(targets, near, corners, faces))
 
 
 def nearest_values(
@@ -75,9 +76,9 @@ def _nearest_places(
     near: LongArray,
     vertices: FloatArray,
     faces: IndexArray,
-    fan: LongArray,
-    fan_end: LongArray,
 ) -> tuple[LongArray, FloatArray, FloatArray]:
+    fan_end, fan = vertex_fans(faces.reshape(-1), len(vertices))
+    tried = np.full(len(faces), -1, np.int32)
     count = len(points)
     best_face, best_v, best_w = np.zeros(count, np.int64), np.zeros(count), np.zeros(count)
     for point in range(count):
@@ -86,6 +87,9 @@ def _nearest_places(
             vertex = near[point, candidate]
             for index in range(fan_end[vertex - 1] if vertex > 0 else 0, fan_end[vertex]):
                 face = fan[index]
+                if tried[face] == point:
+                    continue
+                tried[face] = point
                 square, v, w = _nearest_in_face(points, point, vertices, faces, face)
                 if square < best:
                     best, best_face[point], best_v[point], best_w[point] = square, face, v, w
