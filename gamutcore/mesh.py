@@ -371,10 +371,13 @@ def _vertex_cycles(
     # every face has three neighbours, each of which has it as a neighbour
     from scipy.sparse import csgraph, csr_array  # noqa: PLC0415  # see `connected_components`
 
-    neighbours = (np.ones(faces.size), opposite // 3, np.arange(0, faces.size + 1, 3))
-    graph = csr_array(neighbours, shape=(len(faces), len(faces)))
+    neighbours = opposite // 3, np.arange(0, faces.size + 1, 3)
+    weights = np.ones(faces.size, np.float64)
+    graph: csr_array[np.float64, tuple[int, int]] = csr_array(
+        (weights, *neighbours), shape=(len(faces), len(faces))
+    )
     graph.sum_duplicates()  # faces that share two edges; the search would not end
-    pieces = csgraph.connected_components(graph, connection="strong", return_labels=False)
+    pieces, _ = csgraph.connected_components(graph, connection="strong")
     return manifold, int(pieces) == 1
 
 
