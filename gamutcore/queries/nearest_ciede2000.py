@@ -100,6 +100,8 @@ def _nearest(
         np.empty(3),
         np.zeros(9 * WIDTH),
         np.empty(3 * WIDTH),
+        np.empty(8 * WIDTH),
+        np.empty(11 * WIDTH),
         np.empty(STACK, np.int64),
         np.empty((STACK, 3)),
         np.empty((PARTS, 6)),
@@ -154,9 +156,9 @@ def _search(index: LevelIndex, start: int, work: Work) -> int:
         first = tree.first[node]
         if first < 0:
             _set_leaf(index, ~first, work.triangles)
-            set_triangle_bounds(colour, work.triangles, found)
+            set_triangle_bounds(colour, work.triangles, found, work.shape, work.expansions)
         else:
-            set_node_bounds(colour, index.centre, tree, node, found)
+            set_node_bounds(colour, index.centre, tree, node, found, work.shape, work.expansions)
         bottom = height
         for at in range(WIDTH if first >= 0 else min(WIDTH, len(tree.faces) - ~first)):
             middle = found[MIDDLE * WIDTH + at]
@@ -258,7 +260,7 @@ def _search_face(index: LevelIndex, face: int, bound: float, estimate: float, wo
             if waiting < 2 and height > 0:
                 continue
         # eight bounds at once are those of two divided parts
-        set_triangle_bounds(colour, work.triangles, found)
+        set_triangle_bounds(colour, work.triangles, found, work.shape, work.expansions)
         limit = _limit(best)
         for part in range(4 * waiting):
             if found[part] < limit:
