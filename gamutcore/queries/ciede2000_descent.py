@@ -50,7 +50,7 @@ class Work(NamedTuple):
         See `set_slope`.
     best : (3,) float64
         ΔE00 and weights of the best point.
-    triangles, found : (72,), (24,) float64
+    triangles, found, shape, expansions : (72,), (24,), (64,), (88,) float64
         See `set_triangle_bounds`.
     nodes : (STACK,) int64
         Nodes on the stack, and faces f as ~f.
@@ -68,6 +68,8 @@ class Work(NamedTuple):
     best: FloatArray
     triangles: FloatArray
     found: FloatArray
+    shape: FloatArray
+    expansions: FloatArray
     nodes: LongArray
     known: FloatArray
     parts: FloatArray

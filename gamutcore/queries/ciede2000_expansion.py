@@ -27,7 +27,13 @@ from gamutcore.queries.colour_difference import (
     WIDTH,
 )
 
-__all__ = ["Expansion", "chroma_expansion", "lightness_expansion", "steepest_rotation"]
+__all__ = [
+    "Expansion",
+    "arc_tangent",
+    "chroma_expansion",
+    "lightness_expansion",
+    "steepest_rotation",
+]
 
 TINY = 1e-18
 """Keeps divisors from 0. Where it counts, the derivatives have no meaning."""
@@ -244,7 +250,7 @@ def _rotation_expansion(cosine: float, sine: float) -> tuple[float, float, float
     """Return sin 2Δθ and its derivatives by the mean hue (equations 16 and 19)."""
     toward = cosine * COS_275 + sine * SIN_275
     aside = sine * COS_275 - cosine * SIN_275
-    angle = INVERSE_WIDTH * _arc_tangent(aside, abs(toward))
+    angle = INVERSE_WIDTH * arc_tangent(aside, abs(toward))
     power = _exponential(angle * angle)
     turn = ROTATION * power if toward > 0.0 else 0.0
     turn_1 = -2.0 * INVERSE_WIDTH * angle * turn
@@ -265,13 +271,13 @@ def steepest_rotation(cosine: float, sine: float, slack: float) -> float:
     toward = cosine * COS_275 + sine * SIN_275
     aside = abs(sine * COS_275 - cosine * SIN_275)
     # an angle from 0 to 90°, which is not above the difference of the hues
-    angle = _arc_tangent(aside, toward) if toward > 0.0 else 0.5 * np.pi
+    angle = arc_tangent(aside, toward) if toward > 0.0 else 0.5 * np.pi
     angle = INVERSE_WIDTH * max(angle - slack, 0.0)
     return _sine(ROTATION * _exponential(angle * angle)) * (1.0 + ROUNDING)
 
 
 @inlined_kernel
-def _arc_tangent(aside: float, toward: float) -> float:
+def arc_tangent(aside: float, toward: float) -> float:
     """Return the angle of a unit vector within ±90°.
 
     Source: M. Abramowitz & I. A. Stegun, "Handbook of Mathematical Functions" (1964), 4.4.49, for

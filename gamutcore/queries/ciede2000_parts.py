@@ -19,8 +19,12 @@ import numpy as np
 
 from gamutcore.arrays import FloatArray
 from gamutcore.kernels import inlined_kernel, leaf_kernel
-from gamutcore.queries.ciede2000_bound import ball_bound
-from gamutcore.queries.ciede2000_expansion import chroma_expansion, lightness_expansion
+from gamutcore.queries.ciede2000_bound import interval_bound
+from gamutcore.queries.ciede2000_expansion import (
+    arc_tangent,
+    chroma_expansion,
+    lightness_expansion,
+)
 from gamutcore.queries.ciede2000_slope import CHROMA, A, B, L
 from gamutcore.queries.face_tree import ROUNDING, FaceTree
 
@@ -43,6 +47,13 @@ LEAST_CHROMA = 1.0
 """There is no expansion for parts with a chroma below this one."""
 
 THIRD = 1.0 / 3.0
+
+TINY = 1e-18
+"""Keeps a divisor from 0."""
+
+SHAPE = 8
+"""Numbers that describe the shape of a part: its middle; least and largest L*; least and largest
+C*; and how far hues differ from that of the middle."""
 
 RELATIVE = 3e-5
 """ε: bound of the relative error of the half square. Equation 16 jumps by nearly 1e-5 at hue 0."""
@@ -81,8 +92,9 @@ def remainder(
     share = 1.0 / chroma
     square = share * share
     along, across = abs(u), v * v
-    first, second, third = (20.0, 3.0, 0.06) if blue else (13.5, 0.34, 0.011)
-    flat = (first + second * along + third * across) * (1.0 + min(512.0 * square * share, 6.0))
+    first, second, third = (20.0, 3.0, 0.06) if blue else (13.5, 0.34, 0.014)
+    cube, most = (200.0, 2.5) if blue else (60.0, 0.7)
+    flat = (first + second * along + third * across) * (1.0 + min(cube * square * share, most))
     return by_lightness, 0.06 * share + square * (flat + 1.1 * along * across * square)
 
 
@@ -93,8 +105,63 @@ def is_blue(a: float, b: float) -> bool:
 
 
 @leaf_kernel
+def _set_expansions(colour: FloatArray, shape: FloatArray, known: FloatArray) -> None:
+    """Set expansions and other bounds of eight parts.
+
+    `known` receives F, the gradient, H (four numbers), both limits of the remainder, and the bound
+    by intervals.
+    """
+    l, a, b, own = colour[L], colour[A], colour[B], colour[CHROMA]  # noqa: E741
+    # a loop whose length the compiler knows is unrolled first, and then not vectorised
+    for each in range(len(shape) // SHAPE):
+        at = np.uint64(each)
+        x, y, z = shape[at], shape[at + np.uint64(8)], shape[at + np.uint64(16)]
+        dark, bright = shape[at + np.uint64(24)], shape[at + np.uint64(32)]
+        least, most = shape[at + np.uint64(40)], shape[at + np.uint64(48)]
+        turn = shape[at + np.uint64(56)]
+        f, gy, gz, hyy, hyz, hzz, u, v = chroma_expansion(a, b, own, y, z)
+        light, gx, hxx = lightness_expansion(l, x)
+        by_lightness, by_chroma = remainder(
+            0.5 * (l + x),
+            light,
+            0.5 * max(bright - x, x - dark),
+            u,
+            v,
+            max(least, 1e-3),
+            is_blue(a + y, b + z),
+        )
+        known[at] = light + f
+        known[at + np.uint64(8)] = gx
+        known[at + np.uint64(16)] = gy
+        known[at + np.uint64(24)] = gz
+        known[at + np.uint64(32)] = hxx
+        known[at + np.uint64(40)] = hyy
+        known[at + np.uint64(48)] = hyz
+        known[at + np.uint64(56)] = hzz
+        known[at + np.uint64(64)] = by_lightness
+        known[at + np.uint64(72)] = by_chroma
+        known[at + np.uint64(80)] = interval_bound(
+            l, a, b, own, dark, bright, y, z, max(least, 0.0), most, turn
+        )
+
+
+@inlined_kernel
+def _turn(aside: float, along: float) -> float:
+    """Return the angle of a vector, at most a quarter turn, and slightly more for rounding."""
+    length = 1.0 / np.sqrt(aside * aside + along * along + TINY)
+    angle = arc_tangent(aside * length, along * length) + 1e-7
+    return angle if along > 0.0 else np.pi
+
+
+@leaf_kernel
 def set_node_bounds(
-    colour: FloatArray, centre: FloatArray, tree: FaceTree, node: int, found: FloatArray
+    colour: FloatArray,
+    centre: FloatArray,
+    tree: FaceTree,
+    node: int,
+    found: FloatArray,
+    shape: FloatArray,
+    known: FloatArray,
 ) -> None:
     """Set lower bounds of the half square of ΔE00 to the children of a node.
 
@@ -109,13 +176,12 @@ def set_node_bounds(
     found : (24,) float64
         Receives the bounds, and the half squares at the middles, which are infinite without a
         child. The rest is not changed.
+    shape, known : (64,), (88,) float64
+        Work arrays.
     """
     cylinders = tree.cylinders
     size = 1.0 / tree.scale
     row = np.uint64(node)
-    l, a, b, own = colour[L], colour[A], colour[B], colour[CHROMA]  # noqa: E741
-    inverse_own = 1.0 / max(own, 1e-9)
-    # a loop whose length the compiler knows is unrolled first, and then not vectorised
     for each in range(cylinders.shape[1] // 8):
         at = np.uint64(each)
         x = centre[0] + size * cylinders[row, at]
@@ -126,34 +192,51 @@ def set_node_bounds(
         nz = float(cylinders[row, at + np.uint64(40)])
         wide = size * cylinders[row, at + np.uint64(48)]
         thick = size * cylinders[row, at + np.uint64(56)]
-        f, gy, gz, hyy, hyz, hzz, u, v = chroma_expansion(a, b, own, y, z)
-        light, gx, hxx = lightness_expansion(l, x)
-        # how far the cylinder reaches: in lightness, in the plane, inwards, towards the opposite
-        radius = np.sqrt(wide * wide + thick * thick)
-        tall = min(_reach(nx, wide, thick), radius)
+        tall = _reach(nx, wide, thick)
         other = np.sqrt(y * y + z * z)
         inverse = 1.0 / max(other, 1e-9)
-        least = other - min(_reach((ny * y + nz * z) * inverse, wide, thick), radius)
+        out = _reach((ny * y + nz * z) * inverse, wide, thick)
+        aside = _reach((nz * y - ny * z) * inverse, wide, thick)
+        shape[at], shape[at + np.uint64(8)], shape[at + np.uint64(16)] = x, y, z
+        shape[at + np.uint64(24)] = x - tall
+        shape[at + np.uint64(32)] = x + tall
+        shape[at + np.uint64(40)] = other - out
+        shape[at + np.uint64(48)] = np.sqrt((other + out) ** 2 + aside * aside)
+        shape[at + np.uint64(56)] = _turn(aside, other - out)
+    _set_expansions(colour, shape, known)
+    a, b, own = colour[A], colour[B], colour[CHROMA]
+    inverse_own = 1.0 / max(own, 1e-9)
+    for each in range(cylinders.shape[1] // 8):
+        at = np.uint64(each)
+        x, y, z = shape[at], shape[at + np.uint64(8)], shape[at + np.uint64(16)]
+        nx = float(cylinders[row, at + np.uint64(24)])
+        ny = float(cylinders[row, at + np.uint64(32)])
+        nz = float(cylinders[row, at + np.uint64(40)])
+        wide = size * cylinders[row, at + np.uint64(48)]
+        thick = size * cylinders[row, at + np.uint64(56)]
+        value, gx = known[at], known[at + np.uint64(8)]
+        gy, gz = known[at + np.uint64(16)], known[at + np.uint64(24)]
+        hxx, hyy = known[at + np.uint64(32)], known[at + np.uint64(40)]
+        hyz, hzz = known[at + np.uint64(48)], known[at + np.uint64(56)]
         turned = (a * y + b * z) * inverse_own
-        turned -= min(_reach((a * ny + b * nz) * inverse_own, wide, thick), radius)
+        turned -= _reach((a * ny + b * nz) * inverse_own, wide, thick)
         beside = abs(a * z - b * y) * inverse_own
-        beside -= min(_reach((a * nz - b * ny) * inverse_own, wide, thick), radius)
-        blue = is_blue(a + y, b + z)
-        by_lightness, by_chroma = remainder(
-            0.5 * (l + x), light, 0.5 * tall, u, v, max(least, 1e-3), blue
-        )
-        error = by_lightness * tall * tall * tall + by_chroma * radius * radius * radius
+        beside -= _reach((a * nz - b * ny) * inverse_own, wide, thick)
+        radius = np.sqrt(wide * wide + thick * thick)
+        tall = shape[at + np.uint64(32)] - x
+        error = known[at + np.uint64(64)] * tall * tall * tall
+        error += known[at + np.uint64(72)] * radius * radius * radius
         along = gx * nx + gy * ny + gz * nz
         across = np.sqrt(max(gx * gx + gy * gy + gz * gz - along * along, 0.0))
         half = 0.5 * (hyy - hzz)
         bend = min(0.5 * (hyy + hzz) - np.sqrt(half * half + hyz * hyz), hxx)
         reach = across / bend if bend * wide > across else wide
-        value = light + f
         low = value * (1.0 - RELATIVE) - reach * (across - 0.5 * bend * reach) - thick * abs(along)
         low += 0.5 * min(bend, 0.0) * thick * thick - error
-        valid = (least > LEAST_CHROMA) & ((turned >= 0.0) | (beside > 0.0)) & (low > 0.0)
-        ball = ball_bound(l, a, b, own, x, y, z, tall, radius)
-        found[at] = max(ball, low) if valid else ball
+        expanded = shape[at + np.uint64(40)] > LEAST_CHROMA
+        expanded &= (turned >= 0.0) | (beside > 0.0)
+        other_low = known[at + np.uint64(80)]
+        found[at] = low if expanded & (low > other_low) else other_low
         found[at + np.uint64(8)] = value if wide >= 0.0 else np.inf
 
 
@@ -164,7 +247,13 @@ def _reach(cosine: float, wide: float, thick: float) -> float:
 
 
 @leaf_kernel
-def set_triangle_bounds(colour: FloatArray, corners: FloatArray, found: FloatArray) -> None:
+def set_triangle_bounds(
+    colour: FloatArray,
+    corners: FloatArray,
+    found: FloatArray,
+    shape: FloatArray,
+    known: FloatArray,
+) -> None:
     """Set lower bounds of the half square of ΔE00 to triangles.
 
     Parameters
@@ -176,28 +265,44 @@ def set_triangle_bounds(colour: FloatArray, corners: FloatArray, found: FloatArr
     found : (24,) float64
         Receives the bounds, the half squares at the centroids, and estimates of the minima: those
         of the polynomials, or the half squares where there is no expansion.
+    shape, known : (64,), (88,) float64
+        Work arrays.
     """
-    l, a, b, own = colour[L], colour[A], colour[B], colour[CHROMA]  # noqa: E741
-    # a loop whose length the compiler knows is unrolled first, and then not vectorised
     for each in range(len(corners) // 9):
         at = np.uint64(each)
-        px, py, pz = corners[at], corners[at + np.uint64(8)], corners[at + np.uint64(16)]
-        qx, qy, qz = (
-            corners[at + np.uint64(24)],
-            corners[at + np.uint64(32)],
-            corners[at + np.uint64(40)],
-        )
-        rx, ry, rz = (
-            corners[at + np.uint64(48)],
-            corners[at + np.uint64(56)],
-            corners[at + np.uint64(64)],
-        )
-        x, y, z = (px + qx + rx) * THIRD, (py + qy + ry) * THIRD, (pz + qz + rz) * THIRD
-        f, gy, gz, hyy, hyz, hzz, u, v = chroma_expansion(a, b, own, y, z)
-        light, gx, hxx = lightness_expansion(l, x)
-        other = np.sqrt(y * y + z * z)
-        inverse = 1.0 / max(other, 1e-9)
+        px, py = corners[at], corners[at + np.uint64(8)]
+        pz, qx = corners[at + np.uint64(16)], corners[at + np.uint64(24)]
+        qy, qz = corners[at + np.uint64(32)], corners[at + np.uint64(40)]
+        rx, ry = corners[at + np.uint64(48)], corners[at + np.uint64(56)]
+        rz = corners[at + np.uint64(64)]
+        y, z = (py + qy + ry) * THIRD, (pz + qz + rz) * THIRD
+        inverse = 1.0 / max(np.sqrt(y * y + z * z), 1e-9)
         least = min(py * y + pz * z, qy * y + qz * z, ry * y + rz * z) * inverse
+        aside = max(abs(pz * y - py * z), abs(qz * y - qy * z), abs(rz * y - ry * z)) * inverse
+        shape[at] = (px + qx + rx) * THIRD
+        shape[at + np.uint64(8)] = y
+        shape[at + np.uint64(16)] = z
+        shape[at + np.uint64(24)] = min(px, qx, rx)
+        shape[at + np.uint64(32)] = max(px, qx, rx)
+        shape[at + np.uint64(40)] = least
+        shape[at + np.uint64(48)] = np.sqrt(
+            max(py * py + pz * pz, qy * qy + qz * qz, ry * ry + rz * rz)
+        )
+        shape[at + np.uint64(56)] = _turn(aside, least)
+    _set_expansions(colour, shape, known)
+    a, b = colour[A], colour[B]
+    for each in range(len(corners) // 9):
+        at = np.uint64(each)
+        x, y, z = shape[at], shape[at + np.uint64(8)], shape[at + np.uint64(16)]
+        value, gx = known[at], known[at + np.uint64(8)]
+        gy, gz = known[at + np.uint64(16)], known[at + np.uint64(24)]
+        hxx, hyy = known[at + np.uint64(32)], known[at + np.uint64(40)]
+        hyz, hzz = known[at + np.uint64(48)], known[at + np.uint64(56)]
+        px, py = corners[at], corners[at + np.uint64(8)]
+        pz, qx = corners[at + np.uint64(16)], corners[at + np.uint64(24)]
+        qy, qz = corners[at + np.uint64(32)], corners[at + np.uint64(40)]
+        rx, ry = corners[at + np.uint64(48)], corners[at + np.uint64(56)]
+        rz = corners[at + np.uint64(64)]
         turned = min(a * py + b * pz, a * qy + b * qz, a * ry + b * rz)
         p, q, r = a * pz - b * py, a * qz - b * qy, a * rz - b * ry
         beside = max(min(p, q, r), -max(p, q, r))
@@ -206,12 +311,8 @@ def set_triangle_bounds(colour: FloatArray, corners: FloatArray, found: FloatArr
         rx, ry, rz = rx - x, ry - y, rz - z
         tall = max(abs(px), abs(qx), abs(rx))
         square = max(py * py + pz * pz, qy * qy + qz * qz, ry * ry + rz * rz)
-        radius = np.sqrt(square)
-        blue = is_blue(a + y, b + z)
-        by_lightness, by_chroma = remainder(
-            0.5 * (l + x), light, 0.5 * tall, u, v, max(least, 1e-3), blue
-        )
-        error = by_lightness * tall * tall * tall + by_chroma * square * radius
+        error = known[at + np.uint64(64)] * tall * tall * tall
+        error += known[at + np.uint64(72)] * square * np.sqrt(square)
         half = 0.5 * (hyy - hzz)
         bend = min(0.5 * (hyy + hzz) - np.sqrt(half * half + hyz * hyz), hxx, 0.0)
         # the tangent in the middle
@@ -231,13 +332,11 @@ def set_triangle_bounds(colour: FloatArray, corners: FloatArray, found: FloatArr
         p += hx * px + hy * py + hz * pz
         q += hx * qx + hy * qy + hz * qz
         r += hx * rx + hy * ry + hz * rz
-        other_low = min(p, q, r) - 0.5 * share * share * up + 2.0 * bend * (tall * tall + square)
-        value = light + f
-        estimate = value + max(first, other_low)
+        second_low = min(p, q, r) - 0.5 * share * share * up + 2.0 * bend * (tall * tall + square)
+        estimate = value + max(first, second_low)
         low = estimate - value * RELATIVE - error
-        expanded = (least > LEAST_CHROMA) & ((turned >= 0.0) | (beside > 0.0))
-        valid = expanded & (low > 0.0)
-        ball = ball_bound(l, a, b, own, x, y, z, tall, radius)
-        found[at] = max(ball, low) if valid else ball
+        expanded = (shape[at + np.uint64(40)] > LEAST_CHROMA) & ((turned >= 0.0) | (beside > 0.0))
+        other_low = known[at + np.uint64(80)]
+        found[at] = low if expanded & (low > other_low) else other_low
         found[at + np.uint64(8)] = value
         found[at + np.uint64(16)] = estimate if expanded else value

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gamutcore.arrays import FloatArray, IndexArray
-from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 from gamutcore.queries.ciede2000_descent import (
     CLIFF,
     TOLERANCE,
@@ -100,6 +100,8 @@ def _nearest(
         np.empty(3),
         np.zeros(9 * WIDTH),
         np.empty(3 * WIDTH),
+        np.empty(8 * WIDTH),
+        np.empty(11 * WIDTH),
         np.empty(STACK, np.int64),
         np.empty((STACK, 3)),
         np.empty((PARTS, 6)),
@@ -154,9 +156,9 @@ def _search(index: LevelIndex, start: int, work: Work) -> int:
         first = tree.first[node]
         if first < 0:
             _set_leaf(index, ~first, work.triangles)
-            set_triangle_bounds(colour, work.triangles, found)
+            set_triangle_bounds(colour, work.triangles, found, work.shape, work.expansions)
         else:
-            set_node_bounds(colour, index.centre, tree, node, found)
+            set_node_bounds(colour, index.centre, tree, node, found, work.shape, work.expansions)
         bottom = height
         for at in range(WIDTH if first >= 0 else min(WIDTH, len(tree.faces) - ~first)):
             middle = found[MIDDLE * WIDTH + at]
@@ -174,7 +176,7 @@ def _search(index: LevelIndex, start: int, work: Work) -> int:
     return face
 
 
-@leaf_kernel
+@inlined_kernel
 def _limit(best: FloatArray) -> float:
     """Return the half square of ΔE00 from which a part is left out."""
     least = max(best[0] - TOLERANCE, 0.0)
@@ -195,7 +197,7 @@ def _difference(work: Work, u: float, v: float) -> float:
     )
 
 
-@leaf_kernel
+@inlined_kernel
 def _set_leaf(index: LevelIndex, first: int, triangles: FloatArray) -> None:
     """Set the corners of the faces of a leaf. Places without a face have the first one again."""
     faces = index.tree.faces
@@ -207,7 +209,7 @@ def _set_leaf(index: LevelIndex, first: int, triangles: FloatArray) -> None:
                 triangles[(3 * corner + axis) * WIDTH + at] = index.vertices[vertex, axis]
 
 
-@leaf_kernel
+@inlined_kernel
 def _search_face(index: LevelIndex, face: int, bound: float, estimate: float, work: Work) -> bool:
     """Replace the best if a point of a face is better; return whether one is."""
     colour, slope, parts, best, found = (
@@ -258,7 +260,7 @@ def _search_face(index: LevelIndex, face: int, bound: float, estimate: float, wo
             if waiting < 2 and height > 0:
                 continue
         # eight bounds at once are those of two divided parts
-        set_triangle_bounds(colour, work.triangles, found)
+        set_triangle_bounds(colour, work.triangles, found, work.shape, work.expansions)
         limit = _limit(best)
         for part in range(4 * waiting):
             if found[part] < limit:
@@ -270,7 +272,7 @@ def _search_face(index: LevelIndex, face: int, bound: float, estimate: float, wo
     return improved
 
 
-@leaf_kernel
+@inlined_kernel
 def _divide(work: Work, u: float, v: float, side: float, first: int) -> None:
     """Divide a part into four, and set them from the place `first` on."""
     corners, triangles, half = work.corners, work.triangles, 0.5 * side

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gamutcore.queries.ciede2000_bound import LARGEST_T, STEEPNESS, ball_bound
+from gamutcore.queries.ciede2000_bound import LARGEST_T, STEEPNESS, interval_bound
 from gamutcore.queries.colour_difference import delta_e_2000, hue_factor
 
 
@@ -23,11 +23,23 @@ def balls(seed, count):
 
 
 def bound(colour, middle, radius):
-    """Return the bound of ΔE00."""
-    return np.sqrt(2 * ball_bound(*colour, np.hypot(*colour[1:]), *middle, radius, radius))
+    """Return the bound of ΔE00 to the colours of a ball."""
+    chroma = np.hypot(*middle[1:])
+    turn = np.arcsin(radius / chroma) if radius < chroma else np.pi
+    lightness, chromas = middle[0] - radius, (max(chroma - radius, 0.0), chroma + radius)
+    found = interval_bound(
+        *colour,
+        np.hypot(*colour[1:]),
+        lightness,
+        lightness + 2 * radius,
+        *middle[1:],
+        *chromas,
+        turn,
+    )
+    return np.sqrt(2 * found)
 
 
-class TestBallBound:
+class TestIntervalBound:
     @pytest.mark.parametrize("radius", [0.1, 2.0, 10.0, 60.0])
     def test_is_below_the_difference_to_every_colour_of_the_ball(self, radius):
         random, colours, middles = balls(1, 3000)

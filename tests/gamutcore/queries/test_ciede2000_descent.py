@@ -11,9 +11,9 @@ STEPS = np.array([(i, j) for i in range(13) for j in range(13 - i)]) / 12
 
 
 def work_arrays():
-    sizes = (4, 9, SLOPE, 3, 72, 24, 1, (1, 3), (1, 6), (8, 3))
+    sizes = (4, 9, SLOPE, 3, 72, 24, 64, 88, 1, (1, 3), (1, 6), (8, 3))
     arrays = [np.empty(size) for size in sizes]
-    arrays[6] = np.empty(1, np.int64)
+    arrays[8] = np.empty(1, np.int64)
     return Work(*arrays)
 
 

@@ -14,6 +14,8 @@ from gamutcore.queries.ciede2000_parts import (
 from gamutcore.queries.colour_difference import delta_e_2000
 from gamutcore.queries.face_tree import WIDTH
 
+WORK = np.empty(8 * WIDTH), np.empty(11 * WIDTH)
+
 STEPS = np.array([(i, j, 6 - i - j) for i in range(7) for j in range(7 - i)]) / 6
 
 
@@ -30,7 +32,7 @@ def triangle_bounds(colours, triangles):
     found = np.empty(3 * WIDTH)
     for row, (colour, triangle) in enumerate(zip(colours, triangles, strict=True)):
         corners = np.repeat(triangle.reshape(9, 1), WIDTH, axis=1).ravel()
-        set_triangle_bounds(np.append(colour, np.hypot(*colour[1:])), corners, found)
+        set_triangle_bounds(np.append(colour, np.hypot(*colour[1:])), corners, found, *WORK)
         known[:, row] = found[::WIDTH]
     return np.sqrt(2 * np.maximum(known, 0))
 
@@ -99,7 +101,7 @@ class TestNodes:
             least, _ = smallest(np.repeat([colour], len(triangles), axis=0), triangles)
             for node in range(len(tree.first)):
                 set_node_bounds(
-                    np.append(colour, np.hypot(*colour[1:])), index.centre, tree, node, found
+                    np.append(colour, np.hypot(*colour[1:])), index.centre, tree, node, found, *WORK
                 )
                 for child in range(WIDTH):
                     held = faces_below(tree, node, child)
