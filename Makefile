@@ -191,18 +191,22 @@ architecture: .venv/.installed ## redraw docs/pictures/architecture.svg from the
 	$(python) docs/pictures/architecture.py
 
 .PHONY: viewer
-viewer: web/node_modules/.package-lock.json ## check the types of web/ and build the viewer into service/static/viewer
+viewer: web/node_modules/.package-lock.json ## check the types of web/ and build the viewer into gamutcore/export/viewer
 	npm --prefix web run check
 	npm --prefix web run build
 
 .PHONY: viewer-check
-viewer-check: web/node_modules/.package-lock.json ## compare service/static/viewer with what web/ gives
+viewer-check: web/node_modules/.package-lock.json ## compare gamutcore/export/viewer with what web/ gives
 	npm --prefix web run check
 	npm --prefix web run build -- --check
 
 .PHONY: concepts
 concepts: install .venv/.installed-docs ## redraw the pictures of docs/concepts.md
 	$(python) docs/pictures/concepts.py
+
+.PHONY: viewer-pictures
+viewer-pictures: install web/node_modules/.package-lock.json ## take the pictures of the viewer for README and docs/tour.md
+	$(python) -m benchmarks.viewer_pictures
 
 .PHONY: image-lint
 image-lint: .venv/.installed-lint ## hadolint on the Dockerfile

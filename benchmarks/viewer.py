@@ -39,6 +39,13 @@ GOALS: dict[str, tuple[str, str]] = {
     "pictures_per_second": ("pictures per second while dragging below 10,000 triangles", "≥ 60"),
     "levels_per_second": ("new levels per second meanwhile", "≥ 60"),
     "slowest_picture_ms": ("time between two pictures, 95th percentile, ms", "–"),
+    "script_milliseconds": ("of which the script of the page, ms per picture", "≤ 4"),
+    "undrawn_pictures_per_second": ("pictures per second with nothing drawn", "≥ 60"),
+    "undrawn_levels_per_second": ("new levels per second meanwhile", "≥ 60"),
+    "cleared_pictures_per_second": (
+        "pictures per second of an empty view: the browser's and rasteriser's limit",
+        "–",
+    ),
 }
 """What is measured, and the goal."""
 

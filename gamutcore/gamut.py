@@ -23,7 +23,9 @@ from gamutcore.building import build
 from gamutcore.colours.spaces import ColourSpace
 from gamutcore.content import content_of
 from gamutcore.errors import HistoryFileError, OptionError
+from gamutcore.export import mesh_file
 from gamutcore.export.provenance import mesh_provenance
+from gamutcore.export.viewer_page import HTML_SUFFIXES, viewer_page
 from gamutcore.history import History, history_bytes, history_from_bytes, history_metadata
 from gamutcore.level_mesh import LevelMesh
 from gamutcore.levels import GamutLevels
@@ -41,6 +43,9 @@ __all__ = ["Gamut", "read_description"]
 
 DESCRIPTION = "gamut"
 """Key of the description in a history file's metadata."""
+
+COLOURED_TRIANGLES = 4000
+"""Triangles of the level from which the viewer takes colours, in spaces that it cannot convert."""
 
 DEFAULT_TRIANGLES = 1000
 """Triangle count of a mesh, if neither a count nor a limit is given."""
@@ -238,19 +243,41 @@ class Gamut(PointAnswers, MappingAnswers, DrawingAnswers, ComparisonAnswers):
         )
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the gamut to a file, which `load` reads.
+        """Write the gamut to a file, which `load` reads, or to a page for browsers.
 
         Parameters
         ----------
         path : path
-            Usually with the suffix ``.gamut``.
+            Usually with the suffix ``.gamut``. With ``.html``, the file is that of `to_html` under
+            the name of the file, which `load` does not read.
 
         Raises
         ------
         OSError
             The file cannot be written.
         """
-        Path(path).write_bytes(self.to_bytes())
+        path = Path(path)
+        is_page = path.suffix.lower() in HTML_SUFFIXES
+        path.write_bytes(self.to_html(path.stem) if is_page else self.to_bytes())
+
+    def to_html(self, name: str) -> bytes:
+        """Return the gamut as an HTML file that shows every level in a browser, without a network.
+
+        Parameters
+        ----------
+        name : str
+            By which the page calls the gamut.
+
+        Returns
+        -------
+        bytes
+            UTF-8: the viewer and the history. 1.6 MB for a press.
+        """
+        coloured = None
+        if self.colour_space.name != "CIELAB":
+            level = self.history.level(min(COLOURED_TRIANGLES, self.history.triangles))
+            coloured = mesh_file(level, "ply", space=self.colour_space)
+        return viewer_page(self.description, self.to_bytes(), name, coloured)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Gamut:

@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from gamutcore.colours.spaces import CIELAB, ColourSpace
-from gamutcore.errors import OptionError
-from gamutcore.export import FORMATS, mesh_file
+from gamutcore.export import format_of_suffix, mesh_file
 from gamutcore.mesh import TriangleMesh
 
 __all__ = ["LevelMesh"]
@@ -45,7 +44,7 @@ class LevelMesh(TriangleMesh):
         Raises
         ------
         OptionError
-            There is no such format.
+            There is no such format, or it cannot hold the mesh.
         """
         return mesh_file(self, format_name, self.provenance, self.space)
 
@@ -55,23 +54,14 @@ class LevelMesh(TriangleMesh):
         Parameters
         ----------
         path : path
-            With the suffix ``.glb``, ``.gltf``, ``.ply``, ``.stl`` or ``.obj``.
+            With the suffix of a format, such as ``.glb``.
 
         Raises
         ------
         OptionError
-            There is no format with the suffix.
+            There is no format with the suffix, or it cannot hold the mesh.
         OSError
             The file cannot be written.
         """
-        suffix = Path(path).suffix.lower()
-        for name, each in FORMATS.items():
-            if each.suffix == suffix:
-                Path(path).write_bytes(self.to_bytes(name))
-                return
-        known = ", ".join(each.suffix for each in FORMATS.values())
-        raise OptionError(
-            f"There is no mesh format with the suffix {suffix!r}.",
-            where={"field": "path"},
-            remedy=f"Give a name that ends in one of {known}.",
-        )
+        mesh_format = format_of_suffix(Path(path).suffix)
+        Path(path).write_bytes(self.to_bytes(mesh_format.name))

@@ -277,17 +277,26 @@ class TriangleMesh:
         faces = self.faces.astype(np.int64)
         count = len(self.vertices)
         starts, ends = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-        edges = np.sort(starts * count + ends)
+        forward, backward = starts * count + ends, ends * count + starts
+        by_edge, by_opposite = np.argsort(forward), np.argsort(backward)
+        edges = forward[by_edge]
         closed = bool(
             len(edges) > 0
             and (np.diff(edges) > 0).all()
-            and np.array_equal(edges, np.sort(ends * count + starts))
+            and np.array_equal(edges, backward[by_opposite])
         )
-        manifold, connected = _vertex_cycles(faces, count) if closed else (False, False)
+        manifold, connected = False, False
+        if closed:
+            opposite = np.empty_like(by_edge)
+            opposite[by_opposite] = by_edge
+            manifold, connected = _vertex_cycles(faces, count, opposite)
         first, second, third = self.corners()
         areas = np.linalg.norm(np.cross(second - first, third - first), axis=1)
         named_twice = (faces == np.roll(faces, -1, axis=1)).any(axis=1)
-        distinct = np.unique(np.sort(faces, axis=1), axis=0)
+        low, middle, high = np.sort(faces, axis=1).T
+        pairs = low * count + middle
+        by_corners = np.lexsort((high, pairs))
+        same = (np.diff(pairs[by_corners]) == 0) & (np.diff(high[by_corners]) == 0)
         return Validity(
             finite=bool(np.isfinite(self.vertices).all()),
             closed=closed,
@@ -295,7 +304,7 @@ class TriangleMesh:
             connected=connected,
             euler_characteristic=count - len(edges) // 2 + len(faces),
             degenerate_faces=int((named_twice | ~(areas > 0)).sum()),
-            duplicate_faces=len(faces) - len(distinct),
+            duplicate_faces=int(same.sum()),
             minimum_determinant=(
                 None if centre is None else float(self.determinants(centre).min(initial=np.inf))
             ),
@@ -339,19 +348,16 @@ def connected_components(
     return int(components), label
 
 
-def _vertex_cycles(faces: NDArray[np.int64], count: int) -> tuple[bool, bool]:
+def _vertex_cycles(
+    faces: NDArray[np.int64], count: int, opposite: NDArray[np.int64]
+) -> tuple[bool, bool]:
     """Whether the corners at each vertex form one cycle, and whether the faces form one piece.
 
-    The next corner around a vertex is the corner at the same vertex in the face across the edge to
-    the preceding corner. A closed mesh has such a face for every corner.
+    An edge starts at each corner, and `opposite` is the corner where the same edge starts in the
+    other direction. The next corner around a vertex is that of the edge that ends here.
     """
     corners = np.arange(faces.size).reshape(faces.shape)
-    starts, ends = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    order = np.argsort(starts * count + ends)
-    keys = (starts * count + ends)[order]
-    before = np.roll(faces, 1, axis=1).ravel()
-    # the corner where the edge from this vertex to the preceding one starts a face
-    following = order[np.searchsorted(keys, faces.ravel() * count + before)]
+    following = opposite[np.roll(corners, 1, axis=1).ravel()]
     cycles, _ = connected_components(corners.ravel(), following, faces.size)
     pieces, _ = connected_components(corners.ravel() // 3, following // 3, len(faces))
     used = len(np.unique(faces))

@@ -24,6 +24,7 @@ from gamutcore.characterisation.icc.grid import Grid
 from gamutcore.characterisation.icc.process_elements import FloatGrid
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.export import FORMATS, mesh_file
+from gamutcore.export.rendering import mesh_picture
 from gamutcore.gamut import Gamut
 from gamutcore.history import History, Splits, build_history, history_bytes, history_from_bytes
 from gamutcore.history.device_history import build_device_history
@@ -137,7 +138,7 @@ def _use_readers() -> None:
         shifted_coarse=np.zeros((0, 3), np.float32),
         shifted_fine=np.zeros((0, 3), np.float32),
     )
-    ramp = DeviceValues(("K",), np.linspace(0.0, 1.0, 5)[:, np.newaxis])
+    ramp = DeviceValues(("R", "G", "B"), np.linspace((0.0,) * 3, (1.0,) * 3, 5))
     device = build_device_history(ramp, np.arange(5, dtype=np.int32), splits)
     history = History(splits, np.array([60.0, 0.0, 0.0]), 2.0**-11, device)
     history, _ = history_from_bytes(history_bytes(history))
@@ -221,6 +222,7 @@ def _use_options() -> None:
     gamut_rings(index)
     leaves(index, np.zeros(1), np.full(1, 50.0))
     slice_polygons(index, (1.0, 0.0, 0.0), 50.0)
+    mesh_picture(level, size=16)
 
 
 def _exit_with_stdin() -> None:

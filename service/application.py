@@ -31,12 +31,14 @@ from service.openapi.document import APP_METADATA, openapi_document
 from service.problems.handlers import add_exception_handlers
 from service.routes import (
     batch,
+    gamut_page,
     gamuts,
     jobs,
     meshes,
     metrics,
     names,
     pages,
+    pictures,
     queries,
     references,
     state,
@@ -54,7 +56,7 @@ __all__ = ["access_rules", "create_app"]
 _ROUTERS = (
     queries.router,  # the router tries routes in turn, and single colours are asked for most often
     *(gamuts.router, names.router, meshes.router, batch.router, references.router, jobs.router),
-    *(views.router, views.comparisons),
+    *(views.router, views.comparisons, pictures.router, gamut_page.router),
     *(state.router, metrics.router, pages.router, swagger_ui.router, viewer.router),
 )
 

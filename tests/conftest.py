@@ -24,6 +24,9 @@ settings.register_profile("repository", derandomize=True, deadline=None)
 settings.load_profile("repository")
 
 
+# The command line keeps no reference gamuts in the user's cache, and finds none there.
+os.environ["GAMUTCORE_CACHE_DIR"] = ""
+
 SLOW_FIXTURES = {"azure", "browser", "cluster", "gcs", "s3", "served", "start_server"}
 """Fixtures that start a server, a broker or a browser."""
 

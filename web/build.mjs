@@ -8,28 +8,35 @@ import { fileURLToPath } from "node:url";
 import { build } from "esbuild";
 
 const here = dirname(fileURLToPath(import.meta.url));
-const target = join(here, "..", "service", "static", "viewer");
+const target = join(here, "..", "gamutcore", "export", "viewer");
 
-const result = await build({
+const common = {
   absWorkingDir: here,
-  entryPoints: { viewer: "viewer/src/main.ts", worker: "viewer/src/worker.ts", style: "viewer/viewer.css" },
   bundle: true,
-  format: "esm",
   legalComments: "none",
   metafile: true,
   minify: true,
   outdir: target,
   target: "es2023",
   write: false,
-});
+};
+const results = await Promise.all([
+  build({
+    ...common,
+    entryPoints: { viewer: "viewer/src/main.ts", style: "viewer/viewer.css" },
+    format: "esm",
+  }),
+  // A page from disk may start a classic worker only.
+  build({ ...common, entryPoints: { worker: "viewer/src/worker.ts" }, format: "iife" }),
+]);
 const files = new Map(
-  result.outputFiles.map(({ path, contents }) => {
+  results.flatMap(({ outputFiles }) => outputFiles).map(({ path, contents }) => {
     const name = path.split("/").at(-1);
     return [name === "style.css" ? "viewer.css" : name, Buffer.from(contents)];
   }),
 );
 files.set("index.html", await readFile(join(here, "viewer", "index.html")));
-files.set("LICENSE", Buffer.from(await licences(Object.keys(result.metafile.inputs))));
+files.set("LICENSE", Buffer.from(await licences(results.flatMap(({ metafile }) => Object.keys(metafile.inputs)))));
 
 const there = await readdir(target).catch(() => []);
 if (process.argv.includes("--check")) {
@@ -39,7 +46,7 @@ if (process.argv.includes("--check")) {
     if (stored === null || !files.get(name)?.equals(stored)) differing.push(name);
   }
   if (differing.length > 0) {
-    console.error(`service/static/viewer is out of date: ${differing.join(", ")}. Run make viewer.`);
+    console.error(`gamutcore/export/viewer is out of date: ${differing.join(", ")}. Run make viewer.`);
     process.exit(1);
   }
 } else {

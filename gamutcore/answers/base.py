@@ -75,8 +75,13 @@ class Answering(ABC):
     @cached_property
     def default_error(self) -> float:
         """Error limit of the level that answers unless another one is asked for."""
+        return DEFAULT_ERROR / 100.0 * self._white_lightness
+
+    @cached_property
+    def _white_lightness(self) -> float:
+        """Lightness of the white of the space."""
         white, _ = self.colour_space.coordinates(np.array([[100.0, 0.0, 0.0]]))
-        return DEFAULT_ERROR / 100.0 * abs(float(white[0, self.colour_space.definition.lightness]))
+        return abs(float(white[0, self.colour_space.definition.lightness]))
 
     def _lab(self, points: FloatArray) -> FloatArray:
         """Return L*, a*, b* relative to D50 of points in the space of the gamut."""

@@ -11,16 +11,19 @@ import numpy as np
 from gamutcore.answers.picture import face_colours, svg_picture, upright
 from gamutcore.answers.sections import SectionAnswers
 from gamutcore.export import leaf_axes, lightness_axes, plane_axes, rings_svg, section_svg
+from gamutcore.export.rendering import DEFAULT_SIZE, PICTURE_TRIANGLES, mesh_picture
 from gamutcore.mesh import TriangleMesh
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike
 
     from gamutcore.levels import IndexedLevel
 
 __all__ = ["DrawingAnswers", "figure", "new_axes"]
 
-PICTURE_TRIANGLES = 400
+NOTEBOOK_TRIANGLES = 400
 """Triangles of the picture in a notebook: 25 kB of SVG, and smooth."""
 
 PLOT_TRIANGLES = 2000
@@ -49,11 +52,66 @@ class DrawingAnswers(SectionAnswers):
             f"<tr><th style='text-align:left'>{escape(name)}</th><td>{escape(value)}</td></tr>"
             for name, value in facts.items()
         )
-        count = min(PICTURE_TRIANGLES, self.history.triangles)
+        count = min(NOTEBOOK_TRIANGLES, self.history.triangles)
         picture = svg_picture(self.history.level(count), space)
         return (
             "<div style='display:flex;align-items:center;gap:1em'>"
             f"{picture}<table>{rows}</table></div>"
+        )
+
+    def picture(
+        self,
+        size: int = DEFAULT_SIZE,
+        view: str | Sequence[float] = "standard",
+        *,
+        background: str = "white",
+        axes: bool = True,
+        triangles: int | None = None,
+        max_error: float | None = None,
+    ) -> bytes:
+        """Return a picture of the gamut as PNG, drawn without matplotlib.
+
+        Parameters
+        ----------
+        size : int, optional
+            Width and height in pixels, 16 to 2048.
+        view : str or (float, float), optional
+            ``standard``, ``front``, ``right``, ``back``, ``left``, ``top`` or ``bottom``; or the
+            hue and the elevation in degrees from which the camera looks.
+        background : {'white', 'transparent'}, optional
+        axes : bool, optional
+            Whether there are axes with labels.
+        triangles, max_error : optional
+            The level, of 20,000 triangles by default.
+
+        Returns
+        -------
+        bytes
+
+        Raises
+        ------
+        OptionError
+            An option is not accepted, or a count and a limit are given.
+        TriangleCountError
+            There is no such level.
+
+        Examples
+        --------
+        >>> colours = [(20, 0, 0), (90, 0, 0), (50, 60, 0), (50, -40, 50), (50, -40, -50)]
+        >>> from gamutcore import Gamut
+        >>> Gamut(colours).picture(100)[1:4]
+        b'PNG'
+        """
+        if triangles is None and max_error is None:
+            triangles = min(PICTURE_TRIANGLES, self.history.triangles)
+        count, _ = self.levels.find(triangles, max_error)
+        return mesh_picture(
+            self.history.level(count),
+            self.colour_space,
+            size=size,
+            view=view,
+            background=background,
+            axes=axes,
         )
 
     def plot(
@@ -167,6 +225,7 @@ class DrawingAnswers(SectionAnswers):
         reference: SectionAnswers | None = None,
         ax: Any = None,  # noqa: ANN401  # of matplotlib
         *,
+        sectors: int = 360,
         triangles: int | None = None,
         max_error: float | None = None,
         **style: Any,  # noqa: ANN401
@@ -179,6 +238,8 @@ class DrawingAnswers(SectionAnswers):
             In the same colour space.
         ax : matplotlib.axes.Axes, optional
             New axes unless given.
+        sectors : int, optional
+            Number of equal sectors of hue.
         triangles, max_error : optional
             The levels.
         **style
@@ -195,7 +256,7 @@ class DrawingAnswers(SectionAnswers):
         OptionError, TriangleCountError
             As for `rings`.
         """
-        found = self.rings(reference, triangles=triangles, max_error=max_error)
+        found = self.rings(reference, sectors=sectors, triangles=triangles, max_error=max_error)
         ax = new_axes() if ax is None else ax
         turn = np.radians(np.append(found.hues, found.hues[0]))
         drawn = [(found.radius, {"color": "black", "linewidth": 1.0})]
@@ -291,7 +352,7 @@ class DrawingAnswers(SectionAnswers):
             reference_radius=found.reference_radius,
             intersection_radius=found.intersection_radius,
             names=names,
-            axes=self.colour_space.axes[1:],
+            axes=self.colour_space.axes,
             volume=found.volume,
         )
 

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, cast
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 from gamutcore import queries
 from gamutcore.answers.base import Answering
+from gamutcore.answers.picture_mapping import map_picture
 from gamutcore.answers.results import MappedColours
 from gamutcore.colour_rows import colour_rows
+from gamutcore.content import content_of
 from gamutcore.option_types import Choice, check_option
 from gamutcore.queries.colour_difference import delta_e_2000
 
 if TYPE_CHECKING:
+    import os
+
+    from gamutcore.answers.picture_mapping import MappedPicture
+    from gamutcore.arrays import FloatArray
     from gamutcore.colour_rows import Colours
     from gamutcore.queries.mapping import Method
 
@@ -104,3 +111,56 @@ class MappingAnswers(Answering):
             moved=rows.in_shape(found.moved),
             delta_e=rows.in_shape(difference),
         )
+
+    def map_picture(
+        self,
+        picture: str | os.PathLike[str] | bytes,
+        output: str | os.PathLike[str],
+        method: str = "clip-hue",
+        *,
+        focus: Colours | Literal["cusp"] | None = None,
+        source: MappingAnswers | None = None,
+        triangles: int | None = None,
+        max_error: float | None = None,
+    ) -> MappedPicture:
+        """Map the colours of a picture file into the gamut, and write the result.
+
+        Parameters
+        ----------
+        picture : path or bytes
+            A file of gray or RGB. An embedded profile, or the encoding that the file declares,
+            gives the colours, relative to its white; sRGB is assumed without one.
+        output : path
+            A .png, .tif, .exr or .jpg file. It has the encoding, the depth, the profile and the
+            alpha of the picture.
+        method, focus, source : optional
+            As for `map`; a focal point is in CIELAB.
+        triangles, max_error : optional
+            The level.
+
+        Returns
+        -------
+        MappedPicture
+            Numbers of pixels: all, moved, and those whose mapped colour the encoding cannot store.
+
+        Raises
+        ------
+        GamutError
+            The picture cannot be read, or is neither gray nor RGB; the output cannot store it; or
+            as for `map`.
+        OSError
+            A file cannot be read or written.
+
+        Notes
+        -----
+        Rows are read, mapped and written in parts, so memory is bounded by the size of the file
+        and some ten megabytes. Pixels in gamut keep their values exactly. Transparent pixels stay.
+        """
+        data = content_of(picture)
+        options: dict[str, Any] = {"focus": focus, "source": source}
+        level: dict[str, Any] = {"triangles": triangles, "max_error": max_error}
+
+        def mapped(lab: FloatArray) -> MappedColours:
+            return self.map(lab, method, space="CIELAB", **options, **level)
+
+        return map_picture(data, Path(output), mapped)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gamutcore import queries
-from gamutcore.answers.base import DEFAULT_ERROR, Answering
+from gamutcore.answers.base import Answering
 from gamutcore.answers.results import ChromaTable, ColourCusps, ColourSection
 from gamutcore.colour_rows import colour_rows
 from gamutcore.errors import OptionError
@@ -274,8 +274,7 @@ class SectionAnswers(Answering):
         """
         if isinstance(lightness, int | np.integer):
             check_option("lightness", int(lightness), WholeNumber(2, MOST_HUES))
-            white = self.default_error / DEFAULT_ERROR * 100.0
-            heights = np.linspace(0.0, white, int(lightness))
+            heights = np.linspace(0.0, self._white_lightness, int(lightness))
         else:
             heights = np.atleast_1d(np.asarray(lightness, np.float64))
         level = self._level_with_hue(triangles, max_error)
@@ -297,7 +296,7 @@ class SectionAnswers(Answering):
         self,
         reference: SectionAnswers | None = None,
         *,
-        lightness: ArrayLike = LIGHTNESSES,
+        lightness: ArrayLike | None = None,
         sectors: int = 360,
         triangles: int | None = None,
         max_error: float | None = None,
@@ -309,7 +308,8 @@ class SectionAnswers(Answering):
         reference : Gamut, optional
             In the same colour space.
         lightness : (n,) array_like, optional
-            Of the rings, in increasing order.
+            Of the rings, in increasing order; tenths of the lightness of white by default, which
+            are those of the standard, 10 to 100, in CIELAB.
         sectors : int, optional
             Number of equal sectors of hue.
         triangles, max_error : optional
@@ -337,6 +337,10 @@ class SectionAnswers(Answering):
         8000
         """
         level = self._level_with_hue(triangles, max_error)
+        if lightness is None:
+            # the white of Oklab has the lightness 0.999999 by the published matrices
+            white = float(f"{self._white_lightness:.5g}")
+            lightness = np.asarray(LIGHTNESSES) / 100.0 * white
         other = None
         if reference is not None:
             self._check_space(reference)

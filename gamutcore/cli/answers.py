@@ -45,7 +45,7 @@ def add_to(app: typer.Typer) -> None:
     """Add the commands to a program."""
     for command in (query, compare, plot):
         app.command(cls=BuildCommand)(command)
-    app.command("map", cls=BuildCommand)(map_table)
+    app.command("map", cls=BuildCommand)(map_colours)
 
 
 def query(
@@ -108,9 +108,15 @@ def _report(
     return columns, summary
 
 
-def map_table(
+def map_colours(
     ctx: typer.Context,
-    colours: Colours,
+    colours: Annotated[
+        str,
+        typer.Argument(
+            metavar="COLOURS",
+            help="A CSV or .npy file of colours, or a picture; - reads a table of standard input.",
+        ),
+    ],
     gamut: OfGamut,
     method: Annotated[
         str,
@@ -131,22 +137,38 @@ def map_table(
     output: Output = None,
     as_json: AsJson = False,
 ) -> None:
-    """Map a table of colours into a gamut.
+    """Map a table of colours or a picture into a gamut.
 
     The columns of the table stay. Added are the mapped colour in the space of the colours, its
     difference delta_e_2000, and its device values in per cent, which exist on the surface only.
+
+    A picture is written to a .png, .tif, .exr or .jpg file with its encoding, profile, depth and
+    alpha. Pixels in gamut keep their values.
     """
-    table = read_colours(colours, colours_in, columns)
+    picture = _is_picture(colours)
+    if picture and (colours_in is not None or columns is not None or as_json):
+        raise typer.BadParameter("Pictures have no --colours-in, --columns and --json.")
+    if picture and output is None:
+        raise typer.BadParameter("Give a file for the picture.", param_hint="--output")
+    table = None if picture else read_colours(colours, colours_in, columns)
     found = gamut_of(gamut, ctx, alone=from_gamut is None)
-    mapped = found.map(
-        table.colours,
-        method,
-        focus=focus if focus is None or focus == "cusp" else _numbers(focus),
-        source=None if from_gamut is None else gamut_of(from_gamut, ctx, alone=False),
-        space=table.space,
-        triangles=triangles,
-        max_error=max_error,
-    )
+    options: dict[str, Any] = {
+        "focus": focus if focus is None or focus == "cusp" else _numbers(focus),
+        "source": None if from_gamut is None else gamut_of(from_gamut, ctx, alone=False),
+        "triangles": triangles,
+        "max_error": max_error,
+    }
+    if table is None:
+        assert output is not None  # noqa: S101  # checked above
+        done = found.map_picture(colours, output, method, **options)
+        for warning in done.warnings:
+            typer.echo(f"Warning: {warning}", err=True)
+        summary = f"{done.moved} of {done.pixels} pixels moved, mean ΔE00 {done.delta_e:.2f}."
+        if done.missed:
+            summary += f" {done.missed} have mapped colours outside {done.encoding}."
+        typer.echo(summary)
+        return
+    mapped = found.map(table.colours, method, space=table.space, **options)
     added: dict[str, Any] = {
         f"mapped_{axis}": mapped.points[:, place]
         for place, axis in enumerate(_axes_of(table, found))
@@ -158,6 +180,15 @@ def map_table(
     typer.echo(
         f"{int(mapped.moved.sum())} of {len(mapped.moved)} colours moved.", err=output is None
     )
+
+
+def _is_picture(path: str) -> bool:
+    if path == "-" or not Path(path).is_file():
+        return False
+    from gamutcore.characterisation.pictures import picture_format  # noqa: PLC0415
+
+    with Path(path).open("rb") as file:
+        return picture_format(file.read(4096)) is not None
 
 
 def _axes_of(table: ColourTable, gamut: Gamut) -> tuple[str, ...]:

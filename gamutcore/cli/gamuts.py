@@ -9,6 +9,7 @@ import typer
 
 from gamutcore.cli.inputs import BuildCommand, MaxError, Source, Triangles, gamut_of
 from gamutcore.cli.output import AsCsv, AsJson, Output, write_bytes, write_facts, write_table
+from gamutcore.cli.sections import picture
 
 if TYPE_CHECKING:
     from gamutcore.gamut import Gamut
@@ -60,7 +61,7 @@ def mesh(
     output: Annotated[
         Path,
         typer.Option(
-            "--output", "-o", metavar="FILE", help="A .glb, .gltf, .ply, .stl or .obj file."
+            "--output", "-o", metavar="FILE", help="A file with the suffix of its format."
         ),
     ],
     triangles: Triangles = None,
@@ -69,9 +70,16 @@ def mesh(
 ) -> None:
     """Write a level as a mesh file.
 
-    It has 1,000 triangles unless a count or a limit is given.
+    The suffix chooses the format: .glb, .gltf, .ply, .stl, .obj, .3mf, .gam, .icc or .cge. The
+    level has 1,000 triangles unless a count or a limit is given; .cge is made from the full
+    boundary.
     """
+    from gamutcore.export import format_of_suffix  # noqa: PLC0415
+
+    full = format_of_suffix(output.suffix).full
     gamut = gamut_of(source, ctx)
+    if full and triangles is None and max_error is None:
+        max_error = 0.0
     level = gamut.mesh(triangles, max_error=max_error, side=side)  # type: ignore[arg-type]  # checked
     level.save(output)
     bound = "" if level.max_error is None else f", within {level.max_error:g} of the boundary"
@@ -82,22 +90,38 @@ def export(
     ctx: typer.Context,
     source: Source,
     table: Annotated[
-        str,
+        str | None,
         typer.Option(
             help="vertices (colours with device values), cusps (of 360 hues), leaves (largest "
-            "chroma of 360 hues and 101 lightnesses) or levels (error by count)."
+            "chroma of 360 hues and 101 lightnesses) or levels (error by count). By default "
+            "vertices."
         ),
-    ] = "vertices",
+    ] = None,
     triangles: Triangles = None,
     max_error: MaxError = None,
     output: Output = None,
     as_json: AsJson = False,
     as_csv: AsCsv = False,
 ) -> None:
-    """Write a table for other programs.
+    """Write a table, a mesh, a picture or a page for browsers.
 
-    The form is CSV unless JSON is asked for. Device values are in per cent.
+    An output with the suffix of a mesh format is written as by the command mesh, and .png as by the
+    command picture. A file with the suffix .html shows the gamut at any level, without a network.
+    The form of tables is CSV unless JSON is asked for. Device values are in per cent.
     """
+    from gamutcore.export import FORMATS  # noqa: PLC0415
+    from gamutcore.export.viewer_page import HTML_SUFFIXES  # noqa: PLC0415
+
+    suffix = None if output is None else output.suffix.lower()
+    others = {".png", *HTML_SUFFIXES, *(each.suffix for each in FORMATS.values())}
+    if output is not None and suffix in others:
+        if table is not None or as_json or as_csv:
+            raise typer.BadParameter(
+                "Give --table, --json and --csv for tables only.", param_hint="--output"
+            )
+        _export_file(ctx, source, output, triangles, max_error)
+        return
+    table = table or "vertices"
     gamut = gamut_of(source, ctx)
     columns: dict[str, Any]
     if table == "levels":
@@ -126,6 +150,27 @@ def export(
         raise typer.BadParameter("Give vertices, cusps, leaves or levels.", param_hint="--table")
     as_json = as_json or (output is not None and output.suffix.lower() == ".json" and not as_csv)
     write_table(columns, output, as_json=as_json, as_csv=not as_json)
+
+
+def _export_file(
+    ctx: typer.Context,
+    source: str,
+    output: Path,
+    triangles: int | None,
+    max_error: float | None,
+) -> None:
+    """Write a page, a picture or a mesh, by the suffix of the file."""
+    from gamutcore.export.viewer_page import HTML_SUFFIXES  # noqa: PLC0415
+
+    suffix = output.suffix.lower()
+    if suffix in HTML_SUFFIXES:
+        if triangles is not None or max_error is not None:
+            raise typer.BadParameter("A page shows every level.", param_hint="--output")
+        gamut_of(source, ctx).save(output)
+    elif suffix == ".png":
+        picture(ctx, source, output, triangles=triangles, max_error=max_error)
+    else:
+        mesh(ctx, source, output, triangles, max_error)
 
 
 def reference(

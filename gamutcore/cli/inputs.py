@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperOption
 
+from gamutcore.cli.reference_cache import cached_reference
+
 if TYPE_CHECKING:
     from gamutcore.gamut import Gamut
 
@@ -104,12 +106,12 @@ def gamut_of(source: str, ctx: typer.Context, *, alone: bool = True) -> Gamut:
     """
     from gamutcore.errors import OptionError, ReferenceNameError  # noqa: PLC0415
     from gamutcore.gamut import Gamut  # noqa: PLC0415
-    from gamutcore.options import OPTIONS, option_value  # noqa: PLC0415
+    from gamutcore.options import OPTIONS, Options, option_value  # noqa: PLC0415
     from gamutcore.references import find_reference  # noqa: PLC0415
 
     texts: dict[str, str] = ctx.meta.get(_CHOSEN, {})
     options: dict[str, Any] = {name: option_value(name, text) for name, text in texts.items()}
-    path = Path(source)
+    path, reference = Path(source), None
     if path.exists():
         data = path.read_bytes()
         if data[8 : 8 + len(_MAGIC)] == _MAGIC:
@@ -121,7 +123,7 @@ def gamut_of(source: str, ctx: typer.Context, *, alone: bool = True) -> Gamut:
             return Gamut.from_bytes(data)
     else:
         try:
-            data = find_reference(source).data
+            reference = find_reference(source)
         except ReferenceNameError as error:
             if path.suffix or len(path.parts) > 1:
                 raise FileNotFoundError(2, "There is no such file.", source) from error
@@ -129,8 +131,14 @@ def gamut_of(source: str, ctx: typer.Context, *, alone: bool = True) -> Gamut:
             raise
         if not alone:
             options = {name: options[name] for name in options if _fits(OPTIONS[name].data)}
-    with _progress(path.name) as report:
-        return Gamut(data, progress=report, **options)
+        data = reference.data
+    chosen = Options.from_mapping(options)
+
+    def build() -> Gamut:
+        with _progress(path.name) as report:
+            return Gamut(data, chosen, progress=report)
+
+    return build() if reference is None else cached_reference(reference, chosen, build)
 
 
 def _fits(kinds: tuple[str, ...]) -> bool:

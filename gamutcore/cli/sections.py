@@ -1,7 +1,8 @@
-"""Commands that cut a gamut: slice and rings."""
+"""Commands that show a gamut: slice, rings and picture."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -16,6 +17,7 @@ def add_to(app: typer.Typer) -> None:
     """Add the commands to a program."""
     app.command("slice", cls=BuildCommand)(cut)
     app.command(cls=BuildCommand)(rings)
+    app.command(cls=BuildCommand)(picture)
 
 
 def cut(
@@ -39,7 +41,7 @@ def cut(
     """
     gamut = gamut_of(source, ctx)
     level: dict[str, Any] = {"triangles": triangles, "max_error": max_error}
-    numbers = None if plane is None else _numbers(plane)
+    numbers = None if plane is None else _numbers(plane, "--plane", "Give four numbers a,b,c,d.")
     if output is not None and output.suffix.lower() == ".svg":
         write_bytes(gamut.slice_svg(lightness, hue=hue, plane=numbers, **level), output)
         return
@@ -62,11 +64,11 @@ def cut(
     write_table(columns, output, as_json=as_json, as_csv=as_csv)
 
 
-def _numbers(text: str) -> list[float]:
+def _numbers(text: str, option: str, remedy: str) -> list[float]:
     try:
         return [float(part) for part in text.split(",")]
     except ValueError as error:
-        raise typer.BadParameter("Give four numbers a,b,c,d.", param_hint="--plane") from error
+        raise typer.BadParameter(remedy, param_hint=option) from error
 
 
 def rings(
@@ -92,12 +94,12 @@ def rings(
     other = None if reference is None else gamut_of(reference, ctx, alone=False)
     level: dict[str, Any] = {"triangles": triangles, "max_error": max_error}
     if output is not None and output.suffix.lower() == ".svg":
-        write_bytes(gamut.rings_svg(other, **level), output)
+        write_bytes(gamut.rings_svg(other, sectors=sectors, **level), output)
         return
     if output is not None and output.suffix.lower() in {".png", ".pdf"}:
         from gamutcore.answers.drawing import figure  # noqa: PLC0415
 
-        axes = gamut.plot_rings(other, figure().add_subplot(), **level)
+        axes = gamut.plot_rings(other, figure().add_subplot(), sectors=sectors, **level)
         axes.figure.savefig(output)
         return
     found = gamut.rings(other, sectors=sectors, **level)
@@ -110,3 +112,40 @@ def rings(
         columns["reference_radius"] = found.reference_radius.reshape(-1)
         columns["intersection_radius"] = found.intersection_radius.reshape(-1)
     write_table(columns, output, as_json=as_json, as_csv=as_csv)
+
+
+def picture(
+    ctx: typer.Context,
+    source: Source,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="A .png file.")],
+    size: Annotated[int, typer.Option(help="Width and height in pixels, 16 to 2048.")] = 800,
+    view: Annotated[
+        str,
+        typer.Option(
+            help="standard, front, right, back, left, top or bottom; or the hue and the elevation "
+            "of the camera, such as 305,25."
+        ),
+    ] = "standard",
+    background: Annotated[str, typer.Option(help="white or transparent.")] = "white",
+    axes: Annotated[bool, typer.Option(help="Draw axes with labels.")] = True,
+    triangles: Triangles = None,
+    max_error: MaxError = None,
+) -> None:
+    """Write a picture of a gamut as PNG.
+
+    The level has 20,000 triangles unless a count or a limit is given.
+    """
+    if output.suffix.lower() != ".png":
+        raise typer.BadParameter("Give a name that ends in .png.", param_hint="--output")
+    remedy = "Give the name of a view, or two numbers such as 305,25."
+    camera = _numbers(view, "--view", remedy) if "," in view else view
+    gamut = gamut_of(source, ctx)
+    drawn = gamut.picture(
+        size,
+        camera,
+        background=background,
+        axes=axes,
+        triangles=triangles,
+        max_error=max_error,
+    )
+    write_bytes(drawn, output)

@@ -168,7 +168,7 @@ def rings_svg(
     reference_radius: FloatArray | None = None,
     intersection_radius: FloatArray | None = None,
     names: tuple[str, str] = ("", "reference"),
-    axes: tuple[str, str] = ("a*", "b*"),
+    axes: tuple[str, str, str] = ("L*", "a*", "b*"),
     volume: float | None = None,
 ) -> bytes:
     """Return a picture of gamut rings.
@@ -185,8 +185,8 @@ def rings_svg(
         intersection within each band.
     names : (str, str), optional
         Of the gamut and of the reference.
-    axes : (str, str), optional
-        Names of the axes of hue.
+    axes : (str, str, str), optional
+        Names of lightness and of the axes of hue.
     volume : float, optional
         Shown in the title.
 
@@ -207,11 +207,12 @@ def rings_svg(
     points = np.vstack([np.zeros((1, 2)), *outlines])
     parts = [names[0]] if names[0] else []
     if volume is not None:
-        parts.append(f"volume {volume:,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}"))
+        figure = f"{volume:,.0f}" if volume >= 1000.0 else f"{volume:.4g}"
+        parts.append(f"volume {figure}".replace(",", "\N{NARROW NO-BREAK SPACE}"))
     chart = Chart(
         points.min(axis=0),
         points.max(axis=0),
-        (f"{axes[0]}_RSS", f"{axes[1]}_RSS"),
+        (f"{axes[1]}_RSS", f"{axes[2]}_RSS"),
         "Gamut rings",
         " · ".join(parts),
     )
@@ -234,7 +235,7 @@ def rings_svg(
     # the labels are where they are farthest apart
     at = times * int(np.argmax(radius[outer] - radius[middle]))
     for number in sorted({0, middle, outer}):
-        chart.add_text(rings[number][at].tolist(), f"L* {lightness[number]:g}")
+        chart.add_text(rings[number][at].tolist(), f"{axes[0]} {lightness[number]:g}")
     return chart.svg()
 
 

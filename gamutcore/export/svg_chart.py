@@ -7,9 +7,7 @@ from __future__ import annotations
 
 import base64
 import math
-import struct
 import unicodedata
-import zlib
 from collections.abc import Iterable, Sequence
 from xml.sax.saxutils import escape
 
@@ -17,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gamutcore.arrays import FloatArray
+from gamutcore.export.png import png
 
-__all__ = ["INK", "Chart", "plain_text", "png", "rich_text"]
+__all__ = ["INK", "Chart", "plain_text", "rich_text"]
 
 INK = "#222"
 PLOT = 520.0
@@ -232,16 +231,3 @@ def plain_text(text: str) -> str:
     'a &amp; b'
     """
     return escape("".join(each for each in text if unicodedata.category(each)[0] != "C"))
-
-
-def png(pixels: NDArray[np.uint8]) -> bytes:
-    """Return an image of (rows, columns, 3) bytes of sRGB as PNG."""
-    rows, columns, _ = pixels.shape
-    lines = np.zeros((rows, 3 * columns + 1), np.uint8)  # each with the filter type 0
-    lines[:, 1:] = pixels.reshape(rows, -1)
-    header = struct.pack(">2I5B", columns, rows, 8, 2, 0, 0, 0)
-    chunks = ((b"IHDR", header), (b"IDAT", zlib.compress(lines.tobytes(), 9)), (b"IEND", b""))
-    return b"\x89PNG\r\n\x1a\n" + b"".join(
-        struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
-        for kind, body in chunks
-    )

@@ -37,7 +37,7 @@ from gamutcore.queries.volume_cells import cells_of, enclosed_cells
 __all__ = ["LIGHTNESSES", "Rings", "gamut_rings"]
 
 LIGHTNESSES = tuple(range(10, 101, 10))
-"""Lightnesses of the rings in the standard."""
+"""Lightnesses of the rings in the standard, which is for CIELAB."""
 
 
 @dataclass(frozen=True, eq=False)

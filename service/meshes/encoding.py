@@ -10,17 +10,28 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 from gamutcore.export import FORMATS, mesh_file
+from gamutcore.export.rendering import mesh_picture
 from gamutcore.metric.level_search import Bounds
 from gamutcore.sides import Side
 from service.http.compression import IDENTITY, compress
 from service.http.conditional import IMMUTABLE, entity_tag, matches
+from service.http.file_names import content_disposition
 from service.http.negotiation import OCTET_STREAM
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
     from service.meshes.library import OpenGamut
 
-__all__ = ["MEDIA_TYPES", "SUFFIXES", "EncodedMesh", "MeshKey", "encode_mesh", "file_stem"]
+__all__ = [
+    "MEDIA_TYPES",
+    "SUFFIXES",
+    "EncodedMesh",
+    "MeshKey",
+    "PictureOptions",
+    "encode_mesh",
+    "encode_picture",
+    "file_stem",
+]
 
 MEDIA_TYPES = {
     **{mesh_format.media_type: name for name, mesh_format in FORMATS.items()},
@@ -63,15 +74,23 @@ class EncodedMesh:
 
     @classmethod
     def of(
-        cls, body: bytes, media_type: str, file_name: str, triangles: int, vertices: int
+        cls,
+        body: bytes,
+        media_type: str,
+        file_name: tuple[str, str],
+        triangles: int,
+        vertices: int,
     ) -> EncodedMesh:
-        """Return the encoded mesh of a file with its name and counts."""
+        """Return the encoded mesh of a file with its counts.
+
+        `file_name` is the name of the gamut, and what follows it in the name of the file.
+        """
         etag = entity_tag(body)
         fields = {
             "content-type": media_type,
             "content-length": str(len(body)),
             # A viewer may show the mesh in place. The name is for those who save it (RFC 6266).
-            "content-disposition": f'inline; filename="{file_name}"',
+            "content-disposition": content_disposition("inline", *file_name),
             "gamut-triangles": str(triangles),
             "gamut-vertices": str(vertices),
             "etag": etag,
@@ -140,12 +159,42 @@ def encode_mesh(
     return made
 
 
+class PictureOptions(NamedTuple):
+    """What a picture of a level looks like; see `gamutcore.export.rendering.mesh_picture`."""
+
+    size: int
+    view: str | tuple[float, float]
+    background: str
+    axes: bool
+
+    def key(self, gamut_id: str, triangles: int) -> MeshKey:
+        """Return the identity of the picture of a level."""
+        return MeshKey(gamut_id, triangles, f"picture {self}")
+
+
+def encode_picture(opened: OpenGamut, key: MeshKey, options: PictureOptions) -> EncodedMesh:
+    """Draw a level.
+
+    Parameters
+    ----------
+    opened : OpenGamut
+        The gamut, with the level unpacked.
+    key : MeshKey
+    options : PictureOptions
+    """
+    with timed("draw"):
+        level = opened.gamut.history.level(key.triangles)
+        body = mesh_picture(level, opened.space, **options._asdict())
+    name = (opened.name, ".png")
+    return EncodedMesh.of(body, "image/png", name, level.triangles, len(level.vertices))
+
+
 def _encode_level(opened: OpenGamut, key: MeshKey) -> EncodedMesh:
     level = opened.gamut.level(key.triangles, side=key.side)
     body = mesh_file(level, key.format_name, opened.provenance, opened.space)
     mesh_format, triangles = FORMATS[key.format_name], len(level.faces)
     side = "" if key.side == "both" else f"-{key.side}"
-    name = f"{file_stem(key.gamut_id)}-{triangles}{side}{mesh_format.suffix}"
+    name = (opened.name, f"-{triangles}{side}{mesh_format.suffix}")
     mesh = EncodedMesh.of(body, mesh_format.media_type, name, triangles, len(level.vertices))
     bounds = _described_bounds(opened, triangles) if key.side == "both" else None
     return mesh if bounds is None else mesh.with_bounds(bounds)

@@ -98,7 +98,7 @@ class MeshFastPath:
             None if max_error is None else float(max_error),
             None if max_mismatch is None else float(max_mismatch),
             _SIDES[side],
-        )
+        ).for_format(FORMATS[name])
         known = fields[b"if-none-match"].decode("latin-1")
         scope["route"] = _ROUTE if suffix is None else _FILE_ROUTE
         coding = preferred_coding(fields[b"accept-encoding"])

@@ -10,7 +10,7 @@ from __future__ import annotations
 import asyncio
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from gamutcore.colours.spaces import ColourSpace
@@ -19,6 +19,7 @@ from gamutcore.export.provenance import mesh_provenance
 from gamutcore.gamut import Gamut
 from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.caching.single_flight import SingleFlight
+from service.storage.display_names import display_name
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
@@ -51,12 +52,15 @@ class OpenGamut:
         Provenance for mesh files.
     space : ColourSpace
         Space of the coordinates.
+    name : str
+        Name of the gamut, for the names of its files.
     """
 
     record: Record
     gamut: Gamut
     provenance: dict[str, str]
     space: ColourSpace
+    name: str
 
 
 class Library:
@@ -156,6 +160,17 @@ class Library:
             self._threads, lambda: context.run(function, *args, **kwargs)
         )
 
+    async def rename(self, gamut_id: str) -> None:
+        """Read the name of an open gamut again."""
+        opened = self._open.get(gamut_id)
+        if opened is None:
+            self._opening.forget(gamut_id)
+            return
+        stored = await self.in_thread(self._store.names.read, gamut_id)
+        if self._open.discard_value(gamut_id, opened):
+            renamed = replace(opened, name=display_name(opened.record, stored))
+            self._open.put(gamut_id, renamed, opened.gamut.nbytes)
+
     def discard(self, gamut_id: str) -> None:
         """Forget a deleted gamut."""
         self._open.discard(gamut_id)
@@ -180,4 +195,5 @@ class Library:
         except HistoryFileError as error:
             raise self._store.set_aside(record, str(error)) from error
         provenance = mesh_provenance(gamut.description)
-        return OpenGamut(record, gamut, provenance, gamut.colour_space)
+        name = display_name(record, self._store.names.read(gamut_id))
+        return OpenGamut(record, gamut, provenance, gamut.colour_space, name)

@@ -9,10 +9,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from gamutcore.export.rendering import PICTURE_TRIANGLES
 from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.caching.single_flight import SingleFlight
 from service.http.compression import IDENTITY
-from service.meshes.encoding import EncodedMesh, MeshKey, encode_mesh
+from service.meshes.encoding import (
+    EncodedMesh,
+    MeshKey,
+    PictureOptions,
+    encode_mesh,
+    encode_picture,
+)
 from service.meshes.requested_levels import LevelRequest, RequestedLevels
 
 if TYPE_CHECKING:
@@ -114,6 +121,32 @@ class Meshes:
         if mesh is None:
             mesh = await self._encoding.value(key, lambda: self._encode(opened, key))
         return mesh if bounds is None else mesh.with_bounds(bounds)
+
+    async def picture(
+        self, gamut_id: str, triangles: int | None, options: PictureOptions
+    ) -> EncodedMesh:
+        """Return a picture; `triangles` is None for the default. Raises as `mesh` does."""
+        opened = await self._library.gamut(gamut_id)
+        if triangles is None:
+            triangles = min(PICTURE_TRIANGLES, opened.gamut.history.triangles)
+        count, _ = await self.levels.find(opened, LevelRequest(triangles))
+        key = options.key(gamut_id, count)
+        return self.cache.get(key) or await self._encoding.value(
+            key, lambda: self._draw(opened, key, options)
+        )
+
+    async def _draw(self, opened: OpenGamut, key: MeshKey, options: PictureOptions) -> EncodedMesh:
+        made = await self._library.with_level(
+            opened, key.triangles, encode_picture, opened, key, options
+        )
+        if self._library.find_open(key.gamut_id) is opened:
+            self._keep({key: made})
+        return made
+
+    async def rename(self, gamut_id: str) -> None:
+        """Let the files of a gamut have its new name from now on."""
+        await self._library.rename(gamut_id)
+        self.cache.discard_where(lambda key: key.gamut_id == gamut_id)
 
     def discard_gamut(self, gamut_id: str) -> None:
         """Forget all meshes and levels of a gamut."""

@@ -22,6 +22,7 @@ from service.telemetry.server_timing import timed
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from gamutcore.export import MeshFormat
     from gamutcore.metric.error_curve import LevelError
     from gamutcore.metric.level_search import BoundedLevel
     from service.meshes.library import Library, OpenGamut
@@ -67,6 +68,12 @@ class LevelRequest(NamedTuple):
     max_error: float | None = None
     max_mismatch: float | None = None
     side: Side = "both"
+
+    def for_format(self, mesh_format: MeshFormat) -> LevelRequest:
+        """Return the request with the default of a format: some are made from the full boundary."""
+        if mesh_format.full and self.triangles is None and self.limits is None:
+            return self._replace(max_error=0.0)
+        return self
 
     @property
     def limits(self) -> Bounds | None:

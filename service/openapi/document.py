@@ -36,7 +36,7 @@ the id of its request in `X-Request-Id` and its timing in `Server-Timing`.
     "license_info": {"name": "Apache-2.0", "identifier": "Apache-2.0"},
     "openapi_tags": [
         {"name": "gamuts", "description": "Built once, stored under a digest of data and options."},
-        {"name": "meshes", "description": "Any level of a gamut, in glTF, PLY, STL or OBJ."},
+        {"name": "meshes", "description": "Any level of a gamut, in glTF, PLY, .gam and others."},
         {"name": "queries", "description": "Answers about colours: in gamut, nearest, mapped."},
         {"name": "jobs", "description": "Builds that take longer than the client waits."},
         {"name": "state", "description": "Liveness, readiness and metrics."},

@@ -317,8 +317,9 @@ MESH_HEADERS: dict[str, Any] = {
     ),
     "Cache-Control": header("The content is immutable.", "public, max-age=31536000, immutable"),
     "Content-Disposition": header(
-        "File name: the first 12 characters of the gamut's id, the triangle count and the suffix.",
-        f'inline; filename="{EXAMPLE_ID[:12]}-510.glb"',
+        "File name: the name of the gamut, the triangle count and the suffix, in ASCII as "
+        "`filename` and in full as `filename*`.",
+        'inline; filename="Coated offset-510.glb"',
     ),
     "Vary": header("Request fields that select the content.", "Accept, Accept-Encoding"),
 }

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from service.queries.operations import Operation
     from service.queries.views import View
 
-__all__ = ["picture_response", "request_body", "response", "view_response"]
+__all__ = ["picture_response", "query_response", "request_body", "view_response"]
 
 _COLOURS = {
     "type": "array",
@@ -77,7 +77,7 @@ def request_body(operation: Operation) -> dict[str, Any]:
     }
 
 
-def response(operation: Operation) -> dict[str, Any]:
+def query_response(operation: Operation) -> dict[str, Any]:
     """Return the description of the answer of an operation."""
     columns = {
         column.name: {

@@ -313,9 +313,10 @@ OPERATIONS: Mapping[str, Operation] = {
                 ),
                 Parameter(
                     "source",
-                    (Text(64, "the id of a gamut", str),),
-                    "Id of the gamut that `sgck` maps from, in the same space. In the query "
-                    "string, also the slug of a reference gamut.",
+                    (Text(64, "the id of a gamut or the slug of a reference gamut", str),),
+                    "Gamut that `sgck` maps from, in the same space: an id, or the slug of a "
+                    "reference gamut.",
+                    example="srgb",
                 ),
             ),
             (

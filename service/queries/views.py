@@ -62,8 +62,6 @@ class View:
         Members of an exemplary document.
     picture : callable, optional
         From the levels and the values of the parameters to the picture as SVG.
-    undrawn : frozenset of str
-        Parameters that the picture does not have.
     """
 
     name: str
@@ -75,7 +73,6 @@ class View:
     answer: Callable[[list[QueryLevel], Mapping[str, Any]], Answered]
     example: Mapping[str, Any] = field(default_factory=dict)
     picture: Callable[[list[QueryLevel], Mapping[str, Any]], bytes] | None = None
-    undrawn: frozenset[str] = frozenset()
 
     @property
     def all_parameters(self) -> tuple[Parameter, ...]:
@@ -226,6 +223,7 @@ def _rings_picture(levels: list[QueryLevel], values: Mapping[str, Any]) -> bytes
     level, *others = levels
     return level.gamut.rings_svg(
         others[0].gamut if others else None,
+        sectors=values["sectors"],
         triangles=values["triangles"],
         max_error=values["max_error"],
     )
@@ -355,7 +353,7 @@ VIEWS: Mapping[str, View] = {
             {
                 "reference_level": {"type": "object"},
                 "volume": _number("Volume up to the last lightness: the area of the outer ring."),
-                "lightness": _numbers("Lightnesses of the rings."),
+                "lightness": _numbers("Lightnesses of the rings: tenths of that of white."),
                 "hue": _numbers("Middles of the sectors in degrees."),
                 "radius": _rows("Radius by ring and sector."),
                 "reference_radius": _rows("The same of the reference."),
@@ -369,7 +367,6 @@ VIEWS: Mapping[str, View] = {
                 "radius": [[320.1, 300.2], [380.3, 340.4]],
             },
             _rings_picture,
-            frozenset({"sectors"}),
         ),
     )
 }

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
-from gamutcore.errors import TriangleCountError
+from gamutcore.errors import OptionError, TriangleCountError
 from gamutcore.export import FORMATS
 from service.container import ServiceContainer, service_of
 from service.http.conditional import IMMUTABLE, check_if_match, matches
@@ -61,6 +61,7 @@ def _numbers(what: str, example: str) -> Any:  # noqa: ANN401 - FastAPI's own
             "gamut-rebuilding",
             "triangle-count",
             "precondition-failed",
+            "invalid-option",
             "invalid-parameter",
             "not-acceptable",
             "store-unavailable",
@@ -245,7 +246,8 @@ class _Batch:
         meshes = self._service.meshes
         try:
             return Item(one, await meshes.mesh(one.gamut_id, _level_request(one), one.format_name))
-        except TriangleCountError as error:  # a body that is too thin for a level on one side
+        except (TriangleCountError, OptionError) as error:
+            # a body that is too thin for a level on one side, or a format of other gamuts
             return Item(one, None, Problem.from_error(error))
 
 

@@ -18,9 +18,9 @@ from service.http.conditional import (
     entity_tag,
     matches,
 )
+from service.http.file_names import content_disposition
 from service.http.negotiation import OCTET_STREAM
 from service.http.parameters import GAMUT_ID, GAMUT_PATTERN, SideName, check_query
-from service.meshes.encoding import file_stem
 from service.openapi.documentation import (
     EXAMPLE_GAMUT,
     EXAMPLE_ID,
@@ -68,8 +68,8 @@ _ENTITY_HEADERS = {
 }
 
 _HISTORY_NAME = header(
-    "File name: the first 12 characters of the gamut's id.",
-    f'attachment; filename="{file_stem(EXAMPLE_ID)}.gamut"',
+    "File name: the name of the gamut.",
+    'attachment; filename="Coated offset.gamut"',
 )
 
 _NOT_MODIFIED: dict[int | str, dict[str, Any]] = {
@@ -205,6 +205,9 @@ async def _keep_name(service: ServiceContainer, posted: Submission, *, is_new: b
         await asyncio.to_thread(names.give, posted.gamut_id, posted.name)
     elif is_new and posted.file:
         await asyncio.to_thread(names.keep_file, posted.gamut_id, posted.file)
+    else:
+        return
+    await service.meshes.rename(posted.gamut_id)
 
 
 async def _record_of_built(service: ServiceContainer, gamut_id: str) -> Record:
@@ -433,7 +436,8 @@ async def download_history(request: Request, gamut_id: GamutId) -> Response:
         )
         start, end = part or (0, record.nbytes)
         headers["Content-Length"] = str(end - start)
-        headers["Content-Disposition"] = f'attachment; filename="{file_stem(gamut_id)}.gamut"'
+        name = (await _named(service, record)).name
+        headers["Content-Disposition"] = content_disposition("attachment", name, ".gamut")
         if part:
             headers["Content-Range"] = f"bytes {start}-{end - 1}/{record.nbytes}"
         closing.pop_all()

@@ -32,6 +32,7 @@ _PROBLEMS = (
     "gamut-rebuilding",
     "precondition-failed",
     "triangle-count",
+    "invalid-option",
     "invalid-parameter",
     "store-unavailable",
 )
@@ -102,7 +103,9 @@ FormatName = Annotated[
     description="The surface of the gamut with at most the requested triangles or error, in the "
     "coordinates of its colour space. The format is that of `format=`, else the one that `Accept` "
     "prefers, else `model/gltf-binary`. GLB, glTF and PLY contain the device values of each "
-    "vertex, if the data has device values.",
+    "vertex, if the data has device values. Argyll's `.gam`, ICC and CGE are for gamuts in CIELAB "
+    "relative to D50, and CGE for channels R G B or C M Y; other gamuts get 422 "
+    "`invalid-option`. CGE is made from the full boundary by default.",
     response_class=Response,
     responses={**_RESPONSES, **problems(*_PROBLEMS, "not-acceptable")},
 )
@@ -194,6 +197,7 @@ async def _mesh(
         )
     accepted = ",".join(request.headers.getlist("accept-encoding"))
     coding = preferred_coding(accepted.encode("latin-1"))
+    wanted = wanted.for_format(FORMATS[format_name])
     mesh = await service_of(request).meshes.mesh(gamut_id, wanted, format_name, coding)
     check_if_match(request.headers.getlist("if-match"), mesh.etag)
     known = request.headers.getlist("if-none-match")

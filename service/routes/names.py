@@ -53,4 +53,5 @@ async def name_gamut(request: Request, gamut_id: GamutId) -> Response:
     name = await submitted_name(request)
     refuse_reference(await service.library.record(gamut_id))
     await asyncio.to_thread(service.store.names.give, gamut_id, name)
+    await service.meshes.rename(gamut_id)
     return JsonResponse({"id": gamut_id, "name": name}, headers={"Cache-Control": "no-store"})

@@ -1,18 +1,13 @@
-"""Names of gamuts as clients see them: the given name, else a default from the data.
-
-The default is the data's descriptor, the description of the profile, or the name of the file. A
-reference gamut has the name of the catalogue.
-"""
+"""Gamuts with the names that clients see (`service.storage.display_names`)."""
 
 from __future__ import annotations
 
 import unicodedata
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from gamutcore.references import REFERENCES
 from service.problems.problem import Problem, ProblemError
-from service.storage.names import GamutName, cleaned_name
+from service.storage.display_names import display_name
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,9 +16,6 @@ if TYPE_CHECKING:
     from service.storage.records import Record
 
 __all__ = ["NamedRecord", "named", "named_page", "read_only", "refuse_reference"]
-
-_DESCRIPTORS = ("DESCRIPTOR", "DESCRIPTION", "FILE_DESCRIPTOR")
-"""Keywords of characterisation data that describe it, in order."""
 
 _READERS = 16
 """Number of simultaneous reads of names from a bucket."""
@@ -52,7 +44,8 @@ def named(store: GamutStore, records: Sequence[Record]) -> list[NamedRecord]:
     else:
         stored = [store.names.read(record.id) for record in records]
     return [
-        NamedRecord(each, _name(each, name)) for each, name in zip(records, stored, strict=True)
+        NamedRecord(each, display_name(each, name))
+        for each, name in zip(records, stored, strict=True)
     ]
 
 
@@ -95,21 +88,6 @@ def named_page(
 
 def _folded(text: str) -> str:
     return unicodedata.normalize("NFC", text).casefold()
-
-
-def _name(record: Record, stored: GamutName) -> str:
-    provenance: dict[str, Any] = record.description["provenance"]
-    if provenance.get("format") == "reference":
-        reference = REFERENCES.get(provenance["reference"])
-        return str(provenance["reference"]) if reference is None else reference.name
-    if stored.given:
-        return stored.given
-    conditions = provenance.get("conditions", {})
-    descriptors = [conditions.get(keyword) for keyword in _DESCRIPTORS]
-    for text in (*descriptors, provenance.get("description"), stored.file):
-        if isinstance(text, str) and (name := cleaned_name(text)):
-            return name
-    return f"Gamut {record.id[:12]}"
 
 
 def read_only(slug: str) -> ProblemError:

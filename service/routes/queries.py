@@ -24,11 +24,12 @@ from service.meshes.requested_levels import LevelRequest
 from service.openapi.documentation import problems
 from service.problems.problem import Problem, ProblemError
 from service.queries.bodies import FORMS, NPY
-from service.queries.documentation import request_body, response
+from service.queries.documentation import query_response, request_body
 from service.queries.operations import OPERATIONS, SOURCE_GAMUT, Operation
 from service.queries.parameters import query_values, refuse, values_of
 from service.queries.queries import Question
 from service.routes.gamuts import GamutId
+from service.routes.reference_slugs import named_gamut
 from service.telemetry.server_timing import timed
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ def _add_route(operation: Operation) -> None:
         summary=operation.summary,
         description=operation.description,
         response_class=Response,
-        responses={200: response(operation), **problems(*_PROBLEMS)},
+        responses={200: query_response(operation), **problems(*_PROBLEMS)},
         openapi_extra={
             "requestBody": request_body(operation),
             "parameters": [each.documentation() for each in operation.all_parameters],
@@ -155,7 +156,11 @@ async def _answer(request: Request, gamut_id: str, operation: Operation) -> Resp
         values = values_of(operation.all_parameters, given, body.members)
         level = await level_of(service, opened, values)
         if values.get("source") is not None:
-            source_id = checked_id(values["source"], "query", "source")
+            place = "body" if "source" in body.members else "query"
+            source_id, response = await named_gamut(service, request.scope, values["source"])
+            if response is not None:
+                return response
+            source_id = checked_id(source_id, place, "source")
             source = await service.library.gamut(source_id)
             await level_of(service, source, values)
             values[SOURCE_GAMUT] = source.gamut

@@ -3,9 +3,10 @@
 A slug is accepted wherever the id of a gamut is: in paths below ``/v1/gamuts`` and in the parameter
 `gamuts` of ``/v1/meshes``. Options of the build are query parameters beside those of the operation.
 The middleware finds the id, builds the gamut if it is not stored, and passes the request on with
-the id. All operations therefore take slugs without knowing of them. An answer names its address by
-id in ``Content-Location``, and may be cached for minutes only: a later version of the algorithm
-gives a slug another id. See ``docs/decisions/references.md``.
+the id. All operations therefore take slugs in addresses without knowing of them. A slug in a body
+is resolved by the operation, with `named_gamut`. An answer names its address by id in
+``Content-Location``, and may be cached for minutes only: a later version of the algorithm gives a
+slug another id. See ``docs/decisions/references.md``.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 
     from service.container import ServiceContainer
 
-__all__ = ["CACHE_SECONDS", "ReferenceSlugs"]
+__all__ = ["CACHE_SECONDS", "ReferenceSlugs", "named_gamut"]
 
 CACHE_SECONDS = 300
 """Time for which caches may keep an answer at the address of a slug."""
@@ -55,6 +56,9 @@ _NAMING = {"/v1/meshes": (b"gamuts",), "/v1/comparisons": (b"a", b"b")}
 
 _REFERENCE = (b"reference", b"source")
 """The same below a gamut."""
+
+_OPTIONS = "reference_options"
+"""Key of the options of the build in the scope of a request by slug."""
 
 _MOST_NAMES = 400
 """Largest number of slugs and ids in a batch."""
@@ -113,15 +117,8 @@ class ReferenceSlugs:
             raise ProblemError(Problem.from_error(error)) from error
         ids = {name: gamut_id(options, each.sha256) for name, each in named.items()}
         if scope["method"] in _BUILDING_METHODS:
-            try:
-                response = await self._build(scope, ids, named, options)
-            except StoreUnavailableError:
-                raise ProblemError(Problem.store_unavailable()) from None
-            except OSError as error:
-                problem = Problem.from_errno(error.errno)
-                if problem is None:
-                    raise
-                raise ProblemError(problem) from error
+            wanted = {ids[name]: each for name, each in named.items()}
+            response = await _build(self.service, scope, wanted, options)
             if response is not None:
                 await response(scope, receive, send)
                 return
@@ -130,6 +127,7 @@ class ReferenceSlugs:
             return
         path, query = _with_ids(scope["path"], query, ids)
         inner = {**scope, "path": path, "raw_path": path.encode(), "query_string": query}
+        inner[_OPTIONS] = options
         location = path + (f"?{query.decode('latin-1')}" if query else "")
 
         async def send_as_alias(message: Message) -> None:
@@ -143,23 +141,56 @@ class ReferenceSlugs:
             # The outer middleware needs the matched route.
             scope["route"] = inner.get("route")
 
-    async def _build(
-        self, scope: Scope, ids: dict[str, str], named: dict[str, Reference], options: Options
-    ) -> Response | None:
-        """Build the gamuts that are not stored. Return an answer if one takes too long."""
-        library, store, builds = self.service.library, self.service.store, self.service.builds
+
+async def named_gamut(
+    service: ServiceContainer, scope: Scope, name: str
+) -> tuple[str, Response | None]:
+    """Return the id of a gamut that a body names, and build it if it is a reference gamut.
+
+    Parameters
+    ----------
+    service : ServiceContainer
+    scope : Scope
+        Of the request. Options of the build that its address gives apply to slugs.
+    name : str
+        An id, or the slug of a reference gamut.
+
+    Returns
+    -------
+    gamut_id : str
+        The name itself, if it is no slug.
+    response : Response or None
+        The job, if the build takes longer than the client waits.
+
+    Raises
+    ------
+    ProblemError
+        The gamut cannot be built now.
+    """
+    reference = _reference(name)
+    if reference is None:
+        return name, None
+    options = Options() if _ID.match(name) else scope.get(_OPTIONS, Options())
+    found = gamut_id(options, reference.sha256)
+    return found, await _build(service, scope, {found: reference}, options)
+
+
+async def _build(
+    service: ServiceContainer, scope: Scope, wanted: dict[str, Reference], options: Options
+) -> Response | None:
+    """Build the gamuts that are not stored, by id. Return an answer if one takes too long."""
+    try:
         jobs = []
-        for name, found in ids.items():
-            if library.find_open(found) is not None:
+        for found, reference in wanted.items():
+            if service.library.find_open(found) is not None:
                 continue
-            if await asyncio.to_thread(store.is_stored, found):
+            if await asyncio.to_thread(service.store.is_stored, found):
                 continue
             refuse = scope.get("refuse_build")
             problem = refuse(options != Options()) if refuse else None
             if problem is not None:
                 raise ProblemError(problem)
-            reference = named[name]
-            job = await builds.submit(
+            job = await service.builds.submit(
                 found, options.to_mapping(), reference.data, None, reference.sha256
             )
             if not isinstance(job, Record):
@@ -168,10 +199,17 @@ class ReferenceSlugs:
         started = time.monotonic()
         for job in jobs:
             waited = time.monotonic() - started
-            response, _ = await wait_for_build(self.service, job, prefer, waited)
+            response, _ = await wait_for_build(service, job, prefer, waited)
             if response is not None:
                 return response
-        return None
+    except StoreUnavailableError:
+        raise ProblemError(Problem.store_unavailable()) from None
+    except OSError as error:
+        problem = Problem.from_errno(error.errno)
+        if problem is None:
+            raise
+        raise ProblemError(problem) from error
+    return None
 
 
 def _has_operation(scope: Scope) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from importlib.resources import files
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fastapi.responses import Response
@@ -16,10 +17,10 @@ if TYPE_CHECKING:
 
 __all__ = ["static_file"]
 
-_FOLDER = files("service") / "static"
+_FOLDER = Path(str(files("service"))) / "static"
 
 
-def static_file(request: Headers, name: str, media_type: str) -> Response:
+def static_file(request: Headers, name: str, media_type: str, folder: Path = _FOLDER) -> Response:
     """Return a file, cached for ever. Compresses the file, so this may take a while.
 
     Parameters
@@ -27,12 +28,14 @@ def static_file(request: Headers, name: str, media_type: str) -> Response:
     request : Headers
         Header fields of the request.
     name : str
-        Path of an existing file below ``service/static``.
+        Path of an existing file below `folder`.
     media_type : str
+    folder : Path, optional
+        By default ``service/static``.
     """
     accepted = ",".join(request.getlist("accept-encoding"))
     coding = preferred_coding(accepted.encode("latin-1"))
-    content, etag = _content(name, coding)
+    content, etag = _content(folder / name, coding)
     headers = {"ETag": etag, "Cache-Control": IMMUTABLE, "Vary": "Accept-Encoding"}
     known = request.getlist("if-none-match")
     if known and matches(",".join(known), etag):
@@ -44,9 +47,9 @@ def static_file(request: Headers, name: str, media_type: str) -> Response:
 
 
 @functools.cache
-def _content(name: str, coding: str) -> tuple[bytes, str]:
+def _content(path: Path, coding: str) -> tuple[bytes, str]:
     """Return a file in a coding with its entity tag. The cache holds 5 MB in total."""
-    content = (_FOLDER / name).read_bytes()
+    content = path.read_bytes()
     if coding != IDENTITY:
         content = compress(content, coding)
     return content, entity_tag(content)

@@ -1,6 +1,6 @@
 """Routes of the viewer: a page on which gamuts are seen, compared and built, and its files.
 
-The files are built from ``web/viewer`` into ``service/static/viewer`` (``make viewer``). The page
+The files are built from ``web/viewer`` into ``gamutcore/export/viewer`` (``make viewer``). The page
 has no inline script or style, and the content security policy allows nothing else than these files.
 Their addresses contain a digest, so they are cached for ever. See ``docs/decisions/viewer.md``.
 """
@@ -9,12 +9,12 @@ import asyncio
 import functools
 import hashlib
 from html import escape
-from importlib.resources import files
 from typing import Annotated
 
 from fastapi import APIRouter, Path, Request
 from fastapi.responses import HTMLResponse, Response
 
+from gamutcore.export.viewer_page import VIEWER_FILES
 from service.http.conditional import conditional
 from service.http.negotiation import preferred_media_type
 from service.problems.problem import Problem, ProblemError
@@ -33,7 +33,6 @@ MEDIA_TYPES = {
 }
 """Served files and their media types."""
 
-_FILES = files("service") / "static" / "viewer"
 
 _POLICY = (
     "default-src 'none'; script-src 'self'; worker-src 'self'; style-src 'self'; "
@@ -57,8 +56,9 @@ async def viewer_file(
     if digest != version() or name not in MEDIA_TYPES:
         detail = "The viewer has no such file."
         raise ProblemError(Problem("not-found", detail, remedy="The viewer is at /view."))
-    path = f"viewer/{name}"
-    return await asyncio.to_thread(static_file, request.headers, path, MEDIA_TYPES[name])
+    return await asyncio.to_thread(
+        static_file, request.headers, name, MEDIA_TYPES[name], VIEWER_FILES
+    )
 
 
 def prefers_page(request: Request) -> bool:
@@ -82,12 +82,12 @@ def viewer_page(request: Request) -> Response:
 @functools.cache
 def version() -> str:
     """Return a digest of the viewer's files."""
-    content = b"".join((_FILES / name).read_bytes() for name in MEDIA_TYPES)
+    content = b"".join((VIEWER_FILES / name).read_bytes() for name in MEDIA_TYPES)
     return hashlib.sha256(content).hexdigest()[:16]
 
 
 @functools.lru_cache(maxsize=8)
 def _page(root: str) -> str:
-    text = (_FILES / "index.html").read_text("utf-8")
+    text = (VIEWER_FILES / "index.html").read_text("utf-8")
     root = escape(root)
     return text.replace("{root}", root).replace("{files}", f"{root}/view/{version()}")

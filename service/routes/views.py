@@ -66,12 +66,9 @@ def _add_route(view: View) -> None:
 
 
 def _add_picture(view: View) -> None:
-    parameters = [each for each in view.all_parameters if each.name not in view.undrawn]
-
     async def endpoint(request: Request, gamut_id: GamutId) -> Response:
         items = request.query_params.multi_items()
-        values = values_of(parameters, query_values(parameters, items), {})
-        return await _answer(request, view, [gamut_id], values, SVG)
+        return await _answer(request, view, [gamut_id], _values(view, items), SVG)
 
     router.add_api_route(
         f"/{{gamut_id}}/{view.name}.svg",
@@ -82,7 +79,7 @@ def _add_picture(view: View) -> None:
         description=f"{view.description} As SVG; `Accept` is ignored.",
         response_class=Response,
         responses={200: picture_response(), 304: _NOT_MODIFIED, **problems(*_PROBLEMS)},
-        openapi_extra={"parameters": [each.documentation() for each in parameters]},
+        openapi_extra={"parameters": [each.documentation() for each in view.all_parameters]},
     )
 
 

@@ -21,6 +21,7 @@ from gamutcore.colours.spaces.cielab import ICC_D50, colour_science
 from gamutcore.decimation import decimate
 from gamutcore.history import History, build_history
 from gamutcore.mesh import TriangleMesh
+from gamutcore.references import find_reference
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -134,6 +135,12 @@ def small_gamut() -> Gamut:
     lab += [chroma * np.cos(np.radians(hue)), chroma * np.sin(np.radians(hue))]
     rows = "".join("{:.4f},{:.4f},{:.4f}\n".format(*row) for row in np.reshape(lab, (3, -1)).T)
     return Gamut(f"LAB_L,LAB_A,LAB_B\n{rows}".encode())
+
+
+@pytest.fixture(scope="session")
+def srgb_gamut() -> Gamut:
+    """Return the reference gamut sRGB with fewer samples."""
+    return Gamut(find_reference("srgb").data, surface_samples=10_000)
 
 
 @pytest.fixture(scope="session")

@@ -26,6 +26,12 @@ def report(before):
 
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore import Gamut, Options
+
+def write(level):
+    three = level.device is not None and len(level.device.channels) == 3
+    for name in FORMATS:
+        if three or name != "cge":
+            mesh_file(level, name, {"title": "x"})
 """
 
 DEFAULT = """
@@ -35,8 +41,7 @@ root = Path(sys.argv[1])
 for path in ("examples/FOGRA39L.ti3", "tests/data/sRGB-v4.icc", "tests/data/DisplayP3-v4.icc"):
     gamut = Gamut((root / path).read_bytes(), surface_samples=20000)
     read = Gamut.from_bytes(gamut.to_bytes())
-    for name in FORMATS:
-        mesh_file(read.level(300), name, {"title": "x"})
+    write(read.level(300))
 report(before)
 """
 
@@ -70,8 +75,7 @@ from gamutcore.metric.level_search import Bounds, LevelSearch
 read = Gamut.from_bytes(Path(sys.argv[1]).read_bytes())
 LevelSearch(read.description["levels"]).find(read.history, Bounds(1e-3, 1e-3))
 for triangles in (4, 100, read.history.triangles):
-    for name in FORMATS:
-        mesh_file(read.level(triangles), name, {"title": "x"})
+    write(read.level(triangles))
 report(before)
 """
 

@@ -35,6 +35,10 @@ D50 = np.array([0.9642, 1.0, 0.8249])
 """XYZ of the profile connection space's illuminant (ICC.1:2022, 7.2.16)."""
 
 CLASSES = {"scnr": "input", "mntr": "display", "prtr": "output", "spac": "colour space"}
+BOUNDARIES = {"gbd0", "gbd1", "gbd2", "gbd3"}
+ABSTRACT = "abstract"
+"""A class without a device. Such a profile is accepted for its gamut boundary only."""
+
 CHANNELS = {
     "GRAY": ("gray",),
     "RGB ": ("R", "G", "B"),
@@ -93,7 +97,8 @@ class IccProfile:
     version : tuple of int
         Major, minor, bug fix.
     device_class : str
-        ``"input"``, ``"display"``, ``"output"`` or ``"colour space"``.
+        ``"input"``, ``"display"``, ``"output"`` or ``"colour space"``; ``"abstract"`` for a profile
+        that has a gamut boundary and no device.
     channels : tuple of str
         Names of the device channels.
     pcs : str
@@ -261,8 +266,14 @@ class IccProfile:
         MalformedProfileError
             A needed tag is missing or malformed.
         UnsupportedProfileError
-            All transforms of the profile are unsupported.
+            All transforms of the profile are unsupported, or the profile has no device.
         """
+        if self.device_class == ABSTRACT:
+            raise UnsupportedProfileError(
+                "The profile is abstract: it has no device values.",
+                where={"field": "device_class"},
+                remedy="Give source=boundary to use its gamut boundary.",
+            )
         refusals: list[UnsupportedProfileError] = []
         for tag in (*PROCESS_TAGS[intent], *self._lut_tags(intent)):
             if tag in self.tags:
@@ -364,9 +375,14 @@ def icc_profile(data: bytes) -> IccProfile:
             where={"field": "version"},
             remedy="Profiles of versions 2, 4 and 5 (iccMAX) are supported.",
         )
-    device_class = _known(data[12:16], CLASSES, "device class")
+    tags = _tag_table(data)
     space = data[16:20].decode("latin-1")
-    channels = _known(data[16:20], CHANNELS, "device colour space")
+    channels: tuple[str, ...] = ()
+    if data[12:16] == b"abst" and space in {"Lab ", "XYZ "} and BOUNDARIES & set(tags):
+        device_class = ABSTRACT
+    else:
+        device_class = _known(data[12:16], CLASSES, "device class")
+        channels = _known(data[16:20], CHANNELS, "device colour space")
     pcs = data[20:24].decode("latin-1").strip()
     if version[0] == 5 and not pcs.strip("\0"):
         raise UnsupportedProfileError(
@@ -380,7 +396,6 @@ def icc_profile(data: bytes) -> IccProfile:
             where={"field": "pcs"},
             remedy="It is XYZ or Lab in device profiles.",
         )
-    tags = _tag_table(data)
     profile = IccProfile(data, version, device_class, channels, pcs, tags)
     if version[0] == 5:
         _refuse_other_conditions(profile)
@@ -451,7 +466,7 @@ def _described(profile: IccProfile, space: str) -> IccProfile:
             "An input profile describes the range of its encoding, not the gamut of a device."
         )
     channels = profile.channels
-    if channels[0] == "1":
+    if channels[:1] == ("1",):
         channels = colorant_names(profile.element, len(channels)) or channels
     provenance: dict[str, JSON] = {
         "format": "icc",

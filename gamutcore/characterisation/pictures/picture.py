@@ -31,7 +31,13 @@ from gamutcore.errors import (
     UnsupportedProfileError,
 )
 
-__all__ = ["Picture", "read_picture"]
+__all__ = [
+    "Picture",
+    "divided_by_alpha",
+    "picture_meaning",
+    "read_picture",
+    "refuse_not_finite",
+]
 
 FREE_VALUES = 2**19
 """Distinct values of any file that are evaluated. Each takes 240 bytes in memory."""
@@ -104,7 +110,7 @@ def read_picture(data: bytes, file_format: str) -> Picture:
 
 
 def _picture(raster: Raster, size: int) -> Picture:
-    meaning, said = _meaning(raster)
+    meaning, said = picture_meaning(raster)
     floats = raster.dtype.kind == "f"
     linear = floats and isinstance(meaning, Encoding) and meaning.transfer == "linear"
     clipped = [0]
@@ -160,8 +166,20 @@ def _picture(raster: Raster, size: int) -> Picture:
     )
 
 
-def _meaning(raster: Raster) -> tuple[IccProfile | Encoding | None, list[str]]:
-    """Return the profile or encoding of a raster, and warnings."""
+def picture_meaning(raster: Raster) -> tuple[IccProfile | Encoding | None, list[str]]:
+    """Return what the values of a raster mean, and warnings.
+
+    Returns
+    -------
+    meaning : IccProfile, Encoding or None
+        None for CIELAB.
+    warnings : list of str
+
+    Raises
+    ------
+    MalformedFileError, UnsupportedPictureError, MalformedProfileError, UnsupportedProfileError
+        As for `read_picture`.
+    """
     if raster.model == "Lab":
         said = ["CIELAB is taken to be relative to D50, which the file does not state."]
         if raster.profile:
@@ -217,9 +235,9 @@ def _opaque_values(
             opaque = alpha > 0
             values = values[opaque]
             if raster.premultiplied:
-                values = _divided_by_alpha(values, alpha[opaque])
+                values = divided_by_alpha(values, alpha[opaque])
         if values.dtype.kind == "f":
-            _refuse_not_finite(values, row)
+            refuse_not_finite(values, row)
             values = _rounded(values, raster.model, clipped, linear=linear)
         seen += len(values)
         yield values
@@ -231,7 +249,7 @@ def _opaque_values(
         )
 
 
-def _divided_by_alpha(values: npt.NDArray[Any], alpha: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def divided_by_alpha(values: npt.NDArray[Any], alpha: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Return colours that were multiplied by alpha as they were before."""
     if values.dtype.kind == "f":
         divided: npt.NDArray[Any] = values / alpha[:, np.newaxis]
@@ -241,7 +259,8 @@ def _divided_by_alpha(values: npt.NDArray[Any], alpha: npt.NDArray[Any]) -> npt.
     return np.minimum(np.round(colours), full).astype(values.dtype)
 
 
-def _refuse_not_finite(values: npt.NDArray[Any], row: int) -> None:
+def refuse_not_finite(values: npt.NDArray[Any], row: int) -> None:
+    """Raise InvalidPointsError if a pixel from a row on has a value that is not finite."""
     finite = np.isfinite(values).all(axis=1)
     if not finite.all():
         raise InvalidPointsError(

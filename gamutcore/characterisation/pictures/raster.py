@@ -44,6 +44,7 @@ __all__ = [
     "Raster",
     "malformed_picture",
     "open_raster",
+    "openimageio",
 ]
 
 MAX_DECODED_BYTES = 2**29
@@ -123,6 +124,11 @@ class Raster:
     encoding : Encoding or None
         The encoding that the file declares.
     warnings : list of str
+    has_alpha : bool
+    stored : str
+        OpenImageIO's name of the type in the file, such as ``"half"``; empty if Pillow decodes.
+    header : ImageSpec or None
+        As OpenImageIO reports it.
     """
 
     format: str
@@ -136,6 +142,9 @@ class Raster:
     profile: bytes = b""
     encoding: Encoding | None = None
     warnings: list[str] = field(default_factory=list)
+    has_alpha: bool = False
+    stored: str = ""
+    header: Any = None
 
 
 def malformed_picture(
@@ -203,8 +212,10 @@ def open_raster(data: bytes, file_format: str) -> Iterator[Raster]:
         raster.warnings += said
         unused = spec.nchannels - len(channels)
         alpha = spec.alpha_channel if spec.alpha_channel not in channels else -1
+        raster.stored, raster.header = str(spec.format), spec
         if alpha >= 0:
             unused -= 1
+            raster.has_alpha = True
             # JPEG XL stores straight alpha unless its header says otherwise; OpenImageIO returns
             # the stored values.
             raster.premultiplied = file_format != "jpeg-xl" and not spec.get_int_attribute(
@@ -232,7 +243,7 @@ def open_raster(data: bytes, file_format: str) -> Iterator[Raster]:
 
 
 @cache
-def _openimageio() -> Any:  # noqa: ANN401 (a module)
+def openimageio() -> Any:  # noqa: ANN401 (a module)
     """Import OpenImageIO on first use (0.2 s, 20 MB), and set its limits for this process."""
     import OpenImageIO  # noqa: PLC0415
 
@@ -268,7 +279,7 @@ def _decoder_message(owner: Any) -> str:  # noqa: ANN401 (an ImageInput or the m
 
 @contextlib.contextmanager
 def _open(path: str, file_format: str, *, raw: bool = False) -> Iterator[Any]:
-    oiio = _openimageio()
+    oiio = openimageio()
     config = oiio.ImageSpec()
     config.attribute("oiio:UnassociatedAlpha", 1)
     if raw:

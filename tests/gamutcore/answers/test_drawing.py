@@ -1,5 +1,7 @@
 """Pictures in notebooks and with matplotlib."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -50,8 +52,9 @@ def test_slices_and_rings():
     assert axes.get_xlabel() == "a*"
     leaf = gamut.plot_slice(ax=figure().add_subplot(), hue=0)
     assert leaf.patches[0].get_xy().max(axis=0).tolist() == pytest.approx([20, 70], abs=1e-3)
-    rings = gamut.plot_rings(other, figure().add_subplot())
+    rings = gamut.plot_rings(other, figure().add_subplot(), sectors=12)
     assert len(rings.lines) == 20
+    assert len(rings.lines[0].get_xdata()) == 13
 
 
 class TestSvg:
@@ -72,3 +75,8 @@ class TestSvg:
         compared = small_gamut.rings_svg(small_gamut, names=("one", "two"))
         assert b">two<" in compared
         assert b"intersection" in compared
+
+    def test_rings_are_labelled_in_the_units_of_the_space(self):
+        picture = Gamut(CUBE, gamma=1, space="Oklab").rings_svg()
+        assert b">L 0.5<" in picture
+        assert re.search(rb">volume 0\.0\d+<", picture)

@@ -113,6 +113,18 @@ class TestRings:
     def test_the_area_is_the_volume(self, cube):
         assert cube.rings().volume == pytest.approx(40**3, rel=1e-5)
 
+    @pytest.mark.parametrize(
+        ("space", "white"), [("CIELAB", 100), ("Oklab", 1), ("DIN99o", 100), ("CIELUV", 100)]
+    )
+    def test_go_up_to_the_white_of_the_space(self, space, white):
+        gamut = Gamut(CUBE, gamma=1, space=space)
+        found = gamut.rings(sectors=12)
+        assert found.lightness == pytest.approx(np.arange(1, 11) / 10 * white, rel=2e-3)
+        # the darkest and the lightest colour of the cube are L* 30 and 70
+        assert found.volume == pytest.approx(gamut.volume, rel=1e-5)
+        assert found.radius[0].max() == 0
+        assert found.radius[4].mean() < 0.9 * found.radius[-1].mean()
+
     def test_with_a_reference(self, cube):
         small = Gamut(CUBE / 2 + np.array([25, 0, 0]), gamma=1)
         found = cube.rings(small)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from gamutcore import Gamut
 
@@ -111,6 +112,20 @@ def test_map(command, cubes, tmp_path):
     command(*arguments, "--method", "sgck", status=2)
     command(*arguments, "--method", "clip", status=2)
     command(*arguments, "--method", "clip-focal", "--focus", "x", status=2)
+
+
+def test_map_a_picture(command, cubes, tmp_path):
+    given, mapped = tmp_path / "given.png", tmp_path / "mapped.png"
+    Image.new("RGB", (3, 2), (255, 0, 0)).save(given)
+    told, warned = command("map", given, "--gamut", cubes / "small.gamut", "-o", mapped)
+    assert told.startswith("6 of 6 pixels moved")
+    assert "sRGB is assumed" in warned
+    with Image.open(mapped) as found:
+        assert found.size == (3, 2)
+        assert found.getpixel((1, 1)) != (255, 0, 0)
+    command("map", given, "--gamut", cubes / "small.gamut", status=2)
+    command("map", given, "--gamut", cubes / "small.gamut", "-o", mapped, "--json", status=2)
+    command("map", given, "--gamut", cubes / "small.gamut", "-o", tmp_path / "mapped.gif", status=1)
 
 
 def test_compare(command, as_json, cubes):

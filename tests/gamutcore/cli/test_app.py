@@ -18,6 +18,7 @@ COMMANDS = (
     "query",
     "map",
     "compare",
+    "picture",
     "plot",
     "slice",
     "rings",

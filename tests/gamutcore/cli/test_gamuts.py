@@ -47,6 +47,26 @@ def test_mesh(command, saved, tmp_path):
     command("mesh", saved, "-o", tmp_path / "level.txt", status=2)
 
 
+def test_export_writes_meshes_by_the_suffix(command, saved, small_gamut, tmp_path):
+    path = tmp_path / "level.gam"
+    _, err = command("export", saved, "--triangles", 40, "-o", path)
+    assert "40 triangles" in err
+    assert path.read_bytes() == small_gamut.mesh(40).to_bytes("gam")
+    command("export", saved, "--table", "cusps", "-o", path, status=2)
+    command("export", saved, "--csv", "-o", path, status=2)
+    _, err = command("export", saved, "-o", tmp_path / "level.cge", status=2)
+    assert "no device values" in err
+
+
+def test_envelopes_are_of_the_full_boundary(command, tmp_path):
+    path = tmp_path / "display.cge"
+    source = "examples/Panasonic-TV.icc"
+    _, err = command("mesh", source, "--surface-samples", 1000, "-o", path)
+    full = Gamut(source, surface_samples=1000).history.triangles
+    assert f"{full} triangles" in err
+    assert path.read_text().count("\n") == 602 + 14
+
+
 def test_export(command, as_json, saved, small_gamut, tmp_path):
     level = small_gamut.mesh(20)
     rows = list(csv.DictReader(io.StringIO(command("export", saved, "--triangles", 20)[0])))
@@ -62,6 +82,10 @@ def test_export(command, as_json, saved, small_gamut, tmp_path):
     leaves = as_json("export", saved, "--table", "leaves")
     assert len(leaves["chroma"]) == 360 * 101
     command("export", saved, "--table", "faces", status=2)
+    page = tmp_path / "Small.html"
+    command("export", saved, "-o", page)
+    assert page.read_bytes() == small_gamut.to_html("Small")
+    command("export", saved, "--triangles", 20, "-o", page, status=2)
 
 
 def test_reference(command, as_json, tmp_path):

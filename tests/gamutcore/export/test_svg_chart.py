@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from gamutcore.export.svg_chart import Chart, plain_text, png, rich_text
+from gamutcore.export.png import png
+from gamutcore.export.svg_chart import Chart, plain_text, rich_text
 
 SVG = "{http://www.w3.org/2000/svg}"
 

@@ -120,8 +120,9 @@ def cube_surface(step):
     return np.concatenate(faces)
 
 
-@pytest.mark.parametrize("name", ["DisplayP3-v4", "AdobeCompat-v2"])
-@pytest.mark.parametrize("file_format", ["PNG", "TIFF"])
+@pytest.mark.parametrize(
+    ("name", "file_format"), [("DisplayP3-v4", "PNG"), ("AdobeCompat-v2", "TIFF")]
+)
 @pytest.mark.slow
 def test_a_picture_of_all_colours_has_the_gamut_of_its_profile(shared_data, name, file_format):
     profile = (shared_data / "spaces" / f"{name}.icc").read_bytes()

@@ -74,7 +74,7 @@ class TestOfFogra39:
         self, fogra39_history, fogra39_curve, distances_to, sampled
     ):
         full = fogra39_history.full()
-        for level in fogra39_curve[:-1:3]:
+        for level in fogra39_curve[:-1:6]:
             mesh = fogra39_history.level(level.triangles)
             there = furthest(sampled(full, 150), mesh, distances_to)
             back = furthest(np.vstack([mesh.vertices, sampled(mesh, 150)]), full, distances_to)

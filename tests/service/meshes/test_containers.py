@@ -14,7 +14,7 @@ A, B = "0a" * 32, "0b" * 32
 
 
 def mesh(triangles, content):
-    return EncodedMesh.of(content, "model/stl", "a.stl", triangles, triangles // 2 + 2)
+    return EncodedMesh.of(content, "model/stl", ("a", ".stl"), triangles, triangles // 2 + 2)
 
 
 ITEMS = [

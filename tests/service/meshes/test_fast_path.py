@@ -7,7 +7,7 @@ from service.meshes.fast_path import MeshFastPath
 from service.meshes.requested_levels import LevelRequest
 
 NAME = "0a" * 32
-MESH = EncodedMesh.of(b"body", "model/stl", "a-4.stl", 4, 4)
+MESH = EncodedMesh.of(b"body", "model/stl", ("a", "-4.stl"), 4, 4)
 
 
 class Recorder:

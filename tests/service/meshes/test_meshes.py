@@ -244,7 +244,7 @@ def test_a_cache_without_room_keeps_nothing_and_hinders_nobody(run, built):
 
 
 def test_a_304_has_the_fields_that_a_cache_needs_and_no_content():
-    mesh = EncodedMesh.of(b"body", "model/stl", "a-4.stl", 4, 4)
+    mesh = EncodedMesh.of(b"body", "model/stl", ("a", "-4.stl"), 4, 4)
     status, headers, body = mesh.response(mesh.etag)
     names = {name for name, _ in headers}
     assert (status, body) == (304, b"")

@@ -3,7 +3,7 @@ import json
 import pytest
 
 from service.queries.bodies import CSV, JSON, parse_body
-from service.queries.documentation import request_body, response
+from service.queries.documentation import query_response, request_body
 from service.queries.operations import OPERATIONS
 
 
@@ -28,7 +28,7 @@ def test_schemas_have_all_members(name):
     schema = request_body(operation)["content"][JSON]["schema"]
     parameters = [each.name for each in operation.all_parameters]
     assert list(schema["properties"]) == [*operation.inputs, *parameters]
-    answer = response(operation)["content"][JSON]
+    answer = query_response(operation)["content"][JSON]
     assert list(answer["schema"]["properties"]) == [
         "level",
         *(column.name for column in operation.columns),

@@ -14,6 +14,9 @@ from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import intersection_volume
 
 PROFILE = Path(__file__).parents[2] / "data" / "sRGB-v4.icc"
+WITHOUT_DEVICE = [name for name in FORMATS if name != "cge"]
+"""Formats of meshes without device values."""
+
 IMMUTABLE = "public, max-age=31536000, immutable"
 
 
@@ -232,7 +235,7 @@ def test_a_count_and_a_limit_exclude_each_other(server, assert_problem, gamut, l
         assert document["where"] == {"in": "query", "field": "triangles"}
 
 
-@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize("name", WITHOUT_DEVICE)
 def test_a_format_is_named_in_three_ways(server, gamut, name):
     mesh = gamut["links"]["mesh"]
     media_type, suffix = FORMATS[name].media_type, FORMATS[name].suffix
@@ -275,6 +278,37 @@ def test_what_is_not_available_is_a_problem(server, assert_problem, gamut, accep
     answer = server.client.get(gamut["links"]["mesh"], headers={"Accept": accept})
     document = assert_problem(answer, 406, "not-acceptable")
     assert document["where"]["available"] == [entry.media_type for entry in FORMATS.values()]
+
+
+def test_an_envelope_is_of_the_full_boundary_and_for_three_channels(server, assert_problem, gamut):
+    answer = server.client.get("/v1/gamuts/srgb/mesh", headers={"Accept": "application/x-idms-cge"})
+    again = server.client.get("/v1/gamuts/srgb/mesh.cge")
+    assert answer.content == again.content
+    assert answer.content.startswith(b"CGATS.17\n")
+    assert b"NUMBER_OF_SETS 602\n" in answer.content
+    largest = server.client.get("/v1/gamuts/srgb").json()["counts"]["triangles"]
+    assert answer.headers["gamut-triangles"] == str(largest)
+    few = server.client.get("/v1/gamuts/srgb/mesh.cge", params={"triangles": 500})
+    assert few.headers["gamut-triangles"] == "500"
+    for address in (gamut["links"]["mesh"] + ".cge", f"{gamut['links']['mesh']}?format=cge"):
+        document = assert_problem(server.client.get(address), 422, "invalid-option")
+        assert document["where"] == {"field": "format"}
+        assert "no device values" in document["detail"]
+    batch = {"gamuts": f"srgb,{gamut['id']}", "triangles": 100, "format": "cge"}
+    answer = server.client.get("/v1/meshes", params=batch)
+    assert answer.status_code == 200
+    assert answer.headers["gamut-failures"] == "1"
+    assert answer.headers["cache-control"] == "no-store"
+
+
+@pytest.mark.parametrize("name", ["gam", "icc"])
+def test_formats_in_cielab_are_refused_for_other_spaces(server, assert_problem, sphere, name):
+    posted = {"samples": sphere(seed=1), "options": {"space": "Oklab"}}
+    gamut = server.client.post("/v1/gamuts", json=posted).json()
+    answer = server.client.get(gamut["links"]["mesh"], params={"format": name})
+    document = assert_problem(answer, 422, "invalid-option")
+    assert document["where"] == {"field": "format"}
+    assert "Oklab" in document["detail"]
 
 
 def test_bytes_of_any_type_are_the_preferred_format(server, gamut):
@@ -368,14 +402,14 @@ def test_device_values_come_along(server, gamut):
 
 
 @pytest.mark.parametrize("query", ["triangles=101", "max_error=1"])
-@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize("name", WITHOUT_DEVICE)
 def test_a_download_has_a_file_name_from_the_cache_too(server, gamut, name, query):
     address = f"{gamut['links']['mesh']}?{query}&format={name}"
     answers = [server.client.get(address) for _ in range(2)]
     answers.append(server.client.get(address, headers={"Accept-Encoding": "gzip"}))
     for answer in answers:
         triangles = answer.headers["gamut-triangles"]
-        expected = f'inline; filename="{gamut["id"][:12]}-{triangles}{FORMATS[name].suffix}"'
+        expected = f'inline; filename="{gamut["name"]}-{triangles}{FORMATS[name].suffix}"'
         assert answer.headers["content-disposition"] == expected
 
 
@@ -385,8 +419,8 @@ def test_curl_saves_a_download_under_its_name(server, gamut, tmp_path, link):
         pytest.skip("curl is not installed")
     start = gamut["id"][:12]
     path, name, begin = {
-        "mesh": (f"{gamut['links']['mesh']}.ply?triangles=50", f"{start}-50.ply", b"ply"),
-        "history": (gamut["links"]["history"], f"{start}.gamut", b""),
+        "mesh": (f"{gamut['links']['mesh']}.ply?triangles=50", f"{gamut['name']}-50.ply", b"ply"),
+        "history": (gamut["links"]["history"], f"{gamut['name']}.gamut", b""),
         "batch": (f"/v1/meshes?gamuts={gamut['id']}&triangles=50", f"{start}-meshes.zip", b"PK"),
     }[link]
     subprocess.run(["curl", "-sSOJ", server.url + path], cwd=tmp_path, check=True)

@@ -189,3 +189,21 @@ def test_of_two_replicas_the_last_writer_wins(start_server, s3, monkeypatch):
     assert left < {f"name {n}" for n in range(12)}
     (found,) = other.client.get("/v1/gamuts", params={"name": left.pop()}).json()["gamuts"]
     assert found["id"] == gamut["id"]
+
+
+def test_files_have_the_name_and_a_new_one_at_once(server, sphere):
+    gamut = server.client.post("/v1/gamuts", json={"samples": sphere(seed=792, count=40)}).json()
+    files = {
+        "mesh": (f"{gamut['links']['mesh']}.ply?triangles=20", "-20.ply"),
+        "picture": (f"{gamut['links']['self']}/picture.png?size=16", ".png"),
+        "history": (gamut["links"]["history"], ".gamut"),
+    }
+    tags = {}
+    for name in (gamut["name"], "Proof A", "Proof B"):
+        if name != gamut["name"]:
+            server.client.put(f"{gamut['links']['self']}/name", json={"name": name})
+        for kind, (address, rest) in files.items():
+            answer = server.client.get(address)
+            assert f'filename="{name}{rest}"' in answer.headers["content-disposition"]
+            # the name is no part of the content
+            assert tags.setdefault(kind, answer.headers["etag"]) == answer.headers["etag"]

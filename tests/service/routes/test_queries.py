@@ -9,6 +9,9 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
+from gamutcore.building import gamut_id
+from gamutcore.options import Options
+from gamutcore.references import REFERENCES
 from service.queries.bodies import CSV, JSON, NPY
 from service.queries.operations import OPERATIONS
 from service.routes.queries import READING_POSTS
@@ -187,16 +190,32 @@ def test_reference_gamuts_answer_by_slug(server):
     assert answer.headers["content-location"].endswith("/contains")
 
 
-def test_a_source_is_named_by_id_or_in_the_query_by_slug(ask, assert_problem):
+def test_a_source_is_named_by_id_or_slug(server, ask, assert_problem):
     colours = {"colours": [[50, 0, 0], [50, 80, 0]], "triangles": 100, "method": "sgck"}
     by_slug = ask(colours, operation="map", query="?source=srgb&surface_samples=2000")
     assert by_slug.status_code == 200, by_slug.text
     located = by_slug.headers["content-location"].partition("source=")[2]
     by_id = ask({**colours, "source": located[:64]}, operation="map")
     assert by_id.content == by_slug.content
-    faulty = ask({**colours, "source": "srgb"}, operation="map")
-    assert_problem(faulty, 422, "invalid-parameter")
+    # options in the address of a slug apply to the source in the body as well
+    address = "/v1/gamuts/display-p3/map?surface_samples=2000"
+    in_query = server.client.post(f"{address}&source=srgb", json=colours)
+    in_body = server.client.post(address, json={**colours, "source": "srgb"})
+    assert in_body.status_code == 200, in_body.text
+    assert in_body.content == in_query.content
+    misspelled = ask({**colours, "source": "srbg"}, operation="map")
+    problem = assert_problem(misspelled, 422, "invalid-parameter")
+    assert problem["where"] == {"in": "body", "field": "source"}
+    assert "srgb" in problem["remedy"]
     assert_problem(ask(colours, operation="map"), 422, "invalid-option")
+
+
+def test_a_source_that_is_not_built_is_built(server, ask):
+    body = {"colours": [[50, 0, 0]], "method": "sgck", "source": "h-273-generic-film"}
+    answer = ask(body, operation="map", Prefer="respond-async")
+    assert answer.status_code == 202
+    assert answer.json()["id"] == gamut_id(Options(), REFERENCES[body["source"]].sha256)
+    server.client.delete(answer.headers["location"])
 
 
 def test_a_deleted_gamut_answers_no_more(server, sphere, assert_problem):

@@ -1,6 +1,5 @@
 """The viewer: its page, its files, and its features in a real browser."""
 
-import functools
 import hashlib
 import json
 import os
@@ -12,12 +11,13 @@ from pathlib import Path
 import browser as chromium
 import pytest
 
+from service.access.api_keys import new_key
 from service.http.conditional import IMMUTABLE
 from service.routes.viewer import MEDIA_TYPES, version
 
 ROOT = Path(__file__).parents[3]
 WEB = ROOT / "web"
-FOLDER = ROOT / "service" / "static" / "viewer"
+FOLDER = ROOT / "gamutcore" / "export" / "viewer"
 
 BROWSER = {"accept": "text/html,application/xhtml+xml,application/xml;q=0.9,*/*;q=0.8"}
 """What Chromium and Firefox send for a page."""
@@ -96,13 +96,19 @@ def test_the_files_are_built_from_the_sources():
     assert ended.returncode == 0, ended.stderr
 
 
-@functools.cache
-def features():
-    source = (WEB / "viewer" / "tests" / "features.test.mjs").read_text()
-    return len(re.findall(r"^ *test\(", source, re.MULTILINE))
+@pytest.fixture
+def guarded(start_server, sphere):
+    """Environment of the test with API keys: a server, a key, and a gamut that needs the key."""
+    key, known = new_key("viewer", frozenset({"read", "write"}))
+    started = start_server(api_keys=known.entry)
+    started.wait_for(lambda: started.client.get("/readyz").status_code == 200)
+    started.client.headers["X-API-Key"] = key
+    made = started.client.post("/v1/gamuts", json={"samples": sphere(seed=78, count=50)}).json()
+    yield {"KEYS_URL": started.url, "KEY": key, "GUARDED": made["id"]}
+    started.stop()
 
 
-def test_the_features_in_a_browser(server, sphere, tmp_path):
+def test_the_features_in_a_browser(server, sphere, guarded, tmp_path):
     need(shutil.which("node"), "there is no Node.js")
     need((WEB / "node_modules").is_dir(), "the packages of web/ are not installed: npm ci in web")
     reason = chromium.missing()
@@ -111,14 +117,24 @@ def test_the_features_in_a_browser(server, sphere, tmp_path):
     for name, radius in (("Ball A", 40.0), ("Ball B", 30.0)):
         body = {"samples": sphere(seed=77, count=700, radius=radius), "name": name}
         balls.append(server.client.post("/v1/gamuts", json=body).json())
+    other = {"samples": sphere(seed=77), "name": "Oklab sphere", "options": {"space": "Oklab"}}
+    oklab = server.client.post("/v1/gamuts", json=other).json()
+    pages = {}
+    for name, gamut in (("PAGE", balls[0]), ("OTHER_PAGE", oklab)):
+        path = tmp_path / f"{gamut['name']}.html"
+        path.write_bytes(server.client.get(f"/v1/gamuts/{gamut['id']}/viewer.html").content)
+        pages[name] = path.as_uri()
     bad = tmp_path / "bad.csv"
     bad.write_text("L,a,b\n1,2\n")
     rows = [",".join(f"{value:.6f}" for value in row) for row in sphere(seed=os.getpid())]
+    tests = [f"viewer/tests/{name}.test.mjs" for name in ("view", "gamuts")]
     ended = subprocess.run(
-        ["node", "--test", "viewer/tests/features.test.mjs"],
+        ["node", "--test", "--test-concurrency=2", *tests],
         cwd=WEB,
         env={
             **os.environ,
+            **guarded,
+            **pages,
             "VIEWER_URL": server.url,
             "CHROMIUM": chromium.program(),
             "FIRST": balls[0]["id"],

@@ -105,10 +105,13 @@ def test_comparisons_need_two_gamuts_in_one_space(server, gamut, sphere, assert_
 
 def test_rings_are_compared_with_a_reference(server, gamut, assert_problem):
     own = gamut["links"]["self"]
-    query = "reference=srgb&surface_samples=2000&sectors=12&triangles=100"
-    answer = server.client.get(f"{own}/rings?{query}").json()
+    query = "reference=srgb&surface_samples=2000&triangles=100"
+    answer = server.client.get(f"{own}/rings?{query}&sectors=12").json()
     assert answer["reference_level"]["triangles"] == 100
     assert len(answer["reference_radius"][0]) == 12
+    few, many = (server.client.get(f"{own}/rings.svg?{query}&sectors={n}") for n in (4, 72))
+    assert few.headers["content-type"] == many.headers["content-type"] == "image/svg+xml"
+    assert few.content != many.content
     faulty = server.client.get(f"{own}/rings?reference=nothing")
     assert assert_problem(faulty, 422, "invalid-parameter")["where"]["field"] == "reference"
 
@@ -145,8 +148,9 @@ def test_pictures_are_immutable_svg(server, gamut, query):
     assert server.client.get(address, headers=known).status_code == 304
 
 
-def test_pictures_have_no_parameters_of_tables(server, gamut, assert_problem):
+def test_pictures_check_their_parameters(server, gamut, assert_problem):
     own = gamut["links"]["self"]
-    assert_problem(server.client.get(f"{own}/rings.svg?sectors=3"), 422, "invalid-parameter")
+    assert_problem(server.client.get(f"{own}/rings.svg?sectors=0"), 422, "invalid-parameter")
+    assert_problem(server.client.get(f"{own}/rings.svg?hues=3"), 422, "invalid-parameter")
     assert_problem(server.client.get(f"{own}/slice.svg"), 422, "invalid-parameter")
     assert_problem(server.client.get(f"{own}/cusps.svg"), 404, "not-found")

@@ -1,4 +1,5 @@
 // The state of the page in its address, behind the number sign: the server never sees it.
+import { embedded } from "./embedded.js";
 import type { Projection } from "./scene.js";
 import type { SliceState } from "./slice_panel.js";
 
@@ -21,7 +22,7 @@ export function readState(): PageState {
   const gamut = /\/v1\/gamuts\/([^/]+)$/.exec(location.pathname)?.[1];
   const triangles = Number(given.get("triangles"));
   return {
-    gamuts: { a: given.get("a") ?? (gamut === undefined ? null : decodeURIComponent(gamut)), b: given.get("b") },
+    gamuts: { a: embedded?.gamut.id ?? given.get("a") ?? (gamut === undefined ? null : decodeURIComponent(gamut)), b: embedded ? null : given.get("b") },
     triangles: Number.isInteger(triangles) && triangles >= 4 ? triangles : DEFAULT_TRIANGLES,
     styles: { a: given.get("style-a"), b: given.get("style-b") },
     projection: given.get("projection") === "orthographic" ? "orthographic" : "perspective",

@@ -1,5 +1,6 @@
 // How the vertices of a gamut are coloured.
 import { type Gamut, request } from "./api.js";
+import { embedded } from "./embedded.js";
 import type { Appearance } from "./messages.js";
 
 const COLOURED_TRIANGLES = 4000;
@@ -9,6 +10,7 @@ const LONGEST_HEADER = 1 << 16;
 export async function appearanceOf(gamut: Gamut, path: string, signal: AbortSignal): Promise<Appearance> {
   const space = gamut.provenance.colour_space;
   if (gamut.options.space === "CIELAB") return { kind: "cielab", scale: space?.scale ?? 1 };
+  if (embedded?.coloured) return colouredPoints(embedded.coloured.buffer);
   const address = `${path}/mesh.ply?triangles=${COLOURED_TRIANGLES}`;
   const response = await request(address, { signal, headers: { Accept: "*/*" } });
   return colouredPoints(await response.arrayBuffer());

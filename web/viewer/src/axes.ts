@@ -12,6 +12,11 @@ import {
   type Vector3,
 } from "three";
 
+/** Labels have the same texts again and again, and a material in use keeps its shader compiled. */
+const labelMaterials = new Map<string, SpriteMaterial>();
+const MOST_LABELS = 200;
+const lineMaterials = new Map<string, LineBasicMaterial>();
+
 const RING_CORNERS = 96;
 const SPOKES = 12;
 
@@ -28,19 +33,34 @@ export function niceStep(length: number, parts: number): number {
   return power * ([1, 2, 5].find((factor) => factor * power >= 0.98 * rough) ?? 10);
 }
 
-/**
- * Return axes around bounds in scene coordinates: x and z across, y up.
- *
- * `names` are those of the axes to the right, upwards and away from the viewer.
- */
-export function axes(low: Vector3, high: Vector3, style: AxesStyle): Group {
-  const group = new Group();
+/** Where the lines of axes are. */
+export interface AxesGrid {
+  /** Distance of the rings, and radius of the last one. */
+  step: number;
+  outer: number;
+  /** Distance of the ticks of the upright axis, and its ends. */
+  rise: number;
+  floor: number;
+  top: number;
+}
+
+/** Return the grid around bounds in scene coordinates: x and z across, y up. */
+export function axesGrid(low: Vector3, high: Vector3): AxesGrid {
   const reach = Math.max(Math.abs(low.x), Math.abs(high.x), Math.abs(low.z), Math.abs(high.z));
   const step = niceStep(reach, 4);
-  const outer = Math.ceil(reach / step) * step;
   const rise = niceStep(high.y - low.y, 5);
-  const floor = Math.min(0, Math.floor(low.y / rise) * rise);
-  const top = Math.ceil(high.y / rise - 0.02) * rise;
+  return {
+    step,
+    outer: Math.ceil(reach / step) * step,
+    rise,
+    floor: Math.min(0, Math.floor(low.y / rise) * rise),
+    top: Math.ceil(high.y / rise - 0.02) * rise,
+  };
+}
+
+/** Return axes. `names` are those of the axes to the right, upwards and away from the viewer. */
+export function axes({ step, outer, rise, floor, top }: AxesGrid, style: AxesStyle): Group {
+  const group = new Group();
   const faint: number[] = [];
   for (let radius = step; radius <= outer + step / 2; radius += step) {
     for (let i = 0; i < RING_CORNERS; i++) {
@@ -81,14 +101,14 @@ export function axes(low: Vector3, high: Vector3, style: AxesStyle): Group {
 export function disposeAxes(group: Group): void {
   group.removeFromParent();
   group.traverse((part) => {
-    if (part instanceof LineSegments) {
-      part.geometry.dispose();
-      (part.material as LineBasicMaterial).dispose();
-    } else if (part instanceof Sprite) {
-      part.material.map?.dispose();
-      part.material.dispose();
-    }
+    if (part instanceof LineSegments) part.geometry.dispose();
   });
+  if (labelMaterials.size <= MOST_LABELS) return;
+  for (const material of labelMaterials.values()) {
+    material.map?.dispose();
+    material.dispose();
+  }
+  labelMaterials.clear();
 }
 
 function plain(value: number): string {
@@ -98,7 +118,10 @@ function plain(value: number): string {
 function lines(points: number[], colour: string, opacity: number): LineSegments {
   const geometry = new BufferGeometry();
   geometry.setAttribute("position", new Float32BufferAttribute(points, 3));
-  return new LineSegments(geometry, new LineBasicMaterial({ color: colour, transparent: true, opacity }));
+  const key = `${colour} ${opacity}`;
+  const material = lineMaterials.get(key) ?? new LineBasicMaterial({ color: colour, transparent: true, opacity });
+  lineMaterials.set(key, material);
+  return new LineSegments(geometry, material);
 }
 
 function label(
@@ -110,6 +133,18 @@ function label(
   colour: string,
   size: number,
 ): Sprite {
+  const key = `${colour} ${text}`;
+  const material = labelMaterials.get(key) ?? labelMaterial(text, colour);
+  labelMaterials.set(key, material);
+  const sprite = new Sprite(material);
+  const { width, height } = material.map!.image as HTMLCanvasElement;
+  const tall = 0.1 * outer * size;
+  sprite.scale.set((tall * width) / height, tall, 1);
+  sprite.position.set(x, y, z);
+  return sprite;
+}
+
+function labelMaterial(text: string, colour: string): SpriteMaterial {
   const canvas = document.createElement("canvas");
   const context = canvas.getContext("2d")!;
   const font = "44px system-ui, sans-serif";
@@ -122,9 +157,5 @@ function label(
   context.fillText(text, 6, 32);
   const map = new CanvasTexture(canvas);
   map.colorSpace = SRGBColorSpace;
-  const sprite = new Sprite(new SpriteMaterial({ map, transparent: true, depthWrite: false }));
-  const height = 0.1 * outer * size;
-  sprite.scale.set((height * canvas.width) / canvas.height, height, 1);
-  sprite.position.set(x, y, z);
-  return sprite;
+  return new SpriteMaterial({ map, transparent: true, depthWrite: false });
 }

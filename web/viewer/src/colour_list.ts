@@ -12,7 +12,7 @@ import {
 } from "three";
 import type { Gamut } from "./api.js";
 import { cssColour, linearSrgb } from "./colours.js";
-import { byId, element } from "./elements.js";
+import { byId, element, save } from "./elements.js";
 import { type Nearest, nearest } from "./queries.js";
 
 const MOST_COLOURS = 10_000;
@@ -96,17 +96,21 @@ export class ColourList {
     const points = colours.flatMap(({ point }) => point);
     const isLab = this.gamut!.options.space === "CIELAB";
     const linear = isLab ? [...linearSrgb(Float32Array.from(points))] : points.map(() => 0.5);
-    const outside = colours.flatMap(({ point }, i) => (found.inside[i] ? [] : [...point, ...found.point[i]!]));
+    const vectors = colours.flatMap(({ point }, i) => (found.inside[i] ? [] : [...point, ...found.point[i]!]));
+    const ends = colours.flatMap((_, i) => (found.inside[i] ? [] : found.point[i]!));
+    const beyond = colours.flatMap(({ point }, i) => (found.inside[i] ? [] : point));
     const line = getComputedStyle(document.body).color;
-    const spots = new BufferGeometry();
-    spots.setAttribute("position", new Float32BufferAttribute(points, 3));
-    spots.setAttribute("color", new Float32BufferAttribute(linear, 3));
-    const vectors = new BufferGeometry();
-    vectors.setAttribute("position", new Float32BufferAttribute(outside, 3));
+    const alert = getComputedStyle(byId("problem")).borderTopColor;
+    const geometry = (positions: number[]) =>
+      new BufferGeometry().setAttribute("position", new Float32BufferAttribute(positions, 3));
+    const spots = geometry(points).setAttribute("color", new Float32BufferAttribute(linear, 3));
     const size = (pixels: number) => ({ size: pixels, sizeAttenuation: false, depthTest: false });
     this.group = new Group();
     const parts = [
-      new LineSegments(vectors, new LineBasicMaterial({ color: line, depthTest: false })),
+      new LineSegments(geometry(vectors), new LineBasicMaterial({ color: line, depthTest: false })),
+      new Points(geometry(ends), new PointsMaterial({ color: line, ...size(4) })),
+      // Colours outside have a wide frame of the colour of problems.
+      new Points(geometry(beyond), new PointsMaterial({ color: alert, ...size(15) })),
       new Points(spots, new PointsMaterial({ color: line, ...size(11) })),
       new Points(spots, new PointsMaterial({ vertexColors: true, ...size(8) })),
     ];
@@ -127,7 +131,8 @@ export class ColourList {
       `${colours.length} colours, ${outside} outside.` +
       (rest > 0 ? ` The table has the first ${MOST_TABLE_ROWS}, the file all.` : "");
     const head = element("tr");
-    const heads = ["Colour", "In gamut", "ΔE00", "Nearest", ...(found.device ? ["Device values"] : [])];
+    const channels = found.device ? [`${this.gamut!.channels.join(" ")}, %`] : [];
+    const heads = ["Colour", "In gamut", "ΔE00", ...channels, "Nearest"];
     for (const text of heads) {
       const cell = element("th", text);
       cell.scope = "col";
@@ -143,16 +148,14 @@ export class ColourList {
         first.prepend(spot);
       }
       const inside = found.inside[i]!;
+      const device = found.device?.[i]!.map((value) => Math.round(100 * value)).join(" ");
       row.append(
         first,
         element("td", inside ? "yes" : "no"),
         element("td", inside ? "0" : found.delta_e_2000[i]!.toFixed(2)),
+        ...(device === undefined ? [] : [element("td", inside ? "" : device)]),
         element("td", inside ? "itself" : rounded(found.point[i]!)),
       );
-      if (found.device) {
-        const values = found.device[i]!.map((value) => Math.round(100 * value)).join(" ");
-        row.append(element("td", inside ? "" : values));
-      }
       return row;
     });
     const table = element("table");
@@ -180,9 +183,7 @@ export class ColourList {
       return [quoted(name), ...point, inside, difference, ...(inside ? point : found.point[i]!), ...(inside ? device.map(() => "") : device)];
     });
     const blob = new Blob([[head, ...rows].map((row) => row.join(",")).join("\n"), "\n"], { type: "text/csv" });
-    const link = element("a", "", { href: URL.createObjectURL(blob), download: `colours in ${this.gamut!.name}.csv` });
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+    save(blob, `colours in ${this.gamut!.name}.csv`);
   }
 
   private clear(): void {

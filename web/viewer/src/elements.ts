@@ -15,6 +15,13 @@ export function element<Name extends keyof HTMLElementTagNameMap>(
   return Object.assign(made, properties);
 }
 
+/** Save content as a file of the reader. */
+export function save(content: Blob, name: string): void {
+  const link = element("a", "", { href: URL.createObjectURL(content), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}
+
 /** A description list of terms and meanings. */
 export function definitions(pairs: [string, string][]): HTMLDListElement {
   const list = element("dl");

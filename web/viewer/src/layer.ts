@@ -13,7 +13,7 @@ import {
   Sphere,
   Vector3,
 } from "three";
-import type { Appearance, LevelBuffers, Order, Report } from "./messages.js";
+import type { Appearance, LevelBuffers, Order, Report, Source } from "./messages.js";
 
 export type Style = "solid" | "shaded" | "wire" | "both" | "hidden";
 
@@ -27,11 +27,24 @@ export function orientation(axes: readonly string[]): Matrix4 {
 /** More edges than this hide what is behind them. */
 const MOST_WIRE_TRIANGLES = 1500;
 
+/** Faces are pushed back so that edges on them are visible. */
+const BEHIND_EDGES = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
+
+/** Vertices that buffers have room for at least: no buffer is made while a slider moves below it. */
+const LEAST_ROOM = 8192;
+
 export interface LayerEvents {
   level(): void;
   /** More of the history has arrived. */
   received(complete: boolean): void;
   failed(message: string): void;
+}
+
+/** Materials of one role. They outlive the gamuts, so that no shader is compiled again. */
+export class Materials {
+  readonly flat = new MeshBasicMaterial({ vertexColors: true, ...BEHIND_EDGES });
+  readonly lit = new MeshLambertMaterial({ vertexColors: true, flatShading: true, ...BEHIND_EDGES });
+  readonly line = new LineBasicMaterial({ transparent: true });
 }
 
 export class Layer {
@@ -45,11 +58,8 @@ export class Layer {
   private readonly worker: Worker;
   private readonly surface = new BufferGeometry();
   private readonly lines = new BufferGeometry();
-  private readonly flat = new MeshBasicMaterial({ vertexColors: true });
-  private readonly lit = new MeshLambertMaterial({ vertexColors: true, flatShading: true });
-  private readonly lineMaterial = new LineBasicMaterial({ transparent: true, opacity: 0.62 });
-  private readonly mesh: Mesh = new Mesh(this.surface, this.flat);
-  private readonly edges = new LineSegments(this.lines, this.lineMaterial);
+  private readonly mesh: Mesh = new Mesh(this.surface);
+  private readonly edges = new LineSegments(this.lines);
   private capacity = 0;
   private busy = false;
   private shown = 0;
@@ -57,25 +67,20 @@ export class Layer {
 
   constructor(
     workerAddress: string,
-    address: string,
-    headers: Record<string, string>,
+    source: Source,
     appearance: Appearance,
     axes: readonly string[],
     private wanted: number,
+    private readonly materials: Materials,
     private readonly events: LayerEvents,
   ) {
     this.group.applyMatrix4(orientation(axes));
     this.group.add(this.mesh, this.edges);
-    // Faces are pushed back so that edges on them are visible.
-    for (const material of [this.flat, this.lit]) {
-      material.polygonOffset = true;
-      material.polygonOffsetFactor = material.polygonOffsetUnits = 1;
-    }
     this.mesh.frustumCulled = this.edges.frustumCulled = false;
-    this.worker = new Worker(workerAddress, { type: "module" });
+    this.worker = new Worker(workerAddress);
     this.worker.onmessage = ({ data }: MessageEvent<Report>) => this.receive(data);
     this.worker.onerror = () => events.failed("The reader of histories could not be loaded.");
-    this.order({ kind: "open", address, headers, appearance });
+    this.order({ kind: "open", source, appearance });
   }
 
   /** Show a number of triangles, or the nearest that has arrived. */
@@ -86,10 +91,12 @@ export class Layer {
 
   setStyle(style: Style, isDark: boolean): void {
     this.mesh.visible = style === "solid" || style === "shaded" || style === "both";
-    this.mesh.material = style === "shaded" ? this.lit : this.flat;
+    const { flat, lit, line } = this.materials;
+    this.mesh.material = style === "shaded" ? lit : flat;
+    this.edges.material = line;
     this.edges.visible = style === "wire" || style === "both";
-    this.lineMaterial.color.set(isDark && style === "wire" ? 0xffffff : 0x000000);
-    this.lineMaterial.opacity = style === "wire" ? 0.6 : 0.35;
+    line.color.set(isDark && style === "wire" ? 0xffffff : 0x000000);
+    line.opacity = style === "wire" ? 0.6 : 0.35;
     this.limit = style === "wire" ? MOST_WIRE_TRIANGLES : Infinity;
     this.ask();
   }
@@ -129,7 +136,8 @@ export class Layer {
   dispose(): void {
     this.worker.terminate();
     this.group.removeFromParent();
-    for (const part of [this.surface, this.lines, this.flat, this.lit, this.lineMaterial]) part.dispose();
+    this.surface.dispose();
+    this.lines.dispose();
   }
 
   private receive(report: Report): void {
@@ -167,7 +175,9 @@ export class Layer {
   private upload(level: LevelBuffers): void {
     this.level = level;
     const vertices = level.positions.length / 3;
-    if (vertices > this.capacity) this.allocate(2 ** Math.ceil(Math.log2(vertices)));
+    // A change of a buffer that is in use may copy all of it, so buffers are no larger than needed.
+    const room = Math.max(LEAST_ROOM, 2 ** Math.ceil(Math.log2(vertices)));
+    if (room > this.capacity || room < this.capacity / 2) this.allocate(room);
     const copy = (attribute: BufferAttribute, values: Float32Array | Int32Array) => {
       attribute.array.set(values);
       attribute.clearUpdateRanges();

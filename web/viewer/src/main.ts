@@ -10,18 +10,20 @@ import {
   build,
   cancelJob,
   describe,
+  request,
   useKey,
 } from "./api.js";
 import { type PageState, pageAddress, readState, writeState } from "./address.js";
 import { appearanceOf } from "./appearance.js";
-import { axes, disposeAxes } from "./axes.js";
+import { axes, axesGrid, disposeAxes } from "./axes.js";
 import { Chooser } from "./chooser.js";
 import { ColourList } from "./colour_list.js";
 import { ComparisonPanel } from "./comparison_panel.js";
-import { byId, element } from "./elements.js";
-import { Layer, type Style, headLight, orientation } from "./layer.js";
+import { byId, element, save } from "./elements.js";
+import { embedded, workerAddress } from "./embedded.js";
+import { Layer, Materials, type Style, headLight, orientation } from "./layer.js";
 import { countAt, facts, limitNote, placeOf } from "./levels.js";
-import { readout } from "./readout.js";
+import { DistanceLine, readout, valuesAt } from "./readout.js";
 import { type Projection, View } from "./scene.js";
 import { SlicePanel } from "./slice_panel.js";
 
@@ -35,7 +37,9 @@ interface Shown {
 }
 
 const STYLES: Style[] = ["solid", "shaded", "wire", "both", "hidden"];
-const WORKER = new URL("worker.js", import.meta.url).href;
+const WORKER = workerAddress();
+/** The grid is below the gamuts, so the middle of the view is lower than theirs. */
+const ROOM_BELOW = 0.1;
 const NAMES = { a: "First gamut", b: "Second gamut" };
 
 class Viewer {
@@ -52,6 +56,9 @@ class Viewer {
   private readonly slice: SlicePanel;
   private readonly colours: ColourList;
   private readonly comparison = new ComparisonPanel(() => this.view.draw());
+  private readonly materials: Record<Role, Materials> = { a: new Materials(), b: new Materials() };
+  private readonly distance = new DistanceLine();
+  private axesKey = "null";
   private axesGroup: Group | null = null;
   private job = "";
   private uploading: AbortController | null = null;
@@ -92,7 +99,8 @@ class Viewer {
       );
     this.choosers = { a: chooser("a"), b: chooser("b") };
     this.connectControls();
-    this.connectFiles();
+    if (embedded === null) this.connectFiles();
+    else byId("title").textContent = embedded.gamut.name;
     this.connectPointer();
     void this.restore();
   }
@@ -120,22 +128,23 @@ class Viewer {
     this.complain(null);
     if (key === null) {
       this.remove(role);
+      this.fit();
       this.refresh();
       return;
     }
     try {
-      const gamut = await describe(key, this.progress, opening.signal);
+      const gamut = embedded?.gamut ?? (await describe(key, this.progress, opening.signal));
       const path = `/v1/gamuts/${gamut.id}`;
       const appearance = await appearanceOf(gamut, path, opening.signal);
       if (opening.signal.aborted) return;
       this.remove(role);
       const layer = new Layer(
         WORKER,
-        address(`${path}/history`),
-        authorization(),
+        embedded ? { bytes: embedded.history } : { address: address(`${path}/history`), headers: authorization() },
         appearance,
         axisNames(gamut),
         Math.min(this.state.triangles, gamut.counts.triangles),
+        this.materials[role],
         {
           level: () => this.levelArrived(role),
           received: (complete) => {
@@ -229,26 +238,38 @@ class Viewer {
       const part = new Box3(new Vector3().fromArray(low), new Vector3().fromArray(high));
       box.union(part.applyMatrix4(turn));
     }
-    if (box.isEmpty()) return;
-    this.view.setExtent(box.getCenter(new Vector3()), box.getSize(new Vector3()).length() / 2);
+    if (box.isEmpty()) {
+      this.drawAxes(box);
+      return;
+    }
+    const radius = box.getSize(new Vector3()).length() / 2;
+    const middle = box.getCenter(new Vector3());
+    middle.y -= ROOM_BELOW * radius;
+    this.view.setExtent(middle, radius);
     this.drawAxes(box);
   }
 
   private drawAxes(box?: Box3): void {
-    if (this.axesGroup !== null) disposeAxes(this.axesGroup);
-    this.axesGroup = null;
     const first = this.all()[0];
-    if (box === undefined) {
+    if (box === undefined && first !== undefined) {
       this.fit();
       return;
     }
-    if (!this.state.axes || first === undefined) return;
-    const style = getComputedStyle(document.body);
-    const names = axisNames(first.gamut);
-    const ordered: [string, string, string] =
-      names[0] === "X" ? [names[0], names[1]!, `−${names[2]!}`] : [names[1]!, names[0]!, names[2]!];
-    this.axesGroup = axes(box.min, box.max, { names: ordered, line: style.color, text: style.color });
-    this.view.scene.add(this.axesGroup);
+    let wanted: Parameters<typeof axes> | null = null;
+    if (this.state.axes && first !== undefined) {
+      const { color } = getComputedStyle(document.body);
+      const names = axisNames(first.gamut);
+      const ordered: [string, string, string] =
+        names[0] === "X" ? [names[0], names[1]!, `−${names[2]!}`] : [names[1]!, names[0]!, names[2]!];
+      wanted = [axesGrid(box!.min, box!.max), { names: ordered, line: color, text: color }];
+    }
+    // Labels are textures, which take longer than anything else of a change of gamut.
+    const key = JSON.stringify(wanted);
+    if (key === this.axesKey) return;
+    this.axesKey = key;
+    if (this.axesGroup !== null) disposeAxes(this.axesGroup);
+    this.axesGroup = wanted && axes(...wanted);
+    if (this.axesGroup !== null) this.view.scene.add(this.axesGroup);
   }
 
   private all(): Shown[] {
@@ -284,6 +305,7 @@ class Viewer {
     const { a, b } = this.shown;
     this.comparison.show(a !== null && b !== null ? { a, b } : null);
     const gamut = a?.gamut ?? null;
+    byId<HTMLButtonElement>("html").disabled = gamut === null;
     this.colours.show(gamut, gamut === null ? null : orientation(axisNames(gamut)));
     this.refreshLevel();
     this.describeView();
@@ -420,6 +442,7 @@ class Viewer {
     });
     byId<HTMLInputElement>("key").addEventListener("change", (event) => {
       useKey((event.target as HTMLInputElement).value.trim());
+      this.complain(null);
       void this.restore();
     });
   }
@@ -451,6 +474,7 @@ class Viewer {
     });
     document.querySelector('[data-view="home"]')!.addEventListener("click", () => this.view.home());
     byId("png").addEventListener("click", () => void this.savePicture());
+    byId("html").addEventListener("click", () => void this.savePage());
     byId("share").addEventListener("click", () => {
       void navigator.clipboard.writeText(pageAddress()).then(() => this.announce("The link was copied."));
     });
@@ -498,18 +522,34 @@ class Viewer {
     const hit = this.view.pick(event.clientX, event.clientY, targets);
     const output = byId("readout");
     output.hidden = hit === null;
-    if (hit === null) return;
+    if (hit === null) {
+      this.distance.clear();
+      return;
+    }
     const shown = this.all().find(({ layer }) => layer.targets.some((mesh) => mesh === hit.object))!;
-    output.replaceChildren(...readout(shown.gamut, axisNames(shown.gamut), shown.layer.level!, hit));
+    const { gamut, layer } = shown;
+    output.replaceChildren(...readout(gamut, axisNames(gamut), layer.level!, hit), this.distance.element);
+    const other = this.all().find((each) => each !== shown)?.gamut;
+    // Distances need equal coordinates. A page without the service has one gamut.
+    if (other?.options.space === gamut.options.space) this.distance.ask(other, valuesAt(hit, layer.level!.positions, 3));
+    else this.distance.clear();
   }
 
   private async savePicture(): Promise<void> {
-    const link = element("a", "", {
-      href: URL.createObjectURL(await this.view.picture()),
-      download: `${this.all().map(({ gamut }) => gamut.name).join(" and ") || "gamut"}.png`,
-    });
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+    const names = this.all().map(({ gamut }) => gamut.name);
+    save(await this.view.picture(), `${names.join(" and ") || "gamut"}.png`);
+  }
+
+  /** Save the first gamut as one file that shows it without the service. */
+  private async savePage(): Promise<void> {
+    const gamut = this.shown.a?.gamut;
+    if (gamut === undefined) return;
+    try {
+      const page = await request(`/v1/gamuts/${gamut.id}/viewer.html`, { headers: { Accept: "text/html" } });
+      save(await page.blob(), `${gamut.name}.html`);
+    } catch (error) {
+      this.complain(error);
+    }
   }
 
   private key(event: KeyboardEvent): void {

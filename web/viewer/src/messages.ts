@@ -1,8 +1,11 @@
 // Messages between the page and the worker that reads a history.
 
+/** Where a history comes from: an address, or the bytes of the file. */
+export type Source = { address: string; headers: Record<string, string> } | { bytes: Uint8Array };
+
 /** To the worker. */
 export type Order =
-  | { kind: "open"; address: string; headers: Record<string, string>; appearance: Appearance }
+  | { kind: "open"; source: Source; appearance: Appearance }
   | { kind: "level"; triangles: number };
 
 /** How colours of vertices are found: from CIELAB, or from coloured points of the boundary. */

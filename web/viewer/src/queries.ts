@@ -34,6 +34,17 @@ export async function contained(gamut: Gamut, points: Float32Array, signal: Abor
   return ((await response.json()) as { inside: boolean[] }).inside;
 }
 
+/** Distance of a colour from the surface of a gamut, negative inside. */
+export async function signedDistance(gamut: Gamut, point: number[], signal: AbortSignal): Promise<number> {
+  const response = await request(`/v1/gamuts/${gamut.id}/contains`, {
+    method: "POST",
+    body: JSON.stringify({ colours: [point], distance: true }),
+    signal,
+    headers: { "Content-Type": "application/json" },
+  });
+  return ((await response.json()) as { distance: number[] }).distance[0]!;
+}
+
 export async function nearest(gamut: Gamut, colours: number[][], signal: AbortSignal): Promise<Nearest> {
   const ask = async (name: string, members: object) => {
     const response = await request(`/v1/gamuts/${gamut.id}/${name}`, {

@@ -19,8 +19,12 @@ const FIELD_OF_VIEW = 30;
 const HALF_ANGLE = Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
 /** Pictures that take longer than this, in ms, are drawn with fewer pixels while things move. */
 const SLOW_PICTURE = 20;
-const LEAST_RESOLUTION = 0.35;
+const SLOW_PICTURES = 2;
+/** One step: each change of the number of pixels waits for the graphics processor. */
+const LOW_RESOLUTION = 0.35;
 const RESTING_MILLISECONDS = 250;
+/** Half the height of the start view, relative to the radius of what is shown. */
+const FILLING = 1.06;
 /** Direction of the start view: from the front right, slightly above. */
 const HOME = new Vector3(0.55, 0.42, 1);
 
@@ -38,6 +42,8 @@ export class View {
   private waiting = 0;
   private resolution = 1;
   private drawnAt = 0;
+  /** Number of slow pictures one after the other. */
+  private slow = 0;
   private resting = 0;
   /** Number of pictures that were drawn. */
   frames = 0;
@@ -50,6 +56,8 @@ export class View {
   ) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true });
     this.renderer.outputColorSpace = SRGBColorSpace;
+    // The check waits for the compilation of each shader.
+    this.renderer.debug.checkShaderErrors = false;
     this.controls = new OrbitControls(this.perspective, canvas);
     this.controls.zoomToCursor = true;
     this.controls.addEventListener("change", () => {
@@ -109,9 +117,9 @@ export class View {
   /** Look at the middle from a direction. */
   lookAlong(direction: Vector3): void {
     this.controls.target.copy(this.middle);
-    const distance = (1.12 * this.radius) / HALF_ANGLE / Math.min(1, this.aspect);
+    const distance = (FILLING * this.radius) / HALF_ANGLE / Math.min(1, this.aspect);
     this.camera.position.copy(this.middle).add(direction.clone().setLength(distance));
-    this.orthographic.zoom = Math.min(1, this.aspect) / 1.12;
+    this.orthographic.zoom = Math.min(1, this.aspect) / FILLING;
     this.resize();
     this.controls.update();
     this.onMove();
@@ -175,10 +183,8 @@ export class View {
 
   /** Lower the resolution while successive pictures are slow; restore it at rest. */
   private adapt(interval: number): void {
-    if (interval < RESTING_MILLISECONDS) {
-      const factor = interval > SLOW_PICTURE ? 0.7 : 1;
-      this.setResolution(Math.max(LEAST_RESOLUTION, factor * this.resolution));
-    }
+    this.slow = interval > SLOW_PICTURE && interval < RESTING_MILLISECONDS ? this.slow + 1 : 0;
+    if (this.slow >= SLOW_PICTURES) this.setResolution(LOW_RESOLUTION);
     clearTimeout(this.resting);
     if (this.resolution === 1) return;
     this.resting = setTimeout(() => {
@@ -190,7 +196,16 @@ export class View {
   private setResolution(resolution: number): void {
     if (resolution === this.resolution) return;
     this.resolution = resolution;
-    this.renderer.setPixelRatio(resolution * Math.min(devicePixelRatio, 2));
+    this.setSize();
+  }
+
+  /** Set the number of pixels. Equal numbers are not set again: that costs as much as other ones. */
+  private setSize(): void {
+    const { canvas, renderer, stage } = this;
+    const ratio = this.resolution * Math.min(devicePixelRatio, 2);
+    const { clientWidth: width, clientHeight: height } = stage;
+    if (canvas.width === Math.floor(width * ratio) && canvas.height === Math.floor(height * ratio)) return;
+    renderer.setDrawingBufferSize(width, height, ratio);
   }
 
   /** The nearest surface at a point of the page. */
@@ -231,8 +246,7 @@ export class View {
 
   private resize(): void {
     const { aspect, orthographic, perspective, radius } = this;
-    this.renderer.setPixelRatio(this.resolution * Math.min(devicePixelRatio, 2));
-    this.renderer.setSize(this.stage.clientWidth, this.stage.clientHeight, false);
+    this.setSize();
     perspective.aspect = aspect;
     perspective.near = radius / 100;
     perspective.far = radius * 100;

@@ -63,6 +63,8 @@ export class SlicePanel {
     const lightness = names[0] === "X" ? 1 : 0;
     const slice = this.slice(kind, box, lightness);
     this.label(slice, names[lightness]!, box, lightness);
+    const second = shown[1]?.gamut.name;
+    if (second !== undefined) byId("slice-caption").append(`; dashed: ${second}`);
     const others = [0, 1, 2].filter((axis) => axis !== lightness);
     const frame = frameOf(kind, box, lightness, others);
     const labels: [string, string] =

@@ -1,7 +1,7 @@
 // Worker of one gamut: loads its history in growing parts, and answers with levels.
 import { History, parts } from "gamut-history";
 import { linearSrgb } from "./colours.js";
-import type { Appearance, LevelBuffers, Order, Report } from "./messages.js";
+import type { Appearance, LevelBuffers, Order, Report, Source } from "./messages.js";
 import { pointColours } from "./point_colours.js";
 
 const history = new History();
@@ -11,7 +11,7 @@ self.onmessage = ({ data: order }: MessageEvent<Order>) => {
   try {
     if (order.kind === "open") {
       colours = colouring(order.appearance);
-      load(order.address, order.headers).catch(fail);
+      load(order.source).catch(fail);
     } else {
       send(order.triangles);
     }
@@ -20,14 +20,18 @@ self.onmessage = ({ data: order }: MessageEvent<Order>) => {
   }
 };
 
-async function load(address: string, headers: Record<string, string>): Promise<void> {
-  for await (const { bytes, total } of parts(address, { headers })) {
-    history.append(bytes);
-    if (!history.ready) continue;
-    const available = 2 * history.vertices - 4;
-    report({ kind: "received", bytes: history.size, total, available, complete: false });
-    // A message with an order is handled between two parts.
-    await new Promise((resolve) => setTimeout(resolve));
+async function load(source: Source): Promise<void> {
+  if ("bytes" in source) {
+    history.append(source.bytes);
+  } else {
+    for await (const { bytes, total } of parts(source.address, { headers: source.headers })) {
+      history.append(bytes);
+      if (!history.ready) continue;
+      const available = 2 * history.vertices - 4;
+      report({ kind: "received", bytes: history.size, total, available, complete: false });
+      // A message with an order is handled between two parts.
+      await new Promise((resolve) => setTimeout(resolve));
+    }
   }
   if (!history.ready) throw new Error("The history is incomplete.");
   const available = 2 * history.vertices - 4;

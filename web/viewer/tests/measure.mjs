@@ -8,16 +8,17 @@ import { chromium, drawn, open } from "./pages.mjs";
 
 const SECONDS = 3;
 const DRAGGED = 10_000;
-const folder = new URL("../../../service/static/viewer/", import.meta.url);
+const folder = new URL("../../../gamutcore/export/viewer/", import.meta.url);
 
 const browser = await chromium();
 const loads = [];
 for (let i = 0; i < 3; i++) {
-  const page = await open(browser, `/view#a=${process.env.GAMUT}`);
+  const visitor = await browser.createBrowserContext(); // with an empty cache
+  const page = await open(visitor, `/view#a=${process.env.GAMUT}`);
   await page.waitForFunction("window.gamutViewer.figures.marks.first !== undefined", { timeout: 60_000 });
   await drawn(page, DRAGGED);
   loads.push(await page.evaluate("window.gamutViewer.figures.marks"));
-  await page.browserContext().close();
+  await visitor.close();
 }
 const median = (name) => loads.map((marks) => marks[name]).sort((a, b) => a - b)[1];
 
@@ -28,41 +29,74 @@ await page.waitForFunction(
 );
 const whole = await page.evaluate("window.gamutViewer.figures");
 
-/** Move the slider at every picture of the screen, up and down below a triangle count. */
-const dragged = await page.evaluate(
-  async (seconds, most) => {
+/**
+ * Move the slider at every picture of the screen, up and down below a triangle count.
+ *
+ * `drawing` is "all"; "nothing", which leaves the script and the worker; or "ground", which only clears
+ * the canvas and moves no slider: what the browser and the rasteriser take for any picture.
+ */
+const drag = (drawing) => page.evaluate(
+  async (seconds, most, what) => {
     const slider = document.getElementById("slider");
     const finest = Number(document.getElementById("triangles").max);
     const top = (1000 * Math.log(most / 4)) / Math.log(finest / 4);
     const { gamutViewer } = window;
+    const { view } = gamutViewer;
+    const { renderer } = view;
     const picture = () => new Promise(requestAnimationFrame);
     const times = [];
+    let busy = 0;
+    /** Add the time of a function to that of the script. */
+    const timed = (target, name, replaced) => {
+      const kept = target[name];
+      const run = replaced ?? kept;
+      target[name] = (...given) => {
+        const begin = performance.now();
+        run.apply(target, given);
+        busy += performance.now() - begin;
+      };
+      return () => (target[name] = kept);
+    };
+    const restored = [
+      timed(renderer, "render", what === "nothing" ? () => {} : undefined),
+      timed(gamutViewer, "levelArrived"),
+      timed(gamutViewer, "setTriangles"),
+    ];
+    const gl = renderer.getContext();
     slider.value = "0";
     slider.dispatchEvent(new Event("input"));
     await new Promise((resolve) => setTimeout(resolve, 1000));
     const before = gamutViewer.figures;
+    busy = 0;
     const start = performance.now();
     let last = start;
     for (let i = 0; last - start < 1000 * seconds; i++) {
       // From top to bottom and back in two seconds, at 60 pictures a second.
-      slider.value = String(top * Math.abs(1 - (i % 120) / 60));
-      slider.dispatchEvent(new Event("input"));
+      if (what === "ground") {
+        gl.clearColor(i % 2, 0.5, 0.5, 1);
+        gl.clear(gl.COLOR_BUFFER_BIT);
+      } else {
+        slider.value = String(top * Math.abs(1 - (i % 120) / 60));
+        slider.dispatchEvent(new Event("input"));
+      }
       await picture();
       times.push(performance.now() - last);
       last = performance.now();
     }
     const after = gamutViewer.figures;
+    for (const restore of restored) restore();
     times.sort((a, b) => a - b);
     return {
       pictures_per_second: (1000 * times.length) / (last - start),
       levels_per_second: (1000 * (after.levels - before.levels)) / (last - start),
       slowest_picture_ms: times[Math.floor(0.95 * times.length)],
+      script_milliseconds: busy / times.length,
     };
   },
   SECONDS,
   DRAGGED,
+  drawing,
 );
-
 /** Levels one after the other, which wait for nothing else. */
 const level = await page.evaluate(async (most) => {
   const { gamutViewer } = window;
@@ -76,6 +110,9 @@ const level = await page.evaluate(async (most) => {
   for (let i = 0; i < 20; i++) times.push(await shown(most - 2000 * (i % 2)));
   return times.sort((a, b) => a - b)[10];
 }, DRAGGED);
+const dragged = await drag("all");
+const undrawn = await drag("nothing");
+const ground = await drag("ground");
 await browser.close();
 
 const compressed = readdirSync(folder)
@@ -91,5 +128,8 @@ console.log(
     whole_seconds: (whole.marks.whole - whole.marks.complete) / 1000,
     level_milliseconds: level,
     ...dragged,
+    undrawn_levels_per_second: undrawn.levels_per_second,
+    undrawn_pictures_per_second: undrawn.pictures_per_second,
+    cleared_pictures_per_second: ground.pictures_per_second,
   }),
 );

@@ -1,8 +1,11 @@
 // Pages of the viewer in Chromium, driven over the DevTools protocol.
+import assert from "node:assert/strict";
+import { readFile, writeFile } from "node:fs/promises";
+import { createRequire } from "node:module";
 import process from "node:process";
 import puppeteer from "puppeteer-core";
 
-const url = process.env.VIEWER_URL;
+const axe = createRequire(import.meta.url).resolve("axe-core/axe.min.js");
 
 /** Start Chromium; it draws without a graphics processor. */
 export function chromium() {
@@ -19,9 +22,9 @@ export function chromium() {
 }
 
 /** Open an address of the service. The page collects what the browser complains of. */
-export async function open(browser, path, { width = 1100, height = 700, scheme = "light" } = {}) {
-  const context = await browser.createBrowserContext();
-  const page = await context.newPage();
+export async function open(browser, path, { url = process.env.VIEWER_URL, width = 1100, height = 700, scheme = "light", isOffline = false } = {}) {
+  // All pages share the browser's cache, which saves loading and compiling the scripts again.
+  const page = await browser.newPage();
   page.complaints = [];
   page.on("console", (message) => {
     if (["error", "warn"].includes(message.type())) page.complaints.push(message.text());
@@ -29,9 +32,27 @@ export async function open(browser, path, { width = 1100, height = 700, scheme =
   page.on("pageerror", (error) => page.complaints.push(error.message));
   await page.setViewport({ width, height, hasTouch: width < 600, isMobile: width < 600 });
   await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
-  await page.goto(`${url}${path}`);
+  await page.setOfflineMode(isOffline);
+  await page.goto(path.startsWith("file:") ? path : `${url}${path}`);
   await page.waitForFunction("window.gamutViewer !== undefined");
   return page;
+}
+
+/** Close a page. Its console must be empty. */
+export async function close(page) {
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+}
+
+/** What axe-core finds; by default with all rules. */
+export async function violations(page, rules = null) {
+  // The policy of the page allows no injected script, so it is evaluated by the protocol.
+  if (await page.evaluate("window.axe === undefined")) await page.evaluate(await readFile(axe, "utf8"));
+  const { violations: found } = await page.evaluate(
+    (only) => axe.run(only === null ? {} : { runOnly: only }),
+    rules,
+  );
+  return found.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html).join(" | ")}`);
 }
 
 export function figures(page) {
@@ -61,4 +82,72 @@ export function pixel(page, x, y) {
     x,
     y,
   );
+}
+
+const PICTURE_WIDTH = 220;
+
+/**
+ * A picture of the page without text, small enough for comparisons, as a PNG in base64.
+ *
+ * Text is transparent, because machines have different fonts.
+ */
+export async function smallPicture(page) {
+  await page.evaluate(async () => {
+    const sheet = new CSSStyleSheet();
+    sheet.replaceSync("*, ::placeholder { color: transparent !important; }");
+    document.adoptedStyleSheets.push(sheet);
+    const { view } = window.gamutViewer;
+    view.scene.traverse((part) => {
+      if (part.isSprite) part.visible = false;
+    });
+    await view.picture();
+  });
+  const picture = await page.screenshot({ encoding: "base64" });
+  return page.evaluate(
+    async (source, width) => {
+      const bytes = Uint8Array.from(atob(source), (character) => character.charCodeAt(0));
+      const bitmap = await createImageBitmap(new Blob([bytes]), { resizeWidth: width, resizeQuality: "high" });
+      const canvas = new OffscreenCanvas(bitmap.width, bitmap.height);
+      canvas.getContext("2d").drawImage(bitmap, 0, 0);
+      const small = new Uint8Array(await (await canvas.convertToBlob()).arrayBuffer());
+      return btoa(String.fromCharCode(...small));
+    },
+    picture,
+    PICTURE_WIDTH,
+  );
+}
+
+/** Mean difference of two pictures in base64, in 0 to 255, and the share of pixels that differ by over 40. */
+export function difference(page, one, other) {
+  return page.evaluate(
+    async (...sources) => {
+      const [a, b] = await Promise.all(
+        sources.map(async (source) => {
+          const bytes = Uint8Array.from(atob(source), (character) => character.charCodeAt(0));
+          const { width, height } = await createImageBitmap(new Blob([bytes]));
+          const context = new OffscreenCanvas(width, height).getContext("2d");
+          context.drawImage(await createImageBitmap(new Blob([bytes])), 0, 0);
+          return context.getImageData(0, 0, width, height);
+        }),
+      );
+      if (a.width !== b.width || a.height !== b.height) return { mean: 255, far: 1 };
+      let sum = 0;
+      let far = 0;
+      for (let i = 0; i < a.data.length; i += 4) {
+        const differences = [0, 1, 2].map((channel) => Math.abs(a.data[i + channel] - b.data[i + channel]));
+        sum += differences[0] + differences[1] + differences[2];
+        if (Math.max(...differences) > 40) far += 1;
+      }
+      return { mean: (4 * sum) / (3 * a.data.length), far: (4 * far) / a.data.length };
+    },
+    one,
+    other,
+  );
+}
+
+/** The stored picture of a name; with UPDATE_PICTURES=1 the given one is stored first. */
+export async function storedPicture(name, picture) {
+  const path = new URL(`pictures/${name}.png`, import.meta.url);
+  if (process.env.UPDATE_PICTURES === "1") await writeFile(path, picture, "base64");
+  return readFile(path, "base64");
 }

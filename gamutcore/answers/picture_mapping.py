@@ -1,0 +1,221 @@
+"""Gamut mapping of picture files: decoded, mapped and written some rows at a time.
+
+The result has the encoding, depth, alpha and profile of the picture. Pixels whose colours stay keep
+their values exactly. The others get the values of the mapped colour in the same encoding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gamutcore.characterisation.icc import IccProfile
+from gamutcore.characterisation.pictures.encoding import Encoding
+from gamutcore.characterisation.pictures.picture import (
+    Picture,
+    divided_by_alpha,
+    picture_meaning,
+    refuse_not_finite,
+)
+from gamutcore.characterisation.pictures.raster import open_raster
+from gamutcore.characterisation.pictures.signatures import picture_format
+from gamutcore.colours.picture_colours import picture_colours
+from gamutcore.colours.picture_values import find_values
+from gamutcore.errors import MalformedFileError, UnsupportedPictureError
+from gamutcore.export.picture_file import picture_writer
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from gamutcore.answers.results import MappedColours
+    from gamutcore.arrays import FloatArray, LongArray
+    from gamutcore.characterisation.pictures.raster import Raster
+
+__all__ = ["MappedPicture", "map_picture"]
+
+VISIBLE = 1.0
+"""Distance in CIELAB from which a mapped colour counts as missed by the encoding."""
+
+_AT_A_TIME = 2**16
+"""Distinct colours that are mapped at once; each takes up to 700 bytes."""
+
+_LINEAR_RANGE = 8.0
+"""Largest value of linear light, as for the gamut of a picture."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MappedPicture:
+    """What became of the pixels of a picture.
+
+    Attributes
+    ----------
+    pixels : int
+        Opaque pixels.
+    moved : int
+        Those whose colours have another place.
+    missed : int
+        Those whose mapped colour is not in the encoding of the picture: they have its nearest
+        colour, which is more than `VISIBLE` away.
+    delta_e : float
+        Mean colour difference CIE 2000 of the opaque pixels and their mapped colours.
+    encoding : str
+        Of both pictures.
+    warnings : tuple of str
+        Assumptions about the picture.
+    """
+
+    pixels: int
+    moved: int
+    missed: int
+    delta_e: float
+    encoding: str
+    warnings: tuple[str, ...]
+
+
+def map_picture(
+    data: bytes, output: Path, mapped: Callable[[FloatArray], MappedColours]
+) -> MappedPicture:
+    """Map the colours of a picture, and write the result.
+
+    Parameters
+    ----------
+    data : bytes
+        A file of gray or RGB.
+    output : Path
+        A .png, .tif, .exr or .jpg file.
+    mapped : callable
+        From colours in CIELAB to mapped ones.
+
+    Raises
+    ------
+    MalformedFileError, PictureSizeError, MalformedProfileError, UnsupportedProfileError
+        As for the gamut of a picture.
+    InvalidPointsError
+        A value is not finite.
+    UnsupportedPictureError
+        The picture is CMYK, CIELAB or has a profile of one channel; or the output cannot store its
+        depth, alpha or encoding.
+    OSError
+        The file cannot be written.
+    """
+    file_format = picture_format(data)
+    if file_format is None:
+        raise MalformedFileError(
+            "The file is not a picture.",
+            where={"field": "header"},
+            remedy="Give PNG, TIFF, JPEG, OpenEXR or another format of pictures.",
+        )
+    with open_raster(data, file_format) as raster:
+        meaning, said = picture_meaning(raster)
+        if raster.model not in {"RGB", "gray"} or (
+            isinstance(meaning, IccProfile) and len(meaning.channels) != 3
+        ):
+            raise UnsupportedPictureError(
+                f"The picture is {raster.model}"
+                f"{' with a profile of one channel' if raster.model == 'gray' else ''}.",
+                where={"field": "channels"},
+                remedy="Convert it to RGB.",
+            )
+        assert meaning is not None  # noqa: S101  # only CIELAB has none
+        pixels = _Pixels(raster, meaning, mapped)
+        with picture_writer(output, raster) as write:
+            for first, band, alpha in raster.bands:
+                write(first, first + len(band) // raster.width, pixels.mapped(first, band, alpha))
+    return MappedPicture(
+        pixels=pixels.count,
+        moved=pixels.moved,
+        missed=pixels.missed,
+        delta_e=pixels.delta_e / max(pixels.count, 1),
+        encoding="the embedded profile" if isinstance(meaning, IccProfile) else meaning.name,
+        warnings=tuple(dict.fromkeys([*raster.warnings, *said])),
+    )
+
+
+class _Pixels:
+    """The way of some rows from samples to mapped samples, with the counts."""
+
+    def __init__(
+        self,
+        raster: Raster,
+        meaning: IccProfile | Encoding,
+        mapping: Callable[[FloatArray], MappedColours],
+    ) -> None:
+        self._raster, self._meaning, self._mapping = raster, meaning, mapping
+        linear = isinstance(meaning, Encoding) and meaning.transfer == "linear"
+        self._wide = linear and raster.dtype.kind == "f"
+        self._full = 1.0 if raster.dtype.kind == "f" else float(np.iinfo(raster.dtype).max)
+        self.count = self.moved = self.missed = 0
+        self.delta_e = 0.0
+
+    def mapped(self, row: int, band: NDArray[Any], alpha: NDArray[Any] | None) -> NDArray[Any]:
+        """Return the samples of the result, alpha included."""
+        samples = np.empty((len(band), 3 if alpha is None else 4), band.dtype)
+        samples[:, :3] = band  # gray is equal R, G and B
+        if alpha is None:
+            samples[:] = self._opaque(samples, row)
+            return samples
+        samples[:, 3] = alpha
+        opaque = alpha > 0
+        colours = np.ascontiguousarray(samples[opaque, :3])
+        if not self._raster.premultiplied:
+            samples[opaque, :3] = self._opaque(colours, row)
+            return samples
+        straight = divided_by_alpha(colours, alpha[opaque])
+        found = self._opaque(straight, row)
+        changed = (found != straight).any(axis=1)
+        share = alpha[opaque][changed, np.newaxis] / self._full
+        product = found[changed] * share
+        colours[changed] = product if self._full == 1.0 else np.round(product)
+        samples[opaque, :3] = colours
+        return samples
+
+    def _opaque(self, samples: NDArray[Any], row: int) -> NDArray[Any]:
+        if len(samples) == 0:
+            return samples
+        refuse_not_finite(samples, row)
+        distinct, place = _distinct(samples)
+        times = np.bincount(place, minlength=len(distinct))
+        result = np.empty_like(distinct)
+        for start in range(0, len(distinct), _AT_A_TIME):
+            part = slice(start, start + _AT_A_TIME)
+            result[part] = self._values(distinct[part], times[part])
+        mapped: NDArray[Any] = result[place]
+        return mapped
+
+    def _values(self, distinct: NDArray[Any], times: LongArray) -> NDArray[Any]:
+        """Return the samples of the mapped colours, and count the pixels."""
+        values = distinct / self._full
+        found = self._mapping(self._colours(values))
+        moved = found.moved
+        most = _LINEAR_RANGE if self._wide else 1.0
+        changed, distance = find_values(
+            found.points[moved], values[moved], self._colours, -most if self._wide else 0.0, most
+        )
+        result = distinct.copy()
+        result[moved] = changed if self._full == 1.0 else np.round(changed * self._full)
+        self.count += int(times.sum())
+        self.moved += int(times[moved].sum())
+        self.missed += int(times[moved][distance > VISIBLE].sum())
+        self.delta_e += float(times @ found.delta_e)
+        return result
+
+    def _colours(self, values: FloatArray) -> FloatArray:
+        raster, once = self._raster, np.ones(len(values), np.int64)
+        picture = Picture(raster.format, "RGB", values, once, self._meaning)
+        colours: FloatArray = picture_colours(picture, "relative").points
+        return colours
+
+
+def _distinct(samples: NDArray[Any]) -> tuple[NDArray[Any], LongArray]:
+    """Return distinct samples (m, 3), and the place of each of the n samples among them."""
+    if samples.dtype.kind == "f":
+        return samples, np.arange(len(samples))
+    key = samples[:, 0].astype(np.uint64)
+    for channel in (1, 2):
+        key = (key << np.uint64(16)) | samples[:, channel]
+    _, first, place = np.unique(key, return_index=True, return_inverse=True)
+    return samples[first], place

@@ -1,0 +1,195 @@
+"""The file formats that meshes are written in: the one list for all interfaces and documents."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from gamutcore.colours.spaces import CIELAB, ColourSpace
+from gamutcore.errors import OptionError
+from gamutcore.export.argyll import gam
+from gamutcore.export.cge import cge
+from gamutcore.export.gltf import glb, gltf
+from gamutcore.export.icc_boundary import icc
+from gamutcore.export.ply import ply
+from gamutcore.export.threemf import threemf
+from gamutcore.export.triangle_files import obj, stl
+from gamutcore.mesh import TriangleMesh
+
+__all__ = ["FORMATS", "MeshFormat", "format_of_suffix", "mesh_file"]
+
+
+@dataclass(frozen=True)
+class MeshFormat:
+    """A file format for meshes.
+
+    Attributes
+    ----------
+    name : str
+        Value of the parameter ``format``.
+    media_type : str
+    suffix : str
+        With the dot.
+    encode : callable
+        (mesh, provenance, space) → bytes. Raises `OptionError` for meshes that the format cannot
+        hold.
+    content : str
+        What a file has, for documents.
+    readers : str
+        Programs that read it, for documents.
+    full : bool
+        Whether files are made from the full boundary, unless a count or a limit is asked for.
+    """
+
+    name: str
+    media_type: str
+    suffix: str
+    encode: Callable[[TriangleMesh, Mapping[str, str], ColourSpace], bytes]
+    content: str
+    readers: str
+    full: bool = False
+
+
+_IN_CIELAB = "gamuts in CIELAB: "
+
+FORMATS: dict[str, MeshFormat] = {
+    mesh_format.name: mesh_format
+    for mesh_format in (
+        MeshFormat(
+            "glb",
+            "model/gltf-binary",
+            ".glb",
+            glb,
+            "triangles, colours, device values, provenance; lightness upwards",
+            "browsers (three.js, model-viewer), Blender, Windows 3D Viewer, trimesh",
+        ),
+        MeshFormat(
+            "gltf",
+            "model/gltf+json",
+            ".gltf",
+            gltf,
+            "as GLB, in one JSON document",
+            "as GLB",
+        ),
+        MeshFormat(
+            "ply",
+            "application/ply",
+            ".ply",
+            ply,
+            "triangles, colours, device values, provenance",
+            "MeshLab, Blender, CloudCompare, trimesh, Open3D, meshio",
+        ),
+        MeshFormat(
+            "stl",
+            "model/stl",
+            ".stl",
+            stl,
+            "triangles only",
+            "CAD programs and slicers for 3-D printers",
+        ),
+        MeshFormat(
+            "obj",
+            "model/obj",
+            ".obj",
+            obj,
+            "triangles, colours as `#MRGB`, provenance",
+            "Blender, ZBrush, nearly all 3-D programs",
+        ),
+        MeshFormat(
+            "3mf",
+            "model/3mf",
+            ".3mf",
+            threemf,
+            "triangles, colours, provenance; lightness upwards, the white 100 mm high",
+            "slicers for 3-D printers, Windows 3D Viewer, Blender, lib3mf",
+        ),
+        MeshFormat(
+            "gam",
+            "application/x-argyll-gam",
+            ".gam",
+            gam,
+            _IN_CIELAB + "triangles, centre, white, black, cusps",
+            "Argyll CMS: viewgam, colprof, collink, tiffgamut",
+        ),
+        MeshFormat(
+            "icc",
+            "application/vnd.iccprofile",
+            ".icc",
+            icc,
+            _IN_CIELAB + "triangles as a gamut boundary description in an abstract profile",
+            "iccMAX software: iccDEV",
+        ),
+        MeshFormat(
+            "cge",
+            "application/x-idms-cge",
+            ".cge",
+            cge,
+            _IN_CIELAB + r"R, G, B, X, Y, Z, L\*, a\*, b\* of 602 points of the device's cube",
+            "CIELab Gamut Tools and other software for IDMS",
+            full=True,
+        ),
+    )
+}
+"""All formats by name, the preferred one first."""
+
+
+def mesh_file(
+    mesh: TriangleMesh,
+    format_name: str,
+    provenance: Mapping[str, str] | None = None,
+    space: ColourSpace = CIELAB,
+) -> bytes:
+    """Return a mesh as a file.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        In the coordinates of `space`.
+    format_name : str
+        A key of `FORMATS`.
+    provenance : mapping of str to str, optional
+        Origin of the mesh, for the formats that have a place for it.
+    space : ColourSpace, optional
+        Determines the vertex colours and the upward direction.
+
+    Returns
+    -------
+    bytes
+
+    Raises
+    ------
+    OptionError
+        There is no such format, or it cannot hold the mesh.
+    """
+    mesh_format = FORMATS.get(format_name)
+    if mesh_format is None:
+        raise OptionError(
+            f"There is no mesh format {format_name!r}.",
+            where={"field": "format"},
+            remedy=f"Give one of {', '.join(FORMATS)}.",
+        )
+    return mesh_format.encode(mesh, provenance or {}, space)
+
+
+def format_of_suffix(suffix: str) -> MeshFormat:
+    """Return the format that files with a suffix have.
+
+    Parameters
+    ----------
+    suffix : str
+        With the dot, in any case.
+
+    Raises
+    ------
+    OptionError
+        There is no such format.
+    """
+    for each in FORMATS.values():
+        if each.suffix == suffix.lower():
+            return each
+    known = ", ".join(each.suffix for each in FORMATS.values())
+    raise OptionError(
+        f"There is no mesh format with the suffix {suffix!r}.",
+        where={"field": "path"},
+        remedy=f"Give a name that ends in one of {known}.",
+    )

@@ -1,0 +1,21 @@
+"""Text in formats that know only lines of ASCII characters in quotation marks."""
+
+from __future__ import annotations
+
+__all__ = ["ascii_line"]
+
+
+def ascii_line(text: str) -> str:
+    r"""Return a text as one line of ASCII without double quotation marks.
+
+    Parameters
+    ----------
+    text : str
+
+    Examples
+    --------
+    >>> print(ascii_line('a "b" é'))
+    a 'b' \xe9
+    """
+    line = " ".join(text.split()).replace('"', "'")
+    return line.encode("ascii", "backslashreplace").decode()

@@ -1,0 +1,196 @@
+"""Mapping of picture files: what stays, what moves, and what the result can store."""
+
+from pathlib import Path
+
+import colour
+import numpy as np
+import OpenImageIO as oiio  # noqa: N813
+import pytest
+
+from gamutcore import Gamut
+from gamutcore.answers.picture_mapping import VISIBLE
+from gamutcore.characterisation.pictures import raster
+from gamutcore.errors import (
+    InvalidPointsError,
+    MalformedFileError,
+    OptionError,
+    UnsupportedPictureError,
+)
+
+PROFILES = Path("tests/data")
+CORNERS = 2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1
+
+
+@pytest.fixture(scope="module")
+def body():
+    """L* 10 to 90, a* and b* from −25 to 25: clipping at constant lightness ends on its sides."""
+    return Gamut(CORNERS * (40, 25, 25) + (50, 0, 0), gamma=1)
+
+
+def write(path, pixels, kind, **attributes):
+    spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], kind)
+    for name, value in attributes.items():
+        if isinstance(value, bytes):
+            spec.attribute(name, f"uint8[{len(value)}]", np.frombuffer(value, np.uint8))
+        else:
+            spec.attribute(name.replace("__", ":"), value)
+    output = oiio.ImageOutput.create(str(path))
+    assert output.open(str(path), spec), output.geterror()
+    assert output.write_image(np.ascontiguousarray(pixels))
+    assert output.close()
+    return path
+
+
+def read(path):
+    config = oiio.ImageSpec()
+    config.attribute("oiio:UnassociatedAlpha", 1)
+    source = oiio.ImageInput.open(str(path), config)
+    pixels, spec = source.read_image(source.spec().format), source.spec()
+    source.close()
+    return pixels.reshape(spec.height, spec.width, spec.nchannels), spec
+
+
+def lab_of(rgb):
+    """CIELAB relative to D50 of sRGB from 0 to 1, by colour-science."""
+    xyz = colour.sRGB_to_XYZ(rgb)
+    white = colour.xy_to_XYZ(colour.RGB_COLOURSPACES["sRGB"].whitepoint)
+    d50 = np.array([0.96422, 1.0, 0.82521])
+    adapted = colour.chromatic_adaptation(xyz, white, d50, method="Von Kries", transform="Bradford")
+    return colour.XYZ_to_Lab(adapted, colour.XYZ_to_xy(d50))
+
+
+def noise(full, *shape, seed=3):
+    return np.random.default_rng(seed).integers(0, full + 1, shape)
+
+
+@pytest.mark.parametrize(("kind", "suffix"), [("uint8", ".png"), ("uint16", ".tif")])
+def test_colours_are_clipped_as_the_body_is_and_others_stay(body, tmp_path, kind, suffix):
+    full = np.iinfo(kind).max
+    pixels = noise(full, 60, 50, 3).astype(kind)
+    pixels[:30] = pixels[:30] // 8 + full // 2  # nearly neutral
+    given = write(tmp_path / f"given{suffix}", pixels, kind)
+    output = tmp_path / f"mapped{suffix}"
+    done = body.map_picture(given, output, "clip-chroma", max_error=0)
+    mapped, spec = read(tmp_path / f"mapped{suffix}")
+    assert str(spec.format) == kind
+    before, after = lab_of(pixels / full), lab_of(mapped / full)
+    outside = (np.abs(before - (50, 0, 0)) > (40, 25, 25)).any(axis=-1)
+    clear = (np.abs(np.abs(before - (50, 0, 0)) - (40, 25, 25)) > 0.01).all(axis=-1)
+    changed = (mapped != pixels).any(axis=-1)
+    assert not changed[~outside & clear].any()
+    assert (done.pixels, done.moved) == (3000, pytest.approx(outside.sum(), abs=5))
+    assert done.missed == 0
+    # lightness and hue stay, and the larger of a* and b* becomes 25: within a step of the depth
+    chromatic = outside & clear & (np.abs(before[..., 0] - 50) < 39)
+    step = 1.5 if kind == "uint8" else 0.02
+    assert np.abs(after - before)[chromatic, 0].max() < step
+    assert np.abs(after[chromatic][:, 1:]).max(axis=1) == pytest.approx(25, abs=step)
+    cross = before[..., 1] * after[..., 2] - before[..., 2] * after[..., 1]
+    assert np.abs(cross[chromatic] / np.hypot(*before[chromatic].T[1:])).max() < step
+
+
+def test_alpha_stays_and_transparent_pixels_too(body, tmp_path):
+    pixels = noise(255, 40, 30, 4).astype(np.uint8)
+    pixels[:5, :, 3] = 0
+    given = write(tmp_path / "given.png", pixels, "uint8", oiio__UnassociatedAlpha=1)
+    done = body.map_picture(given, tmp_path / "mapped.png")
+    mapped, _ = read(tmp_path / "mapped.png")
+    np.testing.assert_array_equal(mapped[..., 3], pixels[..., 3])
+    transparent = pixels[..., 3] == 0
+    np.testing.assert_array_equal(mapped[transparent], pixels[transparent])
+    assert done.pixels == (~transparent).sum()
+    opaque = write(tmp_path / "opaque.png", pixels[..., :3], "uint8")
+    body.map_picture(opaque, tmp_path / "whole.png")
+    whole, _ = read(tmp_path / "whole.png")
+    np.testing.assert_array_equal(mapped[~transparent][:, :3], whole[~transparent])
+
+
+def test_linear_light_with_associated_alpha(body, tmp_path):
+    colours = np.array([[0.2, 0.2, 0.2], [0.8, 0.0, 0.0], [2.0, 2.0, 2.0]])
+    alpha = np.array([0.5, 1.0, 0.25])
+    pixels = np.hstack([colours * alpha[:, np.newaxis], alpha[:, np.newaxis]])[np.newaxis]
+    given = write(tmp_path / "given.exr", pixels.astype(np.float32), "half")
+    done = body.map_picture(given, tmp_path / "mapped.exr", "clip-nearest", max_error=0)
+    mapped, spec = read(tmp_path / "mapped.exr")
+    assert str(spec.format) == "half"
+    stored, _ = read(given)
+    np.testing.assert_array_equal(mapped[0, 0], stored[0, 0])
+    assert done.moved == 2
+    linear = mapped[0, 1:, :3].astype(float) / alpha[1:, np.newaxis]
+    lab = lab_of(colour.cctf_encoding(linear, "sRGB"))
+    assert lab[:, 0] == pytest.approx([lab_of([0.906, 0, 0])[0], 90], abs=0.3)
+    assert lab[0, 1:] == pytest.approx([25, 25], abs=0.3)
+
+
+def test_gray_becomes_rgb(body, tmp_path):
+    given = write(
+        tmp_path / "given.png", np.arange(256, dtype=np.uint8)[:, np.newaxis, np.newaxis], "uint8"
+    )
+    body.map_picture(given, tmp_path / "mapped.png", max_error=0)
+    mapped, _ = read(tmp_path / "mapped.png")
+    assert mapped.shape == (256, 1, 3)
+    lightness = lab_of(mapped[:, 0] / 255)[:, 0]
+    assert lightness.min() == pytest.approx(10, abs=0.3)
+    assert lightness.max() == pytest.approx(90, abs=0.3)
+
+
+@pytest.mark.parametrize("name", ["DisplayP3-v4.icc", "sRGB-v2-magic.icc"])
+def test_an_embedded_profile_is_kept_and_used(tmp_path, name):
+    """A second mapping moves the colours by steps of 16 bits only."""
+    profile = (PROFILES / name).read_bytes()
+    pixels = noise(65535, 20, 20, 3).astype(np.uint16)
+    given = write(tmp_path / "given.tif", pixels, "uint16", ICCProfile=profile)
+    gamut = Gamut(CORNERS * (40, 25, 25) + (50, 0, 0), gamma=1)
+    gamut.map_picture(given, tmp_path / "mapped.tif", max_error=0)
+    assert raster_profile(tmp_path / "mapped.tif") == profile
+    again = gamut.map_picture(tmp_path / "mapped.tif", tmp_path / "twice.tif", max_error=0)
+    assert again.delta_e < 2e-3
+    once, twice = read(tmp_path / "mapped.tif")[0], read(tmp_path / "twice.tif")[0]
+    assert np.abs(once.astype(int) - twice).max() <= 8
+    assert (once != pixels).any(axis=-1).mean() > 0.5
+
+
+def raster_profile(path):
+    with raster.open_raster(path.read_bytes(), "tiff") as found:
+        return found.profile
+
+
+def test_colours_beyond_the_encoding_are_counted(tmp_path):
+    """The neutral colours of sRGB, moved to where sRGB has no colours."""
+    far = Gamut(CORNERS * (40, 5, 5) + (50, 0, 100), gamma=1)
+    pixels = np.full((4, 4, 3), 128, np.uint8)
+    given = write(tmp_path / "given.png", pixels, "uint8")
+    done = far.map_picture(given, tmp_path / "mapped.png", "clip-nearest")
+    assert done.missed == done.moved == 16
+    mapped, _ = read(tmp_path / "mapped.png")
+    lab = lab_of(mapped[0, 0] / 255)
+    wanted = far.map(lab_of([128 / 255] * 3), "clip-nearest").points
+    grid = lab_of(np.array(list(np.ndindex(52, 52, 52))) / 51)
+    nearest = np.linalg.norm(grid - wanted, axis=1).min()
+    assert VISIBLE < np.linalg.norm(lab - wanted) < nearest + 1
+
+
+def test_bands_make_no_difference(body, tmp_path, monkeypatch):
+    pixels = noise(255, 64, 32, 3).astype(np.uint8)
+    given = write(tmp_path / "given.png", pixels, "uint8")
+    body.map_picture(given, tmp_path / "one.png")
+    monkeypatch.setattr(raster, "BAND_BYTES", 1000)
+    body.map_picture(given, tmp_path / "many.png")
+    np.testing.assert_array_equal(read(tmp_path / "one.png")[0], read(tmp_path / "many.png")[0])
+
+
+def test_faults_leave_no_file(body, tmp_path):
+    with pytest.raises(MalformedFileError, match="not a picture"):
+        body.map_picture(b"L,a,b\n1,2,3\n", tmp_path / "mapped.png")
+    pixels = np.full((2, 2, 3), np.nan, np.float32)
+    given = write(tmp_path / "given.exr", pixels, "float")
+    with pytest.raises(InvalidPointsError, match="finite"):
+        body.map_picture(given, tmp_path / "mapped.exr")
+    grey = (PROFILES / "sGrey-v4.icc").read_bytes()
+    dots = write(tmp_path / "grey.png", np.zeros((2, 2, 1), np.uint8), "uint8", ICCProfile=grey)
+    with pytest.raises(UnsupportedPictureError, match="gray"):
+        body.map_picture(dots, tmp_path / "mapped.png")
+    good = write(tmp_path / "good.png", np.zeros((2, 2, 3), np.uint8), "uint8")
+    with pytest.raises(OptionError):
+        body.map_picture(good, tmp_path / "mapped.png", "clip-somehow")
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["given.exr", "good.png", "grey.png"]

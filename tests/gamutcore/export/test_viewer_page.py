@@ -1,0 +1,114 @@
+"""The page of a gamut: complete, inert towards what it contains, and without a way out."""
+
+import base64
+import hashlib
+import json
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from gamutcore import Gamut
+from gamutcore.export.viewer_page import VIEWER_FILES
+
+COLOURS = [(20, 0, 0), (90, 0, 0), (50, 60, 0), (50, -40, 50), (50, -40, -50)]
+
+
+class Page(HTMLParser):
+    """Elements of a page, and the text of its scripts and styles, as a browser parses them."""
+
+    def __init__(self, content):
+        super().__init__()
+        self.tags, self.texts = [], []
+        self.feed(content.decode())
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag):
+        self.tags.append((f"/{tag}", {}))
+
+    def handle_data(self, data):
+        if self.tags and self.tags[-1][0] in ("script", "style"):
+            self.texts.append((self.tags[-1], data))
+
+    def text(self, tag, **attributes):
+        [found] = [
+            text
+            for (name, given), text in self.texts
+            if name == tag and attributes.items() <= given.items()
+        ]
+        return found
+
+
+@pytest.fixture(scope="module")
+def gamut():
+    return Gamut(COLOURS)
+
+
+@pytest.fixture(scope="module")
+def page(gamut):
+    return Page(gamut.to_html("A press"))
+
+
+def test_it_has_the_history_and_the_description(page, gamut):
+    content = json.loads(page.text("script", id="gamut-file"))
+    assert base64.b64decode(content["history"]) == gamut.to_bytes()
+    assert content["gamut"] == {**gamut.description, "name": "A press", "channels": []}
+    assert content["coloured"] is None
+
+
+def test_it_is_the_viewer_of_the_service(page):
+    assert page.text("script", type="module") == (VIEWER_FILES / "viewer.js").read_text()
+    assert page.text("script", id="worker-source") == (VIEWER_FILES / "worker.js").read_text()
+    assert page.text("style") == (VIEWER_FILES / "viewer.css").read_text()
+
+
+def test_nothing_is_loaded(page):
+    addresses = [
+        value
+        for tag, given in page.tags
+        for name, value in given.items()
+        if name in ("src", "href") and tag != "a"
+    ]
+    assert addresses == ["data:,"]
+
+
+def test_its_policy_allows_its_own_script_and_style_and_no_connection(page):
+    [policy] = [given["content"] for tag, given in page.tags if "http-equiv" in given]
+    rules = dict(rule.strip().split(" ", 1) for rule in policy.split(";"))
+    assert rules["default-src"] == "'none'"
+    assert "connect-src" not in rules
+    for rule, text in (
+        ("script-src", page.text("script", type="module")),
+        ("style-src", page.text("style")),
+    ):
+        assert "unsafe" not in rules[rule]
+        digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+        assert f"'sha256-{digest}'" in rules[rule]
+
+
+@pytest.mark.parametrize(
+    "name", ["</script><script>alert(1)</script>", "<!--<script>", "</title>&amp;", "\u2028'\"\\"]
+)
+def test_a_name_is_only_a_name(gamut, page, name):
+    content = gamut.to_html(name)
+    found = Page(content)
+    assert [tag for tag, _ in found.tags] == [tag for tag, _ in page.tags]
+    assert json.loads(found.text("script", id="gamut-file"))["gamut"]["name"] == name
+    assert content.count(b"</script>") == 3
+
+
+def test_other_spaces_bring_coloured_points():
+    page = Page(Gamut(np.array(COLOURS, float), space="Oklab").to_html("Oklab"))
+    coloured = base64.b64decode(json.loads(page.text("script", id="gamut-file"))["coloured"])
+    assert re.match(rb"ply\nformat binary_little_endian", coloured)
+    assert b"property uchar red" in coloured
+
+
+def test_a_suffix_chooses_the_page(gamut, tmp_path):
+    gamut.save(tmp_path / "My press.HTML")
+    assert (tmp_path / "My press.HTML").read_bytes() == gamut.to_html("My press")
+    gamut.save(tmp_path / "html")
+    assert Gamut.load(tmp_path / "html").id == gamut.id

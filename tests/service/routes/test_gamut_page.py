@@ -1,0 +1,50 @@
+"""The page of a gamut over HTTP: a download under its name."""
+
+import pytest
+
+
+@pytest.fixture(scope="module")
+def page(server, gamut):
+    return server.client.get(f"/v1/gamuts/{gamut['id']}/viewer.html")
+
+
+def test_it_is_downloaded_under_the_name_of_the_gamut(page, gamut):
+    assert page.status_code == 200
+    kind, name = page.headers["content-disposition"].split("; ")
+    assert kind == "attachment"
+    assert name == f'filename="{gamut["name"]}.html"'
+    assert page.headers["content-type"] == "text/html; charset=utf-8"
+    assert page.headers["x-content-type-options"] == "nosniff"
+
+
+def test_it_is_not_sent_twice(server, gamut, page):
+    fields = {"if-none-match": page.headers["etag"]}
+    again = server.client.get(f"/v1/gamuts/{gamut['id']}/viewer.html", headers=fields)
+    assert again.status_code == 304
+    small = server.client.get(
+        f"/v1/gamuts/{gamut['id']}/viewer.html", headers={"accept-encoding": "zstd"}
+    )
+    assert small.headers["content-encoding"] == "zstd"
+    assert small.headers["etag"] != page.headers["etag"]
+
+
+def test_a_new_name_is_another_page(server, sphere):
+    made = server.client.post("/v1/gamuts", json={"samples": sphere(seed=791, count=40)}).json()
+    address = f"/v1/gamuts/{made['id']}"
+    before = server.client.get(f"{address}/viewer.html")
+    name = 'Größe "M" 50/50 <b>'
+    assert server.client.put(f"{address}/name", json={"name": name}).status_code < 300
+    after = server.client.get(f"{address}/viewer.html")
+    assert after.headers["etag"] != before.headers["etag"]
+    assert (
+        "filename*=UTF-8''Gr%C3%B6%C3%9Fe%20_M_%2050_50%20_b_.html"
+        in after.headers["content-disposition"]
+    )
+    assert b"<b>" not in after.content.split(b"<script type", 1)[0]
+
+
+def test_no_gamut_no_page(server, assert_problem):
+    answer = server.client.get(f"/v1/gamuts/{'0' * 64}/viewer.html")
+    assert_problem(answer, 404, "gamut-not-found")
+    unknown = server.client.get(f"/v1/gamuts/{'0' * 64}/viewer.html?triangles=5")
+    assert_problem(unknown, 422, "invalid-parameter")

@@ -1,0 +1,231 @@
+// Gamuts in the viewer, in Chromium over a real server: chosen, compared, uploaded, asked, changed.
+//
+//   VIEWER_URL=... CHROMIUM=... FIRST=ID SECOND=ID FINEST=N SAMPLES=FILE BAD=FILE
+//   KEYS_URL=... KEY=... GUARDED=ID node --test gamuts.test.mjs
+//
+// The first gamut is a ball of radius 40 around L* = 50, the second one of radius 30.
+import assert from "node:assert/strict";
+import process from "node:process";
+import { after, before, test } from "node:test";
+import { chromium, close, drawn, figures, open, pixel, violations } from "./pages.mjs";
+
+const { FIRST, SECOND, SAMPLES, BAD, KEYS_URL, KEY, GUARDED } = process.env;
+const FINEST = Number(process.env.FINEST);
+
+let browser;
+before(async () => {
+  browser = await chromium();
+});
+after(() => browser.close());
+
+for (const [scheme, rules] of [["light", null], ["dark", ["color-contrast"]]]) {
+  test(`axe-core finds nothing in the ${scheme} scheme, with and without gamuts and lists`, async () => {
+    const page = await open(browser, "/view", { scheme });
+    assert.deepEqual(await violations(page, rules), []);
+    await page.click("#chooser-a");
+    await page.waitForSelector("[role=option]");
+    assert.deepEqual(await violations(page, rules), []);
+    await page.goto(`${page.url().split("#")[0]}#a=${FIRST}&b=${SECOND}`);
+    await page.reload();
+    await drawn(page, FINEST);
+    assert.deepEqual(await violations(page, rules), []);
+    await page.click("#help");
+    assert.deepEqual(await violations(page, rules), []);
+    await close(page);
+  });
+}
+
+test("a gamut is chosen by name with the keyboard alone", async () => {
+  const page = await open(browser, "/view");
+  await page.focus("#chooser-a");
+  await page.keyboard.type("BALL A");
+  await page.waitForFunction("document.querySelectorAll('[role=option]').length === 1");
+  await page.keyboard.press("ArrowDown");
+  assert.equal(await page.$eval("#chooser-a", (input) => input.ariaActiveDescendantElement?.role ?? "option"), "option");
+  await page.keyboard.press("Enter");
+  await drawn(page, FINEST);
+  assert.equal(await page.$eval("#chooser-a", (input) => input.value), "Ball A");
+  assert.match(await page.$eval("#view", (view) => view.getAttribute("aria-label")), /^Ball A, \d+ triangles$/);
+  assert.match(await page.title(), /^Ball A/);
+  await close(page);
+});
+
+test("references are offered by name", async () => {
+  const page = await open(browser, "/view");
+  await page.click("#chooser-b");
+  await page.keyboard.type("display-p3");
+  await page.waitForFunction("document.querySelectorAll('[role=option]').length === 1");
+  assert.match(await page.$eval("[role=option]", (option) => option.textContent), /display-p3/);
+  await page.keyboard.press("Escape");
+  assert.equal(await page.$eval("#chooser-b", (input) => input.getAttribute("aria-expanded")), "false");
+  await close(page);
+});
+
+test("a second gamut is a wireframe around or in the first, and they change places", async () => {
+  const page = await open(browser, `/view#a=${FIRST}`);
+  await drawn(page, FINEST);
+  await page.click("#chooser-b");
+  await page.keyboard.type("ball b");
+  await page.waitForFunction("document.querySelectorAll('[role=option]').length === 1");
+  await page.click("[role=option]");
+  await page.waitForFunction("window.gamutViewer.figures.triangles[1] > 4");
+  assert.match(await page.$eval("#legend", (legend) => legend.innerText), /Ball A · solid\n+Ball B · wireframe/);
+  await page.click("#swap");
+  await page.waitForFunction("/^Ball B · solid/.test(document.getElementById('legend').innerText)");
+  await page.click("button.clear[aria-label='Remove second gamut']");
+  await page.waitForFunction("window.gamutViewer.figures.triangles[1] === 0");
+  await close(page);
+});
+
+test("coverage both ways, and only the part outside in colour", async () => {
+  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}&style-b=hidden&axes=off`);
+  await drawn(page, FINEST);
+  await page.waitForFunction("/covers/.test(document.getElementById('coverage').textContent)", { timeout: 60_000 });
+  const text = await page.$eval("#coverage", (box) => box.innerText);
+  // The balls have the same directions: the ratio of their volumes is (30 / 40)³.
+  assert.match(text, /Ball A covers\n100\.00 % of Ball B/);
+  assert.match(text, /Ball B covers\n42\.19 % of Ball A/);
+  const chroma = ([r, g, b]) => Math.max(r, g, b) - Math.min(r, g, b);
+  await page.click("[data-axis='+a*']");
+  const coloured = await pixel(page, 0.45, 0.5);
+  await page.click("#highlight");
+  await page.click("#swap");
+  await page.waitForFunction("/^Ball B/.test(document.title)");
+  await page.select("#style-b", "hidden");
+  // All of the smaller ball is inside the larger one.
+  let grey = coloured;
+  for (let i = 0; i < 100 && chroma(grey) > 3; i++) {
+    await new Promise((resolve) => setTimeout(resolve, 50));
+    grey = await pixel(page, 0.45, 0.5);
+  }
+  assert.ok(chroma(coloured) > 20 && chroma(grey) <= 3, `${coloured} ${grey}`);
+  assert.deepEqual(await violations(page), []);
+  await close(page);
+});
+
+test("a list of colours is checked: table, points and a file", async () => {
+  const page = await open(browser, `/view#a=${FIRST}`);
+  await drawn(page, FINEST);
+  await page.focus("#colours");
+  await page.keyboard.type("name,L,a,b\nwithin,50,0,0\nbeyond,50,60,0\n52 0 -61");
+  await page.click("#check");
+  await page.waitForSelector("#colours-table table", { timeout: 60_000 });
+  const rows = await page.$$eval("#colours-table tbody tr", (all) =>
+    all.map((row) => [...row.children].map((cell) => cell.textContent)),
+  );
+  assert.deepEqual(rows.map(([name, inside]) => [name, inside]), [
+    ["within", "yes"],
+    ["beyond", "no"],
+    ["52 0 −61", "no"],
+  ]);
+  assert.equal(rows[0][2], "0");
+  assert.ok(Number(rows[1][2]) > 1 && Number(rows[1][2]) < 20, rows[1][2]);
+  const nearest = rows[1][3].replaceAll("−", "-").split(" ").map(Number);
+  assert.ok(Math.abs(Math.hypot(nearest[0] - 50, nearest[1], nearest[2]) - 40) < 3, rows[1][3]);
+  assert.equal(await page.$eval("#colours-note", (note) => note.textContent), "3 colours, 2 outside.");
+  assert.deepEqual(await violations(page), []);
+  await page.click("#colours-clear");
+  await page.waitForSelector("#colours-table[hidden]");
+  await close(page);
+});
+
+test("a file that is dropped is built, with progress, and shown", async () => {
+  const page = await open(browser, "/view");
+  await page.evaluate((text) => {
+    window.stages = new Set();
+    const name = document.getElementById("stage-name");
+    new MutationObserver(() => window.stages.add(name.textContent)).observe(name, { childList: true });
+    const transfer = new DataTransfer();
+    transfer.items.add(new File([text], "dropped colours.csv"));
+    for (const type of ["dragenter", "drop"]) {
+      document.body.dispatchEvent(new DragEvent(type, { bubbles: true, dataTransfer: transfer }));
+    }
+  }, SAMPLES);
+  await page.waitForFunction("window.gamutViewer.figures.triangles[0] > 4", { timeout: 60_000 });
+  assert.match(await page.$eval("#legend", (legend) => legend.innerText), /dropped colours/);
+  const stages = await page.evaluate("[...window.stages]");
+  assert.ok(stages.length > 1 && stages.every((stage) => stage.startsWith("Building: ")), String(stages));
+  await close(page);
+});
+
+test("what is wrong with a file is said in the words of the service", async () => {
+  const page = await open(browser, "/view");
+  const [chooser] = await Promise.all([page.waitForFileChooser(), page.click("#upload")]);
+  await chooser.accept([BAD]);
+  await page.waitForSelector("#problem:not([hidden])");
+  const text = await page.$eval("#problem", (problem) => problem.innerText);
+  assert.equal(text.split("\n").filter(Boolean).length, 3, text);
+  assert.equal(await page.$eval("#problem", (problem) => problem.getAttribute("role")), "alert");
+  assert.deepEqual(await violations(page), []);
+  // Chromium reports the status of the answer.
+  page.complaints = page.complaints.filter((text) => !text.includes("the server responded with a status of 4"));
+  await close(page);
+});
+
+test("200 changes of gamut leave nothing behind", async () => {
+  // Small pictures: what is drawn is not the question here, and 210 large ones take a minute.
+  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}&triangles=200`, { width: 640, height: 240 });
+  await drawn(page, 200, 200);
+  const heap = async () => {
+    await page.evaluate("gc()");
+    return (await page.metrics()).JSHeapUsedSize;
+  };
+  // One call for all changes: each call from here would wait for a picture.
+  const change = (times) =>
+    page.evaluate(
+      async (keys, count) => {
+        const { gamutViewer } = window;
+        for (let i = 0; i < count; i++) {
+          await gamutViewer.show("a", keys[i % 2]);
+          while (gamutViewer.figures.triangles[0] !== 200) await new Promise((resolve) => setTimeout(resolve, 2));
+        }
+      },
+      [SECOND, FIRST],
+      times,
+    );
+  // The part outside is drawn a moment after the gamuts, and a replaced worker ends a moment later: what
+  // is there is counted when two seconds change nothing.
+  const settled = async () => {
+    const count = async () => {
+      const { geometries, textures } = await figures(page);
+      return { geometries, textures, workers: page.workers().length };
+    };
+    let [last, same] = [await count(), 0];
+    for (let i = 0; i < 150 && same < 10; i++) {
+      await new Promise((resolve) => setTimeout(resolve, 200));
+      const next = await count();
+      same = JSON.stringify(next) === JSON.stringify(last) ? same + 1 : 0;
+      last = next;
+    }
+    return last;
+  };
+  await change(10);
+  const [before, bytes] = [await settled(), await heap()];
+  assert.equal(before.workers, 2);
+  await change(200);
+  assert.deepEqual(await settled(), before);
+  assert.ok((await heap()) < bytes + 4e6, `${bytes} bytes became ${await heap()}`);
+  await close(page);
+});
+
+test("the API key is asked for when the service needs one, and nothing is shown without it", async () => {
+  const page = await open(browser, `/view#a=${GUARDED}`, { url: KEYS_URL });
+  await page.waitForSelector("#key-field:not([hidden])");
+  assert.equal(await page.$eval("#problem", (box) => box.checkVisibility()), true);
+  await page.type("#key", `${KEY.slice(0, -1)}${KEY.endsWith("A") ? "B" : "A"}`);
+  await page.keyboard.press("Enter");
+  await page.waitForFunction("performance.getEntriesByType('resource').filter(({ name }) => name.includes('/v1/')).length > 1");
+  assert.deepEqual((await figures(page)).triangles, [0, 0]);
+  assert.deepEqual(await violations(page), []);
+  await page.click("#key", { count: 3 });
+  await page.type("#key", KEY);
+  await page.keyboard.press("Enter");
+  await page.waitForFunction("window.gamutViewer.figures.triangles[0] > 4");
+  assert.equal(await page.$eval("#problem", (box) => box.checkVisibility()), false);
+  await page.click("#chooser-b");
+  await page.waitForSelector("[role=option]");
+  // Neither the address nor the browser's storage keeps it.
+  assert.equal(await page.evaluate("JSON.stringify([location.href, {...localStorage}, {...sessionStorage}, document.cookie])").then((all) => all.includes(KEY)), false);
+  page.complaints = page.complaints.filter((text) => !text.includes("the server responded with a status of 401"));
+  await close(page);
+});

@@ -1,0 +1,279 @@
+// What the view does, in Chromium over a real server: levels, keys, colours, slices, pictures, addresses.
+//
+//   VIEWER_URL=... CHROMIUM=... FIRST=ID SECOND=ID FINEST=N PAGE=FILE OTHER_PAGE=FILE node --test view.test.mjs
+//
+// The first gamut is a ball of radius 40 around L* = 50, the second one of radius 30.
+import assert from "node:assert/strict";
+import process from "node:process";
+import { after, before, test } from "node:test";
+import {
+  chromium,
+  close,
+  difference,
+  drawn,
+  open,
+  pixel,
+  smallPicture,
+  storedPicture,
+  violations,
+} from "./pages.mjs";
+
+const { FIRST, SECOND, PAGE, OTHER_PAGE } = process.env;
+const FINEST = Number(process.env.FINEST);
+
+let browser;
+before(async () => {
+  browser = await chromium();
+});
+after(() => browser.close());
+
+test("the slider shows any level while it moves, and the number any even count", async () => {
+  const page = await open(browser, `/view#a=${FIRST}`);
+  await drawn(page, FINEST);
+  await page.focus("#slider");
+  await page.keyboard.press("Home");
+  await drawn(page, 4);
+  await page.keyboard.press("End");
+  await drawn(page, FINEST);
+  assert.match(await page.$eval("#level-note", (note) => note.textContent), /full boundary/);
+  await page.click("#triangles", { count: 3 });
+  await page.keyboard.type("101");
+  await page.keyboard.press("Enter");
+  await drawn(page, 100);
+  assert.match(await page.$eval("#level-note", (note) => note.textContent), /100, within about [\d.]+ ΔE/);
+  await close(page);
+});
+
+test("the keys of the view turn, enlarge and refine it", async () => {
+  const page = await open(browser, `/view#a=${FIRST}&triangles=100`);
+  await drawn(page, 100);
+  await page.focus("#view");
+  const place = () => page.evaluate("window.gamutViewer.view.place");
+  const start = await place();
+  await page.keyboard.press("ArrowLeft");
+  assert.notDeepEqual(await place(), start);
+  await page.keyboard.press("0");
+  assert.deepEqual(await place(), start);
+  await page.keyboard.press("+");
+  assert.ok(Math.hypot(...(await place()).slice(0, 3)) < Math.hypot(...start.slice(0, 3)));
+  await page.keyboard.press("]");
+  await drawn(page, 200);
+  await page.keyboard.press("[");
+  await drawn(page, 100);
+  await page.keyboard.press("p");
+  assert.equal(await page.$eval("#projection", (select) => select.value), "orthographic");
+  await page.keyboard.press("w");
+  assert.equal(await page.$eval("#style-a", (select) => select.value), "shaded");
+  await page.keyboard.press("a");
+  assert.equal(await page.$eval("#axes", (box) => box.checked), false);
+  await close(page);
+});
+
+test("colours are true: from above, the middle of a ball of radius 40 is the grey of L* 90", async () => {
+  const page = await open(browser, `/view#a=${FIRST}&projection=orthographic&axes=off`);
+  await drawn(page, FINEST);
+  await page.click("[data-axis='+L*']");
+  const [x, y] = await page.evaluate(() => {
+    const at = window.gamutViewer.view.camera.clone();
+    at.updateMatrixWorld();
+    const place = at.position.clone().set(0, 90, 0).project(at);
+    return [(place.x + 1) / 2, (1 - place.y) / 2];
+  });
+  // L* 90 is 226 in sRGB: Y = ((90 + 16) / 116)^3, encoded by IEC 61966-2-1.
+  for (const value of await pixel(page, x, y)) assert.ok(Math.abs(value - 226) <= 6, String(value));
+  const ground = await page.$eval("#stage", (stage) => getComputedStyle(stage).backgroundColor);
+  assert.equal(`rgb(${(await pixel(page, 0.01, 0.99)).join(", ")})`, ground);
+  await close(page);
+});
+
+test("the pointer reads coordinates, chroma and hue", async () => {
+  const page = await open(browser, `/view#a=${FIRST}`);
+  await drawn(page, FINEST);
+  const box = await (await page.$("#view")).boundingBox();
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await page.waitForSelector("#readout:not([hidden])");
+  const text = (await page.$eval("#readout", (output) => output.textContent)).replaceAll("−", "-");
+  const [l, a, b, chroma, hue] = /L\* (\S+) +a\* (\S+) +b\* (\S+?)C (\S+) +h (\S+)°/.exec(text).slice(1).map(Number);
+  assert.ok(Math.abs(Math.hypot(l - 50, a, b) - 40) < 4, text);
+  assert.ok(Math.abs(Math.hypot(a, b) - chroma) < 0.2, text);
+  assert.ok(Math.abs(Math.cos((hue * Math.PI) / 180) * chroma - a) < 0.3, text);
+  await page.mouse.move(box.x + 3, box.y + box.height - 3);
+  await page.waitForSelector("#readout[hidden]");
+  await close(page);
+});
+
+test("the pointer reads the signed distance to the other gamut", async () => {
+  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}&style-b=hidden`);
+  await drawn(page, FINEST);
+  const box = await (await page.$("#view")).boundingBox();
+  const distance = async () => {
+    await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+    await page.waitForFunction("/ from Ball/.test(document.getElementById('readout').textContent)");
+    const text = await page.$eval("#readout", (output) => output.textContent);
+    const [, value, where] = /([−\d.]+) from Ball . \((inside|outside)\)/.exec(text);
+    return [Number(value.replace("−", "-")), where];
+  };
+  // The spheres around one middle are 10 apart; their triangles are flat between the colours.
+  const [outer, beyond] = await distance();
+  assert.ok(Math.abs(outer - 10) < 1.5 && beyond === "outside", `${outer} ${beyond}`);
+  await page.mouse.move(box.x + 3, box.y + box.height - 3);
+  await page.waitForSelector("#readout[hidden]");
+  await page.click("#swap");
+  await page.waitForFunction("/^Ball B/.test(document.title)");
+  await page.waitForFunction("window.gamutViewer.figures.triangles.every((count) => count > 4)");
+  const [inner, within] = await distance();
+  assert.ok(Math.abs(inner + 10) < 1.5 && within === "inside", `${inner} ${within}`);
+  await close(page);
+});
+
+test("slices show the outlines of both gamuts, and the address keeps them", async () => {
+  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}`);
+  await drawn(page, FINEST);
+  await page.select("#slice-kind", "lightness");
+  await page.focus("#slice-value");
+  const outline = () =>
+    page.evaluate(() => {
+      const canvas = document.getElementById("slice");
+      const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d");
+      copy.drawImage(canvas, 0, 0);
+      const { data } = copy.getImageData(0, 0, canvas.width, canvas.height);
+      // Coloured pixels: the filled first gamut.
+      let count = 0;
+      for (let i = 0; i < data.length; i += 4) {
+        if (data[i + 3] === 255 && Math.max(data[i], data[i + 1], data[i + 2]) - Math.min(data[i], data[i + 1], data[i + 2]) > 20) count += 1;
+      }
+      return count / data.length * 4;
+    });
+  const middle = await outline();
+  for (let i = 0; i < 30; i++) await page.keyboard.press("ArrowRight");
+  const higher = await outline();
+  // The disc shrinks from radius 40 to √(40² − 30²).
+  assert.ok(middle > 0.3 && higher > 0.02 && higher < 0.6 * middle, `${middle} ${higher}`);
+  assert.match(await page.$eval("#slice-label", (label) => label.textContent), /^L\* 80/);
+  await page.waitForFunction("location.hash.includes('lightness=80')");
+  await page.select("#slice-kind", "hue");
+  assert.match(await page.$eval("#slice", (canvas) => canvas.ariaLabel), /Hue 40°/);
+  assert.deepEqual(await violations(page), []);
+  await page.select("#slice-kind", "rings");
+  await page.waitForFunction("document.getElementById('rings').naturalWidth > 0", { timeout: 60_000 });
+  assert.equal(await page.$eval("#rings", (picture) => picture.alt), "Gamut rings of Ball A and Ball B");
+  assert.deepEqual(await violations(page), []);
+  await page.select("#slice-kind", "off");
+  await page.waitForSelector("#section[hidden]");
+  await close(page);
+});
+
+test("an address restores gamuts, level, styles and camera", async () => {
+  const page = await open(browser, `/view#a=${FIRST}&b=${SECOND}&triangles=200`);
+  await drawn(page, 200, 200);
+  await page.select("#style-b", "both");
+  await page.select("#projection", "orthographic");
+  await page.focus("#view");
+  for (const key of ["ArrowLeft", "ArrowUp", "+"]) await page.keyboard.press(key);
+  const place = await page.evaluate("window.gamutViewer.view.place");
+  await page.waitForFunction(`location.hash.includes("${place.join(",")}")`);
+  const other = await open(browser, new URL(page.url()).pathname + new URL(page.url()).hash);
+  await drawn(other, 200, 200);
+  await other.waitForFunction(`window.gamutViewer.view.place.join() === "${place}"`);
+  assert.equal(await other.$eval("#style-b", (select) => select.value), "both");
+  assert.equal(await other.$eval("#projection", (select) => select.value), "orthographic");
+  await close(other);
+  await close(page);
+});
+
+test("a browser gets the viewer at the address of a gamut", async () => {
+  const page = await open(browser, `/v1/gamuts/${SECOND}`);
+  await page.waitForFunction("window.gamutViewer.figures.triangles[0] > 4");
+  assert.match(await page.title(), /^Ball B/);
+  await close(page);
+});
+
+test("the view is a PNG file", async () => {
+  const page = await open(browser, `/view#a=${FIRST}`);
+  await drawn(page, FINEST);
+  const head = await page.evaluate(async () => {
+    const blob = await window.gamutViewer.view.picture();
+    return [blob.type, ...new Uint8Array(await blob.slice(0, 4).arrayBuffer())];
+  });
+  assert.deepEqual(head, ["image/png", 0x89, 0x50, 0x4e, 0x47]);
+  await close(page);
+});
+
+test("on a phone everything is within reach", async () => {
+  const page = await open(browser, `/view#a=${FIRST}`, { width: 390, height: 780 });
+  await drawn(page, FINEST);
+  assert.deepEqual(await violations(page), []);
+  const layout = await page.evaluate(() => ({
+    overflow: document.documentElement.scrollWidth - innerWidth,
+    beyond: [...document.querySelectorAll("header button, #views button")]
+      .filter((button) => button.getBoundingClientRect().right > innerWidth)
+      .map((button) => button.textContent),
+    view: document.getElementById("view").getBoundingClientRect().height / innerHeight,
+    small: [...document.querySelectorAll("#panel button, #panel select, #panel input[type=range]")]
+      .filter((control) => control.checkVisibility())
+      .filter((control) => control.getBoundingClientRect().height < 24)
+      .map((control) => control.id || control.className),
+  }));
+  assert.equal(layout.overflow, 0);
+  assert.deepEqual(layout.beyond, []);
+  assert.ok(layout.view > 0.4);
+  assert.deepEqual(layout.small, []);
+  const box = await (await page.$("#view")).boundingBox();
+  await page.touchscreen.tap(box.x + box.width / 2, box.y + box.height / 2);
+  await page.waitForSelector("#readout:not([hidden])");
+  await close(page);
+});
+
+const PICTURES = {
+  solid: [`#a=${FIRST}`, {}],
+  "two-dark": [`#a=${FIRST}&b=${SECOND}&lightness=60&style-a=wire&style-b=shaded`, { scheme: "dark" }],
+  hue: [`#a=${FIRST}&triangles=400&style-a=both&hue=40&projection=orthographic`, {}],
+  phone: [`#a=${FIRST}&b=${SECOND}`, { width: 390, height: 780 }],
+};
+
+test("pages look like the stored pictures", async () => {
+  const seen = [];
+  for (const [name, [hash, given]] of Object.entries(PICTURES)) {
+    const page = await open(browser, `/view${hash}`, given);
+    await page.waitForFunction("window.gamutViewer.figures.triangles[0] > 4");
+    if (hash.includes("&b=")) await page.waitForFunction("/covers/.test(document.getElementById('coverage').textContent)");
+    const picture = await smallPicture(page);
+    const stored = await storedPicture(name, picture);
+    const { mean, far } = await difference(page, picture, stored);
+    assert.ok(mean < 4 && far < 0.04, `${name}: mean ${mean}, far ${far}`);
+    // The comparison can fail: the others look different.
+    for (const other of seen) {
+      const { mean: apart } = await difference(page, picture, other);
+      assert.ok(apart > 8, `${name}: ${apart}`);
+    }
+    seen.push(picture);
+    await close(page);
+  }
+});
+
+for (const [space, file] of [["CIELAB", PAGE], ["another space", OTHER_PAGE]]) {
+  test(`a page that was saved shows every level from disk, without a network, in ${space}`, async () => {
+    const asked = [];
+    const page = await open(browser, file, { isOffline: true });
+    page.on("request", (request) => asked.push(new URL(request.url()).protocol));
+    await page.reload();
+    await page.waitForFunction("window.gamutViewer?.figures.triangles[0] > 4");
+    assert.match(await page.title(), /^(Ball A|Oklab sphere)/);
+    await page.focus("#slider");
+    await page.keyboard.press("Home");
+    await drawn(page, 4);
+    await page.keyboard.press("End");
+    await page.waitForFunction("((f) => f.triangles[0] === f.available[0] && f.triangles[0] > 4)(window.gamutViewer.figures)");
+    assert.match(await page.$eval("#level-note", (note) => note.textContent), /full boundary/);
+    const [r, g, b] = await pixel(page, 0.5, 0.5);
+    assert.ok(Math.max(r, g, b) - Math.min(r, g, b) > 20, `${r} ${g} ${b}`);
+    await page.select("#slice-kind", "lightness");
+    await page.waitForSelector("#section:not([hidden])");
+    assert.equal(await page.$eval("#chooser-a", (field) => field.checkVisibility()), false);
+    assert.deepEqual(await violations(page), []);
+    assert.deepEqual(asked.filter((protocol) => !["file:", "blob:", "data:"].includes(protocol)), []);
+    assert.equal(await page.evaluate("fetch('https://example.org').then(() => 'sent', () => 'refused')"), "refused");
+    page.complaints = page.complaints.filter((text) => !text.includes("example.org"));
+    await close(page);
+  });
+}
