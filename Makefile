@@ -154,7 +154,7 @@ documents: install ## update the generated tables of all documents
 .PHONY: docs
 docs: install .venv/.installed-docs ## build the site of the documents into build/docs; warnings are errors
 	rm -rf build/docs docs/api
-	$(python) -m sphinx -q -W --keep-going -b html -c docs/site . build/docs
+	PYTHONPATH=$(CURDIR)/client $(python) -m sphinx -q -W --keep-going -b html -c docs/site . build/docs
 
 # --- checks ---------------------------------------------------------------------------------------
 
@@ -175,7 +175,7 @@ types: .venv/.installed-lint ## mypy, strict, on both packages and the benchmark
 
 .PHONY: contracts
 contracts: .venv/.installed-lint ## import-linter: no web in gamutcore, data flows one way
-	.venv/bin/lint-imports
+	PYTHONPATH=client .venv/bin/lint-imports
 
 .PHONY: openapi
 openapi: .venv/.installed ## regenerate openapi/openapi.json
@@ -225,13 +225,13 @@ check: static-checks test ## all checks and all tests
 # --- distribution ---------------------------------------------------------------------------------
 
 .PHONY: wheel
-wheel: .venv/bin/pip ## build the wheel into dist/
+wheel: .venv/bin/pip ## build the wheels of the service and of the client into dist/
 	rm -rf dist
-	$(python) -m pip wheel -q --no-deps --wheel-dir dist .
+	$(python) -m pip wheel -q --no-deps --wheel-dir dist . ./client
 
 .PHONY: wheel-check
-wheel-check: wheel ## install the wheel without extras into a clean venv and use gamutcore
-	.ci/wheel-check dist/*.whl
+wheel-check: wheel ## install each wheel without extras into a clean venv and use it
+	.ci/wheel-check dist/gamut_boundary_service-*.whl dist/gamutclient-*.whl
 
 .PHONY: image-check
 image-check: .venv/.installed ## build the container image and use it (Debian, as root; .ci/run installs the tools)

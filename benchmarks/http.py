@@ -27,11 +27,12 @@ __all__ = ["Server", "build_over_http", "mesh_rates", "posted", "server"]
 
 
 class Server(NamedTuple):
-    """A running server: its port, the seconds until it was ready, and its process."""
+    """A running server: its port, the seconds until it was ready, its process and its log."""
 
     port: int
     ready: float
     process: subprocess.Popen[bytes]
+    log: Path
 
 
 @contextlib.contextmanager
@@ -58,7 +59,7 @@ def server(settings: Mapping[str, str] | None = None, *, pin: bool = True) -> It
             )
         try:
             port = ready_port(process, log)
-            yield Server(port, time.perf_counter() - start, process)
+            yield Server(port, time.perf_counter() - start, process, log)
         finally:
             process.terminate()
             process.wait(30)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import io
 import json
 import random
 import time
@@ -40,6 +41,7 @@ class MixedRequest:
     expected: set[int]
     headers: dict[str, str] = field(default_factory=dict)
     content: bytes = b""
+    check: Callable[[httpx.Response], bool] | None = None
 
 
 def sphere_body(seed: int) -> bytes:
@@ -53,7 +55,7 @@ def mixed_requests(gamuts: list[tuple[str, int]], known: bytes) -> Iterator[Mixe
     Parameters
     ----------
     gamuts : list of (str, int)
-        Ids and triangle counts of stored gamuts.
+        Ids and triangle counts of stored gamuts: spheres of `sphere_samples`, and another one last.
     known : bytes
         A body whose gamut is stored.
     """
@@ -100,12 +102,12 @@ def mixed_requests(gamuts: list[tuple[str, int]], known: bytes) -> Iterator[Mixe
 
     def query() -> MixedRequest:
         if chance.random() < 0.3:
-            path = chance.choice(("cusps", "leaves?hues=36", "slice.svg?hue=40", "rings"))
-            return MixedRequest("GET", f"{gamut()}/{path}", {200})
-        name = chance.choice(("contains", "nearest", "map"))
-        rows = [[chance.uniform(0, 100), chance.uniform(-90, 90), 0.0] for _ in range(20)]
-        body = json.dumps({"colours": rows}).encode()
-        return MixedRequest("POST", f"{gamut()}/{name}", {200, 429}, json_body, body)
+            (one, _), (two, _) = chance.choices(gamuts, k=2)
+            views = ("cusps", "leaves?hues=36", "slice?lightness=50", "slice.svg?hue=40", "rings")
+            paths = (*(f"{gamut()}/{view}" for view in views), f"/v1/comparisons?a={one}&b={two}")
+            return MixedRequest("GET", chance.choice(paths), {200, 429})
+        sphere = f"/v1/gamuts/{chance.choice(gamuts[:-1])[0]}"
+        return sphere_query(sphere, chance)
 
     def new_post() -> MixedRequest:
         nonlocal posts
@@ -128,6 +130,48 @@ def mixed_requests(gamuts: list[tuple[str, int]], known: bytes) -> Iterator[Mixe
     shares = [share for share, _ in kinds]
     while True:
         yield chance.choices(kinds, shares)[0][1]()
+
+
+def sphere_query(gamut: str, chance: random.Random) -> MixedRequest:
+    """Return a query about rays of a sphere, with a check of the answer.
+
+    The spheres of `sphere_samples` have a radius of 40. Chords of 300 points are at most 10 inside.
+    """
+    random_numbers = np.random.default_rng(chance.randrange(2**32))
+    rays = random_numbers.normal(size=(20, 3))
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    radii = random_numbers.uniform((1, 45), (30, 80), (10, 2)).reshape(-1)
+    centre = np.array([50.0, 0.0, 0.0])
+    colours = centre + rays * radii[:, np.newaxis]
+    outside = radii > 40
+    name = chance.choice(("contains", "nearest", "map", "crossings"))
+    first = {"from": [centre.tolist()] * 20, "to": colours.tolist()}
+    asked = first if name == "crossings" else {"colours": colours.tolist()}
+    if name == "map":
+        asked["method"] = chance.choice(("clip-nearest", "clip-hue", "clip-focal"))
+    is_npy = name != "map" and chance.random() < 0.3
+    if is_npy:
+        file = io.BytesIO()
+        starts = np.broadcast_to(centre, colours.shape)
+        np.save(file, np.hstack([starts, colours]) if name == "crossings" else colours)
+    fields = {"Content-Type": "application/x-npy" if is_npy else "application/json"}
+    fields["Accept"] = "application/json"
+
+    def check(answer: httpx.Response) -> bool:
+        found = answer.json()
+        if name == "contains":
+            return bool(found["inside"] == (~outside).tolist())
+        if name == "nearest":
+            gap = np.abs(np.array(found["distance"]) - np.abs(40 - radii))
+            return bool(gap.max() < 10)
+        if name == "map":
+            reached = np.linalg.norm(np.array(found["mapped"]) - centre, axis=1)
+            return bool(found["moved"] == outside.tolist() and reached.max() < 40.2)
+        counts = np.array([len(places) for places in found["t"]])
+        return bool((counts == outside).all() and not any(map(any, found["entering"])))
+
+    content = file.getvalue() if is_npy else json.dumps(asked).encode()
+    return MixedRequest("POST", f"{gamut}/{name}", {200, 429}, fields, content, check)
 
 
 class MixedRun(NamedTuple):
@@ -153,12 +197,18 @@ async def run_mixture(
         async def send_all() -> None:
             for number in numbers:
                 sent = next(requests)
-                answer = await client.request(
-                    sent.method, sent.path, headers=sent.headers, content=sent.content
-                )
+                try:
+                    answer = await client.request(
+                        sent.method, sent.path, headers=sent.headers, content=sent.content
+                    )
+                except httpx.TransportError as error:
+                    run.unexpected.append(f"{error!r}: {sent.method} {sent.path}")
+                    continue
                 run.statuses[answer.status_code] += 1
                 if answer.status_code not in sent.expected:
                     run.unexpected.append(f"{answer.status_code}: {sent.method} {sent.path}")
+                elif sent.check and answer.status_code == 200 and not sent.check(answer):
+                    run.unexpected.append(f"wrong: {sent.method} {sent.path}: {answer.text[:200]}")
                 if number % 1000 == 0:
                     run.memory.append((number, resident_bytes(pid=found.process.pid)))
 
@@ -187,6 +237,10 @@ def mixture_results(requests: int) -> list[Result]:
         start = time.perf_counter()
         run = uvloop.run(run_mixture(found, mixed_requests(gamuts, known), known, 2 * requests))
         seconds = time.perf_counter() - start
+        log = found.log.read_text()
+    faults = log.count("Traceback")
+    if faults:
+        print(log[log.index("Traceback") :][:20_000])
     for line in run.unexpected[:10]:
         print(line)
     half = len(run.memory) // 2
@@ -204,8 +258,8 @@ def mixture_results(requests: int) -> list[Result]:
         Result(
             "soak-answers",
             f"{len(run.unexpected)} unexpected of {2 * requests:,} at "
-            f"{2 * requests / seconds:,.0f} requests/s ({statuses})",
-            not run.unexpected,
+            f"{2 * requests / seconds:,.0f} requests/s ({statuses}); {faults} errors in the log",
+            not run.unexpected and not faults,
         ),
     ]
 

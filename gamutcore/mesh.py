@@ -7,6 +7,7 @@ judge the results of all other modules.
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
     from gamutcore.arrays import FloatArray, IndexArray, PositionArray
 
-__all__ = ["DeviceValues", "TriangleMesh", "Validity", "connected_components"]
+__all__ = ["DeviceValues", "TriangleMesh", "Validity", "connected_components", "imported_trimesh"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -312,9 +313,7 @@ class TriangleMesh:
 
     def to_trimesh(self) -> Any:  # noqa: ANN401  # trimesh has no type stubs
         """Return a `trimesh.Trimesh` of the same vertices and faces, none merged or reordered."""
-        import trimesh  # noqa: PLC0415  # a heavy import that only exchange needs
-
-        return trimesh.Trimesh(self.vertices, self.faces, process=False, validate=False)
+        return imported_trimesh().Trimesh(self.vertices, self.faces, process=False, validate=False)
 
 
 def connected_components(
@@ -362,3 +361,20 @@ def _vertex_cycles(
     pieces, _ = connected_components(corners.ravel() // 3, following // 3, len(faces))
     used = len(np.unique(faces))
     return cycles == used == count, pieces == 1
+
+
+_IMPORTING = threading.Lock()
+
+
+def imported_trimesh() -> Any:  # noqa: ANN401  # trimesh has no type stubs
+    """Return the module trimesh, a heavy import that only the exchange of meshes needs.
+
+    Its modules import one another. Two threads that begin with different ones would meet modules
+    that are not complete, so one thread imports all.
+    """
+    with _IMPORTING:
+        import trimesh.exchange.obj  # noqa: PLC0415
+        import trimesh.exchange.ply  # noqa: PLC0415
+        import trimesh.exchange.stl  # noqa: PLC0415
+
+        return trimesh

@@ -37,9 +37,11 @@ __all__ = [
 
 logger = logging.getLogger(__name__)
 
-_KEEP_ALIVE_SECONDS = 5
-"""How long an idle connection stays open between requests. Each one holds a file descriptor, and
-the next request of a page or a script comes sooner."""
+_KEEP_ALIVE_SECONDS = 75
+"""How long an idle connection stays open between requests, as for nginx. Clients and proxies that
+reuse connections give them up earlier: httpx after 5, load balancers after 60 seconds. If both
+sides waited equally long, a request could meet the end of its connection. An idle connection is
+closed before a new one is refused."""
 
 
 _REMEDIES = {

@@ -27,8 +27,9 @@ release = __version__
 
 extensions = ["myst_nb", "numpydoc", "sphinx.ext.autodoc", "sphinx.ext.autosummary"]
 root_doc = "README"
-source_suffix = {".rst": "restructuredtext", ".md": "myst-nb"}  # the first is that of autosummary
-include_patterns = ["*.md", "docs/**", "examples/**"]
+# the first is that of autosummary
+source_suffix = {".rst": "restructuredtext", ".md": "myst-nb", ".ipynb": "myst-nb"}
+include_patterns = ["*.md", "docs/**", "examples/*.md"]
 exclude_patterns = ["docs/site"]
 templates_path = [str(Path(__file__).parent / "templates")]  # autosummary looks in another folder
 
@@ -87,7 +88,7 @@ def toctrees(page: str, document: str) -> str:
     trees = []
     for section in (ROOT / document).read_text().split("\n## ")[1:]:
         caption = section.splitlines()[0]
-        links = re.findall(r"\]\(([\w./-]+)\.md\)", section)
+        links = re.findall(r"\]\(([\w./-]+)\.(?:md|ipynb)\)", section)
         pages = [posixpath.normpath(posixpath.join(folder, link)) for link in links]
         # in place of the page itself, the document
         listed = [document.removesuffix(".md") if link == page else link for link in pages]

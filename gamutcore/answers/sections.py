@@ -281,12 +281,14 @@ class SectionAnswers(Answering):
         found = queries.leaves(level.index, hue_angles(hues), heights)
         faces, weights = found.faces.reshape(-1), found.weights.reshape(-1, 3)
         device, channels = self._device(level, faces, weights)
+        if device is not None:
+            device = device.reshape(len(found.chroma), 2, device.shape[1])
         return ChromaTable(
             hue=found.hues,
             lightness=found.lightness,
             offsets=found.offsets,
             chroma=found.chroma,
-            device=None if device is None else device.reshape(len(found.chroma), 2, -1),
+            device=device,
             channels=channels,
             triangles=level.triangles,
             max_error=level.max_error,

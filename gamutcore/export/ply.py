@@ -13,6 +13,7 @@ import numpy as np
 from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.colours.spaces.srgb import srgb
 from gamutcore.export.device_properties import property_names
+from gamutcore.mesh import imported_trimesh
 from gamutcore.version import __version__
 
 if TYPE_CHECKING:
@@ -37,8 +38,7 @@ def ply(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = 
     -------
     bytes
     """
-    from trimesh.exchange.ply import export_ply  # noqa: PLC0415  # slow; only these formats need it
-
+    export_ply = imported_trimesh().exchange.ply.export_ply
     colours = np.rint(srgb(space.appearance_lab(mesh.vertices)) * 255.0).astype(np.uint8)
     coloured = mesh.to_trimesh()
     for channel, name in enumerate(("red", "green", "blue")):

@@ -9,6 +9,7 @@ import numpy as np
 from gamutcore.colours.spaces import CIELAB, ColourSpace
 from gamutcore.colours.spaces.srgb import srgb
 from gamutcore.export.ply import comment_lines
+from gamutcore.mesh import imported_trimesh
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -29,9 +30,7 @@ def stl(mesh: TriangleMesh, _provenance: Mapping[str, str], _space: ColourSpace 
     -------
     bytes
     """
-    from trimesh.exchange.stl import export_stl  # noqa: PLC0415  # slow; only these formats need it
-
-    exported: bytes = export_stl(mesh.to_trimesh())
+    exported: bytes = imported_trimesh().exchange.stl.export_stl(mesh.to_trimesh())
     return exported
 
 
@@ -52,8 +51,7 @@ def obj(mesh: TriangleMesh, provenance: Mapping[str, str], space: ColourSpace = 
     -------
     bytes
     """
-    from trimesh.exchange.obj import export_obj  # noqa: PLC0415  # slow; only these formats need it
-
+    export_obj = imported_trimesh().exchange.obj.export_obj
     colours = np.rint(srgb(space.appearance_lab(mesh.vertices)) * 255.0).astype(np.uint8)
     header = "\n# ".join(
         line.encode("ascii", "backslashreplace").decode() for line in comment_lines(provenance)

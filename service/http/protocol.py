@@ -309,8 +309,9 @@ class LimitedProtocol(HttpToolsProtocol):
             self._look_at_body(now)
         elif self._idle and now - self._since > self.limits.head_seconds:
             if self._head_bytes == 0:
-                # No request was sent. Between requests, uvicorn's shorter timeout applies first.
-                self.transport.close()
+                # No request was sent. Between requests, uvicorn's timeout applies.
+                if self._answering is None:
+                    self.transport.close()
             else:
                 detail = (
                     f"The head of the request did not arrive within {self.limits.head_seconds:g} s."

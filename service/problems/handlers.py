@@ -161,7 +161,11 @@ async def _system_error(request: Request, error: Exception) -> Response:
 
 
 async def _defect(_request: Request, _error: Exception) -> Response:
-    return problem_response(Problem("internal-error", "The request could not be answered."))
+    # The server closes the connection after an exception. A client that is not told would send its
+    # next request there, and get no answer.
+    headers = {"Connection": "close"}
+    detail = "The request could not be answered."
+    return problem_response(Problem("internal-error", detail, headers=headers))
 
 
 def _allowed_methods(request: Request) -> list[str]:

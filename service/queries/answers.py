@@ -124,6 +124,7 @@ class CsvWriter:
         self._operation = operation
         self._level = level
         self._inputs = body.inputs
+        self._axes = body.axes or level.axes
         self._own = None if body.table is None else body.table.rows()
         self._header = None if body.table is None else body.table.header
 
@@ -133,7 +134,7 @@ class CsvWriter:
         if own is None:
             prefixes = [f"{name}_" for name in self._operation.inputs]
             prefixes = prefixes if len(prefixes) > 1 else [""]
-            own = [prefix + axis for prefix in prefixes for axis in self._level.axes]
+            own = [prefix + axis for prefix in prefixes for axis in self._axes]
         return _lines([own + self._names(first)])
 
     def _names(self, result: Result) -> list[str]:
@@ -141,7 +142,7 @@ class CsvWriter:
         parts = {column.name: column.parts for column in self._operation.columns}
         names = {
             "": [""],
-            "axes": [f"_{axis}" for axis in self._level.axes],
+            "axes": [f"_{axis}" for axis in self._axes],
             "channels": [f"_{channel}" for channel in result.channels],
         }
         return [name + part for name in result.columns for part in names[parts[name]]]

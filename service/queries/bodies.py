@@ -7,6 +7,7 @@ counted from 0. See ``docs/decisions/queries-over-http.md``.
 from __future__ import annotations
 
 import io
+import tokenize
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -63,7 +64,10 @@ FORMS = {
 _HEADER_BYTES = 10_000
 """Largest header of an .npy file, as NumPy accepts it by default."""
 
-_BROKEN_HEADER = (ValueError, TypeError, SyntaxError, KeyError, MemoryError, RecursionError)
+_BROKEN_HEADER = (
+    *(ValueError, TypeError, SyntaxError, KeyError, MemoryError, RecursionError),
+    tokenize.TokenError,
+)
 """What NumPy raises for the headers of damaged files."""
 
 
@@ -78,11 +82,14 @@ class Body(NamedTuple):
         Parameters in a JSON body, not checked.
     table : Table or None
         The client's own columns, if the body is CSV.
+    axes : sequence of str
+        Names of the coordinates in the space of the colours; those of the gamut's if empty.
     """
 
     inputs: list[FloatArray]
     members: dict[str, object]
     table: Table | None = None
+    axes: Sequence[str] = ()
 
     @property
     def rows(self) -> int:

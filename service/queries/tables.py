@@ -126,13 +126,18 @@ def _places(header: list[str], prefix: str, axes: Sequence[str]) -> list[int]:
         found = [place for place, name in enumerate(folded) if name in accepted]
         if len(found) != 1:
             column = f"{prefix}_{axis}" if prefix else axis
-            shown = ", ".join(header)[:200]
+            shown = ", ".join(header)[:200] or "none"
             fault = "no column" if not found else f"{len(found)} columns"
+            remedy = (
+                f"Name the columns of the colours {', '.join(axes)}, with the prefixes of the "
+                "operation if a row has several colours. Columns of another space need `space`."
+            )
+            if len(header) == 1 and any(mark in header[0] for mark in ";\t"):
+                remedy = "Separate the cells by commas, and write numbers with a decimal point."
             raise _invalid(
                 f"The table has {fault} {column}. Its columns are: {shown}.",
                 {"line": 1, "field": column},
-                f"Name the columns of the colours {', '.join(axes)}, with the prefixes of the "
-                "operation if a row has several colours.",
+                remedy,
             )
         places.append(found[0])
     return places

@@ -143,7 +143,8 @@ def _check_plane(values: Mapping[str, Any]) -> None:
     """Refuse a section without a plane, or with several."""
     given = [name for name in ("lightness", "hue", "plane") if values[name] is not None]
     if len(given) != 1:
-        fault = f"{' and '.join(given) or 'No plane'} is given."
+        verb = "are" if len(given) > 1 else "is"
+        fault = f"{' and '.join(given) or 'No plane'} {verb} given."
         remedy = "Give one of lightness, hue and plane."
         raise refuse(fault, "query", given[1] if given else "lightness", remedy)
 

@@ -42,7 +42,14 @@ from service.openapi.models import (
 )
 from service.problems.kinds import BUILD_PROBLEMS, KINDS
 from service.problems.problem import JsonResponse, Problem, ProblemError
-from service.routes.naming import NamedRecord, named, named_page, refuse_reference
+from service.routes.naming import (
+    NamedRecord,
+    gamut_document,
+    gamut_summary,
+    named,
+    named_page,
+    refuse_reference,
+)
 from service.routes.paging import After, Limit, next_page
 from service.routes.submission import Submission, submission
 from service.routes.viewer import prefers_page, viewer_page
@@ -261,7 +268,7 @@ async def list_gamuts(
     limit = min(limit, service.settings.max_page_size)
     shown, last = await asyncio.to_thread(named_page, service.store, after, limit, name)
     following, link = next_page(last, limit, "/v1/gamuts", name=name)
-    document = {"gamuts": [_summary(each) for each in shown], "next": following}
+    document = {"gamuts": [gamut_summary(each) for each in shown], "next": following}
     answer = JsonResponse(document, headers={"Cache-Control": "no-cache"} | link)
     return compress_response(answer, request.headers.getlist("accept-encoding"))
 
@@ -294,7 +301,7 @@ async def describe_gamut(request: Request, gamut_id: GamutId) -> Response:
         return viewer_page(request)
     # Later versions of the service may add members, and the name may change.
     answer = JsonResponse(
-        _description(await _named(service, record)),
+        gamut_document(await _named(service, record)),
         headers={"Cache-Control": "no-cache", "Vary": "Accept"},
     )
     return _conditional(request, answer)
@@ -462,7 +469,7 @@ def _conditional(request: Request, answer: Response) -> Response:
 
 def _description_tags(gamut: NamedRecord) -> list[str]:
     """Return the entity tags of a gamut's description in all content codings."""
-    content = bytes(JsonResponse(_description(gamut)).body)
+    content = bytes(JsonResponse(gamut_document(gamut)).body)
     return [entity_tag(content), *(entity_tag(compress(content, coding)) for coding in CODINGS)]
 
 
@@ -471,31 +478,4 @@ def _existing(gamut: NamedRecord) -> Response:
 
 
 def _description_response(gamut: NamedRecord, status: int, headers: dict[str, str]) -> Response:
-    return JsonResponse(_description(gamut), status, {"Cache-Control": "no-cache", **headers})
-
-
-def _summary(gamut: NamedRecord) -> dict[str, Any]:
-    record = gamut.record
-    address = f"/v1/gamuts/{record.id}"
-    return {
-        "id": record.id,
-        "name": gamut.name,
-        "created": record.created,
-        "channels": record.description["provenance"].get("channels", []),
-        **{name: record.description[name] for name in ("options", "counts", "volume")},
-        "links": {
-            "self": address,
-            "mesh": f"{address}/mesh",
-            "levels": f"{address}/levels",
-            "history": f"{address}/history",
-        },
-    }
-
-
-def _description(gamut: NamedRecord) -> dict[str, Any]:
-    return {
-        **gamut.record.description,
-        **_summary(gamut),
-        "state": "ready",
-        "history_bytes": gamut.record.nbytes,
-    }
+    return JsonResponse(gamut_document(gamut), status, {"Cache-Control": "no-cache", **headers})

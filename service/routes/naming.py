@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import unicodedata
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from service.problems.problem import Problem, ProblemError
 from service.storage.display_names import display_name
@@ -15,7 +15,15 @@ if TYPE_CHECKING:
     from service.storage.gamuts import GamutStore
     from service.storage.records import Record
 
-__all__ = ["NamedRecord", "named", "named_page", "read_only", "refuse_reference"]
+__all__ = [
+    "NamedRecord",
+    "gamut_document",
+    "gamut_summary",
+    "named",
+    "named_page",
+    "read_only",
+    "refuse_reference",
+]
 
 _READERS = 16
 """Number of simultaneous reads of names from a bucket."""
@@ -103,3 +111,32 @@ def refuse_reference(record: Record) -> None:
     provenance = record.description["provenance"]
     if provenance.get("format") == "reference":
         raise read_only(provenance["reference"])
+
+
+def gamut_summary(gamut: NamedRecord) -> dict[str, Any]:
+    """Return the entry of a gamut in lists."""
+    record = gamut.record
+    address = f"/v1/gamuts/{record.id}"
+    return {
+        "id": record.id,
+        "name": gamut.name,
+        "created": record.created,
+        "channels": record.description["provenance"].get("channels", []),
+        **{name: record.description[name] for name in ("options", "counts", "volume")},
+        "links": {
+            "self": address,
+            "mesh": f"{address}/mesh",
+            "levels": f"{address}/levels",
+            "history": f"{address}/history",
+        },
+    }
+
+
+def gamut_document(gamut: NamedRecord) -> dict[str, Any]:
+    """Return the description of a gamut, as clients see it."""
+    return {
+        **gamut.record.description,
+        **gamut_summary(gamut),
+        "state": "ready",
+        "history_bytes": gamut.record.nbytes,
+    }

@@ -17,6 +17,7 @@ from fastapi.responses import Response
 from fastapi.routing import APIRoute
 from pydantic import TypeAdapter, ValidationError
 
+from gamutcore.colours.spaces.conversion import ColourConversion
 from service.container import ServiceContainer, service_of
 from service.http.negotiation import OCTET_STREAM, preferred_media_type
 from service.http.parameters import ID_PATTERN
@@ -146,14 +147,18 @@ async def _answer(request: Request, gamut_id: str, operation: Operation) -> Resp
         form = FORMS[sent]
         length = request.headers.get("content-length", "")
         estimate = int(length) // form.row_bytes if length.isdigit() else form.most_rows
+        if length.isdigit() and int(length) > form.most_bytes:
+            raise _too_large(form.most_bytes)
         correct = held.enter_context(queries.admission.held(min(estimate + 1, form.most_rows)))
         content = await _content(request, form.most_bytes)
         await wait_for_kernels(service)
         opened = service.library.find_open(gamut_id) or await service.library.gamut(gamut_id)
-        body = await queries.parse(content, sent, operation, opened.space.axes)
+        axes = _axes(given, opened)
+        body = await queries.parse(content, sent, operation, axes)
         del content
         correct(body.rows)
         values = values_of(operation.all_parameters, given, body.members)
+        body = body._replace(axes=_axes(values, opened))
         level = await level_of(service, opened, values)
         if values.get("source") is not None:
             place = "body" if "source" in body.members else "query"
@@ -175,6 +180,16 @@ async def _answer(request: Request, gamut_id: str, operation: Operation) -> Resp
         if others is None:
             return Response(first, 200, headers, accepted)
         return _Answer(first, others, request, held.pop_all(), headers, accepted)
+
+
+def _axes(values: Mapping[str, Any], opened: OpenGamut) -> tuple[str, str, str]:
+    """Return the names of the coordinates of the colours."""
+    return ColourConversion(values.get("space"), opened.space).axes
+
+
+def _too_large(most: int) -> ProblemError:
+    detail = f"The body is larger than {most} bytes."
+    return ProblemError(Problem("body-too-large", detail, {"limit": most}))
 
 
 async def level_of(
@@ -246,6 +261,5 @@ async def _content(request: Request, most: int) -> bytearray:
         async for chunk in request.stream():
             content += chunk
             if len(content) > most:
-                detail = f"The body is larger than {most} bytes."
-                raise ProblemError(Problem("body-too-large", detail, {"limit": most}))
+                raise _too_large(most)
     return content

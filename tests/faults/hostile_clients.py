@@ -2,7 +2,8 @@
 
 Attacks: endless chunked bodies, compressed bodies and pictures that unpack to gigabytes, forms of
 100,000 fields, endless heads, heads and bodies sent byte by byte, crowds of silent connections,
-error limits with expensive searches, and clients that do not read the answer. Each attack must end
+error limits with expensive searches, queries that are endless, too large or too many, and clients
+that do not read the answer. Each attack must end
 with its expected status, the memory of the server may grow by at most 64 MB, and other clients must
 be served. The program prints one line of JSON and exits with 1 if a condition fails.
 """
@@ -17,6 +18,7 @@ import http.client
 import itertools
 import json
 import math
+import struct
 import sys
 import threading
 import time
@@ -35,6 +37,9 @@ from serving import Serving, serving  # noqa: E402 - a program beside this one
 MOST_GROWTH = 64 << 20
 CONNECTIONS = 200
 """Connection limit of the server in these runs."""
+
+QUERY_ROWS = 400_000
+"""Limit of the rows under way in these runs."""
 
 SECONDS = 0.6
 """Time limit of the server for a head, and for a body."""
@@ -180,6 +185,14 @@ async def forever(block: bytes, size: int) -> AsyncIterator[bytes]:
         yield block
 
 
+def npy(rows: int, shown: int | None = None) -> bytes:
+    """Return an .npy file of neutral colours; its header may claim another number of rows."""
+    shape = f"({rows if shown is None else shown}, 3)"
+    text = f"{{'descr': '<f4', 'fortran_order': False, 'shape': {shape}, }}".ljust(117) + "\n"
+    head = b"\x93NUMPY\x01\x00" + len(text).to_bytes(2, "little") + text.encode()
+    return head + struct.pack("<3f", 50, 0, 0) * rows
+
+
 def png_bomb() -> bytes:
     """Return a picture of 100,000 × 100,000 pixels in 30 kB of data."""
 
@@ -225,6 +238,16 @@ def attacks(mesh: str, *, full: bool) -> list[Attack]:
         asked = [get.replace("triangles=1000", f"max_error={1e-3 * 1.002**n}") for n in numbered]
         return sent(port, "".join(f"{one}\r\n" for one in asked), silence(1))
 
+    def query(name: str, fields: str) -> str:
+        path = f"{mesh.partition('/mesh')[0]}/{name}"
+        return f"POST {path} HTTP/1.1\r\nHost: localhost\r\n{fields}\r\n"
+
+    def asked(name: str, content: bytes, **how: bool) -> Callable[[int], Coroutine[Any, Any, int]]:
+        fields = f"Content-Type: application/x-npy\r\nContent-Length: {len(content)}\r\n"
+        return lambda port: sent(port, query(name, fields), once(content), **how)
+
+    endless_query = query("contains", JSON + "Transfer-Encoding: chunked\r\n")
+    many = npy(100_000)
     whole_mesh = get.replace("triangles=1000", "max_error=0")
     return [
         Attack("endless file", {413}, chunked(FORM, FILE)),
@@ -274,6 +297,21 @@ def attacks(mesh: str, *, full: bool) -> list[Attack]:
             few,
         ),
         Attack("limits to the error that nobody asked for before", {200}, unheard_of_limits, few),
+        Attack(
+            "endless query",
+            {413},
+            lambda port: sent(port, endless_query, endless(b'{"colours": [', size)),
+        ),
+        Attack("query of 70 MB", {413}, asked("contains", npy(6_000_000))),
+        Attack("query that claims a billion rows", {422}, asked("contains", npy(10, 10**9))),
+        Attack("query of half of its rows", {422}, asked("nearest", npy(1000, 2000))),
+        Attack("crowd of large queries", {200, 429}, asked("map", many), few),
+        Attack(
+            "crowd of queries whose answer nobody takes",
+            {0},
+            asked("contains?distance=true", many, reads=False),
+            few,
+        ),
         Attack(
             "thousands of requests ahead",
             {0},
@@ -334,6 +372,7 @@ def main() -> int:
         "head_timeout": SECONDS,
         "body_timeout": SECONDS,
         "write_timeout": SECONDS,
+        "query_rows": QUERY_ROWS,
     }
     with serving(**limits) as server:
         gamut = server.built(sphere(2000))

@@ -33,7 +33,10 @@ OCTAHEDRON = [(90, 0, 0), (10, 0, 0), (50, 40, 0), (50, -40, 0), (50, 0, 40), (5
 
 
 class Table:
-    """The parts of a pandas DataFrame that are used."""
+    """The two methods of a pandas DataFrame that are used.
+
+    pandas itself takes 60 MB and a second to import, for two methods that are stable since 1.0.
+    """
 
     def __init__(self, names, rows):
         self.names, self.rows = names, np.asarray(rows, float)

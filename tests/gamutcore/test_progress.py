@@ -1,7 +1,8 @@
 """Progress of builds: to a callable, as a bar, or to nobody."""
 
 import sys
-import types
+
+import tqdm.auto
 
 from gamutcore.building import STAGES
 from gamutcore.progress import report_progress
@@ -22,32 +23,24 @@ def test_nobody_is_told_without_tqdm(monkeypatch, capsys):
     assert capsys.readouterr() == ("", "")
 
 
-def test_the_bar_ends_with_the_last_stage(monkeypatch):
+def test_the_bar_ends_with_the_last_stage(monkeypatch, capsys):
     bars = []
 
-    class Bar:
-        def __init__(self, total, **_):
-            self.total, self.n = total, 0.0
+    class EagerBar(tqdm.auto.tqdm):
+        """A bar of tqdm that is drawn at every step."""
+
+        def __init__(self, *arguments, **more):
+            super().__init__(*arguments, mininterval=0, miniters=0, **more)
             bars.append(self)
 
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *_):
-            return None
-
-        def set_description_str(self, text, **_):
-            self.text = text
-
-        def update(self, more):
-            assert more >= 0
-            self.n += more
-
-    module = types.ModuleType("tqdm.auto")
-    module.tqdm = Bar
-    monkeypatch.setitem(sys.modules, "tqdm.auto", module)
+    monkeypatch.setattr("tqdm.auto.tqdm", EagerBar)
     with report_progress(progress=True) as report:
         for stage in STAGES:
             for fraction in (0.0, 0.5, 1.0):
                 report(stage, fraction)
-    assert (bars[0].n, bars[0].text) == (len(STAGES), STAGES[-1])
+    assert bars[0].n == len(STAGES)
+    drawn = [line.strip() for line in capsys.readouterr().err.split("\r") if line.strip()]
+    shares = [int(line.split("%")[0].split()[-1]) for line in drawn]
+    assert shares == sorted(shares)
+    assert (shares[0], shares[-1]) == (0, 100)
+    assert drawn[-1].startswith(STAGES[-1])

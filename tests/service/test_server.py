@@ -1,10 +1,13 @@
 import signal
 import socket
 
+import httpx
 import pytest
 import uvicorn
 
-from service.server import AddressUnavailableError, Server, bind_sockets
+from service.application import create_app
+from service.server import AddressUnavailableError, Server, bind_sockets, server_config
+from service.settings import Settings
 
 
 def test_the_signal_to_stop_is_passed_on_at_once():
@@ -36,3 +39,10 @@ def test_an_address_that_cannot_be_bound_is_named_with_a_remedy(host, remedy):
         with pytest.raises(AddressUnavailableError, match=f"{host} port {port}") as caught:
             bind_sockets(host, port)
     assert remedy in str(caught.value)
+
+
+def test_idle_connections_stay_longer_than_clients_reuse_them():
+    """Otherwise a request may meet the end of its connection: httpx gives up at its own limit."""
+    settings = Settings()
+    config = server_config(create_app(settings), settings)
+    assert config.timeout_keep_alive > 2 * httpx.Limits().keepalive_expiry

@@ -28,6 +28,8 @@ GIVEN_SPACE = Choice(
 )
 """Names of the spaces that colours may be given in, with their usual spellings."""
 
+_OTHER_AXES = {"LCHab": ("L*", "C*", "h"), "sRGB": ("R", "G", "B")}
+
 _SRGB_PRIMARIES = ((0.64, 0.33), (0.30, 0.60), (0.15, 0.06))  # IEC 61966-2-1, table 1
 
 
@@ -61,6 +63,13 @@ class ColourConversion:
         self.name = space.name if given is None else str(check_option("space", given, GIVEN_SPACE))
         self._space = space
         self._as_measured = as_measured
+
+    @property
+    def axes(self) -> tuple[str, str, str]:
+        """Names of the coordinates."""
+        if self.name in _OTHER_AXES:
+            return _OTHER_AXES[self.name]
+        return self._space.axes if self.name == self._space.name else SPACES[self.name].axes
 
     def to_gamut(self, colours: FloatArray) -> FloatArray:
         """Return colours in the space of the gamut.

@@ -25,7 +25,6 @@ def test_names_of_channels_are_escaped():
 
 
 def test_plot_shows_the_whole_gamut():
-    pytest.importorskip("matplotlib")
     axes = figure().add_subplot(projection="3d")
     assert Gamut(CUBE, gamma=1).plot(axes, alpha=0.5) is axes
     assert axes.get_zlabel() == "L*"
@@ -43,7 +42,6 @@ def test_without_matplotlib_the_extra_is_named(small_gamut, monkeypatch):
 
 
 def test_slices_and_rings():
-    pytest.importorskip("matplotlib")
     gamut, other = Gamut(CUBE, gamma=1), Gamut(CUBE / 2 + np.array([25, 0, 0]), gamma=1)
     axes = gamut.plot_slice(50, figure().add_subplot())
     other.plot_slice(50, axes)

@@ -140,6 +140,7 @@ def test_sections_have_device_values(fogra39):
     device = gamut.slice(L=50).device
     assert device.shape[1] == 4
     assert (device.sum(axis=1) > 0.3).all()
+    assert gamut.leaves(8, [-5, 120]).device.shape == (0, 2, 4)
     table = gamut.leaves(8, [50])
     assert np.isnan(table.device[:, 0]).all()  # the intervals begin on the neutral axis
     assert not np.isnan(table.device[:, 1]).any()

@@ -141,7 +141,6 @@ def test_compare(command, as_json, cubes):
 
 
 def test_plot(command, cubes, tmp_path):
-    pytest.importorskip("matplotlib")
     command("plot", cubes / "large.gamut", "-o", tmp_path / "large.png")
     assert (tmp_path / "large.png").read_bytes().startswith(b"\x89PNG")
 

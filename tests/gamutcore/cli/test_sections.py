@@ -42,7 +42,6 @@ def test_rings(command, as_json, cube, tmp_path):
     assert both["reference_radius"] == pytest.approx(both["radius"])
     command("rings", cube, "--sectors", 4, "-o", tmp_path / "rings.svg")
     assert (tmp_path / "rings.svg").read_bytes() == Gamut.load(cube).rings_svg(sectors=4)
-    pytest.importorskip("matplotlib")
     command("rings", cube, "-o", tmp_path / "rings.png")
     assert (tmp_path / "rings.png").read_bytes().startswith(b"\x89PNG")
 

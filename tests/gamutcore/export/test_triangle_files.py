@@ -1,6 +1,8 @@
 """STL and OBJ, and the table of all formats."""
 
 import io
+import subprocess
+import sys
 from pathlib import Path
 
 import meshio
@@ -129,3 +131,33 @@ class TestFormats:
             mesh_file(level, name)
         assert caught.value.where == {"field": "format"}
         assert "glb" in caught.value.remedy
+
+
+AT_ONCE = """
+import threading
+import numpy as np
+from gamutcore.export import mesh_file
+from gamutcore.mesh import TriangleMesh
+
+corners = np.vstack([np.zeros(3), np.eye(3)]).astype(np.float32)
+mesh = TriangleMesh(corners, np.array([(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]))
+start = threading.Barrier(3)
+
+def write(name):
+    start.wait()
+    mesh_file(mesh, name)
+
+threads = [threading.Thread(target=write, args=(name,)) for name in ("ply", "stl", "obj")]
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
+"""
+
+
+@pytest.mark.slow
+def test_the_first_files_may_be_written_by_several_threads():
+    """The modules of trimesh import one another, and are imported on first use."""
+    command = [sys.executable, "-c", AT_ONCE]
+    ended = subprocess.run(command, check=True, capture_output=True, text=True)
+    assert ended.stderr == ""

@@ -12,7 +12,7 @@ SOURCE_SCALE = 1.25
 
 
 def sphere(rough, scale):
-    vertices, faces, centre = rough(9, 3000, 0.0)
+    vertices, faces, centre = rough(9, 30_000, 0.0)
     level = (vertices - centre) * scale + (50, 0, 0), faces, np.array([50.0, 0, 0])
     return level, 40 * scale
 
@@ -36,7 +36,7 @@ def sigmoid(lightness, chroma, low, high, darkest, lightest):
 class TestSgck:
     @pytest.mark.parametrize("radius", [38, 30])
     def test_of_spheres_is_what_the_equations_say(self, rough, radius):
-        """Facets of the spheres are within 0.2 of them."""
+        """Facets of 30,000 points are within 0.03 of the spheres, and the poles of them."""
         level, _ = sphere(rough, radius / 40)
         source, wide = sphere(rough, SOURCE_SCALE)
         index = build_index(*level)
@@ -63,7 +63,7 @@ class TestSgck:
                 """Negative if the source, after the mapping of lightness, has the point."""
                 c = v * distance
                 if c >= wide:
-                    return c - wide
+                    return 1.0 + c - wide  # not 0 at the equator, which is no root
                 half = math.sqrt(wide**2 - c**2)
                 low, high = (sigmoid(50 + sign * half, c, *limits) for sign in (-1, 1))
                 return max(focus + u * distance - high, low - (focus + u * distance))
@@ -75,7 +75,7 @@ class TestSgck:
                 distance = knee + (length - knee) * 0.1 * surface / (limit - knee)
             distance = min(distance, surface)
             expected = (focus + u * distance, v * distance)
-            assert (result[0], math.hypot(*result[1:])) == pytest.approx(expected, abs=0.35)
+            assert (result[0], math.hypot(*result[1:])) == pytest.approx(expected, abs=0.01)
 
     def test_keeps_hue_and_order_and_stays_in_gamut(self, rough):
         level, _ = sphere(rough, 0.8)

@@ -249,6 +249,15 @@ def test_idle_connections_give_way_to_new_ones(connect):
     assert not any(is_open(older) for older in idle[: -LIMITS["connections"] + 1])
 
 
+@pytest.mark.slow
+def test_the_limit_of_a_head_does_not_end_connections_between_requests(connect):
+    connection, silent = connect(), connect()
+    assert whole(connection)
+    time.sleep(LIMITS["head_seconds"] + 0.7)
+    assert not is_open(silent)
+    assert whole(connection)
+
+
 def test_busy_connections_do_not(connect):
     busy = busy_connections(connect)
     assert_problem(connect(GET), 503, "overloaded")

@@ -183,6 +183,8 @@ def test_what_is_not_the_clients_fault_says_no_more_than_that(
     monkeypatch.setattr(Library, "record", fail)
     answer = asyncio.run(request())
     assert_problem(answer, status, code)
+    # the server closes the connection after a defect, and the client has to know
+    assert answer.headers.get("connection") == ("close" if status == 500 else None)
     assert "secret" not in answer.text
     assert ("retry-after" in answer.headers) == (status == 503)
 
@@ -227,7 +229,8 @@ def test_conditions_may_hold_what_utf_8_cannot_express(send, sphere):
     assert (first.status_code, again.status_code) == (201, 200)
     assert "\\ud800" in first.text
     address = first.json()["links"]["self"]
-    meshes = [f"{address}/mesh?format={name}" for name in FORMATS]
+    # the envelope `cge` needs device values, which bare colours do not have
+    meshes = [f"{address}/mesh?format={name}" for name in FORMATS if name != "cge"]
     for path in (address, f"{address}/levels", *meshes, "/v1/gamuts"):
         assert send("GET", path).status_code == 200
     assert send("GET", address.replace("gamuts", "jobs")).json()["fraction"] == 1.0

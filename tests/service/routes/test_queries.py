@@ -210,6 +210,27 @@ def test_a_source_is_named_by_id_or_slug(server, ask, assert_problem):
     assert_problem(ask(colours, operation="map"), 422, "invalid-option")
 
 
+def test_columns_of_a_table_are_those_of_the_space(ask):
+    table = b"name,L,C,h\nRed,50,79,30\n"
+    answer = ask(table, CSV, "nearest", "?space=LCHab").text.splitlines()
+    assert answer[0].startswith("name,L,C,h,point_L*,point_C*,point_h,distance")
+    hue = float(answer[1].split(",")[6])
+    assert hue == pytest.approx(30, abs=3)
+    header = ask({"colours": [[1, 0, 0]], "space": "srgb"}, operation="nearest", Accept=CSV).text
+    assert header.startswith("R,G,B,point_R,point_G,point_B,")
+
+
+def test_a_body_that_is_declared_too_large_is_not_read(server, gamut):
+    address = f"{gamut['links']['self']}/contains"
+    with socket.create_connection(
+        (server.client.base_url.host, server.client.base_url.port)
+    ) as one:
+        head = f"POST {address} HTTP/1.1\r\nHost: test\r\nContent-Type: {NPY}\r\n"
+        one.sendall(f"{head}Content-Length: {10**10}\r\n\r\n".encode())
+        one.settimeout(10)
+        assert b" 413 " in one.recv(1000)
+
+
 def test_a_source_that_is_not_built_is_built(server, ask):
     body = {"colours": [[50, 0, 0]], "method": "sgck", "source": "h-273-generic-film"}
     answer = ask(body, operation="map", Prefer="respond-async")

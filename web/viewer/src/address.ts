@@ -63,7 +63,8 @@ export function writeState(state: PageState): void {
   ];
   const given = entries.filter((entry): entry is [string, string] => entry[1] !== null);
   const text = given.map(([name, value]) => `${name}=${encodeURIComponent(value).replaceAll("%2C", ",")}`);
-  history.replaceState(null, "", `#${text.join("&")}`);
+  // A page in the `srcdoc` of a frame, as in a notebook, has no address of its own.
+  if (location.protocol !== "about:") history.replaceState(null, "", `#${text.join("&")}`);
 }
 
 /** The address that restores the view. */

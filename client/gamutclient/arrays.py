@@ -1,0 +1,76 @@
+"""Colours to the bytes of ``.npy`` files, and the answers back to arrays."""
+
+from __future__ import annotations
+
+import io
+from typing import Any, NamedTuple, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "BooleanArray",
+    "ColourRows",
+    "Colours",
+    "FloatArray",
+    "IndexArray",
+    "colour_rows",
+    "npy_bytes",
+    "npy_records",
+]
+
+FloatArray: TypeAlias = NDArray[np.float64]
+BooleanArray: TypeAlias = NDArray[np.bool_]
+IndexArray: TypeAlias = NDArray[np.int64]
+
+Colours: TypeAlias = Any
+"""Anything that NumPy takes as an array (..., 3), or a table such as a pandas DataFrame."""
+
+Scalar = TypeVar("Scalar", bound=np.generic)
+
+
+class ColourRows(NamedTuple):
+    """Colours in rows, and the shape of the array that they came in.
+
+    Attributes
+    ----------
+    points : (n, 3) float64
+    shape : tuple of int
+        Without the last axis.
+    """
+
+    points: FloatArray
+    shape: tuple[int, ...]
+
+    def in_shape(self, rows: NDArray[Scalar]) -> NDArray[Scalar]:
+        """Return one answer for each row in the shape of the colours."""
+        return rows.reshape(self.shape + rows.shape[1:])
+
+
+def colour_rows(colours: Colours) -> ColourRows:
+    """Return colours as rows of float64; the service checks their values.
+
+    Raises
+    ------
+    ValueError
+        The last axis does not have three numbers.
+    """
+    if callable(getattr(colours, "to_numpy", None)):
+        colours = colours.to_numpy()
+    found = np.asarray(colours, np.float64)
+    if not found.ndim or found.shape[-1] != 3:
+        raise ValueError(f"The colours have the shape {found.shape}; give an array (..., 3).")
+    return ColourRows(np.ascontiguousarray(found.reshape(-1, 3)), found.shape[:-1])
+
+
+def npy_bytes(array: NDArray[Any]) -> bytes:
+    """Return an array as an ``.npy`` file."""
+    file = io.BytesIO()
+    np.save(file, array, allow_pickle=False)
+    return file.getvalue()
+
+
+def npy_records(content: bytes) -> NDArray[Any]:
+    """Return the records in an ``.npy`` file: a structured array with one field per column."""
+    found: NDArray[Any] = np.load(io.BytesIO(content), allow_pickle=False)
+    return found

@@ -1,0 +1,460 @@
+"""What each method of a gamut sends, and how it reads the answer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gamutclient.arrays import (
+    BooleanArray,
+    Colours,
+    FloatArray,
+    IndexArray,
+    colour_rows,
+    npy_bytes,
+    npy_records,
+)
+from gamutclient.ply import mesh_of_ply
+from gamutclient.results import (
+    ChromaTable,
+    ColourCrossings,
+    ColourCusps,
+    ColourSection,
+    GamutComparison,
+    Intersection,
+    MappedColours,
+    Mesh,
+    NearestColours,
+    Rings,
+    SectorFigures,
+)
+from gamutclient.transport import Connections, Request, Retries, Steps, sent
+
+if TYPE_CHECKING:
+    import httpx
+
+__all__ = ["GamutSteps", "Level", "MeshLevel", "Question", "RemoteGamut"]
+
+NPY = "application/x-npy"
+JSON = "application/json"
+
+MOST_ROWS = 250_000
+"""Rows of one request: the service takes a million, and answers while the next rows are sent."""
+
+FIGURES = (
+    *("volume_a", "volume_b", "intersection", "union", "symmetric_difference"),
+    *("a_covers_b", "b_covers_a", "jaccard"),
+)
+
+
+class Level(TypedDict, total=False):
+    """The level that answers: a triangle count or an error limit; the service's default if none."""
+
+    triangles: int | None
+    max_error: float | None
+
+
+class Question(Level, total=False):
+    """The level, and the space of the colours; that of the gamut by default."""
+
+    space: str | None
+
+
+class MeshLevel(TypedDict, total=False):
+    """The level of a mesh, besides the triangle count."""
+
+    max_error: float | None
+    max_mismatch: float | None
+    side: Literal["both", "inside", "outside"]
+
+
+class RemoteGamut:
+    """A gamut on the service: its description, and how it is asked."""
+
+    def __init__(self, http: Connections, description: Mapping[str, Any], retries: Retries) -> None:
+        self.http, self.retries = http, retries
+        self.description = dict(description)
+
+    @property
+    def id(self) -> str:
+        """The gamut's id, 64 hexadecimal digits."""
+        return str(self.description["id"])
+
+    @property
+    def volume(self) -> float:
+        """Volume of the full boundary, in cubic units of the space."""
+        return float(self.description["volume"])
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the device's channels; empty if the gamut has colours only."""
+        return tuple(self.description["provenance"].get("channels") or ())
+
+    def __repr__(self) -> str:
+        space = self.description["provenance"].get("space", "CIELAB")
+        return f"<{type(self).__name__} {self.id[:12]} in {space}: volume {self.volume:.4g}>"
+
+    # --- requests --------------------------------------------------------------------------------
+
+    def _get(
+        self, part: str, params: Mapping[str, Any], accept: str = JSON
+    ) -> Steps[httpx.Response]:
+        path = f"/v1/gamuts/{self.id}/{part}" if part else f"/v1/gamuts/{self.id}"
+        return sent(Request("GET", path, params, {"Accept": accept}), self.retries)
+
+    def _post(
+        self, operation: str, rows: FloatArray, params: Mapping[str, Any]
+    ) -> Steps[tuple[NDArray[Any], dict[str, Any]]]:
+        """Post rows in parts, and return the records of the answer and the facts of its level."""
+        found = []
+        for start in range(0, max(len(rows), 1), MOST_ROWS):
+            part = rows[start : start + MOST_ROWS]
+            path = f"/v1/gamuts/{self.id}/{operation}"
+            headers = {"Content-Type": NPY, "Accept": NPY}
+            request = Request("POST", path, params, headers, npy_bytes(part))
+            response = yield from sent(request, self.retries)
+            records = npy_records(response.content)
+            if "row" in (records.dtype.names or ()):
+                records["row"] += start
+            found.append(records)
+        level = {
+            "triangles": int(response.headers["gamut-triangles"]),
+            "max_error": float(response.headers["gamut-max-error"]),
+        }
+        return np.concatenate(found), level
+
+    def _on_surface(self, records: NDArray[Any]) -> dict[str, Any]:
+        has_device = "device" in (records.dtype.names or ())
+        return {
+            "device": records["device"].astype(np.float64) if has_device else None,
+            "channels": self.channels if has_device else (),
+        }
+
+    def _view(self, part: str, params: Mapping[str, Any]) -> Steps[dict[str, Any]]:
+        response = yield from self._get(part, params)
+        document: dict[str, Any] = response.json()
+        return document
+
+    def _section(self, plane: Mapping[str, Any], level: Level) -> Steps[ColourSection]:
+        found = yield from self._view("slice", {**level, **plane})
+        counts = [len(polygon) for polygon in found["polygons"]]
+        device = [row for polygon in found.get("device", ()) for row in polygon]
+        return ColourSection(
+            points=_floats([row for polygon in found["polygons"] for row in polygon]).reshape(
+                -1, 3
+            ),
+            device=_floats(device).reshape(-1, len(found["channels"]))
+            if "device" in found
+            else None,
+            channels=tuple(found["channels"]),
+            offsets=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+            **_level_of(found["level"]),
+        )
+
+
+class GamutSteps(RemoteGamut):
+    """The steps of the methods. `Gamut` and `AsyncGamut` carry them out.
+
+    A step of one method that needs another one names it by this class, because in `Gamut` the
+    method of the same name has been carried out already.
+    """
+
+    # --- colours ---------------------------------------------------------------------------------
+
+    def contains(self, colours: Colours, **asked: Unpack[Question]) -> Steps[BooleanArray]:
+        """Whether colours are in gamut: inside the level, or on its surface."""
+        rows = colour_rows(colours)
+        records, _ = yield from self._post("contains", rows.points, asked)
+        return rows.in_shape(records["inside"].astype(bool))
+
+    def distance(self, colours: Colours, **asked: Unpack[Question]) -> Steps[FloatArray]:
+        """Return the distances of colours from the surface, negative inside."""
+        rows = colour_rows(colours)
+        params = {**asked, "distance": True}
+        records, _ = yield from self._post("contains", rows.points, params)
+        return rows.in_shape(records["distance"].astype(np.float64))
+
+    def classify(
+        self, colours: Colours, *, tolerance: float, **asked: Unpack[Question]
+    ) -> Steps[NDArray[np.str_]]:
+        """Say whether colours are ``"inside"``, at the ``"edge"`` or ``"outside"``."""
+        rows = colour_rows(colours)
+        params = {**asked, "tolerance": tolerance}
+        records, _ = yield from self._post("contains", rows.points, params)
+        return rows.in_shape(records["position"])
+
+    def nearest(
+        self, colours: Colours, *, metric: str = "CIE 1976", **asked: Unpack[Question]
+    ) -> Steps[NearestColours]:
+        """Find the nearest points of the surface, by ``"CIE 1976"`` or ``"CIE 2000"``."""
+        rows = colour_rows(colours)
+        records, level = yield from self._post("nearest", rows.points, {**asked, "metric": metric})
+        surface = self._on_surface(records)
+        if surface["device"] is not None:
+            surface["device"] = rows.in_shape(surface["device"])
+        return NearestColours(
+            points=rows.in_shape(records["point"].astype(np.float64)),
+            distance=rows.in_shape(records["distance"].astype(np.float64)),
+            delta_e=rows.in_shape(records["delta_e_2000"].astype(np.float64)),
+            **surface,
+            **level,
+        )
+
+    def map(
+        self,
+        colours: Colours,
+        method: str = "clip-hue",
+        *,
+        focus: Colours | Literal["cusp"] | None = None,
+        source: RemoteGamut | None = None,
+        **asked: Unpack[Question],
+    ) -> Steps[MappedColours]:
+        """Map colours into the gamut: ``"clip-hue"``, ``"clip-nearest"`` or ``"sgck"``."""
+        rows = colour_rows(colours)
+        params = {**asked, "method": method, "source": None if source is None else source.id}
+        if focus is not None:
+            params["focus"] = focus if isinstance(focus, str) else np.ravel(focus).tolist()
+        records, level = yield from self._post("map", rows.points, params)
+        surface = self._on_surface(records)
+        if surface["device"] is not None:
+            surface["device"] = rows.in_shape(surface["device"])
+        return MappedColours(
+            points=rows.in_shape(records["mapped"].astype(np.float64)),
+            moved=rows.in_shape(records["moved"].astype(bool)),
+            delta_e=rows.in_shape(records["delta_e_2000"].astype(np.float64)),
+            **surface,
+            **level,
+        )
+
+    def crossings(
+        self,
+        starts: Colours,
+        ends: Colours,
+        *,
+        kind: Literal["segment", "ray", "line"] = "segment",
+        **asked: Unpack[Question],
+    ) -> Steps[ColourCrossings]:
+        """Find all crossings of lines with the surface, in order."""
+        first, second = np.broadcast_arrays(
+            np.asarray(starts, np.float64), np.asarray(ends, np.float64)
+        )
+        lines = np.hstack([colour_rows(first).points, colour_rows(second).points])
+        records, level = yield from self._post("crossings", lines, {**asked, "kind": kind})
+        counts = np.bincount(records["row"], minlength=len(lines))
+        return ColourCrossings(
+            points=records["point"].astype(np.float64),
+            t=records["t"].astype(np.float64),
+            entering=records["entering"].astype(bool),
+            offsets=np.concatenate([[0], np.cumsum(counts)]),
+            **self._on_surface(records),
+            **level,
+        )
+
+    # --- the shape -------------------------------------------------------------------------------
+
+    def cusps(self, hues: int = 360, **level: Unpack[Level]) -> Steps[ColourCusps]:
+        """Return the points of largest chroma at a number of equidistant hues, from 0° on."""
+        found = yield from self._view("cusps", {**level, "hues": hues})
+        return ColourCusps(
+            points=_floats(found["point"]),
+            device=_floats(found["device"]) if "device" in found else None,
+            channels=tuple(found["channels"]),
+            hue=_floats(found["hue"]),
+            lightness=_floats(found["lightness"]),
+            chroma=_floats(found["chroma"]),
+            **_level_of(found["level"]),
+        )
+
+    def max_chroma(
+        self, lightness: ArrayLike, hue: ArrayLike, **level: Unpack[Level]
+    ) -> Steps[FloatArray]:
+        """Return the largest chroma at lightnesses and hues, NaN where no colour is in gamut."""
+        light, angle = np.broadcast_arrays(*(np.asarray(each, float) for each in (lightness, hue)))
+        turn = np.radians(angle)
+        ends = np.stack([light, np.cos(turn), np.sin(turn)], axis=-1)
+        found = yield from GamutSteps.crossings(
+            self, ends * (1.0, 0.0, 0.0), ends, kind="ray", **level
+        )
+        chroma = np.full(light.size, np.nan)
+        crossed = found.offsets[1:] > found.offsets[:-1]
+        chroma[crossed] = found.t[found.offsets[1:][crossed] - 1]
+        return chroma.reshape(light.shape)
+
+    def slice(
+        self,
+        L: float | None = None,
+        *,
+        hue: float | None = None,
+        plane: ArrayLike | None = None,
+        **level: Unpack[Level],
+    ) -> Steps[ColourSection]:
+        """Return the section by a plane: of a lightness, a hue, or a x + b y + c z = d."""
+        return (yield from self._section(_plane(L, hue, plane), level))
+
+    def leaf(self, hue: float, **level: Unpack[Level]) -> Steps[ColourSection]:
+        """Return the section by the half-plane of a hue."""
+        return (yield from self._section({"hue": hue}, level))
+
+    def leaves(
+        self, hues: int = 360, lightness: int = 101, **level: Unpack[Level]
+    ) -> Steps[ChromaTable]:
+        """Return the intervals of chroma in gamut for every hue and lightness."""
+        found = yield from self._view("leaves", {**level, "hues": hues, "lightness": lightness})
+        cells = [cell for row in found["intervals"] for cell in row]
+        counts: IndexArray = np.array([len(cell) for cell in cells], np.int64)
+        return ChromaTable(
+            hue=_floats(found["hue"]),
+            lightness=_floats(found["lightness"]),
+            offsets=np.concatenate([[0], np.cumsum(counts)]),
+            chroma=_floats([ends for cell in cells for ends in cell]).reshape(-1, 2),
+            **_level_of(found["level"]),
+        )
+
+    def rings(
+        self,
+        reference: RemoteGamut | None = None,
+        *,
+        sectors: int = 360,
+        **level: Unpack[Level],
+    ) -> Steps[Rings]:
+        """Return the gamut rings, alone or with those of a reference and the intersection."""
+        params = {**level, "sectors": sectors, "reference": _id(reference)}
+        found = yield from self._view("rings", params)
+        others = ("reference_radius", "intersection_radius")
+        return Rings(
+            lightness=_floats(found["lightness"]),
+            hues=_floats(found["hue"]),
+            radius=_floats(found["radius"]),
+            volume=float(found["volume"]),
+            **{name: _floats(found[name]) for name in others if name in found},
+        )
+
+    def slice_svg(
+        self,
+        L: float | None = None,
+        *,
+        hue: float | None = None,
+        plane: ArrayLike | None = None,
+        **level: Unpack[Level],
+    ) -> Steps[bytes]:
+        """Return the section as a picture."""
+        params = {**level, **_plane(L, hue, plane)}
+        response = yield from self._get("slice.svg", params, "image/svg+xml")
+        return response.content
+
+    def rings_svg(
+        self, reference: RemoteGamut | None = None, *, sectors: int = 360, **level: Unpack[Level]
+    ) -> Steps[bytes]:
+        """Return the rings as a picture."""
+        params = {**level, "sectors": sectors, "reference": _id(reference)}
+        response = yield from self._get("rings.svg", params, "image/svg+xml")
+        return response.content
+
+    def picture(
+        self,
+        size: int = 800,
+        view: str | Sequence[float] = "standard",
+        *,
+        background: Literal["white", "transparent"] = "white",
+        axes: bool = True,
+        **level: Unpack[Level],
+    ) -> Steps[bytes]:
+        """Return a picture of the gamut as PNG, from a named view or a hue and an elevation."""
+        params = {**level, "size": size, "view": view, "background": background, "axes": axes}
+        response = yield from self._get("picture.png", params, "image/png")
+        return response.content
+
+    # --- two gamuts ------------------------------------------------------------------------------
+
+    def compare(
+        self, other: RemoteGamut, *, sectors: int = 36, **level: Unpack[Level]
+    ) -> Steps[GamutComparison]:
+        """Compare this gamut, A, with another one, B."""
+        params = {**level, "a": self.id, "b": other.id, "sectors": sectors}
+        request = Request("GET", "/v1/comparisons", params, {"Accept": JSON})
+        found = (yield from sent(request, self.retries)).json()
+        by_sector = found["sectors"]
+        ends = ("white_a", "white_b", "black_a", "black_b")
+        levels = [found["levels"][name] for name in "ab"]
+        figures: dict[str, Any] = {name: _number(found[name]) for name in FIGURES}
+        figures |= {name: _floats(found[name]) for name in ends}
+        return GamutComparison(
+            **figures,
+            hues=_floats([*by_sector["hue_from"], by_sector["hue_to"][-1]]),
+            sectors=SectorFigures(**{name: _floats(by_sector[name]) for name in FIGURES}),
+            triangles=(levels[0]["triangles"], levels[1]["triangles"]),
+            max_error=(levels[0]["max_error"], levels[1]["max_error"]),
+            warnings=tuple(found["warnings"]),
+        )
+
+    def coverage_of(self, other: RemoteGamut) -> Steps[float]:
+        """Return the share of another gamut's volume that this gamut covers."""
+        return (yield from GamutSteps.compare(self, other, sectors=1)).a_covers_b
+
+    def intersection(self, other: RemoteGamut) -> Steps[Intersection]:
+        """Return the part that both gamuts have; ``press & srgb`` of a blocking client."""
+        found = yield from GamutSteps.compare(self, other, sectors=1)
+        return Intersection(found.intersection, found.b_covers_a, found.a_covers_b, found.jaccard)
+
+    # --- meshes and files ------------------------------------------------------------------------
+
+    def mesh_file(
+        self: RemoteGamut,
+        format_name: str,
+        triangles: int | None = None,
+        **level: Unpack[MeshLevel],
+    ) -> Steps[bytes]:
+        """Return a level as a file of a format of the service, such as ``"glb"``."""
+        params = {**level, "triangles": triangles, "format": format_name}
+        response = yield from self._get("mesh", params, "*/*")
+        return response.content
+
+    def mesh(
+        self: RemoteGamut, triangles: int | None = None, **level: Unpack[MeshLevel]
+    ) -> Steps[Mesh]:
+        """Return a level as arrays: of a triangle count, or within an error limit."""
+        params = {**level, "triangles": triangles, "format": "ply"}
+        response = yield from self._get("mesh", params, "*/*")
+        error = response.headers.get("gamut-max-error")
+        return mesh_of_ply(response.content, None if error is None else float(error))
+
+    def to_bytes(self: RemoteGamut) -> Steps[bytes]:
+        """Return the gamut as a history file, which `gamutcore.Gamut.from_bytes` reads."""
+        return (yield from self._get("history", {}, "*/*")).content
+
+    def give_name(self, name: str) -> Steps[None]:
+        """Give the gamut a name, which lists show."""
+        request = Request("PUT", f"/v1/gamuts/{self.id}/name", json={"name": name})
+        self.description["name"] = (yield from sent(request, self.retries)).json()["name"]
+
+    def delete(self) -> Steps[None]:
+        """Delete the gamut from the service."""
+        yield from sent(Request("DELETE", f"/v1/gamuts/{self.id}"), self.retries)
+
+
+def _id(gamut: RemoteGamut | None) -> str | None:
+    return None if gamut is None else gamut.id
+
+
+def _plane(lightness: float | None, hue: float | None, plane: ArrayLike | None) -> dict[str, Any]:
+    return {
+        "lightness": lightness,
+        "hue": hue,
+        "plane": None if plane is None else np.ravel(plane).tolist(),
+    }
+
+
+def _floats(values: object) -> FloatArray:
+    """Return JSON numbers as an array; null is NaN."""
+    return np.array(values, np.float64)
+
+
+def _number(value: float | None) -> float:
+    return float("nan") if value is None else float(value)
+
+
+def _level_of(document: Mapping[str, Any]) -> dict[str, Any]:
+    return {"triangles": document["triangles"], "max_error": document["max_error"]}

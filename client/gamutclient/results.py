@@ -1,0 +1,304 @@
+"""What the methods of a gamut return. Names and shapes are those of `gamutcore`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gamutclient.arrays import BooleanArray, FloatArray, IndexArray
+
+if TYPE_CHECKING:
+    import trimesh
+
+__all__ = [
+    "ChromaTable",
+    "ColourCrossings",
+    "ColourCusps",
+    "ColourSection",
+    "GamutComparison",
+    "Intersection",
+    "MappedColours",
+    "Mesh",
+    "NearestColours",
+    "Rings",
+]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SurfaceAnswer:
+    """Colours on the surface of a level, and the device values there.
+
+    Attributes
+    ----------
+    points : (..., 3) float64
+        In the space of the colours that were given.
+    device : (..., k) float64 or None
+        Device values from 0 to 1; None if the gamut has colours only, NaN inside the gamut.
+    channels : tuple of str
+        Names of the k channels.
+    triangles : int
+        Triangle count of the level.
+    max_error : float or None
+        Upper bound of the distance of the level from the full boundary.
+    """
+
+    points: FloatArray
+    device: FloatArray | None
+    channels: tuple[str, ...]
+    triangles: int
+    max_error: float | None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class NearestColours(SurfaceAnswer):
+    """The nearest points of the surface.
+
+    Attributes
+    ----------
+    distance : (...) float64
+        Euclidean distance in the space of the gamut.
+    delta_e : (...) float64
+        Colour difference CIE 2000.
+    """
+
+    distance: FloatArray
+    delta_e: FloatArray
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MappedColours(SurfaceAnswer):
+    """Colours that were mapped into the gamut.
+
+    Attributes
+    ----------
+    moved : (...) bool
+    delta_e : (...) float64
+        Colour difference CIE 2000 of the colours and their images.
+    """
+
+    moved: BooleanArray
+    delta_e: FloatArray
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ColourCrossings(SurfaceAnswer):
+    """All crossings of lines with the surface, line by line, along each line.
+
+    Attributes
+    ----------
+    offsets : (n + 1,) int64
+        The crossings of line i are those from ``offsets[i]`` to ``offsets[i + 1]``.
+    t : (m,) float64
+        Place on the line: 0 at its start, 1 at its end.
+    entering : (m,) bool
+    """
+
+    offsets: IndexArray
+    t: FloatArray
+    entering: BooleanArray
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ColourCusps(SurfaceAnswer):
+    """Cusps. NaN where a hue has none.
+
+    Attributes
+    ----------
+    hue, lightness, chroma : (n,) float64
+    """
+
+    hue: FloatArray
+    lightness: FloatArray
+    chroma: FloatArray
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ColourSection(SurfaceAnswer):
+    """Closed polygons of a section, one after the other.
+
+    Attributes
+    ----------
+    offsets : (k + 1,) int64
+        Polygon i has the points from ``offsets[i]`` to ``offsets[i + 1]``.
+    """
+
+    offsets: IndexArray
+
+    @property
+    def polygons(self) -> list[FloatArray]:
+        """The corners of each polygon, (m, 3)."""
+        return np.split(self.points, self.offsets[1:-1]) if len(self.offsets) > 1 else []
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ChromaTable:
+    """Intervals of chroma inside the gamut, for every hue and lightness.
+
+    Attributes
+    ----------
+    hue : (h,) float64
+    lightness : (l,) float64
+    offsets : (h · l + 1,) int64
+        Hue i and lightness j have the intervals from ``offsets[i * l + j]`` to the next offset.
+    chroma : (m, 2) float64
+    triangles : int
+    max_error : float or None
+    """
+
+    hue: FloatArray
+    lightness: FloatArray
+    offsets: IndexArray
+    chroma: FloatArray
+    triangles: int
+    max_error: float | None
+
+    @property
+    def largest(self) -> FloatArray:
+        """Largest chroma for each hue and lightness, (h, l); NaN where no colour is in gamut."""
+        starts, ends = self.offsets[:-1], self.offsets[1:]
+        last = np.append(self.chroma[:, 1], np.nan)[np.where(ends > starts, ends - 1, -1)]
+        return last.reshape(len(self.hue), len(self.lightness))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Rings:
+    """Gamut rings (IDMS 1.1, 5.32).
+
+    Attributes
+    ----------
+    lightness : (n,) float64
+    hues : (s,) float64
+    radius : (n, s) float64
+    volume : float
+    reference_radius, intersection_radius : (n, s) float64 or None
+    """
+
+    lightness: FloatArray
+    hues: FloatArray
+    radius: FloatArray
+    volume: float
+    reference_radius: FloatArray | None = None
+    intersection_radius: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SectorFigures:
+    """The figures of a comparison by sector of hue, arrays (n,)."""
+
+    volume_a: FloatArray
+    volume_b: FloatArray
+    intersection: FloatArray
+    union: FloatArray
+    symmetric_difference: FloatArray
+    a_covers_b: FloatArray
+    b_covers_a: FloatArray
+    jaccard: FloatArray
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class GamutComparison:
+    """Comparison of two gamuts, A and B.
+
+    Attributes
+    ----------
+    volume_a, volume_b, intersection, union, symmetric_difference : float
+        In cubic units of the space.
+    a_covers_b, b_covers_a, jaccard : float
+    hues : (n + 1,) float64
+        Ends of the sectors.
+    sectors : SectorFigures
+    white_a, white_b, black_a, black_b : (3,) float64
+        The lightest and the darkest colours.
+    triangles, max_error : tuple
+        Of both levels.
+    warnings : tuple of str
+    """
+
+    volume_a: float
+    volume_b: float
+    intersection: float
+    union: float
+    symmetric_difference: float
+    a_covers_b: float
+    b_covers_a: float
+    jaccard: float
+    hues: FloatArray
+    sectors: SectorFigures
+    white_a: FloatArray
+    white_b: FloatArray
+    black_a: FloatArray
+    black_b: FloatArray
+    triangles: tuple[int, int]
+    max_error: tuple[float | None, float | None]
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Intersection:
+    """The part that two gamuts have in common, as ``press & srgb`` gives it."""
+
+    volume: float
+    of_first: float
+    of_second: float
+    jaccard: float
+
+
+def _not_loaded(_format_name: str) -> NoReturn:
+    raise TypeError("Use `await gamut.mesh_file(format_name, ...)` for a file in another format.")
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Mesh:
+    """A level as a triangle mesh.
+
+    Attributes
+    ----------
+    vertices : (n, 3) float32
+        In the space of the gamut.
+    faces : (m, 3) int32
+        Anticlockwise as seen from outside.
+    device : (n, k) float32 or None
+        Device values from 0 to 1.
+    channels : tuple of str
+    max_error : float or None
+        Upper bound of the distance from the full boundary.
+    """
+
+    vertices: NDArray[np.float32]
+    faces: NDArray[np.int32]
+    device: NDArray[np.float32] | None
+    channels: tuple[str, ...]
+    max_error: float | None
+    load: Callable[[str], bytes] = field(default=_not_loaded, repr=False)
+
+    @property
+    def triangles(self) -> int:
+        """Number of triangles."""
+        return len(self.faces)
+
+    @property
+    def volume(self) -> float:
+        """Enclosed volume."""
+        one, two, three = (self.vertices[self.faces[:, k]].astype(np.float64) for k in range(3))
+        return float(np.einsum("ij,ij->", one, np.cross(two, three)) / 6.0)
+
+    def to_bytes(self, format_name: str) -> bytes:
+        """Return the mesh as a file of a format of the service, such as ``"glb"``."""
+        return self.load(format_name)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the mesh to a file in the format of its suffix, such as ``.glb``."""
+        Path(path).write_bytes(self.load(Path(path).suffix.removeprefix(".").lower()))
+
+    def to_trimesh(self) -> trimesh.Trimesh:
+        """Return a `trimesh.Trimesh`, none of whose vertices are merged."""
+        import trimesh as library  # noqa: PLC0415  # optional
+
+        made: Any = library.Trimesh(self.vertices, self.faces, process=False, validate=False)
+        return made  # type: ignore[no-any-return]

@@ -1,0 +1,245 @@
+"""Requests with retries, without input or output.
+
+A method of the client is a generator of steps: it yields a request to send or a number of seconds
+to wait, and gets the response or the error of the connection. `run` and `run_async` carry the
+steps out. What a method sends and when it tries again is therefore written once.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import datetime as dt
+import email.utils
+import functools
+import time
+from collections.abc import Callable, Coroutine, Generator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Concatenate, ParamSpec, Protocol, TypeAlias, TypeVar
+
+import httpx
+
+from gamutclient.errors import ConnectionLostError, ServiceError
+
+__all__ = [
+    "Connections",
+    "Request",
+    "Retries",
+    "Steps",
+    "awaiting",
+    "blocking",
+    "run",
+    "run_async",
+    "sent",
+]
+
+T = TypeVar("T")
+P = ParamSpec("P")
+
+
+@dataclass(frozen=True)
+class Request:
+    """A request, relative to the address of the service.
+
+    Attributes
+    ----------
+    method, path : str
+    params : mapping
+        Of the query string. None is left out.
+    headers : mapping
+    content : bytes or None
+    json, files, data : object
+        As httpx takes them.
+    """
+
+    method: str
+    path: str
+    params: Mapping[str, Any] = field(default_factory=dict)
+    headers: Mapping[str, str] = field(default_factory=dict)
+    content: bytes | None = None
+    json: Any = None
+    files: Any = None
+    data: Any = None
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments of `httpx.Client.request`."""
+        given = {"content": self.content, "json": self.json, "files": self.files, "data": self.data}
+        return {
+            "method": self.method,
+            "url": self.path,
+            "params": {
+                name: _text(value) for name, value in self.params.items() if value is not None
+            },
+            "headers": dict(self.headers),
+            **{name: value for name, value in given.items() if value is not None},
+        }
+
+
+def _text(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, list | tuple):
+        return ",".join(map(_text, value))
+    return str(value)
+
+
+Connections: TypeAlias = Any
+"""An `httpx.Client` where methods wait, an `httpx.AsyncClient` where they are coroutines."""
+
+Outcome: TypeAlias = httpx.Response | httpx.TransportError | None
+Steps: TypeAlias = Generator[Request | float, Outcome, T]
+"""Steps of a method that returns T."""
+
+
+@dataclass(frozen=True)
+class Retries:
+    """When a request is sent again. Every request of the client may be repeated safely.
+
+    Attributes
+    ----------
+    attempts : int
+        Largest number of times that a request is sent.
+    longest_wait : float
+        Longest wait before one attempt, in seconds. A request for which the service asks for
+        more fails at once.
+    """
+
+    attempts: int = 6
+    longest_wait: float = 60.0
+
+    def wait(self, outcome: httpx.Response | httpx.TransportError, attempt: int) -> float | None:
+        """Return the seconds to wait before the next attempt, or None if there is none.
+
+        Parameters
+        ----------
+        outcome : httpx.Response or httpx.TransportError
+        attempt : int
+            Number of times that the request was sent.
+        """
+        if isinstance(outcome, httpx.Response) and outcome.status_code not in {429, 503}:
+            return None
+        if attempt >= self.attempts:
+            return None
+        asked = None
+        if isinstance(outcome, httpx.Response):
+            asked = retry_after(outcome.headers.get("retry-after", ""))
+        seconds = 0.25 * 2.0 ** (attempt - 1) if asked is None else asked
+        return seconds if seconds <= self.longest_wait else None
+
+
+def retry_after(text: str) -> float | None:
+    """Return the seconds of a ``Retry-After`` field: a number, or a date (RFC 9110, 10.2.3)."""
+    if text.strip().isascii() and text.strip().isdigit():
+        return float(text)
+    try:
+        moment = email.utils.parsedate_to_datetime(text)
+    except ValueError:
+        return None
+    if moment.tzinfo is None:
+        return None
+    return max(0.0, (moment - dt.datetime.now(dt.UTC)).total_seconds())
+
+
+def sent(request: Request, retries: Retries) -> Steps[httpx.Response]:
+    """Send a request, again if the service or the connection fails, and return the response.
+
+    Raises
+    ------
+    ServiceError
+        The service answered with a problem.
+    ConnectionLostError
+        The connection failed at each attempt.
+    """
+    attempt = 1
+    while True:
+        outcome = yield request
+        if outcome is None:
+            raise TypeError("The step is a request, whose outcome is a response or an error.")
+        seconds = retries.wait(outcome, attempt)
+        if seconds is None:
+            break
+        yield seconds
+        attempt += 1
+    if isinstance(outcome, httpx.TransportError):
+        reason = str(outcome) or type(outcome).__name__
+        message = f"{request.method} {request.path} failed {attempt} times: {reason}"
+        raise ConnectionLostError(message) from outcome
+    if outcome.is_error:
+        raise ServiceError.from_document(_problem(outcome), outcome.status_code)
+    return outcome
+
+
+def _problem(response: httpx.Response) -> Mapping[str, Any]:
+    """Return the problem document; an intermediary may answer with something else."""
+    try:
+        document = response.json()
+    except ValueError:
+        document = None
+    if isinstance(document, dict):
+        return document
+    return {"detail": f"HTTP status {response.status_code}: {response.text[:200]}"}
+
+
+def run(steps: Steps[T], client: httpx.Client) -> T:
+    """Carry out the steps of a method, and return its result."""
+    outcome: Outcome = None
+    try:
+        while True:
+            step = steps.send(outcome)
+            if isinstance(step, Request):
+                try:
+                    outcome = client.request(**step.arguments())
+                except httpx.TransportError as error:
+                    outcome = error
+            else:
+                time.sleep(step)
+                outcome = None
+    except StopIteration as end:
+        result: T = end.value
+        return result
+
+
+async def run_async(steps: Steps[T], client: httpx.AsyncClient) -> T:
+    """Carry out the steps of a method in an event loop, and return its result."""
+    outcome: Outcome = None
+    try:
+        while True:
+            step = steps.send(outcome)
+            if isinstance(step, Request):
+                try:
+                    outcome = await client.request(**step.arguments())
+                except httpx.TransportError as error:
+                    outcome = error
+            else:
+                await asyncio.sleep(step)
+                outcome = None
+    except StopIteration as end:
+        result: T = end.value
+        return result
+
+
+class Asking(Protocol):
+    """What has methods: a client or a gamut with its connections."""
+
+    http: Connections
+
+
+def blocking(steps: Callable[Concatenate[Any, P], Steps[T]]) -> Callable[Concatenate[Any, P], T]:
+    """Return the method that carries steps out and waits for them."""
+
+    @functools.wraps(steps)
+    def method(self: Asking, /, *args: P.args, **kwargs: P.kwargs) -> T:
+        return run(steps(self, *args, **kwargs), self.http)
+
+    return method
+
+
+def awaiting(
+    steps: Callable[Concatenate[Any, P], Steps[T]],
+) -> Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]:
+    """Return the method that carries steps out in an event loop."""
+
+    @functools.wraps(steps)
+    async def method(self: Asking, /, *args: P.args, **kwargs: P.kwargs) -> T:
+        return await run_async(steps(self, *args, **kwargs), self.http)
+
+    return method

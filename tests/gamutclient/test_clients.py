@@ -1,0 +1,142 @@
+"""Clients: builds with progress, lists, names, keys, errors and retries."""
+
+import asyncio
+import datetime as dt
+import json
+import time
+
+import gamutclient
+import numpy as np
+import pytest
+from gamutclient.transport import Retries, retry_after
+
+from service.access.api_keys import new_key
+
+PROBLEM = {"code": "queries-busy", "detail": "Too many rows.", "where": {}, "remedy": "Wait."}
+BUSY = (429, {"Retry-After": "0"}, json.dumps(PROBLEM).encode())
+LOST = (None, {}, b"")
+FOUND = (200, {}, json.dumps({"references": [{"slug": "srgb"}]}).encode())
+
+
+def answered(scripted, *answers, **settings):
+    scripted.answers[:] = answers
+    with gamutclient.Client(scripted.url, **settings) as client:
+        return client.references()
+
+
+class TestBuilds:
+    def test_progress_is_told(self, client, sphere):
+        told = []
+        gamut = client.build(
+            np.array(sphere(seed=801, count=5000)),
+            cost="finest",
+            name="A ball",
+            progress=lambda stage, fraction: told.append((stage, fraction)),
+        )
+        assert gamut.volume > 0
+        assert all(0 <= fraction <= 1 for _, fraction in told)
+        assert {stage for stage, _ in told} <= {
+            *("characterisation", "colours", "boundary", "decimation", "metric")
+        }
+        assert [each["id"] for each in client.gamuts("A ball")] == [gamut.id]
+
+    def test_names_and_deletion(self, client, sphere):
+        gamut = client.build(np.array(sphere(seed=802)))
+        gamut.give_name("Named later")
+        assert client.gamut(gamut.id).description["name"] == "Named later"
+        gamut.delete()
+        with pytest.raises(gamutclient.ServiceError) as caught:
+            client.gamut(gamut.id)
+        assert caught.value.code == "gamut-not-found"
+        assert caught.value.status == 404
+
+    def test_lists_have_all_pages(self, client, sphere, monkeypatch):
+        monkeypatch.setattr("gamutclient.client_steps.PAGE", 2)
+        built = {client.build(np.array(sphere(seed=seed))).id for seed in (803, 804, 805)}
+        listed = [each["id"] for each in client.gamuts()]
+        assert built <= set(listed)
+        assert len(listed) == len(set(listed))
+
+    @pytest.mark.parametrize("progress", [None, lambda *_: None])
+    def test_refused_data(self, client, progress):
+        with pytest.raises(gamutclient.ServiceError) as caught:
+            client.build(np.zeros((5, 3)), progress=progress)
+        assert caught.value.code == "too-few-points"
+        assert caught.value.remedy
+        with pytest.raises(gamutclient.ServiceError, match="srgb") as caught:
+            client.reference("sRGG", progress=progress)
+        assert caught.value.status == 422
+
+    def test_large_arrays_are_sent_in_parts(self, remote, monkeypatch):
+        colours = np.random.default_rng(1).uniform(-100, 100, (70, 3))
+        whole = remote[0].nearest(colours), remote[0].crossings(colours, (50, 0, 0), kind="line")
+        monkeypatch.setattr("gamutclient.gamut_steps.MOST_ROWS", 16)
+        parts = remote[0].nearest(colours), remote[0].crossings(colours, (50, 0, 0), kind="line")
+        np.testing.assert_array_equal(parts[0].points, whole[0].points)
+        np.testing.assert_array_equal(parts[1].offsets, whole[1].offsets)
+        np.testing.assert_array_equal(parts[1].t, whole[1].t)
+
+
+@pytest.mark.slow
+def test_api_keys(start_server):
+    key, known = new_key("reader", frozenset({"read"}))
+    server = start_server(api_keys=known.entry)
+    with gamutclient.Client(server.url, api_key=key) as client:
+        assert len(client.references()) > 50
+    with (
+        gamutclient.Client(server.url) as client,
+        pytest.raises(gamutclient.ServiceError) as caught,
+    ):
+        client.references()
+    assert caught.value.status == 401
+
+
+class TestRetries:
+    def test_a_busy_service_is_asked_again(self, scripted):
+        assert answered(scripted, BUSY, BUSY, FOUND) == [{"slug": "srgb"}]
+        assert len(scripted.requests) == 3
+
+    def test_retry_after_is_kept(self, scripted):
+        busy = (503, {"Retry-After": "1"}, b"{}")
+        start = time.monotonic()
+        assert answered(scripted, busy, FOUND)
+        assert time.monotonic() - start >= 1
+
+    def test_lost_connections_are_opened_again(self, scripted):
+        assert answered(scripted, LOST, FOUND) == [{"slug": "srgb"}]
+
+    def test_attempts_are_bounded(self, scripted):
+        with pytest.raises(gamutclient.ServiceError, match="Too many rows") as caught:
+            answered(scripted, BUSY, retries=Retries(attempts=3))
+        assert caught.value.code == "queries-busy"
+        assert len(scripted.requests) == 3
+        with pytest.raises(gamutclient.ConnectionLostError, match="2 times"):
+            answered(scripted, LOST, retries=Retries(attempts=2))
+
+    def test_long_waits_are_refused(self, scripted):
+        with pytest.raises(gamutclient.ServiceError):
+            answered(scripted, (503, {"Retry-After": "3600"}, b"{}"))
+        assert len(scripted.requests) == 1
+
+    def test_other_errors_are_not_repeated(self, scripted):
+        with pytest.raises(gamutclient.ServiceError, match="HTTP status 502") as caught:
+            answered(scripted, (502, {}, b"<html>bad gateway</html>"))
+        assert caught.value.code == "http-502"
+        assert len(scripted.requests) == 1
+
+    def test_coroutines_try_again_as_well(self, scripted):
+        async def ask():
+            async with gamutclient.AsyncClient(scripted.url) as client:
+                return await client.references()
+
+        scripted.answers[:] = [BUSY, LOST, FOUND]
+        assert asyncio.run(ask()) == [{"slug": "srgb"}]
+
+    def test_dates_of_retry_after(self):
+        """RFC 9110, 5.6.7."""
+        soon = dt.datetime.now(dt.UTC) + dt.timedelta(seconds=30)
+        assert 28 <= retry_after(soon.strftime("%a, %d %b %Y %H:%M:%S GMT")) <= 30
+        assert retry_after("Sun, 06 Nov 1994 08:49:37 GMT") == 0
+        assert retry_after("12") == 12
+        assert retry_after("soon") is None
+        assert retry_after("") is None

@@ -1,0 +1,89 @@
+"""The example of a gamut-mapping microservice, between a real client and a real gamut service."""
+
+import asyncio
+import io
+import os
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import httpx
+import numpy as np
+import pytest
+
+import gamutcore
+
+ROOT = Path(__file__).parents[2]
+RUNNING = re.compile(r"Uvicorn running on (http://127\.0\.0\.1:\d+)")
+REQUESTS, ROWS = 100, 10_000
+
+
+@pytest.fixture(scope="module")
+def mapping_service(server, tmp_path_factory):
+    log = tmp_path_factory.mktemp("mapping") / "log"
+    with log.open("wb") as output:
+        process = subprocess.Popen(
+            [
+                *(sys.executable, "-m", "uvicorn", "--app-dir", ROOT / "examples"),
+                *("mapping_service:app", "--port", "0"),
+            ],
+            env={
+                **os.environ,
+                "GAMUT_SERVICE": server.url,
+                "PYTHONPATH": str(ROOT / "client"),
+                "PYTHONDONTWRITEBYTECODE": "1",  # examples/ has only what its README lists
+            },
+            stdout=output,
+            stderr=subprocess.STDOUT,
+        )
+    try:
+        deadline = time.monotonic() + 120
+        while not (found := RUNNING.search(log.read_text())):
+            assert process.poll() is None, log.read_text()
+            assert time.monotonic() < deadline, log.read_text()
+            time.sleep(0.05)
+        yield found[1]
+    finally:
+        process.terminate()
+        process.wait(30)
+
+
+def npy(colours):
+    file = io.BytesIO()
+    np.save(file, colours)
+    return file.getvalue()
+
+
+def test_the_example_is_short():
+    assert len((ROOT / "examples" / "mapping_service.py").read_text().splitlines()) < 60
+
+
+@pytest.mark.slow
+def test_a_hundred_requests_in_flight(mapping_service):
+    """10,000 colours each, all answered, each as gamutcore answers."""
+    random = np.random.default_rng(5)
+    batches = random.uniform((0, -80, -80), (100, 80, 80), (REQUESTS, ROWS, 3))
+
+    async def ask():
+        limits = httpx.Limits(max_connections=REQUESTS)
+        address = f"{mapping_service}/map"
+        async with httpx.AsyncClient(timeout=120, limits=limits) as client:
+            posted = [client.post(address, content=npy(batch)) for batch in batches]
+            return await asyncio.gather(*posted)
+
+    answers = asyncio.run(ask())
+    assert {answer.status_code for answer in answers} == {200}
+    press = gamutcore.Gamut(ROOT / "examples" / "FOGRA39L.ti3", ink_limit=300)
+    for number in (0, 57, 99):
+        mapped = np.load(io.BytesIO(answers[number].content))
+        expected = press.map(batches[number], max_error=0.5).points
+        np.testing.assert_allclose(mapped, expected, rtol=0, atol=1e-9)
+
+
+def test_errors_pass_through(mapping_service):
+    assert httpx.post(f"{mapping_service}/map", content=b"no array").status_code == 422
+    answer = httpx.post(f"{mapping_service}/map?method=clip-hoe", content=npy(np.zeros((1, 3))))
+    assert answer.status_code == 422
+    assert answer.json()["detail"]["code"] == "invalid-parameter"
