@@ -36,7 +36,7 @@ class TestBuilds:
         assert gamut.volume > 0
         assert all(0 <= fraction <= 1 for _, fraction in told)
         assert {stage for stage, _ in told} <= {
-            *("characterisation", "colours", "boundary", "decimation", "metric")
+            *("characterisation", "colours", "boundary", "decimation", "metric", "encoding")
         }
         assert [each["id"] for each in client.gamuts("A ball")] == [gamut.id]
 
