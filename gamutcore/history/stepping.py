@@ -217,11 +217,12 @@ def level_from_snapshot(
     """Return positions and faces of a level from a snapshot of a level that is not coarser."""
     positions, start = snapshot_positions[:vertices].copy(), len(snapshot_positions)
     undo_splits(positions, 3, start, vertices, parent, coarse, shifted_end, shifted, shifted_coarse)
-    faces = np.empty((2 * vertices - 4, 3), np.int32)
-    for face in range(len(faces)):
-        for place in range(3):
-            slot = snapshot_faces[face, place]
+    faces = snapshot_faces[: 2 * vertices - 4].copy()
+    corners = faces.reshape(-1)
+    for corner in range(len(corners)):
+        slot = corners[corner]
+        if slot >= vertices:
             while slot >= vertices:
                 slot = parent[slot - 4]
-            faces[face, place] = slot
+            corners[corner] = slot
     return positions, faces
