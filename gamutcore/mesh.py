@@ -232,15 +232,19 @@ class TriangleMesh:
         -------
         (n,) float64
         """
-        relative = self.vertices.astype(np.float64) - np.asarray(centre, np.float64)
-        # by coordinate, which takes a quarter of the time of np.cross
-        columns = np.ascontiguousarray(relative.T)
-        a, b, c = (np.take(columns, corner, axis=1) for corner in self.faces.T)
+        a, b, c = self._corner_columns(centre)
         return np.asarray(
             a[0] * (b[1] * c[2] - b[2] * c[1])
             + a[1] * (b[2] * c[0] - b[0] * c[2])
             + a[2] * (b[0] * c[1] - b[1] * c[0])
         )
+
+    def _corner_columns(self, origin: ArrayLike) -> tuple[FloatArray, ...]:
+        """Return `corners` as three (3, n) arrays: a quarter of the time for what follows."""
+        relative = self.vertices.astype(np.float64) - np.asarray(origin, np.float64)
+        columns = np.ascontiguousarray(relative.T)
+        one, two, three = (np.take(columns, corner, axis=1) for corner in self.faces.T)
+        return one, two, three
 
     @property
     def volume(self) -> float:
@@ -253,9 +257,13 @@ class TriangleMesh:
     @property
     def area(self) -> float:
         """Surface area in square units."""
-        first, second, third = self.corners()
-        normals = np.cross(second - first, third - first)
-        return float(np.linalg.norm(normals, axis=1).sum() / 2.0)
+        first, second, third = self._corner_columns((0.0, 0.0, 0.0))
+        second -= first
+        third -= first
+        square = np.zeros(self.triangles)
+        for i, j in ((1, 2), (2, 0), (0, 1)):
+            square += (second[i] * third[j] - second[j] * third[i]) ** 2
+        return float(np.sqrt(square).sum() / 2.0)
 
     @property
     def bounds(self) -> FloatArray:

@@ -61,50 +61,43 @@ def radial_volume(
     -------
     RadialVolume
     """
+    radius = np.zeros((6, pixels, pixels))
+    corners = np.empty((3, 3))
+    for face in range(len(faces)):
+        for place in range(3):
+            for axis in range(3):
+                corners[place, axis] = points[faces[face, place], axis] - centre[axis]
+        for side in range(6):
+            _draw(radius, side, corners)
     volume, uncovered, depth = 0.0, 0, np.inf
-    radius = np.empty((pixels, pixels))
-    for axis in range(3):
-        for sign in (-1.0, 1.0):
-            radius[:] = 0.0
-            for face in range(len(faces)):
-                one, two, three = faces[face, 0], faces[face, 1], faces[face, 2]
-                _draw(radius, points, one, two, three, centre, axis, sign)
-            for row in range(pixels):
-                u = (row + 0.5) * 2.0 / pixels - 1.0
-                for column in range(pixels):
-                    v = (column + 0.5) * 2.0 / pixels - 1.0
-                    along = radius[row, column]
-                    volume += along**3
-                    uncovered += along == 0.0
-                    depth = min(depth, along * np.sqrt(1.0 + u * u + v * v))
+    for side in range(6):
+        for row in range(pixels):
+            u = (row + 0.5) * 2.0 / pixels - 1.0
+            for column in range(pixels):
+                v = (column + 0.5) * 2.0 / pixels - 1.0
+                along = radius[side, row, column]
+                volume += along**3
+                uncovered += along == 0.0
+                depth = min(depth, along * np.sqrt(1.0 + u * u + v * v))
     rays = 6.0 * pixels * pixels
     # for a direction (1, u, v) scaled by t, the volume is ∫ t³ ÷ 3 du dv
     return RadialVolume(volume / 3.0 * (2.0 / pixels) ** 2, uncovered / rays, depth)
 
 
 @leaf_kernel
-def _draw(
-    radius: FloatArray,
-    points: FloatArray,
-    one: int,
-    two: int,
-    three: int,
-    centre: FloatArray,
-    axis: int,
-    sign: float,
-) -> None:
-    """Raise the radii of the pixels that a triangle covers; radii are in units of (1, u, v)."""
-    second, third = (axis + 1) % 3, (axis + 2) % 3
-    aw, bw, cw = (
-        sign * (points[one, axis] - centre[axis]),
-        sign * (points[two, axis] - centre[axis]),
-        sign * (points[three, axis] - centre[axis]),
-    )
+def _draw(radius: FloatArray, side: int, corners: FloatArray) -> None:
+    """Raise the radii of the pixels of a side of the cube that a triangle covers.
+
+    Radii are in units of (1, u, v). `corners` are relative to the centre, one per row.
+    """
+    axis, sign = side // 2, -1.0 if side % 2 == 0 else 1.0
+    aw, bw, cw = sign * corners[0, axis], sign * corners[1, axis], sign * corners[2, axis]
     if aw <= 0.0 and bw <= 0.0 and cw <= 0.0:
         return
-    au, av = points[one, second] - centre[second], points[one, third] - centre[third]
-    bu, bv = points[two, second] - centre[second], points[two, third] - centre[third]
-    cu, cv = points[three, second] - centre[second], points[three, third] - centre[third]
+    second, third = (axis + 1) % 3, (axis + 2) % 3
+    au, av = corners[0, second], corners[0, third]
+    bu, bv = corners[1, second], corners[1, third]
+    cu, cv = corners[2, second], corners[2, third]
     if (
         (au > aw and bu > bw and cu > cw)
         or (-au > aw and -bu > bw and -cu > cw)
@@ -112,7 +105,7 @@ def _draw(
         or (-av > aw and -bv > bw and -cv > cw)
     ):
         return
-    pixels = len(radius)
+    pixels = radius.shape[1]
     first_row, last_row, first_column, last_column = 0, pixels - 1, 0, pixels - 1
     if aw > 0.0 and bw > 0.0 and cw > 0.0:  # otherwise the triangle is seen under a wide angle
         first_row, last_row = _pixels(au / aw, bu / bw, cu / cw, pixels)
@@ -136,8 +129,8 @@ def _draw(
             if (
                 (height > 0.0 and min(ab, bc, ca) >= 0.0)
                 or (height < 0.0 and max(ab, bc, ca) <= 0.0)
-            ) and height / along > radius[row, column]:
-                radius[row, column] = height / along
+            ) and height / along > radius[side, row, column]:
+                radius[side, row, column] = height / along
 
 
 @leaf_kernel

@@ -16,6 +16,7 @@ import numpy as np
 
 from gamutcore.colours.device.ink_cube import InkCube, Patches, surface_corners, surface_patches
 from gamutcore.colours.device.lattice_faces import Layout, inside_count, lattice_faces
+from gamutcore.mesh import TriangleMesh
 from gamutcore.option_types import WholeNumber
 
 if TYPE_CHECKING:
@@ -183,8 +184,7 @@ def outward_faces(points: FloatArray, faces: SurfaceFaces) -> SurfaceFaces:
     """
     if not faces.closed:
         return faces
-    one, two, three = (points[corner] - points.mean(axis=0) for corner in faces.corners.T)
-    if np.einsum("ij,ij->", one, np.cross(two, three)) >= 0:
+    if TriangleMesh(points, faces.corners).volume >= 0:
         return faces
     return replace(faces, corners=np.ascontiguousarray(faces.corners[:, [0, 2, 1]]))
 
