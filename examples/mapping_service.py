@@ -17,7 +17,7 @@ from pathlib import Path
 import httpx
 import numpy as np
 from fastapi import FastAPI, HTTPException, Request, Response
-from gamutclient import AsyncClient, ServiceError
+from gamutclient import AsyncClient, InvalidPointsError, ServiceError
 
 PRESS = Path(os.environ.get("PRESS", Path(__file__).with_name("FOGRA39L.ti3")))
 IN_FLIGHT = asyncio.Semaphore(8)
@@ -39,12 +39,15 @@ app = FastAPI(lifespan=lifespan)
 async def map_colours(request: Request, method: str = "clip-hue") -> Response:
     """Map the rows of an .npy file; the answer is an .npy file of the same shape."""
     try:
-        colours = np.load(io.BytesIO(await request.body()), allow_pickle=False)
-    except ValueError as error:
+        file = io.BytesIO(await request.body())
+        colours = np.lib.format.read_array(file, allow_pickle=False)
+    except (ValueError, MemoryError) as error:
         raise HTTPException(422, f"The body is not an .npy file: {error}") from error
     try:
         async with IN_FLIGHT:
             mapped = await request.app.state.press.map(colours, method, max_error=0.5)
+    except InvalidPointsError as error:
+        raise HTTPException(422, {"code": error.code, "detail": str(error)}) from error
     except ServiceError as error:
         raise HTTPException(error.status, {"code": error.code, "detail": str(error)}) from error
     file = io.BytesIO()

@@ -14,7 +14,7 @@ import numpy as np
 from gamutcore.arrays import IndexArray
 from gamutcore.kernels import kernel, leaf_kernel
 
-__all__ = ["following", "opposite_corners", "preceding", "swing"]
+__all__ = ["following", "opposite_corners", "preceding", "swing", "vertex_fans"]
 
 
 UNKNOWN, TWICE = -1, -2
@@ -63,6 +63,40 @@ def _counterpart(end_of: IndexArray, facing: IndexArray, begin: int, end: int, s
             found = facing[edge]
             matches += 1
     return found if matches == 1 else -1
+
+
+@kernel
+def vertex_fans(corner: IndexArray, vertices: int) -> tuple[IndexArray, IndexArray]:
+    """Return the faces around each vertex, one vertex after the other.
+
+    Parameters
+    ----------
+    corner : (3 F,) int32
+        The vertex of every corner.
+    vertices : int
+
+    Returns
+    -------
+    end : (vertices,) int32
+        End of each vertex's part of `fan`; the part begins at the end of the part before.
+    fan : (3 F,) int32
+        In ascending order within a part.
+    """
+    end = np.zeros(vertices, np.int32)
+    for index in range(len(corner)):
+        end[corner[index]] += 1
+    total = 0
+    for vertex in range(vertices):
+        count = end[vertex]
+        end[vertex] = total
+        total += count
+    fan = np.empty(len(corner), np.int32)
+    for face in range(len(corner) // 3):
+        for place in range(3):
+            vertex = corner[3 * face + place]
+            fan[end[vertex]] = face
+            end[vertex] += 1
+    return end, fan
 
 
 @kernel

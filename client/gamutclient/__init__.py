@@ -9,7 +9,12 @@ sends; `clients` and `gamuts`, which run these steps.
 """
 
 from gamutclient.clients import AsyncClient, Client
-from gamutclient.errors import ConnectionLostError, GamutClientError, ServiceError
+from gamutclient.errors import (
+    ConnectionLostError,
+    GamutClientError,
+    InvalidPointsError,
+    ServiceError,
+)
 from gamutclient.gamuts import AsyncGamut, Gamut
 from gamutclient.results import Mesh
 from gamutclient.transport import Retries
@@ -21,6 +26,7 @@ __all__ = [
     "ConnectionLostError",
     "Gamut",
     "GamutClientError",
+    "InvalidPointsError",
     "Mesh",
     "Retries",
     "ServiceError",

@@ -8,6 +8,8 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from gamutclient.errors import InvalidPointsError
+
 __all__ = [
     "BooleanArray",
     "ColourRows",
@@ -52,15 +54,23 @@ def colour_rows(colours: Colours) -> ColourRows:
 
     Raises
     ------
-    ValueError
+    InvalidPointsError
         The last axis does not have three numbers.
     """
     if callable(getattr(colours, "to_numpy", None)):
         colours = colours.to_numpy()
-    found = np.asarray(colours, np.float64)
-    if not found.ndim or found.shape[-1] != 3:
-        raise ValueError(f"The colours have the shape {found.shape}; give an array (..., 3).")
-    return ColourRows(np.ascontiguousarray(found.reshape(-1, 3)), found.shape[:-1])
+    remedy = "Give an array (..., 3) of numbers."
+    try:
+        found = np.asarray(colours)
+        if found.dtype.kind == "O":  # a table of columns of different types
+            found = found.astype(np.float64)
+    except (ValueError, TypeError) as error:
+        raise InvalidPointsError(f"The colours are not rows of three numbers. {remedy}") from error
+    if not found.ndim or found.shape[-1] != 3 or found.dtype.kind not in "fiu":
+        message = f"The colours have the shape {found.shape} and the type {found.dtype}."
+        raise InvalidPointsError(f"{message} {remedy}")
+    points = np.ascontiguousarray(found.reshape(-1, 3), np.float64)
+    return ColourRows(points, found.shape[:-1])
 
 
 def npy_bytes(array: NDArray[Any]) -> bytes:

@@ -8,6 +8,7 @@ import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Generic, TypeVar
+from urllib.parse import quote
 
 import httpx
 import numpy as np
@@ -64,14 +65,15 @@ class ServiceClient(Generic[G]):
 
     def _described(self, gamut_id: str) -> Steps[G]:
         headers = {"Accept": "application/json"}
-        request = Request("GET", f"/v1/gamuts/{gamut_id}", headers=headers)
+        path = f"/v1/gamuts/{quote(gamut_id, safe='')}"
+        request = Request("GET", path, headers=headers)
         response = yield from sent(request, self.retries)
         return self._gamut(self.http, response.json(), self.retries)
 
     def _job(self, job_id: str, progress: Progress | None) -> Steps[dict[str, Any]]:
         request = Request("GET", f"/v1/jobs/{job_id}")
         job: dict[str, Any] = (yield from sent(request, self.retries)).json()
-        if progress and job["state"] == "running":
+        if progress and job["state"] == "running" and job["stage"]:  # none until it has begun
             progress(job["stage"], job["fraction"])
         return job
 
@@ -93,8 +95,9 @@ class ClientSteps(ServiceClient[G]):
 
         Parameters
         ----------
-        data : path, bytes or array
-            The path or the content of a file, or an (n, 3) array of L*, a*, b*.
+        data : path, bytes, array or table
+            The path or the content of a file, an (n, 3) array of L*, a*, b*, a structured array
+            whose fields are columns, or a table of named columns such as a pandas DataFrame.
         options : mapping, optional
             How the gamut is built.
         name : str, optional
@@ -108,10 +111,14 @@ class ClientSteps(ServiceClient[G]):
         ------
         ServiceError
             The data or an option is refused, or the build failed.
+        TypeError
+            The data has none of these forms.
         """
         content, file_name = _content(data)
         given = {**(options or {}), **choices}
-        form = {"options": json.dumps(given)} | ({} if name is None else {"name": name})
+        form = {"options": json.dumps(given, default=_plain)} | (
+            {} if name is None else {"name": name}
+        )
         request = Request(
             "POST",
             "/v1/gamuts",
@@ -125,12 +132,10 @@ class ClientSteps(ServiceClient[G]):
         self, /, name: str, *, progress: Progress | None = None, **options: object
     ) -> Steps[G]:
         """Build a reference gamut, such as ``"Display P3"``, and wait for it."""
-        request = Request(
-            "POST",
-            "/v1/gamuts",
-            headers={"Prefer": "respond-async" if progress else "wait=20"},
-            json={"reference": name, "options": options},
-        )
+        document = json.dumps({"reference": name, "options": options}, default=_plain)
+        wait = "respond-async" if progress else "wait=20"
+        headers = {"Prefer": wait, "Content-Type": "application/json"}
+        request = Request("POST", "/v1/gamuts", headers=headers, content=document.encode())
         return (yield from self._built(request, progress))
 
     def gamut(self, gamut_id: str) -> Steps[G]:
@@ -175,6 +180,26 @@ def _content(data: object) -> tuple[bytes, str]:
         path = Path(data)
         return path.read_bytes(), path.name
     if isinstance(data, io.IOBase):
-        return bytes(data.read()), Path(str(getattr(data, "name", "data"))).name
-    colours = np.asarray(data, np.float64)
-    return npy_bytes(colours.reshape(-1, 3)), "colours.npy"
+        content = data.read()
+        name = Path(str(getattr(data, "name", "data"))).name
+        return (content.encode() if isinstance(content, str) else bytes(content)), name
+    if callable(getattr(data, "to_csv", None)):
+        table: str = data.to_csv(index=False)  # type: ignore[attr-defined]
+        return table.encode(), "colours.csv"
+    colours = np.asarray(data)
+    if colours.dtype.names is None:
+        if colours.ndim < 2 or colours.shape[-1] != 3 or colours.dtype.kind not in "fiu":
+            raise TypeError(
+                f"The data is of the type {type(data).__name__}, as an array of shape "
+                f"{colours.shape} and type {colours.dtype}. Give a path, bytes, an (n, 3) array "
+                "of L*, a*, b*, a structured array whose fields are columns, or a table."
+            )
+        colours = colours.reshape(-1, 3).astype(np.float64)
+    return npy_bytes(colours), "colours.npy"
+
+
+def _plain(value: object) -> object:
+    """Return a number of NumPy as one of Python, for JSON."""
+    if isinstance(value, np.generic):
+        return value.item()
+    raise TypeError(f"An option is of the type {type(value).__name__}. Give numbers and texts.")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-__all__ = ["ConnectionLostError", "GamutClientError", "ServiceError"]
+__all__ = ["ConnectionLostError", "GamutClientError", "InvalidPointsError", "ServiceError"]
 
 
 class GamutClientError(Exception):
@@ -14,6 +14,18 @@ class GamutClientError(Exception):
 
 class ConnectionLostError(GamutClientError):
     """The service could not be reached, in spite of all retries."""
+
+
+class InvalidPointsError(GamutClientError, ValueError):
+    """Colours are no array (..., 3) of numbers, so they were not sent.
+
+    Attributes
+    ----------
+    code : str
+        ``"invalid-points"``, as of the service and of `gamutcore`.
+    """
+
+    code = "invalid-points"
 
 
 class ServiceError(GamutClientError):

@@ -238,10 +238,9 @@ class GamutSteps(RemoteGamut):
         **asked: Unpack[Question],
     ) -> Steps[ColourCrossings]:
         """Find all crossings of lines with the surface, in order."""
-        first, second = np.broadcast_arrays(
-            np.asarray(starts, np.float64), np.asarray(ends, np.float64)
-        )
-        lines = np.hstack([colour_rows(first).points, colour_rows(second).points])
+        asked_rows = (colour_rows(starts), colour_rows(ends))
+        both = np.broadcast_arrays(*(rows.in_shape(rows.points) for rows in asked_rows))
+        lines = np.hstack([each.reshape(-1, 3) for each in both])
         records, level = yield from self._post("crossings", lines, {**asked, "kind": kind})
         counts = np.bincount(records["row"], minlength=len(lines))
         return ColourCrossings(
@@ -423,6 +422,12 @@ class GamutSteps(RemoteGamut):
 
     def to_bytes(self: RemoteGamut) -> Steps[bytes]:
         """Return the gamut as a history file, which `gamutcore.Gamut.from_bytes` reads."""
+        return (yield from self._get("history", {}, "*/*")).content
+
+    def file(self: RemoteGamut, suffix: str) -> Steps[bytes]:
+        """Return the page with the viewer for ``".html"``, and else the history file."""
+        if suffix.lower() in {".html", ".htm"}:
+            return (yield from self._get("viewer.html", {}, "text/html")).content
         return (yield from self._get("history", {}, "*/*")).content
 
     def give_name(self, name: str) -> Steps[None]:

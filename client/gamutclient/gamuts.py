@@ -62,8 +62,9 @@ class Gamut(RemoteGamut):
         return replace(run(GamutSteps.mesh(self, triangles, **level), self.http), load=load)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the gamut to a file, which `gamutcore.Gamut.load` reads."""
-        Path(path).write_bytes(self.to_bytes())
+        """Write the gamut to a file that `gamutcore.Gamut.load` reads, or to a page, ``.html``."""
+        content = run(GamutSteps.file(self, Path(path).suffix), self.http)
+        Path(path).write_bytes(content)
 
     def __and__(self, other: object) -> Intersection:
         """Return the intersection with another gamut: its volume, and its shares of both."""
@@ -104,6 +105,6 @@ class AsyncGamut(RemoteGamut):
     delete = awaiting(GamutSteps.delete)
 
     async def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the gamut to a file, which `gamutcore.Gamut.load` reads."""
-        content = await run_async(GamutSteps.to_bytes(self), self.http)
+        """Write the gamut to a file that `gamutcore.Gamut.load` reads, or to a page, ``.html``."""
+        content = await run_async(GamutSteps.file(self, Path(path).suffix), self.http)
         await asyncio.to_thread(Path(path).write_bytes, content)

@@ -117,6 +117,8 @@ class Retries:
         """
         if isinstance(outcome, httpx.Response) and outcome.status_code not in {429, 503}:
             return None
+        if isinstance(outcome, httpx.UnsupportedProtocol):  # an address without http://
+            return None
         if attempt >= self.attempts:
             return None
         asked = None

@@ -295,7 +295,8 @@ class PointAnswers(Answering):
         )
         lines = np.broadcast_arrays(first.in_shape(first.points), second.in_shape(second.points))
         level = self._level(triangles, max_error)
-        one, two = (np.ascontiguousarray(each.reshape(-1, 3)) for each in lines)
+        # Copies, because kernels take arrays that may be written to.
+        one, two = (np.array(each, order="C").reshape(-1, 3) for each in lines)
         found = queries.crossings(one, two, level.index, kind)
         device, channels = self._device(level, found.faces, found.weights)
         return ColourCrossings(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray, LongArray, ShortArray
+from gamutcore.corner_table import vertex_fans
 from gamutcore.kernels import kernel, leaf_kernel
 
 if TYPE_CHECKING:
@@ -76,7 +77,7 @@ def _nearest_places(
     vertices: FloatArray,
     faces: IndexArray,
 ) -> tuple[LongArray, FloatArray, FloatArray]:
-    fan, fan_end = _fans(faces, len(vertices))
+    fan_end, fan = vertex_fans(faces.reshape(-1), len(vertices))
     tried = np.full(len(faces), -1, np.int32)
     count = len(points)
     best_face, best_v, best_w = np.zeros(count, np.int64), np.zeros(count), np.zeros(count)
@@ -93,25 +94,6 @@ def _nearest_places(
                 if square < best:
                     best, best_face[point], best_v[point], best_w[point] = square, face, v, w
     return best_face, best_v, best_w
-
-
-@kernel
-def _fans(faces: IndexArray, vertices: int) -> tuple[IndexArray, IndexArray]:
-    """Faces around each vertex, one vertex after the other, and the ends of their lists."""
-    fan_end = np.zeros(vertices + 1, np.int32)
-    for face in range(len(faces)):
-        for place in range(3):
-            fan_end[faces[face, place] + 1] += 1
-    for vertex in range(vertices):
-        fan_end[vertex + 1] += fan_end[vertex]
-    fan = np.empty(3 * len(faces), np.int32)
-    # each number is the end of a list before, and of its own list when the list is full
-    for face in range(len(faces)):
-        for place in range(3):
-            vertex = faces[face, place]
-            fan[fan_end[vertex]] = face
-            fan_end[vertex] += 1
-    return fan, fan_end[:vertices]
 
 
 @kernel

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.corner_table import vertex_fans
 from gamutcore.errors import MeshError
 from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 from gamutcore.star_shape import faces_not_seeing_centre
@@ -92,7 +93,7 @@ def make_surface(position: FloatArray, corner: IndexArray) -> Surface:
     -------
     Surface
     """
-    fan_end, fan = _fans(corner, len(position))
+    fan_end, fan = vertex_fans(corner, len(position))
     return Surface(position, corner, fan_end, fan, np.zeros(len(corner) // 3))
 
 
@@ -124,25 +125,6 @@ def halving_limit(surface: Surface, least: float = 10_000.0) -> float:
     gamuts in CIELAB. `least` is added; smaller values give looser bounds for very flat bodies.
     """
     return least + len(surface.corner) // 12
-
-
-@kernel
-def _fans(corner: IndexArray, vertices: int) -> tuple[IndexArray, IndexArray]:
-    end = np.zeros(vertices, np.int32)
-    for index in range(len(corner)):
-        end[corner[index]] += 1
-    total = 0
-    for vertex in range(vertices):
-        count = end[vertex]
-        end[vertex] = total
-        total += count
-    fan = np.empty(len(corner), np.int32)
-    for face in range(len(corner) // 3):
-        for place in range(3):
-            vertex = corner[3 * face + place]
-            fan[end[vertex]] = face
-            end[vertex] += 1
-    return end, fan
 
 
 @inlined_kernel

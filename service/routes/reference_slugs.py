@@ -57,6 +57,9 @@ _NAMING = {"/v1/meshes": (b"gamuts",), "/v1/comparisons": (b"a", b"b")}
 _REFERENCE = (b"reference", b"source")
 """The same below a gamut."""
 
+_OF_PICTURES = (b"background",)
+"""Query parameters of pictures that have the name of an option; they are the picture's."""
+
 _OPTIONS = "reference_options"
 """Key of the options of the build in the scope of a request by slug."""
 
@@ -108,7 +111,7 @@ class ReferenceSlugs:
         query: bytes = scope["query_string"]
         given: dict[str, object] = {}
         if by_slug:
-            query, given = _split_query(query, _naming(scope["path"]))
+            query, given = _split_query(query, _of_operation(scope["path"]))
         try:
             options = Options.from_mapping(given)
             check_surface_samples(options, self.service.settings)
@@ -248,17 +251,25 @@ def _naming(path: str) -> tuple[bytes, ...]:
     return _REFERENCE if path.startswith("/v1/gamuts/") else _NAMING.get(path, ())
 
 
+def _of_operation(path: str) -> tuple[bytes, ...]:
+    """Return the query parameters that are no options of the build, whatever their name."""
+    return _naming(path) + (_OF_PICTURES if path.endswith("/picture.png") else ())
+
+
 def _text(quoted: bytes) -> str:
     return unquote_plus(quoted.decode("latin-1"))
 
 
-def _split_query(query: bytes, naming: tuple[bytes, ...]) -> tuple[bytes, dict[str, object]]:
-    """Return a query without the options of a build, and these options."""
+def _split_query(query: bytes, own: tuple[bytes, ...]) -> tuple[bytes, dict[str, object]]:
+    """Return a query without the options of a build, and these options.
+
+    `own` are the parameters of the operation that have names of options.
+    """
     rest, options = [], {}
     for part in query.split(b"&") if query else []:
         quoted, _, value = part.partition(b"=")
         name = _text(quoted).lower().replace("-", "_")
-        if name not in OPTIONS or quoted in naming:
+        if name not in OPTIONS or quoted in own:
             rest.append(part)
         elif name in options:
             problem = Problem(

@@ -2,6 +2,7 @@
 
 import asyncio
 import datetime as dt
+import io
 import json
 import time
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 from gamutclient.transport import Retries, retry_after
 
+import gamutcore
 from service.access.api_keys import new_key
 
 PROBLEM = {"code": "queries-busy", "detail": "Too many rows.", "where": {}, "remedy": "Wait."}
@@ -67,6 +69,45 @@ class TestBuilds:
             client.reference("sRGG", progress=progress)
         assert caught.value.status == 422
 
+    @pytest.mark.parametrize(
+        "data", [np.zeros((6, 4)), np.zeros(9), None, [["a", "b", "c"]], np.zeros((9, 3), complex)]
+    )
+    def test_data_that_is_no_list_of_colours(self, client, data):
+        """An array of four columns must not be read as one of three."""
+        for build in (client.build, gamutcore.Gamut):
+            with pytest.raises(TypeError, match=r"\(n, 3\)"):
+                build(data)
+
+    def test_the_forms_of_data(self, client, sphere):
+        """The same gamuts as `gamutcore` builds of an array, of named columns, of a table."""
+        colours = np.array(sphere(seed=806))
+        named = np.zeros(len(colours), [(name, "f8") for name in ("LAB_L", "LAB_A", "LAB_B")])
+        for axis, name in enumerate(named.dtype.names):
+            named[name] = colours[:, axis]
+
+        class Table:
+            def to_csv(self, index):
+                assert index is False
+                rows = ["L*,a*,b*", *(",".join(map(repr, map(float, row))) for row in colours)]
+                return "\n".join(rows) + "\n"
+
+        for data in (colours, colours.tolist(), colours.reshape(-1, 2, 3), named, Table()):
+            assert client.build(data).id == gamutcore.Gamut(data).id
+        text = io.StringIO(Table().to_csv(index=False))
+        assert client.build(text).id == gamutcore.Gamut(Table()).id
+
+    def test_numbers_of_numpy_are_options(self, client):
+        given = {"surface_samples": np.int64(1000), "luminance": np.float32(100)}
+        gamut = client.reference("sRGB", space="ICtCp", **given)
+        assert gamut.description["options"]["surface_samples"] == 1000
+        with pytest.raises(TypeError, match="set"):
+            client.build(np.eye(3), space={"CIELAB"})
+
+    def test_ids_stay_in_their_place_of_the_address(self, client):
+        for gamut_id in ("../references", "srgb/mesh", "srgb?space=Oklab", ""):
+            with pytest.raises(gamutclient.ServiceError):
+                client.gamut(gamut_id)
+
     def test_large_arrays_are_sent_in_parts(self, remote, monkeypatch):
         colours = np.random.default_rng(1).uniform(-100, 100, (70, 3))
         whole = remote[0].nearest(colours), remote[0].crossings(colours, (50, 0, 0), kind="line")
@@ -112,6 +153,13 @@ class TestRetries:
         assert len(scripted.requests) == 3
         with pytest.raises(gamutclient.ConnectionLostError, match="2 times"):
             answered(scripted, LOST, retries=Retries(attempts=2))
+
+    def test_an_address_without_a_scheme_is_not_tried_again(self):
+        with (
+            gamutclient.Client("127.0.0.1:8000") as client,
+            pytest.raises(gamutclient.ConnectionLostError, match=r"1 times.*http://"),
+        ):
+            client.references()
 
     def test_long_waits_are_refused(self, scripted):
         with pytest.raises(gamutclient.ServiceError):

@@ -153,6 +153,26 @@ class TestBoth:
         assert caught.value.code == "invalid-points"
         assert caught.value.where["row"] == 1
 
+    @pytest.mark.parametrize(
+        "colours",
+        [np.zeros((5, 4)), 3.0, "red", [["a", "b", "c"]], [], np.zeros((1, 3), complex)],
+        ids=str,
+    )
+    def test_what_is_no_array_of_colours(self, press, colours):
+        for ask in (press.contains, press.nearest, lambda rows: press.crossings(rows, (50, 0, 0))):
+            with pytest.raises(Exception, match=r"\(\.\.\., 3\)|shape|rows") as caught:
+                ask(colours)
+            assert caught.value.code == "invalid-points"
+
+    def test_no_lines_have_no_crossings(self, press):
+        found = press.crossings(np.empty((0, 3)), (50, 0, 0))
+        assert found.offsets.tolist() == [0]
+        assert found.points.shape == (0, 3)
+
+    def test_pages_are_saved_by_their_suffix(self, press, tmp_path):
+        press.save(tmp_path / "press.html")
+        assert (tmp_path / "press.html").read_bytes().startswith(b"<!doctype html>")
+
 
 QUESTIONS = {
     "contains": lambda gamut, _: gamut.contains(COLOURS),
@@ -205,12 +225,13 @@ def test_both_kinds_have_the_same_methods(remote):
     assert methods <= set(dir(gamutclient.AsyncGamut))
 
 
-def test_coroutines_give_the_same(server, local, remote):
+def test_coroutines_give_the_same(server, local, remote, tmp_path):
     async def ask():
         async with gamutclient.AsyncClient(server.url) as client:
             press, srgb = await asyncio.gather(
                 client.gamut(remote[0].id), client.reference("sRGB", surface_samples=1000)
             )
+            await press.save(tmp_path / "press.HTML")
             return await asyncio.gather(
                 press.contains(COLOURS),
                 press.nearest(COLOURS),
@@ -227,6 +248,7 @@ def test_coroutines_give_the_same(server, local, remote):
     assert coverage == pytest.approx(press.coverage_of(srgb))
     np.testing.assert_array_equal(mesh.vertices, press.mesh(100).vertices)
     assert file.startswith(b"glTF")
+    assert (tmp_path / "press.HTML").read_bytes().startswith(b"<!doctype html>")
     np.testing.assert_allclose(chroma, press.max_chroma(50, [0, 90]))
     with pytest.raises(TypeError, match="mesh_file"):
         mesh.to_bytes("glb")

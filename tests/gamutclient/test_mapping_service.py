@@ -83,7 +83,18 @@ def test_a_hundred_requests_in_flight(mapping_service):
 
 
 def test_errors_pass_through(mapping_service):
-    assert httpx.post(f"{mapping_service}/map", content=b"no array").status_code == 422
+    header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (99999999999, 3)}\n"
+    huge = b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header
+    faulty = [
+        b"",
+        b"no array",
+        b"PK\x03\x04",
+        huge,
+        npy(np.zeros((5, 4))),
+        npy(np.array(["a"] * 3)),
+    ]
+    for content in faulty:
+        assert httpx.post(f"{mapping_service}/map", content=content).status_code == 422
     answer = httpx.post(f"{mapping_service}/map?method=clip-hoe", content=npy(np.zeros((1, 3))))
     assert answer.status_code == 422
     assert answer.json()["detail"]["code"] == "invalid-parameter"

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.corner_table import following, opposite_corners, preceding, swing
+from gamutcore.corner_table import following, opposite_corners, preceding, swing, vertex_fans
 
 
 def brute_force(faces):
@@ -72,3 +72,11 @@ def test_swinging_goes_once_round_a_vertex(random_cloud):
         for one, other in itertools.pairwise(round_trip):
             # across the edge to the preceding corner
             assert vertex[preceding(one)] == vertex[following(other)]
+
+
+@given(seed=st.integers(0, 10**6))
+def test_faces_around_each_vertex(seed):
+    faces = np.random.default_rng(seed).integers(0, 9, (12, 3)).astype(np.int32)
+    end, fan = vertex_fans(faces.reshape(-1), 10)
+    for vertex, part in enumerate(np.split(fan, end[:-1])):
+        assert part.tolist() == sorted(np.nonzero(faces == vertex)[0])

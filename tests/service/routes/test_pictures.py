@@ -86,6 +86,19 @@ def test_a_slug_has_a_picture(server):
     assert image(answer).size == (32, 32)
 
 
+def test_the_background_beside_a_slug_is_that_of_the_picture(server, assert_problem):
+    """The option `background` of the appearance models has the same name."""
+    address = "/v1/gamuts/srgb/picture.png"
+    query = {"size": 32, "axes": "false", "surface_samples": 1000}
+    clear = image(server.client.get(address, params={**query, "background": "transparent"}))
+    assert clear.getpixel((0, 0))[3] == 0
+    white = image(server.client.get(address, params={**query, "background": "white"}))
+    assert white.convert("RGBA").getpixel((0, 0)) == (255, 255, 255, 255)
+    answer = server.client.get(address, params={**query, "background": "black"})
+    problem = assert_problem(answer, 422, "invalid-parameter")
+    assert "transparent" in problem["remedy"]
+
+
 def test_curl_saves_a_picture_under_its_name(server, gamut, address, tmp_path):
     if shutil.which("curl") is None:
         pytest.skip("curl is not installed")
