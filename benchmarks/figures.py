@@ -109,7 +109,7 @@ def with_times(stored: dict[str, Any]) -> dict[str, Any]:
     """Return stored figures with new times and memory, measured when the machine is quiet."""
     for device, figures in zip(devices(), stored["devices"], strict=True):
         print(f"{time.strftime('%H:%M:%S')} {device.name}", flush=True)
-        times = speed.shortest_times(device.boundary, 5, processes=4)
+        times = speed.shortest_times(device.boundary, 5, processes=3)
         figures["histories"] = speed.with_memory(device.boundary, times)
     return {
         **stored,
