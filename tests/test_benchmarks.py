@@ -54,6 +54,11 @@ class TestBoundaries:
             assert row[kind]["volume"] == pytest.approx(row["exact"], rel=5e-4), row["name"]
 
 
+VTK_MICROSECONDS = 7.5
+"""Per triangle of the boundary, for one level: 1.32 s for 175,312, on an unused machine on which
+`volume` took 1.3 to 1.6 µs per triangle for all levels, of at most 2."""
+
+
 class TestResults:
     """What the project claims about decimation holds for the committed figures."""
 
@@ -95,7 +100,11 @@ class TestResults:
         histories += results["scaling"]
         volume = [row for row in histories if row["cost"] == "volume"]
         finest = [row for row in histories if row["cost"] == "finest"]
-        assert max(row["us_per_triangle"] for row in volume) <= 2
+        # a shared machine slows down by half: VTK's time per triangle for one level is the measure
+        (triangles,) = {row["triangles"] for row in results["history"] if "cost" in row}
+        (vtk,) = (row["seconds"] for row in results["history"] if row.get("peer") == "VTK")
+        most = 2 * (1e6 * vtk / triangles) / VTK_MICROSECONDS
+        assert max(row["us_per_triangle"] for row in volume) <= most
         assert max(row["bytes_per_triangle"] for row in volume) <= 400
         assert max(row["bits_per_vertex"] for row in histories) <= 110
         assert max(row["curve_part"] for row in histories) <= 0.3
