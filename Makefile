@@ -84,7 +84,7 @@ test: .venv/.installed-test
 else
 # Two processes per core: many tests wait for servers, browsers and brokers.
 test: install .venv/.installed-test $(node_packages)
-	$(python) -m pytest -n $$((2 * $$(getconf _NPROCESSORS_ONLN))) --dist loadfile
+	$(python) -m pytest -n $$((2 * $$(getconf _NPROCESSORS_ONLN))) --dist loadfile --no-loadscope-reorder
 endif
 
 .PHONY: test
@@ -92,7 +92,7 @@ test: ## run all tests, or some: make test T=tests/gamutcore/test_mesh.py, make 
 
 .PHONY: test-fast
 test-fast: install .venv/.installed-test ## run the tests that need no server, broker, browser or long computation
-	$(python) -m pytest -n auto --dist loadfile -m 'not slow'
+	$(python) -m pytest -n auto --dist loadfile --no-loadscope-reorder -m 'not slow'
 
 .PHONY: fuzz
 fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)

@@ -365,10 +365,36 @@ def _vertex_cycles(
     """
     corners = np.arange(faces.size).reshape(faces.shape)
     following = opposite[np.roll(corners, 1, axis=1).ravel()]
-    cycles, _ = connected_components(corners.ravel(), following, faces.size)
-    pieces, _ = connected_components(corners.ravel() // 3, following // 3, len(faces))
-    used = len(np.unique(faces))
-    return cycles == used == count, pieces == 1
+    used = np.zeros(count, np.bool_)
+    used[faces] = True
+    manifold = bool(used.all()) and _cycle_count(following) == count
+    # every face has three neighbours, each of which has it as a neighbour
+    from scipy.sparse import csgraph, csr_array  # noqa: PLC0415  # see `connected_components`
+
+    neighbours = opposite // 3, np.arange(0, faces.size + 1, 3)
+    weights = np.ones(faces.size, np.float64)
+    graph: csr_array[np.float64, tuple[int, int]] = csr_array(
+        (weights, *neighbours), shape=(len(faces), len(faces))
+    )
+    graph.sum_duplicates()  # faces that share two edges; the search would not end
+    pieces, _ = csgraph.connected_components(graph, connection="strong")
+    return manifold, int(pieces) == 1
+
+
+def _cycle_count(following: NDArray[np.int64]) -> int:
+    """Return the number of cycles of a permutation.
+
+    After k rounds, `least` is the least element among 2ᵏ in a row. Once a round changes none, it is
+    the least of the whole cycle.
+    """
+    itself = np.arange(len(following))
+    least, ahead = np.minimum(itself, following), following
+    while True:
+        ahead = ahead[ahead]
+        further = np.minimum(least, least[ahead])
+        if np.array_equal(further, least):
+            return int((least == itself).sum())
+        least = further
 
 
 _IMPORTING = threading.Lock()

@@ -32,14 +32,37 @@ SLOW_FIXTURES = {"azure", "browser", "cluster", "gcs", "s3", "served", "start_se
 
 SLOW_FOLDERS = {"faults", "fuzz"}
 
+LONG_FILES = (
+    "service/broker/test_celery_worker.py",
+    "service/routes/test_jobs.py",
+    "service/routes/test_viewer.py",
+    "gamutcore/decimation/test_decimation.py",
+    "service/routes/gamuts/test_failures.py",
+    "service/building/test_job_runner.py",
+    "gamutcore/test_warm.py",
+    "fuzz/test_icc.py",
+    "fuzz/test_fuzz.py",
+    "service/openapi/document/test_clients.py",
+    "gamutcore/gamut/test_inputs.py",
+    "gamutcore/boundary/test_device_surface.py",
+    "gamutcore/metric/test_error_curve.py",
+    "gamutcore/decimation/costs/parameters/test_finest.py",
+    "gamutcore/references/catalogue/test_builds.py",
+    "faults/test_api_properties.py",
+    "test_readme.py",
+)
+"""The longest files begin first, so that no process has one of them left at the end."""
+
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark tests that start servers, inject faults or fuzz as slow (``make test-fast``)."""
+    """Mark tests that start servers, inject faults or fuzz as slow, and let long files begin."""
     for item in items:
         parameters = getattr(getattr(item, "callspec", None), "params", {}).values()
         fixtures = {*getattr(item, "fixturenames", ()), *map(str, parameters)}
         if fixtures & SLOW_FIXTURES or item.path.parent.name in SLOW_FOLDERS:
             item.add_marker(pytest.mark.slow)
+    place = {Path(__file__).parent / name: number for number, name in enumerate(LONG_FILES)}
+    items.sort(key=lambda item: place.get(item.path, len(place)))
 
 
 def missing(what: str) -> None:

@@ -121,6 +121,12 @@ def export(
             )
         _export_file(ctx, source, output, triangles, max_error)
         return
+    if table is None and not as_json and not as_csv and suffix not in _TABLES:
+        raise typer.BadParameter(
+            f"Give a name that ends in {', '.join(sorted(others | {'.csv', '.json'}))}, or one of "
+            "--table, --csv and --json.",
+            param_hint="--output",
+        )
     table = table or "vertices"
     gamut = gamut_of(source, ctx)
     columns: dict[str, Any]
@@ -150,6 +156,10 @@ def export(
         raise typer.BadParameter("Give vertices, cusps, leaves or levels.", param_hint="--table")
     as_json = as_json or (output is not None and output.suffix.lower() == ".json" and not as_csv)
     write_table(columns, output, as_json=as_json, as_csv=not as_json)
+
+
+_TABLES = (None, "", ".csv", ".json", ".txt")
+"""Suffixes of files that hold tables; None is the standard output."""
 
 
 def _export_file(

@@ -12,18 +12,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gamutcore.arrays import FloatArray
+from gamutcore.arrays import FloatArray, LongArray
 from gamutcore.kernels import leaf_kernel
-from gamutcore.queries.ciede2000_metric import is_blue, meets_cliff
-from gamutcore.queries.ciede2000_slope import A, B, set_slope
+from gamutcore.queries.ciede2000_parts import is_blue
+from gamutcore.queries.ciede2000_slope import CHROMA, A, B, set_slope
 
-__all__ = ["TOLERANCE", "Work", "descend", "has_one_minimum"]
+__all__ = ["CLIFF", "TOLERANCE", "Work", "descend", "has_one_minimum"]
 
 TOLERANCE = 1e-7
 """A part that could be better by less than this is left out."""
 
 CLIFF = 0.1
-"""The same at opposite hues, where ΔE00 is not continuous."""
+"""Radius of the smallest parts, at opposite hues, where ΔE00 is not continuous."""
 
 CONVEX, CONVEX_BLUE, CONVEX_OTHER, WIDE = 8.0, 12.0, 25.0, 16.0
 """Descent from the centroid of a triangle finds the minimum if that is at most CONVEX; or if the
@@ -44,28 +44,36 @@ class Work(NamedTuple):
     ----------
     colour : (4,) float64
         L*, a*, b*, C* of the colour.
-    own, metric : (7,) float64
-        See `set_metric`: around the colour, and around the middle of a node.
-    around : (5,) float64
-        The middle of a node, the minimum of the polynomial around it, and κ.
     corners : (9,) float64
         First corner of a face and the two sides from it.
     slope : (10,) float64
         See `set_slope`.
-    parts : (128, 3) float64
-        Parts of a face.
     best : (3,) float64
         ΔE00 and weights of the best point.
+    triangles, found, shape, expansions : (72,), (24,), (64,), (88,) float64
+        See `set_triangle_bounds`.
+    nodes : (STACK,) int64
+        Nodes on the stack, and faces f as ~f.
+    known : (STACK, 3) float64
+        What `found` has of each.
+    parts : (PARTS, 6) float64
+        Stack of the parts of a face.
+    waiting : (8, 3) float64
+        Parts whose bounds are to be computed.
     """
 
     colour: FloatArray
-    own: FloatArray
-    metric: FloatArray
-    around: FloatArray
     corners: FloatArray
     slope: FloatArray
-    parts: FloatArray
     best: FloatArray
+    triangles: FloatArray
+    found: FloatArray
+    shape: FloatArray
+    expansions: FloatArray
+    nodes: LongArray
+    known: FloatArray
+    parts: FloatArray
+    waiting: FloatArray
 
 
 @leaf_kernel
@@ -77,13 +85,11 @@ def has_one_minimum(colour: FloatArray, y: float, z: float, radius: float, value
         wide = WIDE if value <= CONVEX_BLUE else SMALL
     else:
         wide = WIDE if value <= CONVEX_OTHER else 2.0 * SMALL
-    return radius <= wide and not meets_cliff(colour, y, z, radius)
+    return radius <= wide and not _meets_cliff(colour, y, z, radius)
 
 
 @leaf_kernel
-def descend(
-    work: Work, u: float, v: float, side: float, error: float, single: bool
-) -> tuple[bool, bool]:
+def descend(work: Work, u: float, v: float, side: float) -> bool:
     """Look for the minimum on a part of a face by Gauss and Newton's method.
 
     `work.slope` has the derivatives in the middle of the part. Returns whether the minimum is
@@ -102,7 +108,7 @@ def descend(
     more_ss = more_st = more_tt = 0.0
     step_s = step_t = old_ds = old_dt = 0.0
     secant = False
-    for step in range(STEPS):
+    for _ in range(STEPS):
         ds = slope[0] * bx + slope[1] * by + slope[2] * bz
         dt = slope[0] * cx + slope[1] * cy + slope[2] * cz
         ls, lt = slope[3] * bx, slope[3] * cx
@@ -128,12 +134,6 @@ def descend(
         to_s, to_t = to_s - s, to_t - t
         gain = -(ds * to_s + dt * to_t + 0.5 * (ss * to_s + st * to_t) * to_s)
         gain -= 0.5 * (st * to_s + tt * to_t) * to_t
-        if step == 0:
-            least = np.sqrt(max(value * value - 2.0 * gain, 0.0))
-            if least - error > best[0] - TOLERANCE:
-                return improved, True
-            if not single and least > best[0]:
-                return improved, False
         if gain <= 0.1 * TOLERANCE * value:
             break
         share, other = 1.0, np.inf
@@ -165,7 +165,7 @@ def descend(
         if value < best[0]:
             best[0], best[1], best[2] = value, u + side * s, v + side * t
             improved = True
-    return improved, single
+    return improved
 
 
 @leaf_kernel
@@ -195,3 +195,10 @@ def _lowest_on_edge(slope: float, bend: float) -> tuple[float, float]:
     if bend > 0.0:
         place = min(max(-0.5 * slope / bend, 0.0), 1.0)
     return place, place * (slope + bend * place)
+
+
+@leaf_kernel
+def _meets_cliff(colour: FloatArray, y: float, z: float, radius: float) -> bool:
+    """Whether a circle of the plane of a* and b* meets the hue opposite to a colour's."""
+    a, b, away = colour[A], colour[B], radius * colour[CHROMA]
+    return a * y + b * z <= away and abs(a * z - b * y) < away

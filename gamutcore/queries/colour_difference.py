@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from gamutcore.arrays import FloatArray
 from gamutcore.errors import InvalidPointsError
-from gamutcore.kernels import kernel, leaf_kernel
+from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 from gamutcore.queries.rows import checked_points
 
 __all__ = ["ciede2000", "delta_e_2000", "hue_factor", "hue_rotation", "stretch_at"]
@@ -148,7 +148,7 @@ def stretch_at(chroma: float) -> float:
     return 1.5 - 0.5 * np.sqrt(_saturation(chroma))
 
 
-@leaf_kernel
+@inlined_kernel
 def hue_factor(cosine: float, sine: float) -> float:
     """Return T for a mean hue (equation 15)."""
     double, double_sine = 2.0 * cosine * cosine - 1.0, 2.0 * cosine * sine

@@ -1,11 +1,11 @@
 """Nearest by CIEDE2000: the point of a level's surface with the smallest ΔE00 to a colour.
 
 A branch and bound over the tree of faces finds the global minimum. Nodes, faces and parts of faces
-are left out where a lower bound of ΔE00 is above the smallest value so far. The bounds of
-`ciede2000_metric` are quadratic; for large differences that of `ciede2000_bound` is used as well.
+are left out where a lower bound of ΔE00 (`ciede2000_parts`) is above the smallest value so far. The
+bounds of eight of them are computed at once.
 
-In what remains of a face, descent finds the minimum (`ciede2000_descent`). The face is divided
-where there might be more than one.
+Where a part may hold the minimum, descent finds it (`ciede2000_descent`). Other parts are divided
+until their bounds leave them out.
 """
 
 from __future__ import annotations
@@ -13,35 +13,40 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gamutcore.arrays import FloatArray, IndexArray, LongArray
-from gamutcore.kernels import kernel, leaf_kernel
-from gamutcore.queries.ciede2000_bound import ball_bound
-from gamutcore.queries.ciede2000_descent import TOLERANCE, Work, descend, has_one_minimum
-from gamutcore.queries.ciede2000_metric import (
-    BLUE,
-    curvature,
-    least_chroma,
-    metric_bound,
-    metric_slack,
-    set_metric,
-    set_metric_bounds,
-    tangent_curvature,
+from gamutcore.arrays import FloatArray, IndexArray
+from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
+from gamutcore.queries.ciede2000_descent import (
+    CLIFF,
+    TOLERANCE,
+    Work,
+    descend,
+    has_one_minimum,
+)
+from gamutcore.queries.ciede2000_parts import (
+    BOUND,
+    ESTIMATE,
+    MIDDLE,
+    set_node_bounds,
+    set_triangle_bounds,
 )
 from gamutcore.queries.ciede2000_slope import CHROMA, SLOPE, A, B, L, set_slope
 from gamutcore.queries.colour_difference import ciede2000
 from gamutcore.queries.curve import curve_order
-from gamutcore.queries.face_tree import AXIS, HEIGHT, RADIUS, STACK, WIDTH
+from gamutcore.queries.face_tree import STACK, WIDTH
 from gamutcore.queries.index import Level, LevelIndex, as_index
 from gamutcore.queries.nearest import SurfacePoints
 from gamutcore.queries.rows import checked_points
 
 __all__ = ["nearest_ciede2000"]
 
-ORDER = 1e-10
-"""Share of the distance that is added to bounds, so that the nearest of equal ones comes first."""
+PARTS = 256
+"""Places for parts of a face: six for each halving, from 1e10 to `CLIFF` units."""
 
-PARTS = 128
-"""Places for parts of a face: three for each halving, from 1e10 to `SMALL` units."""
+MEDIUM = 2.0
+"""Radius from which descent starts in a part only if its middle is better than the best."""
+
+STEP = 1e-6
+"""Distance of points beside a discontinuity ÷ the length of an edge that crosses it."""
 
 
 def nearest_ciede2000(points: ArrayLike, level: Level) -> SurfacePoints:
@@ -88,16 +93,19 @@ def _nearest(
     found, weights = np.empty((count, 3)), np.empty((count, 3))
     distance = np.empty(count)
     faces = np.empty(count, np.int32)
-    nodes, bounds, squares = np.empty(STACK, np.int64), np.empty(STACK), np.empty(WIDTH)
     work = Work(
         np.empty(4),
-        np.empty(7),
-        np.empty(7),
-        np.empty(5),
         np.empty(9),
         np.empty(SLOPE),
-        np.empty((PARTS, 3)),
         np.empty(3),
+        np.zeros(9 * WIDTH),
+        np.empty(3 * WIDTH),
+        np.empty(8 * WIDTH),
+        np.empty(11 * WIDTH),
+        np.empty(STACK, np.int64),
+        np.empty((STACK, 3)),
+        np.empty((PARTS, 6)),
+        np.empty((WIDTH, 3)),
     )
     colour, best = work.colour, work.best
     best[1] = best[2] = 1.0 / 3.0
@@ -106,7 +114,7 @@ def _nearest(
         for axis in range(3):
             colour[axis] = points[row, axis]
         colour[CHROMA] = np.sqrt(colour[A] ** 2 + colour[B] ** 2)
-        face = _search(index, face, nodes, bounds, squares, work)
+        face = _search(index, face, work)
         one, two, three = index.faces[face, 0], index.faces[face, 1], index.faces[face, 2]
         u, v = best[1], best[2]
         w = max(1.0 - u - v, 0.0)
@@ -123,152 +131,94 @@ def _nearest(
 
 
 @leaf_kernel
-def _search(
-    index: LevelIndex,
-    start: int,
-    nodes: LongArray,
-    bounds: FloatArray,
-    squares: FloatArray,
-    work: Work,
-) -> int:
+def _search(index: LevelIndex, start: int, work: Work) -> int:
     """Find the face and set the best: ΔE00, and the weights of its second and third corner.
 
     The search starts with the weights that the best has in the face `start`.
     """
-    tree, colour, best = index.tree, work.colour, work.best
+    tree, colour, best, found = index.tree, work.colour, work.best, work.found
+    nodes, known = work.nodes, work.known
     face = start
-    ax, ay, az, bx, by, bz, cx, cy, cz = _set_corners(index, face, work.corners)
-    u, v = best[1], best[2]
-    best[0] = ciede2000(
-        colour[L],
-        colour[A],
-        colour[B],
-        ax + u * bx + v * cx,
-        ay + u * by + v * cy,
-        az + u * bz + v * cz,
-    )
-    # the step is for neutral colours, which have no hue
-    set_slope(colour, colour[L], colour[A] + 1e-3, colour[B], work.slope)
-    set_metric(work.slope, colour[L], colour[A], colour[B], work.own)
-    nodes[0], bounds[0] = -1, 0.0
+    _set_corners(index, face, work.corners)
+    best[0] = _difference(work, best[1], best[2])
+    nodes[0], known[0, BOUND] = 0, 0.0
     height = 1
     while height > 0:
         height -= 1
-        least = bounds[height]
-        if least > best[0] - TOLERANCE:
+        limit = _limit(best)
+        if known[height, BOUND] >= limit:
             continue
-        code = nodes[height]
-        if code < 0:
-            set_metric_bounds(work.own, index.centre, tree, 0, squares)
-            height = _push_children(index, 0, code, 0.0, squares, work, nodes, bounds, height)
+        node = nodes[height]
+        if node < 0:
+            if _search_face(index, ~node, known[height, BOUND], known[height, ESTIMATE], work):
+                face = ~node
             continue
-        first = tree.first[code // WIDTH]
+        first = tree.first[node]
         if first < 0:
-            other = tree.faces[~first + code % WIDTH]
-            if _search_face(index, other, work):
-                face = other
-            continue
-        least = max(least, _bound(index, code, work))
-        if least > best[0] - TOLERANCE:
-            continue
-        node = first + code % WIDTH
-        metric = work.metric if work.around[4] > 0.0 else work.own
-        set_metric_bounds(metric, index.centre, tree, node, squares)
-        height = _push_children(index, node, code, least, squares, work, nodes, bounds, height)
+            _set_leaf(index, ~first, work.triangles)
+            set_triangle_bounds(colour, work.triangles, found, work.shape, work.expansions)
+        else:
+            set_node_bounds(colour, index.centre, tree, node, found, work.shape, work.expansions)
+        bottom = height
+        for at in range(WIDTH if first >= 0 else min(WIDTH, len(tree.faces) - ~first)):
+            middle = found[MIDDLE * WIDTH + at]
+            if found[at] < limit and middle < np.inf:  # keep the nearest middle on top
+                place = height
+                while place > bottom and known[place - 1, MIDDLE] < middle:
+                    nodes[place] = nodes[place - 1]
+                    for item in range(3):
+                        known[place, item] = known[place - 1, item]
+                    place -= 1
+                nodes[place] = first + at if first >= 0 else ~np.int64(tree.faces[~first + at])
+                for item in range(3):
+                    known[place, item] = found[item * WIDTH + at]
+                height += 1
     return face
 
 
-@leaf_kernel
-def _bound(index: LevelIndex, code: int, work: Work) -> float:
-    """Return a lower bound for a node, and set what its children's bounds need.
-
-    `work.around` receives the middle of the node, the minimum of the polynomial there, and κ, which
-    is 0 if the polynomial is no good.
-    """
-    tree, centre, colour, slope = index.tree, index.centre, work.colour, work.slope
-    size = 1.0 / tree.scale
-    parent, at = code // WIDTH, code % WIDTH
-    x = centre[0] + size * tree.cylinders[parent, at]
-    y = centre[1] + size * tree.cylinders[parent, WIDTH + at]
-    z = centre[2] + size * tree.cylinders[parent, 2 * WIDTH + at]
-    wide = size * tree.cylinders[parent, RADIUS * WIDTH + at]
-    thick = size * tree.cylinders[parent, HEIGHT * WIDTH + at]
-    radius = wide + thick
-    work.around[0], work.around[1], work.around[2], work.around[4] = x, y, z, 0.0
-    bound = 0.0
-    chroma = least_chroma(colour, y, z, radius)
-    if chroma > 0.0:
-        value = set_slope(colour, x, y, z, slope)
-        scale = 1.0 / max(value, 1e-300)
-        gx, gy, gz = scale * slope[0], scale * slope[1], scale * slope[2]
-        along = (
-            gx * tree.cylinders[parent, AXIS * WIDTH + at]
-            + gy * tree.cylinders[parent, (AXIS + 1) * WIDTH + at]
-            + gz * tree.cylinders[parent, (AXIS + 2) * WIDTH + at]
-        )
-        across = np.sqrt(max(gx * gx + gy * gy + gz * gz - along * along, 0.0))
-        bound = value - wide * across - thick * abs(along)
-        bound -= tangent_curvature(colour, value, chroma, y, z) * radius * radius
-        bend = curvature(colour, value, chroma, y, z)
-        if bend * radius * radius <= 0.5 * value:
-            work.around[3] = set_metric(slope, x, y, z, work.metric)
-            work.around[4] = bend
-    slack, _, near = metric_slack(colour)
-    best = work.best[0]
-    if bound <= best - TOLERANCE and (best > near or (work.around[4] == 0.0 and slack == BLUE)):
-        ball = ball_bound(colour[L], colour[A], colour[B], x, y, z, radius, radius)
-        bound = max(bound, ball)
-    return bound
+@inlined_kernel
+def _limit(best: FloatArray) -> float:
+    """Return the half square of ΔE00 from which a part is left out."""
+    least = max(best[0] - TOLERANCE, 0.0)
+    return 0.5 * least * least
 
 
 @leaf_kernel
-def _push_children(
-    index: LevelIndex,
-    node: int,
-    code: int,
-    least: float,
-    squares: FloatArray,
-    work: Work,
-    nodes: LongArray,
-    bounds: FloatArray,
-    height: int,
-) -> int:
-    """Put the children of a node that may be better on the stack, and return its height."""
-    tree, centre, around, best = index.tree, index.centre, work.around, work.best
-    size = 1.0 / tree.scale
-    bend = around[4] if code >= 0 else 0.0
-    slack, growth, near = metric_slack(work.colour)
-    bottom = height
+def _difference(work: Work, u: float, v: float) -> float:
+    """Return ΔE00 between the colour and a point of the face in `work.corners`."""
+    colour, corners = work.colour, work.corners
+    return ciede2000(
+        colour[L],
+        colour[A],
+        colour[B],
+        corners[0] + u * corners[3] + v * corners[6],
+        corners[1] + u * corners[4] + v * corners[7],
+        corners[2] + u * corners[5] + v * corners[8],
+    )
+
+
+@inlined_kernel
+def _set_leaf(index: LevelIndex, first: int, triangles: FloatArray) -> None:
+    """Set the corners of the faces of a leaf. Places without a face have the first one again."""
+    faces = index.tree.faces
     for at in range(WIDTH):
-        if not squares[at] < np.inf:
-            break
-        away = size * np.sqrt(squares[at])
-        if bend > 0.0:
-            ox = centre[0] + size * tree.cylinders[node, at] - around[0]
-            oy = centre[1] + size * tree.cylinders[node, WIDTH + at] - around[1]
-            oz = centre[2] + size * tree.cylinders[node, 2 * WIDTH + at] - around[2]
-            long = np.sqrt(ox * ox + oy * oy + oz * oz) + size * (
-                tree.cylinders[node, RADIUS * WIDTH + at]
-                + tree.cylinders[node, HEIGHT * WIDTH + at]
-            )
-            bound = np.sqrt(max(around[3] + away * away, 0.0)) - bend * long * long
-        else:
-            bound = min(metric_bound(away, slack, growth), near)
-        bound = max(bound, least) + ORDER * away
-        if bound <= best[0] - TOLERANCE:  # keep the nearest on top
-            place = height
-            while place > bottom and bounds[place - 1] < bound:
-                nodes[place], bounds[place] = nodes[place - 1], bounds[place - 1]
-                place -= 1
-            nodes[place], bounds[place] = node * WIDTH + at, bound
-            height += 1
-    return height
+        face = faces[first + at if first + at < len(faces) else first]
+        for corner in range(3):
+            vertex = index.faces[face, corner]
+            for axis in range(3):
+                triangles[(3 * corner + axis) * WIDTH + at] = index.vertices[vertex, axis]
 
 
-@leaf_kernel
-def _search_face(index: LevelIndex, face: int, work: Work) -> bool:
+@inlined_kernel
+def _search_face(index: LevelIndex, face: int, bound: float, estimate: float, work: Work) -> bool:
     """Replace the best if a point of a face is better; return whether one is."""
-    colour, slope, parts, best = work.colour, work.slope, work.parts, work.best
+    colour, slope, parts, best, found = (
+        work.colour,
+        work.slope,
+        work.parts,
+        work.best,
+        work.found,
+    )
     ax, ay, az, bx, by, bz, cx, cy, cz = _set_corners(index, face, work.corners)
     # the distances of the corners from the centroid, three times as long
     long = (bx + cx) ** 2 + (by + cy) ** 2 + (bz + cz) ** 2
@@ -276,48 +226,102 @@ def _search_face(index: LevelIndex, face: int, work: Work) -> bool:
     long = max(long, (2.0 * cx - bx) ** 2 + (2.0 * cy - by) ** 2 + (2.0 * cz - bz) ** 2)
     whole = np.sqrt(long) / 3.0
     improved = False
-    parts[0, 0], parts[0, 1], parts[0, 2] = 0.0, 0.0, 1.0
-    height = 1
-    while height > 0:
-        height -= 1
-        # the corner of the right angle, and the side, in coordinates u and v
-        u, v, side = parts[height, 0], parts[height, 1], parts[height, 2]
-        radius = abs(side) * whole
-        middle_u, middle_v = u + side / 3.0, v + side / 3.0
-        x = ax + middle_u * bx + middle_v * cx
-        y = ay + middle_u * by + middle_v * cy
-        z = az + middle_u * bz + middle_v * cz
-        value = set_slope(colour, x, y, z, slope)
-        if value < best[0]:
-            best[0], best[1], best[2] = value, middle_u, middle_v
-            improved = True
-        chroma = least_chroma(colour, y, z, radius)
-        error = np.inf
-        if chroma > 0.0:
-            scale = side / max(value, 1e-300)
-            along_b = scale * (slope[0] * bx + slope[1] * by + slope[2] * bz)
-            along_c = scale * (slope[0] * cx + slope[1] * cy + slope[2] * cz)
-            linear = value - (along_b + along_c) / 3.0 + min(0.0, along_b, along_c)
-            flat = tangent_curvature(colour, value, chroma, y, z) * radius * radius
-            if linear - flat > best[0] - TOLERANCE:
+    # known of a part, then the corner of the right angle and the side, in coordinates u and v
+    parts[0, BOUND], parts[0, MIDDLE], parts[0, ESTIMATE] = bound, 0.0, estimate
+    parts[0, 3], parts[0, 4], parts[0, 5] = 0.0, 0.0, 1.0
+    height, waiting = 1, 0
+    while height > 0 or waiting > 0:
+        if height > 0:
+            height -= 1
+            limit = _limit(best)
+            if parts[height, BOUND] >= limit:
                 continue
-            error = curvature(colour, value, chroma, y, z) * radius * radius
-        single = has_one_minimum(colour, y, z, radius, best[0])
-        if not single:
-            ball = ball_bound(colour[L], colour[A], colour[B], x, y, z, radius, radius)
-            if ball > best[0] - TOLERANCE:
+            u, v, side = parts[height, 3], parts[height, 4], parts[height, 5]
+            radius = abs(side) * whole
+            middle_u, middle_v = u + side / 3.0, v + side / 3.0
+            x = ax + middle_u * bx + middle_v * cx
+            y = ay + middle_u * by + middle_v * cy
+            z = az + middle_u * bz + middle_v * cz
+            value = best[0]
+            if radius <= CLIFF and _search_cliff(work, u, v, side):
+                improved = improved or best[0] < value
                 continue
-        better, done = descend(work, u, v, side, error, single)
-        improved = improved or better
-        if done:
-            continue
-        half = 0.5 * side
-        for part in range(4):
-            parts[height, 0] = u + half if part == 1 or part == 3 else u
-            parts[height, 1] = v + half if part >= 2 else v
-            parts[height, 2] = -half if part == 3 else half
-            height += 1
+            promising = parts[height, ESTIMATE] < limit
+            promising &= (radius <= MEDIUM) | (parts[height, MIDDLE] < limit)
+            if (promising or radius <= CLIFF) and has_one_minimum(colour, y, z, radius, best[0]):
+                value = set_slope(colour, x, y, z, slope)
+                if value < best[0]:
+                    best[0], best[1], best[2] = value, middle_u, middle_v
+                    improved = True
+                improved = descend(work, u, v, side) or improved
+                continue
+            _divide(work, u, v, side, 4 * waiting)
+            waiting += 1
+            if waiting < 2 and height > 0:
+                continue
+        # eight bounds at once are those of two divided parts
+        set_triangle_bounds(colour, work.triangles, found, work.shape, work.expansions)
+        limit = _limit(best)
+        for part in range(4 * waiting):
+            if found[part] < limit:
+                for item in range(3):
+                    parts[height, item] = found[item * WIDTH + part]
+                    parts[height, 3 + item] = work.waiting[part, item]
+                height += 1
+        waiting = 0
     return improved
+
+
+@inlined_kernel
+def _divide(work: Work, u: float, v: float, side: float, first: int) -> None:
+    """Divide a part into four, and set them from the place `first` on."""
+    corners, triangles, half = work.corners, work.triangles, 0.5 * side
+    for part in range(4):
+        p = u + half if part == 1 or part == 3 else u
+        q = v + half if part >= 2 else v
+        step = -half if part == 3 else half
+        at = first + part
+        work.waiting[at, 0], work.waiting[at, 1], work.waiting[at, 2] = p, q, step
+        for axis in range(3):
+            b, c = corners[3 + axis], corners[6 + axis]
+            place = corners[axis] + p * b + q * c
+            triangles[axis * WIDTH + at] = place
+            triangles[(3 + axis) * WIDTH + at] = place + step * b
+            triangles[(6 + axis) * WIDTH + at] = place + step * c
+
+
+@leaf_kernel
+def _search_cliff(work: Work, u: float, v: float, side: float) -> bool:
+    """Try points of a part beside the opposite hue; return whether the part has that hue.
+
+    ΔE00 is not continuous there. The points are on the edges that cross the hue, on both sides.
+    """
+    colour, corners, best = work.colour, work.corners, work.best
+    meets = False
+    for edge in range(3):
+        p = u + side if edge == 1 else u
+        q = v + side if edge == 2 else v
+        to_p = u + side if edge == 0 else u
+        to_q = v + side if edge == 1 else v
+        y = corners[1] + p * corners[4] + q * corners[7]
+        z = corners[2] + p * corners[5] + q * corners[8]
+        to_y = corners[1] + to_p * corners[4] + to_q * corners[7]
+        to_z = corners[2] + to_p * corners[5] + to_q * corners[8]
+        here, there = colour[A] * z - colour[B] * y, colour[A] * to_z - colour[B] * to_y
+        if (here < 0.0) == (there < 0.0):
+            continue
+        share = here / (here - there)
+        y, z = y + share * (to_y - y), z + share * (to_z - z)
+        if colour[A] * y + colour[B] * z >= 0.0:
+            continue
+        meets = True
+        for step in (-STEP, STEP):
+            at = min(max(share + step, 0.0), 1.0)
+            at_u, at_v = p + at * (to_p - p), q + at * (to_q - q)
+            value = _difference(work, at_u, at_v)
+            if value < best[0]:
+                best[0], best[1], best[2] = value, at_u, at_v
+    return meets
 
 
 @leaf_kernel

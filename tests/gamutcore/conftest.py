@@ -20,11 +20,11 @@ from gamutcore.colours import surface_colours
 from gamutcore.colours.spaces.cielab import ICC_D50, colour_science
 from gamutcore.decimation import decimate
 from gamutcore.history import History, build_history
-from gamutcore.mesh import TriangleMesh
+from gamutcore.mesh import TriangleMesh, connected_components
 from gamutcore.references import find_reference
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from numpy.typing import ArrayLike
 
@@ -88,6 +88,59 @@ def assert_every_invariant() -> Callable[[TriangleMesh, ArrayLike, int], None]:
         assert mesh.triangles == triangles == 2 * len(mesh.vertices) - 4
         validity = mesh.validity(centre)
         assert validity.is_gamut, (triangles, validity)
+
+    return check
+
+
+UNION_TRIANGLES = 50_000
+"""Levels are checked together up to this size: a small mesh costs more calls than arithmetic."""
+
+
+@pytest.fixture(scope="session")
+def assert_every_level(
+    assert_every_invariant: Callable[[TriangleMesh, ArrayLike, int], None],
+) -> Callable[[Iterable[TriangleMesh], ArrayLike], list[int]]:
+    """Return a check of all invariants of many levels, which returns their triangle counts.
+
+    Levels side by side are one mesh. It is closed and manifold, has no faulty face and sees the
+    centre if and only if each level does. A closed level in one piece has genus 0 if it has
+    2 V - 4 triangles. If anything fails, the levels are checked one by one, to name the level.
+    """
+
+    def check_union(meshes: list[TriangleMesh], centre: ArrayLike) -> bool:
+        sizes = np.array([len(mesh.vertices) for mesh in meshes])
+        begins = np.cumsum(sizes) - sizes
+        faces = [mesh.faces + begin for mesh, begin in zip(meshes, begins, strict=True)]
+        union = TriangleMesh(np.vstack([mesh.vertices for mesh in meshes]), np.vstack(faces))
+        found = union.validity(centre)
+        edges = union.faces[:, [0, 1, 1, 2]].reshape(-1, 2).T
+        pieces, _ = connected_components(edges[0], edges[1], len(union.vertices))
+        return (
+            pieces == len(meshes)
+            and all(mesh.triangles == 2 * len(mesh.vertices) - 4 for mesh in meshes)
+            and all(mesh.vertices.dtype == np.float32 for mesh in meshes)
+            and (found.finite and found.closed and found.manifold and found.star_shaped)
+            and found.degenerate_faces == found.duplicate_faces == 0
+        )
+
+    def check_all(meshes: list[TriangleMesh], centre: ArrayLike) -> None:
+        if not check_union(meshes, centre):
+            for mesh in meshes:
+                assert_every_invariant(mesh, centre, mesh.triangles)
+            raise AssertionError("the levels are valid one by one, but not side by side")
+
+    def check(levels: Iterable[TriangleMesh], centre: ArrayLike) -> list[int]:
+        counts: list[int] = []
+        waiting: list[TriangleMesh] = []
+        for level in levels:
+            counts.append(level.triangles)
+            waiting.append(level)
+            if sum(mesh.triangles for mesh in waiting) > UNION_TRIANGLES:
+                check_all(waiting, centre)
+                waiting = []
+        if waiting:
+            check_all(waiting, centre)
+        return counts
 
     return check
 

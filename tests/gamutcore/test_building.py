@@ -167,13 +167,12 @@ class TestBuild:
         assert told == sorted(told, key=lambda one: (STAGES.index(one[0]), one[1]))
         assert told[-1] == (STAGES[-1], 1.0)
 
-    def test_of_a_body_with_a_known_volume(self, assert_every_invariant):
+    def test_of_a_body_with_a_known_volume(self, assert_every_level):
         gamut = Gamut(bare(OCTAHEDRON))
         assert gamut.description["counts"]["triangles"] == 8
         assert gamut.description["volume"] == pytest.approx(4 / 3 * 40**3)
         assert gamut.description["area"] == pytest.approx(2 * np.sqrt(3) * (40 * np.sqrt(2)) ** 2)
-        for level in gamut.history.levels():
-            assert_every_invariant(level, gamut.description["centre"], level.triangles)
+        assert_every_level(gamut.history.levels(), gamut.description["centre"])
 
     def test_says_of_all_levels_whether_they_have_the_volume(self):
         """In thin bodies, levels that are not on the error curve may change the volume."""
@@ -298,11 +297,10 @@ class TestBuild:
         )
     )
     @pytest.mark.slow
-    def test_any_colours_are_a_gamut_or_a_named_error(self, assert_every_invariant, rows):
+    def test_any_colours_are_a_gamut_or_a_named_error(self, assert_every_level, rows):
         outcome = attempt(lambda: Gamut(bare(rows)))
         if isinstance(outcome, Gamut):
-            for level in outcome.history.levels():
-                assert_every_invariant(level, outcome.history.centre, level.triangles)
+            assert_every_level(outcome.history.levels(), outcome.history.centre)
         else:
             assert outcome.remedy
 

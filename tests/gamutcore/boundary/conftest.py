@@ -67,7 +67,9 @@ def times_around() -> Callable[[TriangleMesh, np.ndarray], float]:
 
 @pytest.fixture(scope="session")
 def assert_decimates(
-    assert_every_invariant: Callable[..., None], times_around: Callable[..., float]
+    assert_every_invariant: Callable[..., None],
+    assert_every_level: Callable[..., list[int]],
+    times_around: Callable[..., float],
 ) -> Callable[[Boundary], None]:
     """Return a check that a boundary is a gamut, on its grid, and so is each of its levels."""
 
@@ -80,7 +82,7 @@ def assert_decimates(
         np.testing.assert_array_equal(
             np.sort(history.full().vertices, axis=0), np.sort(mesh.vertices, axis=0)
         )
-        for triangles in range(4, mesh.triangles + 2, 2):
-            assert_every_invariant(history.level(triangles), history.centre, triangles)
+        counts = assert_every_level(history.levels(), history.centre)
+        assert counts == list(range(4, mesh.triangles + 2, 2))
 
     return check

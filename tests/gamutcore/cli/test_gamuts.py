@@ -53,6 +53,12 @@ def test_export_writes_meshes_by_the_suffix(command, saved, small_gamut, tmp_pat
     assert "40 triangles" in err
     assert path.read_bytes() == small_gamut.mesh(40).to_bytes("gam")
     command("export", saved, "--table", "cusps", "-o", path, status=2)
+    for name in ("level.usdz", "level.gamut"):
+        _, err = command("export", saved, "-o", tmp_path / name, status=2)
+        assert ".3mf" in err
+        assert not (tmp_path / name).exists()
+    command("export", saved, "--table", "cusps", "-o", tmp_path / "cusps.dat")
+    assert (tmp_path / "cusps.dat").read_text().startswith("hue,")
     command("export", saved, "--csv", "-o", path, status=2)
     _, err = command("export", saved, "-o", tmp_path / "level.cge", status=2)
     assert "no device values" in err

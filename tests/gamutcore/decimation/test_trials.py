@@ -57,13 +57,12 @@ def test_levels_finer_than_the_trials_do_not_depend_on_them(with_trials, icosphe
     assert levels[0] == levels[1]
 
 
-def test_a_smaller_boundary_begins_with_the_trials(with_trials, icosphere, assert_every_invariant):
+def test_a_smaller_boundary_begins_with_the_trials(with_trials, icosphere, assert_every_level):
     mesh = icosphere(1)
     assert len(mesh.vertices) == 42
     with_trials(Trials(200, 6, 27))
     history = build_history(decimate(mesh, CENTRE))
-    for level in history.levels():
-        assert_every_invariant(level, CENTRE, level.triangles)
+    assert_every_level(history.levels(), CENTRE)
 
 
 def test_the_trial_with_the_least_sampled_deviation_is_kept(monkeypatch, with_trials, icosphere):

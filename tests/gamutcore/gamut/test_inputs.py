@@ -13,7 +13,7 @@ from gamutcore.characterisation import characterisation
 from gamutcore.colours.profile_colours import profile_colours
 from gamutcore.errors import CentreError, MeshError, OptionError
 from gamutcore.export import FORMATS, mesh_file
-from gamutcore.metric import mismatch
+from gamutcore.metric import mismatch, radial_difference
 
 COLORD = Path("/usr/share/color/icc/colord")
 ARGYLL = Path("/usr/share/color/argyll/ref")
@@ -58,6 +58,12 @@ def enclosed_volume(profile, steps=129):
     return volume
 
 
+def off(reference, other):
+    """Mismatch of two full boundaries, both of which see the centre of the first."""
+    centre = reference.history.centre
+    return radial_difference(reference.history.full(), other.history.full(), centre).mismatch
+
+
 def working_space(path):
     if not path.is_file():
         pytest.skip(f"{path.name} is not there: Debian's packages colord-data and argyll have it")
@@ -72,7 +78,10 @@ def test_the_colours_of_an_rgb_working_space_enclose_its_volume(path):
     assert volume == pytest.approx(WORKING_SPACES[path], rel=0.00053)
 
 
-@pytest.mark.parametrize("path", WORKING_SPACES, ids=lambda path: path.name)
+# Argyll's files are other profiles of three of these spaces, and their colours are tested above
+@pytest.mark.parametrize(
+    "path", [path for path in WORKING_SPACES if path.parent == COLORD], ids=lambda path: path.name
+)
 @pytest.mark.slow
 def test_the_gamut_of_an_rgb_working_space_has_its_volume(path):
     gamut = Gamut(working_space(path))
@@ -105,7 +114,7 @@ def test_a_press_profile_and_its_measurements_have_one_gamut(
     profile = (shared_data / "press" / "ISOcoated_v2_300_bas.icc").read_bytes()
     options = Options(intent="absolute", ink_limit=300)
     measured, characterised = Gamut(fogra39, options), Gamut(profile, options)
-    found = mismatch(measured.history.full(), characterised.history.full())
+    found = off(measured, characterised)
     record_property("mismatch", found)
     with capsys.disabled():
         sys.stdout.write(f"ISOcoated_v2_300 against FOGRA39L, absolute: {100 * found:.3f} %\n")
@@ -191,7 +200,7 @@ def test_the_measurements_within_a_profile_have_its_gamut(shared_data, file, tag
         Gamut(profile, intent="absolute", surface_samples=20_000, **options)
         for options in ({}, {"source": "measurements"})
     ]
-    assert mismatch(*[gamut.history.full() for gamut in gamuts]) <= 0.01
+    assert off(*gamuts) <= 0.01
     provenance = gamuts[1].description["provenance"]
     assert provenance["embedded"]["tag"] == tag
     assert provenance["model"]["leave_out_error"]["percentile_95"] < 0.5

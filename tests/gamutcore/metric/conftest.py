@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial import cKDTree
 
 from gamutcore.boundary import modified_convex_hull
 
@@ -20,20 +21,36 @@ if TYPE_CHECKING:
 def distances_to() -> Callable[[np.ndarray, TriangleMesh], np.ndarray]:
     """Return a function that measures distances of points from a mesh with trimesh.
 
-    A face is skipped only if its bounding sphere is farther away than the centroid of some face.
+    A face is skipped only if its bounding sphere is farther away than some face is. Faces of about
+    the same size are searched together.
     """
 
     def measure(points: np.ndarray, mesh: TriangleMesh) -> np.ndarray:
+        points = np.asarray(points, np.float64)
         triangles = mesh.vertices.astype(np.float64)[mesh.faces]
         centroids = triangles.mean(axis=1)
         reach = np.linalg.norm(triangles - centroids[:, None], axis=2).max(axis=1)
-        found = []
-        for point in np.asarray(points, np.float64):
-            to_centroid = np.linalg.norm(centroids - point, axis=1)
-            near = triangles[to_centroid - reach <= to_centroid.min()]
-            closest = trimesh.triangles.closest_point(near, np.tile(point, (len(near), 1)))
-            found.append(np.linalg.norm(closest - point, axis=1).min())
-        return np.array(found)
+
+        def distances(point: np.ndarray, face: np.ndarray) -> np.ndarray:
+            closest = trimesh.triangles.closest_point(triangles[face], points[point])
+            return np.linalg.norm(closest - points[point], axis=1)
+
+        everywhere = np.arange(len(points))
+        found = distances(everywhere, cKDTree(centroids).query(points)[1])
+        size = np.ceil(np.log2(np.maximum(reach, reach.max() / 2**20)))
+        for one in np.unique(size):
+            faces = np.flatnonzero(size == one)
+            tree = cKDTree(centroids[faces])
+            radii = found * (1 + 1e-9) + reach[faces].max()
+            for some in np.array_split(everywhere, -(-len(points) // 50)):
+                around = tree.query_ball_point(points[some], radii[some])
+                point = np.repeat(some, [len(near) for near in around])
+                face = faces[np.concatenate([*around, []]).astype(np.intp)]
+                away = np.linalg.norm(centroids[face] - points[point], axis=1) - reach[face]
+                near = away <= found[point] * (1 + 1e-9)
+                if near.any():
+                    np.minimum.at(found, point[near], distances(point[near], face[near]))
+        return found
 
     return measure
 

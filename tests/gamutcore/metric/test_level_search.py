@@ -5,7 +5,6 @@ from math import inf
 
 import numpy as np
 import pytest
-import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -107,21 +106,16 @@ class TestOfTheEnds:
             assert LevelSearch(rows).find_known(limits) == BoundedLevel(4, NO_ERROR)
 
 
-def largest_distance(mesh, other):
+def largest_distance(mesh, other, distances_to):
     """Largest distance of a point of `mesh` from `other`, found to 0.5 % by branch and bound.
 
     The distance changes by no more than the point moves. So the distance of a triangle's centroid
     plus its circumscribed radius is an upper bound for the triangle.
     """
-    other_triangles = other.vertices.astype(np.float64)[other.faces]
     triangles, largest = mesh.vertices.astype(np.float64)[mesh.faces], 0.0
     while len(triangles):
         centroids = triangles.mean(axis=1)
-        distances = np.full(len(centroids), np.inf)
-        for other_triangle in other_triangles:
-            repeated = np.broadcast_to(other_triangle, (len(centroids), 3, 3))
-            closest = trimesh.triangles.closest_point(repeated, centroids)
-            distances = np.minimum(distances, np.linalg.norm(closest - centroids, axis=1))
+        distances = distances_to(centroids, other)
         largest = max(largest, distances.max())
         reach = np.linalg.norm(triangles - centroids[:, np.newaxis], axis=2).max(axis=1)
         a, b, c = triangles[distances + reach > 1.005 * largest].transpose(1, 0, 2)
@@ -132,7 +126,7 @@ def largest_distance(mesh, other):
 
 
 @pytest.mark.slow
-def test_bounds_are_tight(small_history, small_search):
+def test_bounds_are_tight(small_history, small_search, distances_to):
     full, answers = small_history.full(), {}
     for limits in LIMITS:
         triangles, bounds = small_search.find(small_history, limits)
@@ -143,7 +137,9 @@ def test_bounds_are_tight(small_history, small_search):
         level = small_history.level(triangles)
         assert mismatch(full, level) <= bounds.mismatch * (1 + 2e-5)
         # 1.005 times the largest distance that was found is a bound, so 1.03 leaves little slack.
-        furthest = max(largest_distance(full, level), largest_distance(level, full))
+        furthest = max(
+            largest_distance(full, level, distances_to), largest_distance(level, full, distances_to)
+        )
         assert furthest <= bounds.distance <= 1.03 * furthest
 
 

@@ -11,7 +11,7 @@ from gamutcore.decimation import decimate
 from gamutcore.errors import MeshError
 from gamutcore.history import build_history
 from gamutcore.mesh import TriangleMesh
-from gamutcore.metric import intersection_volume, mismatch
+from gamutcore.metric import intersection_volume, mismatch, radial_difference
 
 PUBLISHED = {1000: 0.124, 500: 0.224, 100: 1.01, 50: 2.46, 20: 5.3, 10: 17.8}
 """Mismatch of FOGRA39L in % by triangle count: "published cost" in `decimation.md`."""
@@ -126,9 +126,15 @@ def copies(fogra39_points):
         return [build_history(decimate(each.mesh, each.centre, cost)) for each in boundaries]
 
     def found(cost, triangles):
-        return [100 * mismatch(each.full(), each.level(triangles)) for each in histories(cost)]
+        return (percent_off(each, triangles) for each in histories(cost))
 
     return found
+
+
+def percent_off(history, triangles):
+    """The same volumes by the radial overlay, in a tenth of the time (see its tests)."""
+    level = history.level(triangles)
+    return 100 * radial_difference(history.full(), level, history.centre).mismatch
 
 
 class TestAccuracyOfFogra39:
@@ -137,8 +143,7 @@ class TestAccuracyOfFogra39:
     @pytest.mark.parametrize("triangles", [1000, 500, 100, 50, 20])
     @pytest.mark.slow
     def test_the_volume_cost_is_no_worse_than_the_published_one(self, fogra39_gamut, triangles):
-        history = fogra39_gamut.history
-        percent = 100 * mismatch(history.full(), history.level(triangles))
+        percent = percent_off(fogra39_gamut.history, triangles)
         assert percent <= 1.1 * PUBLISHED[triangles]
 
     @pytest.mark.parametrize("triangles", [1000, 500, 50])
@@ -157,12 +162,12 @@ class TestAccuracyOfFogra39:
     @pytest.mark.slow
     def test_ten_triangles_of_the_volume_cost_on_the_whole(self, copies):
         """Ten triangles are chaotic: points moved by 10⁻⁵ ΔE give 14 to 22 %."""
-        assert np.median(copies("volume", 10)) <= 1.1 * PUBLISHED[10]
+        assert np.median(list(copies("volume", 10))) <= 1.1 * PUBLISHED[10]
 
     @pytest.mark.slow
     def test_a_hundred_triangles_of_the_published_cost_on_the_whole(self, copies):
         """34 of 40 moved copies were within 1.01 % plus 10 %."""
-        assert np.median(copies("quadric", 100)) <= 1.1 * PUBLISHED[100]
+        assert np.median(list(copies("quadric", 100))) <= 1.1 * PUBLISHED[100]
 
     @pytest.mark.parametrize("triangles", [20, 10])
     @pytest.mark.slow
@@ -173,16 +178,14 @@ class TestAccuracyOfFogra39:
         figure is one draw of a distribution, so a single run cannot be held to it. The best of a
         few copies reaches it.
         """
-        assert min(copies("quadric", triangles)) <= 1.1 * PUBLISHED[triangles]
+        limit = 1.1 * PUBLISHED[triangles]
+        assert any(percent <= limit for percent in copies("quadric", triangles))
 
     @pytest.mark.slow
     def test_volume_preservation_has_about_three_fifths_of_the_published_error(
         self, fogra39_gamut, fogra39_quadric
     ):
         """A prototype had 0.45 to 0.68 of it with 50 to 10,000 triangles; a tenth is added."""
-        full = fogra39_quadric.full()
         for triangles in (10_000, 1000, 500, 100, 50):
-            ratio = mismatch(full, fogra39_gamut.history.level(triangles)) / mismatch(
-                full, fogra39_quadric.level(triangles)
-            )
-            assert ratio <= 0.75
+            own = percent_off(fogra39_gamut.history, triangles)
+            assert own <= 0.75 * percent_off(fogra39_quadric, triangles)

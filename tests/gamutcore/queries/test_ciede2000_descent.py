@@ -11,8 +11,10 @@ STEPS = np.array([(i, j) for i in range(13) for j in range(13 - i)]) / 12
 
 
 def work_arrays():
-    sizes = (4, 7, 7, 5, 9, SLOPE, (4, 3), 3)
-    return Work(*(np.empty(size) for size in sizes))
+    sizes = (4, 9, SLOPE, 3, 72, 24, 64, 88, 1, (1, 3), (1, 6), (8, 3))
+    arrays = [np.empty(size) for size in sizes]
+    arrays[8] = np.empty(1, np.int64)
+    return Work(*arrays)
 
 
 class TestDescend:
@@ -32,7 +34,7 @@ class TestDescend:
             work.colour[:] = np.append(colour, np.hypot(*colour[1:]))
             work.corners[:] = sides
             work.best[:] = set_slope(work.colour, *middle, work.slope), 1 / 3, 1 / 3
-            descend(work, 0.0, 0.0, 1.0, np.inf, True)
+            descend(work, 0.0, 0.0, 1.0)
             value, u, v = work.best
             if not has_one_minimum(work.colour, *middle[1:], radius, value):
                 continue

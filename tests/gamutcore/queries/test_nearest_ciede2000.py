@@ -78,6 +78,30 @@ class TestNearestCiede2000:
             alone = nearest_ciede2000(colours[row : row + 1], index)
             assert abs(alone.distance[0] - together.distance[row]) < 1e-6
 
+    def test_neutral_colours_and_opposite_hues(self, rough):
+        """The white and the black end are the nearest of many colours."""
+        level = rough(36, 120, 0.1)
+        points = surface(level, 25)
+        random = np.random.default_rng(4)
+        colours = random.uniform((-40, -150, -150), (140, 150, 150), (30, 3))
+        colours[:10, 1:] = 0
+        colours[10:20, 1:] *= 0.01
+        found = nearest_ciede2000(colours, level)
+        along = (found.points[:, 1:] * colours[:, 1:]).sum(axis=1)
+        tolerance = np.where(along >= 0, 1e-6, 0.1)
+        for row, colour in enumerate(colours):
+            assert found.distance[row] <= smallest(colour, points) + tolerance[row]
+
+    def test_order_of_the_rows_does_not_matter(self, rough):
+        index = build_index(*rough(37, 200, 0.2))
+        colours = np.random.default_rng(6).uniform((-40, -150, -150), (140, 150, 150), (200, 3))
+        turned = nearest_ciede2000(colours[::-1], index).distance[::-1]
+        distance = nearest_ciede2000(colours, index).distance
+        alone = [nearest_ciede2000(each[None], index).distance[0] for each in colours[:50]]
+        assert (np.abs(distance - turned) < 1e-6).mean() > 0.95  # others have the opposite hue
+        assert np.abs(distance - turned).max() < 0.1
+        assert np.abs(distance[:50] - alone).max() < 0.1
+
     def test_no_point_is_no_answer_and_bad_rows_are_named(self, cube):
         assert [len(field) for field in nearest_ciede2000(np.zeros((0, 3)), cube)] == [0, 0, 0, 0]
         with pytest.raises(InvalidPointsError, match="Row 1"):

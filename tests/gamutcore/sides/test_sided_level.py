@@ -17,15 +17,20 @@ from gamutcore.sides import sided_level
 from gamutcore.sides.sided_level import SidedLevels
 
 
-def exact(mesh, centre):
-    """Positions about the centre as fractions, without rounding."""
-    return [
+def exact(meshes, centre):
+    """Positions about the centre as integers: a common power of two makes them whole."""
+    relative = [
         [
-            Fraction(float(value)) - Fraction(float(middle))
-            for value, middle in zip(row, centre, strict=True)
+            [
+                Fraction(float(value)) - Fraction(float(middle))
+                for value, middle in zip(row, centre, strict=True)
+            ]
+            for row in mesh.vertices
         ]
-        for row in mesh.vertices
+        for mesh in meshes
     ]
+    scale = max(value.denominator for mesh in relative for row in mesh for value in row)
+    return [[[int(value * scale) for value in row] for row in mesh] for mesh in relative]
 
 
 def cross(a, b):
@@ -33,41 +38,85 @@ def cross(a, b):
 
 
 def dot(a, b):
-    return sum(x * y for x, y in zip(a, b, strict=True))
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def edges(mesh):
     sides = np.sort(
         np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]])
     )
-    return np.unique(sides.reshape(-1, 2), axis=0).tolist()
+    return np.unique(sides.reshape(-1, 2), axis=0)
+
+
+def rounded(points):
+    """The same positions in double precision, of an extent of about 1, as three columns."""
+    largest = max(abs(value) for row in points for value in row)
+    return np.array([[value / largest for value in row] for row in points]).T
+
+
+ROUNDING = 1e-12
+"""More than the rounding of products of six coordinates of at most 1 in double precision."""
 
 
 def along(x, a, b):
     """The sum of the weights of x by a and b, which span its plane; None if x is not between."""
     normal = cross(a, b)
     one, two = dot(cross(x, b), normal), dot(cross(a, x), normal)
-    return (one + two) / dot(normal, normal) if one >= 0 and two >= 0 else None
+    return Fraction(one + two, dot(normal, normal)) if one >= 0 and two >= 0 else None
 
 
-def height(x, points, faces):
-    """N · x of the face whose cone x is in: 1 ÷ radius."""
-    for one, two, three in faces.tolist():
-        a, b, c = points[one], points[two], points[three]
-        first, second, third = dot(x, cross(b, c)), dot(x, cross(c, a)), dot(x, cross(a, b))
-        if min(first, second, third) >= 0:
-            return (first + second + third) / dot(a, cross(b, c))
-    raise AssertionError("the cones fill space")
+def heights(points, others, faces):
+    """N · x, which is 1 ÷ radius, of every point x and the face whose cone it is in."""
+    columns, at = rounded(others), rounded(points).T
+    a, b, c = (columns[:, corner] for corner in faces.T)
+    weights = [at @ np.array(cross(*pair)) for pair in ((b, c), (c, a), (a, b))]
+    possible = np.min(weights, axis=0) >= -ROUNDING
+    for x, near in zip(points, possible, strict=True):
+        for one, two, three in faces[near].tolist():
+            a, b, c = others[one], others[two], others[three]
+            first, second, third = dot(x, cross(b, c)), dot(x, cross(c, a)), dot(x, cross(a, b))
+            if min(first, second, third) >= 0:
+                yield Fraction(first + second + third, dot(a, cross(b, c)))
+                break
+        else:
+            raise AssertionError("the cones fill space")
+
+
+def possible_crossings(inside, outside, inner_edges, outer_edges):
+    """Pairs of edges that cross as seen from the centre; a few more are near to that."""
+    (a, b), (c, d) = (
+        np.moveaxis(rounded(points)[:, ends], 2, 0)
+        for points, ends in ((inside, inner_edges), (outside, outer_edges))
+    )
+    a, b, c, d = a[:, :, None], b[:, :, None], c[:, None, :], d[:, None, :]
+    own, other = cross(a, b), cross(c, d)
+    x = cross(own, other)
+    weights = np.stack(
+        [
+            dot(cross(x, b), own),
+            dot(cross(a, x), own),
+            dot(cross(x, d), other),
+            dot(cross(c, x), other),
+        ]
+    )
+    either = (weights >= -ROUNDING).all(axis=0) | (weights <= ROUNDING).all(axis=0)
+    for one, two in np.argwhere(either).tolist():
+        yield inner_edges[one].tolist(), outer_edges[two].tolist()
 
 
 def is_contained(inner, outer, centre):
-    """Whether a surface is within another one, by all corners of their overlay."""
-    inside, outside = exact(inner, centre), exact(outer, centre)
-    if any(height(x, inside, inner.faces) < 1 for x in outside):
+    """Whether a surface is within another one, by all corners of their overlay.
+
+    All decisions are made with integers. Double precision only leaves out edges and cones that are
+    far from each other.
+    """
+    inside, outside = exact((inner, outer), centre)
+    if any(height < 1 for height in heights(outside, inside, inner.faces)):
         return False
-    if any(height(x, outside, outer.faces) > 1 for x in inside):
+    if any(height > 1 for height in heights(inside, outside, outer.faces)):
         return False
-    for (a, b), (c, d) in product(edges(inner), edges(outer)):
+    crossings = possible_crossings(inside, outside, edges(inner), edges(outer))
+    for (a, b), (c, d) in crossings:
         x = cross(cross(inside[a], inside[b]), cross(outside[c], outside[d]))
         for way in (x, [-value for value in x]):
             own, other = along(way, inside[a], inside[b]), along(way, outside[c], outside[d])

@@ -191,7 +191,7 @@ def test_counting_and_reading_at_the_same_time(service):
 
     async def scenario():
         reading = asyncio.get_running_loop().run_in_executor(
-            None, lambda: [exposition(lambda: service_families(service), "") for _ in range(5)]
+            None, lambda: [exposition(lambda: service_families(service), "") for _ in range(2)]
         )
         number = 0
         while not reading.done():

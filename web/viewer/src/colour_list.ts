@@ -23,15 +23,42 @@ export interface NamedColour {
   point: number[];
 }
 
-/** Colours of a pasted list: the last three numbers of a line, with a name before them. */
-export function parsedColours(text: string): NamedColour[] {
-  return text.split(/\r?\n/).flatMap((line) => {
-    const fields = line.split(line.includes("\t") ? "\t" : /[,;]/.test(line) ? /[,;]/ : /\s+/);
-    const words = fields.map((field) => field.trim().replace(/^"|"$/g, "")).filter((word) => word !== "");
-    const point = words.slice(-3).map(Number);
-    if (point.length < 3 || !point.every(Number.isFinite)) return [];
-    return [{ name: words.slice(0, -3).join(" "), point }];
+/** Fields of a line. Between tabs or semicolons, a comma is a decimal point. */
+function fieldsOf(line: string): string[] {
+  const separator = line.includes("\t") ? "\t" : line.includes(";") ? ";" : line.includes(",") ? "," : /\s+/;
+  const fields = line.trim().split(separator).map((field) => field.trim().replace(/^"|"$/g, ""));
+  return separator === "," ? fields : fields.map((field) => field.replace(/^([+\-\u2212]?\d+),(\d+)$/, "$1.$2"));
+}
+
+/** The number in a field; the minus may be the sign that the table writes. */
+function numberIn(field: string | undefined): number {
+  return field === undefined || field === "" ? NaN : Number(field.replace(/^\u2212/, "-"));
+}
+
+/** Place of L* in a line that names the columns L*, a*, b*, one after the other; -1 in others. */
+function headerPlace(fields: string[]): number {
+  const names = fields.map((field) => field.toLowerCase().replace(/^lab_|\*$/g, ""));
+  return names.findIndex((name, i) => name === "l" && names[i + 1] === "a" && names[i + 2] === "b");
+}
+
+/**
+ * Colours of a pasted list, and how many lines have none. A first line may name the columns.
+ * Without it, the colour is the last three numbers of a line. The name is what is before it.
+ */
+export function parsedColours(text: string): { colours: NamedColour[]; leftOut: number } {
+  const lines = text.replace(/^\ufeff/, "").split(/\r?\n/).filter((line) => line.trim() !== "").map(fieldsOf);
+  const place = headerPlace(lines[0] ?? []);
+  const isHeader = place >= 0 || (lines[0] ?? []).every((field) => Number.isNaN(numberIn(field)));
+  const rows = isHeader ? lines.slice(1) : lines;
+  const colours = rows.flatMap((fields) => {
+    const isRow = place >= 0 && fields.length >= place + 3; // else a line that follows no header
+    const words = isRow ? fields : fields.filter((field) => field !== "");
+    const start = isRow ? place : words.length - 3;
+    const point = [0, 1, 2].map((axis) => numberIn(words[start + axis]));
+    if (!point.every(Number.isFinite)) return [];
+    return [{ name: words.slice(0, start).join(" ").trim(), point }];
   });
+  return { colours, leftOut: rows.length - colours.length };
 }
 
 export class ColourList {
@@ -74,7 +101,9 @@ export class ColourList {
   private async check(): Promise<void> {
     this.asking?.abort();
     this.clear();
-    const colours = parsedColours(this.text.value).slice(0, MOST_COLOURS);
+    this.fail(null);
+    const parsed = parsedColours(this.text.value);
+    const colours = parsed.colours.slice(0, MOST_COLOURS);
     if (this.gamut === null || colours.length === 0) {
       byId("colours-note").textContent = this.text.value.trim() === "" ? "" : "No line ends with three numbers.";
       return;
@@ -87,9 +116,19 @@ export class ColourList {
       this.answer = { colours, found };
       this.draw(colours, found);
       this.tabulate(colours, found);
+      this.noteRest(parsed.colours.length - colours.length, parsed.leftOut);
     } catch (error) {
       if (!asking.signal.aborted) this.fail(error);
     }
+  }
+
+  /** Say what of the list was not asked about. */
+  private noteRest(beyond: number, leftOut: number): void {
+    const notes = [
+      leftOut > 0 ? ` ${leftOut} lines have no three numbers and are left out.` : "",
+      beyond > 0 ? ` ${beyond} more colours are left out: at most ${MOST_COLOURS}.` : "",
+    ];
+    byId("colours-note").append(...notes);
   }
 
   private draw(colours: NamedColour[], found: Nearest): void {

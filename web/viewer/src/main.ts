@@ -294,7 +294,8 @@ class Viewer {
         const shown = this.shown[role];
         if (shown === null) return [];
         const style = byId<HTMLSelectElement>(`style-${role}`);
-        return [element("p", `${shown.gamut.name} · ${style.selectedOptions[0]!.text.toLowerCase()}`)];
+        const text = `${shown.gamut.name} · ${style.selectedOptions[0]!.text.toLowerCase()}`;
+        return [element("p", text, { title: text })];
       }),
     );
     const blocks = this.all().flatMap(({ gamut }) => facts(gamut));

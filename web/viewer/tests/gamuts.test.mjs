@@ -129,6 +129,29 @@ test("a list of colours is checked: table, points and a file", async () => {
   await close(page);
 });
 
+test("lists are read with decimal commas, named columns and the signs of the table", async () => {
+  const page = await open(browser, `/view#a=${FIRST}`);
+  await drawn(page, FINEST);
+  const lists = [
+    ["60;10,5;\u22122,5", [["60 10.5 \u22122.5", ""]]],
+    ["name,L,a,b,use\nRed ink,50,20,10,logo\nBlue ink,40,5,-20,text", [["Red ink", ""], ["Blue ink", ""]]],
+    ["50 NaN 0\n51 0 0\n50 0", [["51 0 0", " 2 lines have no three numbers and are left out."]]],
+  ];
+  for (const [text, expected] of lists) {
+    await page.$eval("#colours", (area, value) => { area.value = value; }, text);
+    await page.click("#check");
+    await page.waitForSelector("#colours-table table", { timeout: 60_000 });
+    const names = await page.$$eval("#colours-table tbody th", (all) => all.map((each) => each.textContent));
+    assert.deepEqual(names, expected.map(([name]) => name));
+    const note = await page.$eval("#colours-note", (each) => each.textContent);
+    assert.ok(note.endsWith(`outside.${expected[0][1]}`), note);
+  }
+  await page.$eval("#colours", (area) => { area.value = Array(10_001).fill("50 0 0").join("\n"); });
+  await page.click("#check");
+  await page.waitForFunction("/1 more colours are left out: at most 10000/.test(document.getElementById('colours-note').textContent)");
+  await close(page);
+});
+
 test("a file that is dropped is built, with progress, and shown", async () => {
   const page = await open(browser, "/view");
   await page.evaluate((text) => {

@@ -224,6 +224,29 @@ test("on a phone everything is within reach", async () => {
   await close(page);
 });
 
+test("a long name stays within the panel, and leaves the view free", async () => {
+  const rows = Array.from({ length: 60 }, (_, i) => `${50 + 30 * Math.sin(i)},${40 * Math.cos(i * 1.7)},${40 * Math.sin(i * 2.3)}`);
+  const form = new FormData();
+  form.set("file", new File([["L*,a*,b*", ...rows].join("\n")], "long.csv"));
+  form.set("name", "Long".repeat(45));
+  const posted = await fetch(`${process.env.VIEWER_URL}/v1/gamuts`, { method: "POST", body: form, headers: { Prefer: "wait=30" } });
+  const { id } = await posted.json();
+  for (const width of [360, 1100]) {
+    const page = await open(browser, `/view#a=${id}&b=${FIRST}`, { width });
+    await page.waitForFunction("/covers/.test(document.getElementById('coverage').textContent)");
+    const layout = await page.evaluate(() => ({
+      beyond: document.getElementById("panel").scrollWidth - document.getElementById("panel").clientWidth,
+      page: document.documentElement.scrollWidth - innerWidth,
+      legend: document.getElementById("legend").getBoundingClientRect().height / document.getElementById("view").getBoundingClientRect().height,
+    }));
+    assert.equal(layout.beyond, 0);
+    assert.equal(layout.page, 0);
+    assert.ok(layout.legend < 0.3, `${layout.legend}`);
+    await close(page);
+  }
+  await fetch(`${process.env.VIEWER_URL}/v1/gamuts/${id}`, { method: "DELETE" });
+});
+
 const PICTURES = {
   solid: [`#a=${FIRST}`, {}],
   "two-dark": [`#a=${FIRST}&b=${SECOND}&lightness=60&style-a=wire&style-b=shaded`, { scheme: "dark" }],

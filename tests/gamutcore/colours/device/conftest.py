@@ -11,15 +11,16 @@ def uniform_surface():
     """Device values on all two-dimensional faces of the unit cube, `steps` along each edge."""
 
     def points(channels, steps):
-        values = np.linspace(0.0, 1.0, steps)
-        face = np.stack(np.meshgrid(values, values), axis=-1).reshape(-1, 2)
+        # by the number of a point in the lattice: rows are sorted ten times slower
+        values, strides = np.arange(steps), steps ** np.arange(channels)[::-1]
         found = []
         for axes in combinations(range(channels), 2):
-            for ends in product((0.0, 1.0), repeat=channels - 2):
-                rows = np.empty((len(face), channels))
-                rows[:, [axis for axis in range(channels) if axis not in axes]] = ends
-                rows[:, list(axes)] = face
-                found.append(rows)
-        return np.unique(np.concatenate(found), axis=0)
+            face = np.add.outer(values * strides[axes[0]], values * strides[axes[1]]).ravel()
+            others = np.delete(strides, axes)
+            ends = product((0, steps - 1), repeat=channels - 2)
+            found += [face + (others * end).sum() for end in ends]
+        numbers = np.unique(np.concatenate(found))
+        places = np.stack(np.unravel_index(numbers, (steps,) * channels), axis=1)
+        return np.linspace(0.0, 1.0, steps)[places]
 
     return points

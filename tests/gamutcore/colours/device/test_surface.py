@@ -129,8 +129,8 @@ def test_more_accurate_than_as_many_uniform_points(
         return compute_boundary(colours(device), "modified-convex-hull", centre, gamma=0.2)
 
     faces = comb(channels, 2) << (channels - 2)
-    dense = 3_000_000 if channels > 4 else 800_000
-    reference = boundary(uniform_surface(channels, isqrt(dense // faces)))
+    # forty times as dense
+    reference = boundary(uniform_surface(channels, isqrt(40 * points // faces)))
     centre = tuple(reference.centre)
     nodes = profile.transform("relative")[0].nodes
     uniform = uniform_surface(channels, isqrt(points // faces))
