@@ -68,6 +68,7 @@ PHASES = st.tuples(*[st.floats(0, 6)] * 3)
 
 @settings(max_examples=30)
 @given(st.integers(3, 5), st.floats(0, 1.2), PHASES, st.one_of(st.just(np.inf), st.floats(60, 90)))
+@pytest.mark.slow
 def test_bent_cubes_have_the_radii_of_their_outermost_faces(channels, strength, phase, top):
     def colours(values):
         return bent(values, strength, phase, top)
@@ -88,6 +89,7 @@ def test_bent_cubes_have_the_radii_of_their_outermost_faces(channels, strength, 
 
 @settings(max_examples=30)
 @given(st.integers(3, 5), st.floats(1, 3), PHASES, st.floats(45, 90))
+@pytest.mark.slow
 def test_boundaries_of_wild_maps_are_valid(channels, strength, phase, top):
     points, _, faces = sampled(channels, lambda values: bent(values, strength, phase, top), 1500)
     try:
@@ -111,6 +113,7 @@ def test_smooth_cubes_are_taken_as_they_are(strength, phase):
 
 @settings(max_examples=20)
 @given(st.floats(1.8, 3.9), PHASES)
+@pytest.mark.slow
 def test_inks_with_a_limit_have_the_limit_as_a_face(total, phase):
     def colours(values):
         return bent(values, 0.3, phase)
@@ -125,6 +128,7 @@ def test_inks_with_a_limit_have_the_limit_as_a_face(total, phase):
 
 @settings(max_examples=20)
 @given(st.integers(3, 4), st.floats(0, 1.2), PHASES)
+@pytest.mark.slow
 def test_all_levels_are_valid_down_to_four_triangles(channels, strength, phase):
     points, device, faces = sampled(channels, lambda values: bent(values, strength, phase), 600)
     boundary = device_surface_boundary(points, faces)

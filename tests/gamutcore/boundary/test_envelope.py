@@ -39,6 +39,7 @@ def used(envelope):
 
 
 @given(st.tuples(*[st.floats(-3, 3)] * 3), st.tuples(*[st.floats(0.6, 1.6)] * 3), st.integers(2, 4))
+@pytest.mark.slow
 def test_two_boxes_that_cross_make_their_union(angles, size, times):
     one, two = divided_box((2, 2, 2), times), divided_box(2 * np.array(size), times, angles)
     envelope, _, _ = envelope_of(one, two)

@@ -129,6 +129,7 @@ def test_keywords_of_a_later_header_replace_those_before():
     assert cgats_samples(text).conditions["WEIGHTING_FUNCTION"] == "ILLUMINANT, D50"
 
 
+@pytest.mark.slow
 def test_many_repetitions_are_bounded():
     text = "".join(f"REMARK {i}\n" for i in range(200_000)) + PLAIN
     assert len(cgats_samples(text).conditions["REMARK"]) < 500

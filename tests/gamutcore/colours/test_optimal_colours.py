@@ -38,6 +38,7 @@ def test_there_are_at_most_as_many_colours_as_asked_for(count):
     assert colours[-1][1] == pytest.approx(1)
 
 
+@pytest.mark.slow
 def test_all_optimal_colours_are_on_their_convex_hull():
     colours = optimal_colours("D50", 2, 4000)
     planes = ConvexHull(colours).equations
@@ -55,6 +56,7 @@ def test_the_faces_are_those_of_the_convex_hull(light, observer):
     assert abs(mesh.volume) == pytest.approx(ConvexHull(colours).volume, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_fewer_colours_enclose_less_and_never_more():
     volumes = [ConvexHull(optimal_colours("D50", 2, n)).volume for n in (16254, 60_000, 180_000)]
     assert volumes == sorted(volumes)

@@ -196,6 +196,7 @@ CUTS = st.one_of(st.none(), st.floats(0.1, 3))
 
 
 @given(st.integers(20, 3000), CUTS, st.floats(0.05, 0.9))
+@pytest.mark.slow
 def test_three_channels_have_a_closed_surface(wanted, total, power):
     """Closed, oriented outwards, and with the volume of the cut cube."""
     surface = device_surface(unit(3, total), lambda device: bent(device**power), wanted)
@@ -208,6 +209,7 @@ def test_three_channels_have_a_closed_surface(wanted, total, power):
 
 
 @given(st.integers(4, 5), st.integers(1000, 5000), st.one_of(st.none(), st.floats(0.3, 5)))
+@pytest.mark.slow
 def test_faces_of_more_channels_meet_edge_to_edge(channels, wanted, total):
     """Triangles of one patch cover its area once, and its rim is the rim of other patches."""
     surface = device_surface(unit(channels, total), bent, wanted)
