@@ -54,6 +54,11 @@ class TestBoundaries:
             assert row[kind]["volume"] == pytest.approx(row["exact"], rel=5e-4), row["name"]
 
 
+VTK_MICROSECONDS = 7.5
+"""Per triangle of the boundary, for one level: 1.32 s for 175,312, on an unused machine on which
+`volume` took 1.3 to 1.6 µs per triangle for all levels, of at most 2."""
+
+
 class TestResults:
     """What the project claims about decimation holds for the committed figures."""
 
@@ -95,7 +100,11 @@ class TestResults:
         histories += results["scaling"]
         volume = [row for row in histories if row["cost"] == "volume"]
         finest = [row for row in histories if row["cost"] == "finest"]
-        assert max(row["us_per_triangle"] for row in volume) <= 2
+        # a shared machine slows down by half: VTK's time per triangle for one level is the measure
+        (triangles,) = {row["triangles"] for row in results["history"] if "cost" in row}
+        (vtk,) = (row["seconds"] for row in results["history"] if row.get("peer") == "VTK")
+        most = 2 * (1e6 * vtk / triangles) / VTK_MICROSECONDS
+        assert max(row["us_per_triangle"] for row in volume) <= most
         assert max(row["bytes_per_triangle"] for row in volume) <= 400
         assert max(row["bits_per_vertex"] for row in histories) <= 110
         assert max(row["curve_part"] for row in histories) <= 0.3
@@ -110,8 +119,11 @@ class TestResults:
         assert seconds["volume"] < seconds["VTK"]
 
     def test_levels_for_a_limit_are_nearly_the_smallest(self, results):
-        excess = sum(row["coarse"] * row["excess"] for row in results["limits"])
-        assert excess / sum(row["coarse"] for row in results["limits"]) <= 1.01
+        """`max_error` looks at every level, `max_mismatch` at levels that are 1.1 times apart."""
+        by_error = [row for row in results["limits"] if row["limit"] == "max_error"]
+        assert len(by_error) == len(results["limits"]) // 2
+        assert max(row["most_excess"] for row in by_error) <= 1.01
+        assert max(row["most_excess"] for row in results["limits"]) <= 1.1
 
 
 def test_every_picture_is_shown_and_light():

@@ -72,10 +72,11 @@ READING = """
 use_kernels("default")
 before = signatures()
 from gamutcore.metric.level_search import Bounds, LevelSearch
-read = Gamut.from_bytes(Path(sys.argv[1]).read_bytes())
-LevelSearch(read.description["levels"]).find(read.history, Bounds(1e-3, 1e-3))
-for triangles in (4, 100, read.history.triangles):
-    write(read.level(triangles))
+for path in Path(sys.argv[1]).iterdir():
+    read = Gamut.from_bytes(path.read_bytes())
+    LevelSearch(read.description["levels"]).find(read.history, Bounds(1e-3, 1e-3))
+    for triangles in (4, 100, read.history.triangles):
+        write(read.level(triangles))
 report(before)
 """
 
@@ -105,13 +106,12 @@ def test_other_options_and_metrics_need_no_further_kernel():
     assert found["new"] == []
 
 
-@pytest.mark.parametrize("name", ["small_gamut", "fogra39_gamut"])
 @pytest.mark.slow
-def test_reading_needs_the_default_group_alone(request, name, tmp_path):
+def test_reading_needs_the_default_group_alone(small_gamut, fogra39_gamut, tmp_path):
     """Of bare colours, and with device values."""
-    path = tmp_path / "gamut"
-    path.write_bytes(request.getfixturevalue(name).to_bytes())
-    assert outcome(READING, path)["new"] == []
+    (tmp_path / "bare").write_bytes(small_gamut.to_bytes())
+    (tmp_path / "device").write_bytes(fogra39_gamut.to_bytes())
+    assert outcome(READING, tmp_path)["new"] == []
 
 
 @pytest.mark.slow

@@ -237,7 +237,7 @@ class TestEveryLevel:
     @pytest.mark.parametrize("cost", COSTS)
     @pytest.mark.slow
     def test_of_a_random_sphere(self, assert_every_level, cost):
-        boundary = modified_convex_hull(directions(np.random.default_rng(0), 1000), 1.0, (0, 0, 0))
+        boundary = modified_convex_hull(directions(np.random.default_rng(0), 500), 1.0, (0, 0, 0))
         history = build_history(decimate(boundary.mesh, boundary.centre, cost))
         assert_every_level(history.levels(), boundary.centre)
 

@@ -73,10 +73,10 @@ class TestOfFogra39:
             assert level.mismatch_bound <= 1.2 * exact
             assert level.mismatch == pytest.approx(exact, rel=close)
 
-    @pytest.mark.parametrize("count", [10, 108, 724])
     @pytest.mark.slow
-    def test_mismatch_is_that_of_boolean_operations(self, fogra39_history, fogra39_curve, count):
-        level = min(fogra39_curve, key=lambda level: abs(level.triangles - count))
+    def test_mismatch_is_that_of_boolean_operations(self, fogra39_history, fogra39_curve):
+        """One level, because the overlay that the test above takes has tests of its own."""
+        level = min(fogra39_curve, key=lambda level: abs(level.triangles - 108))
         full, mesh = fogra39_history.full(), fogra39_history.level(level.triangles)
         assert level.mismatch == pytest.approx(mismatch(full, mesh), rel=0.02)
 

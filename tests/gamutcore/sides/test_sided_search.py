@@ -7,13 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gamutcore import Gamut
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import decimate
 from gamutcore.history import build_history
 from gamutcore.metric import radial_difference
 from gamutcore.metric.level_search import NO_ERROR, BoundedLevel, Bounds
 from gamutcore.sides import SidedSearch, sided_level
-from gamutcore.sides.sided_search import sided_counts
+from gamutcore.sides.sided_search import DENSE_UP_TO, sided_counts
 
 SIDES = ("inside", "outside")
 LIMITS = [Bounds(distance) for distance in np.geomspace(100.0, 0.05, 12)]
@@ -22,8 +23,11 @@ LIMITS += [Bounds(5.0, 0.02), Bounds(0.0), Bounds(mismatch=0.0)]
 
 
 @pytest.fixture(scope="module")
-def history(fogra39_gamut):
-    return fogra39_gamut.history
+def history(fogra39):
+    """Return the history of a press with fewer samples: levels of all sizes are searched often."""
+    history = Gamut(fogra39, surface_samples=20_000).history
+    assert history.triangles > 10 * DENSE_UP_TO
+    return history
 
 
 @pytest.mark.parametrize("full", [4, 6, 16, 18, 1000, 10**5, 10**7])

@@ -23,8 +23,9 @@ LINDBLOOM = {
 """Volumes in CIELAB, D50, of B. Lindbloom's table of working spaces."""
 
 
-def full(gamut):
-    return gamut.level(gamut.history.triangles)
+def fine(gamut):
+    """A level of the same volume, which booleans intersect in a tenth of the time."""
+    return gamut.level(20_000)
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +47,7 @@ def test_volumes_agree_with_lindbloom(built, slug):
 @pytest.mark.slow
 def test_srgb_covers_the_published_part_of_adobe_rgb(built):
     """68.9 % in CIELAB, D50."""
-    srgb, adobe = full(built("srgb")), full(built("adobe-rgb-1998"))
+    srgb, adobe = fine(built("srgb")), fine(built("adobe-rgb-1998"))
     assert 100 * intersection_volume(srgb, adobe) / adobe.volume == pytest.approx(68.9, abs=0.05)
 
 
@@ -57,7 +58,7 @@ def test_p3_covers_the_published_part_of_bt2020(built):
     Both used the modified hull with a gamma of 0.2, whose result here is 66.368 %. The exact
     surfaces give 66.399 %.
     """
-    display_p3, bt2020 = full(built("Display P3")), full(built("bt2020"))
+    display_p3, bt2020 = fine(built("Display P3")), fine(built("bt2020"))
     share = 100 * intersection_volume(display_p3, bt2020) / bt2020.volume
     assert share == pytest.approx(66.37, abs=0.05)
 
