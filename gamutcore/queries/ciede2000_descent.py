@@ -48,8 +48,9 @@ class Work(NamedTuple):
         First corner of a face and the two sides from it.
     slope : (10,) float64
         See `set_slope`.
-    best : (3,) float64
-        ΔE00 and weights of the best point.
+    best : (5,) float64
+        ΔE00 and weights of the best point, the share of ΔE00 that another must be better by, and
+        the number of divisions.
     triangles, found, shape, expansions : (72,), (24,), (64,), (88,) float64
         See `set_triangle_bounds`.
     nodes : (STACK,) int64

@@ -45,6 +45,13 @@ PARTS = 256
 MEDIUM = 2.0
 """Radius from which descent starts in a part only if its middle is better than the best."""
 
+ORDINARY, FLAT = 1000.0, 1e-3
+"""Beyond this magnitude of coordinates, where the formula is nearly constant, the difference is
+within this share of the smallest."""
+
+MOST = 50_000
+"""Divisions for one colour; a thousand are many for a gamut of colours."""
+
 STEP = 1e-6
 """Distance of points beside a discontinuity ÷ the length of an edge that crosses it."""
 
@@ -63,7 +70,8 @@ def nearest_ciede2000(points: ArrayLike, level: Level) -> SurfacePoints:
     -------
     SurfacePoints
         `distance` is the colour difference CIEDE2000, within 1e-6 of the smallest. It is within
-        0.1 where the nearest point has the opposite hue: the formula is not continuous there.
+        0.1 where the nearest point has the opposite hue: the formula is not continuous there. For
+        coordinates beyond 1,000 it is within 0.1 %.
 
     Raises
     ------
@@ -97,7 +105,7 @@ def _nearest(
         np.empty(4),
         np.empty(9),
         np.empty(SLOPE),
-        np.empty(3),
+        np.empty(5),
         np.zeros(9 * WIDTH),
         np.empty(3 * WIDTH),
         np.empty(8 * WIDTH),
@@ -109,11 +117,14 @@ def _nearest(
     )
     colour, best = work.colour, work.best
     best[1] = best[2] = 1.0 / 3.0
+    reach = np.abs(index.box).max()
     face = 0
     for row in curve_order(points):
         for axis in range(3):
             colour[axis] = points[row, axis]
         colour[CHROMA] = np.sqrt(colour[A] ** 2 + colour[B] ** 2)
+        far = max(reach, abs(colour[L]), colour[CHROMA]) > ORDINARY
+        best[3], best[4] = FLAT if far else 0.0, 0.0
         face = _search(index, face, work)
         one, two, three = index.faces[face, 0], index.faces[face, 1], index.faces[face, 2]
         u, v = best[1], best[2]
@@ -179,7 +190,7 @@ def _search(index: LevelIndex, start: int, work: Work) -> int:
 @inlined_kernel
 def _limit(best: FloatArray) -> float:
     """Return the half square of ΔE00 from which a part is left out."""
-    least = max(best[0] - TOLERANCE, 0.0)
+    least = max(best[0] * (1.0 - best[3]) - TOLERANCE, 0.0)
     return 0.5 * least * least
 
 
@@ -254,6 +265,9 @@ def _search_face(index: LevelIndex, face: int, bound: float, estimate: float, wo
                     best[0], best[1], best[2] = value, middle_u, middle_v
                     improved = True
                 improved = descend(work, u, v, side) or improved
+                continue
+            best[4] += 1.0
+            if best[4] > MOST or height + WIDTH > PARTS:  # far larger than any gamut of colours
                 continue
             _divide(work, u, v, side, 4 * waiting)
             waiting += 1

@@ -102,6 +102,15 @@ class TestNearestCiede2000:
         assert np.abs(distance - turned).max() < 0.1
         assert np.abs(distance[:50] - alone).max() < 0.1
 
+    def test_of_colours_far_away_is_found_soon(self, rough):
+        """The formula is nearly constant there."""
+        level = rough(38, 100, 0.2)
+        colours = np.random.default_rng(7).uniform((0, -80, -80), (100, 80, 80), (30, 3))
+        for size in (1e3, 1e6, 1e40):
+            found = nearest_ciede2000(size * colours, level)
+            smallest_of = [smallest(size * colour, surface(level, 6)) for colour in colours]
+            assert (found.distance <= 1.001 * np.array(smallest_of)).all()
+
     def test_no_point_is_no_answer_and_bad_rows_are_named(self, cube):
         assert [len(field) for field in nearest_ciede2000(np.zeros((0, 3)), cube)] == [0, 0, 0, 0]
         with pytest.raises(InvalidPointsError, match="Row 1"):
