@@ -261,6 +261,19 @@ class TestEveryLevel:
         assert build_history(decimation).triangles == 4
 
 
+@pytest.fixture(scope="module")
+def constant(icosphere):
+    """Return a function from a cost to its mismatch × triangles at 1000 triangles."""
+    mesh = icosphere(5)
+
+    @functools.cache
+    def product(cost):
+        level = build_history(decimate(mesh, (0, 0, 0), cost)).level(1000)
+        return 1000 * mismatch(mesh, level)
+
+    return product
+
+
 class TestSphereAgainstTheory:
     """Mismatch × triangles of a sphere: 5.13 for accumulated plane quadrics, 2.127 at best.
 
@@ -270,18 +283,6 @@ class TestSphereAgainstTheory:
 
     # the best possible with n triangles: 12 π (1 ÷ (6 √3) − 1 ÷ (8 π))
     OPTIMUM = 12 * np.pi * (1 / (6 * np.sqrt(3)) - 1 / (8 * np.pi))
-
-    @pytest.fixture(scope="class")
-    def constant(self, icosphere):
-        """Return a function from a cost to its mismatch × triangles at 1000 triangles."""
-        mesh = icosphere(5)
-
-        @functools.cache
-        def product(cost):
-            level = build_history(decimate(mesh, (0, 0, 0), cost)).level(1000)
-            return 1000 * mismatch(mesh, level)
-
-        return product
 
     def test_the_published_cost_reaches_its_constant(self, constant):
         assert constant("quadric") <= 5.13 * 1.1
