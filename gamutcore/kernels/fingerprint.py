@@ -1,8 +1,8 @@
 """What the machine code of a kernel depends on, as a digest.
 
-A kernel's code depends on its own bytecode, on the kernels and constants that it names, and so on.
-Comments, docstrings, line numbers and other functions of the same module do not count: an edit
-compiles exactly the entry points that reach the edited code.
+A kernel's code depends on its own bytecode, on the constants that it names, on the kernels that it
+calls and their decorators, and so on. Comments, docstrings, line numbers and other functions of the
+same module do not count: an edit compiles exactly the entry points that reach the edited code.
 """
 
 from __future__ import annotations
@@ -55,7 +55,8 @@ def _described(value: Any, seen: dict[int, Any]) -> Iterator[bytes]:  # noqa: AN
     """Describe a value that compiled code may depend on, and what it depends on in turn."""
     function = getattr(value, "py_func", value)
     if isinstance(function, types.FunctionType):
-        yield f"function {function.__module__}.{function.__qualname__};".encode()
+        options = sorted(getattr(value, "targetoptions", {}).items())  # those of its decorator
+        yield f"function {function.__module__}.{function.__qualname__} {options};".encode()
         if id(function) not in seen and _is_ours(function.__module__):
             seen[id(function)] = function
             yield from _code(function, function.__code__, seen)

@@ -48,6 +48,7 @@ def made(source):
         ("min(x, LIMIT)", "max(x, LIMIT)"),
         ("total += ", "total -= "),
         ("limited(value)", "unused(value)"),
+        ("@leaf_kernel\ndef limited", "@kernel\ndef limited"),
     ],
 )
 def test_changes_with(old, new):
