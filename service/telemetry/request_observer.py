@@ -46,6 +46,7 @@ KNOWN_PARAMETERS = (
     "options",
     *("a", "b", "reference", "sectors", "hues", "hue", "lightness", "plane"),
     *("space", "distance", "tolerance", "metric", "kind", "method", "focus", "source"),
+    *("size", "view", "background", "axes"),
 )
 """Query parameters that are logged."""
 
