@@ -11,7 +11,8 @@ Hue is kept. The constants are for spaces whose lightness is 0 to 100, such as C
 
 Source: CIE 156:2004, "Guidelines for the evaluation of gamut mapping algorithms". The sigmoid is
 G. Braun & M. Fairchild, "Image lightness rescaling using sigmoidal contrast enhancement functions",
-Journal of Electronic Imaging 8 (1999).
+Journal of Electronic Imaging 8 (1999), table 3 (images of normal lightness). The public
+implementation of J. Morovič, PGMA 2.1 (2002), has the same constants and the same order of steps.
 """
 
 from __future__ import annotations
