@@ -114,11 +114,13 @@ class LimitedProtocol(HttpToolsProtocol):
     report: Callable[[Refusal], None]
     sweeping = False
     """Whether the timer of all connections of this class is running."""
+    stalled = 0.0
+    """Seconds in which this process could not serve its connections."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Accept a connection, or refuse it if there are too many."""
         self._number = next(_numbers)
-        self._since = self.loop.time()  # start of the wait for the client
+        self._since = self._time()  # start of the wait for the client
         self._reading_head = False
         self._reading_body = False
         self._head_bytes = 0
@@ -136,7 +138,7 @@ class LimitedProtocol(HttpToolsProtocol):
         super().connection_made(transport)
         if not type(self).sweeping:
             type(self).sweeping = True
-            self.loop.call_later(_SWEEP_SECONDS, self._sweep)
+            self._schedule_sweep()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Tell the request that is being answered that the client is gone."""
@@ -156,7 +158,7 @@ class LimitedProtocol(HttpToolsProtocol):
             return
         if not self._reading_body:
             if not self._reading_head and self._head_bytes == 0:
-                self._since = self.loop.time()
+                self._since = self._time()
             # The parser buffers the start of a long field, so all bytes count.
             self._head_bytes += len(data)
         super().data_received(data)
@@ -184,7 +186,7 @@ class LimitedProtocol(HttpToolsProtocol):
         self._reading_head = False
         self._reading_body = True
         self._head_bytes = self._body_bytes = 0
-        self._since = self.loop.time()
+        self._since = self._time()
         if len(self.pipeline) >= _MOST_WAITING:
             message = "too many"
             raise ValueError(message)  # ends the parser without an answer
@@ -202,7 +204,7 @@ class LimitedProtocol(HttpToolsProtocol):
 
     def on_response_complete(self) -> None:
         """End an answer. Its request may still be arriving."""
-        self._since = self.loop.time()
+        self._since = self._time()
         super().on_response_complete()
 
     def send_400_response(self, msg: str) -> None:
@@ -260,7 +262,7 @@ class LimitedProtocol(HttpToolsProtocol):
                 problem.code,
                 answer.status_code,
                 len(answer.body),
-                self.loop.time() - self._since,
+                self._time() - self._since,
                 client[0] if client else None,
                 request_id,
             )
@@ -291,14 +293,24 @@ class LimitedProtocol(HttpToolsProtocol):
         self.connections.discard(oldest)
         return True
 
-    def _sweep(self) -> None:
+    def _time(self) -> float:
+        """Return the seconds that this process could serve its connections."""
+        return self.loop.time() - self.stalled
+
+    def _schedule_sweep(self) -> None:
+        due = self.loop.time() + _SWEEP_SECONDS
+        self.loop.call_at(due, self._sweep, due)
+
+    def _sweep(self, due: float) -> None:
         """Close the connections that exceeded a time limit, and schedule the next check."""
-        now = self.loop.time()
+        # Clients are not blamed for the time in which this process did not run.
+        type(self).stalled += max(self.loop.time() - due, 0.0)
+        now = self._time()
         for connection in list(cast("set[LimitedProtocol]", self.connections)):
             connection._look(now)  # noqa: SLF001 - of the same class
         type(self).sweeping = bool(self.connections)
         if self.connections:
-            self.loop.call_later(_SWEEP_SECONDS, self._sweep)
+            self._schedule_sweep()
 
     def _look(self, now: float) -> None:
         if self._is_stalled(now):

@@ -41,7 +41,7 @@ CONNECTIONS = 200
 QUERY_ROWS = 400_000
 """Limit of the rows under way in these runs."""
 
-SECONDS = 0.6
+SECONDS = 1.0
 """Time limit of the server for a head, and for a body."""
 
 BORDER = "hostile"

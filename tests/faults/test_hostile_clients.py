@@ -12,7 +12,7 @@ def test_hostile_clients_do_not_affect_others():
     ended = subprocess.run([sys.executable, PROGRAM], check=False, capture_output=True, text=True)
     assert ended.stdout, ended.stderr[-5000:]
     figures = json.loads(ended.stdout)
-    assert all(row["as_deserved"] for row in figures["attacks"]), figures["attacks"]
+    assert [row for row in figures["attacks"] if not row["as_deserved"]] == []
     assert figures["growth_mb"] * 1e6 <= 64 << 20
     assert figures["good_failures"] == []
     assert figures["good_requests"] > 100

@@ -22,9 +22,14 @@ LIMITS = {
     "write_seconds": 0.5,
 }
 
+STALL = 1.2
+
 
 async def app(scope, receive, send):
-    """Answers with the length of the body; at /early before the body, at /large with 64 MiB."""
+    """Answers with the length of the body; at /early before the body, at /large with 64 MiB.
+
+    At /stall the whole server does nothing else for a while.
+    """
     if scope["type"] != "http":
         return
     length, more = 0, scope["path"] != "/early"
@@ -34,6 +39,8 @@ async def app(scope, receive, send):
             return
         length += len(message["body"])
         more = message["more_body"]
+    if scope["path"] == "/stall":
+        time.sleep(STALL)  # noqa: ASYNC251 - the loop itself must stop
     content = bytes(64 << 20) if scope["path"] == "/large" else b"%d" % length
     fields = [(b"content-length", b"%d" % len(content))]
     await send({"type": "http.response.start", "status": 200, "headers": fields})
@@ -231,6 +238,15 @@ def test_a_body_that_is_slow_but_fast_enough_is_taken(connect):
 
 
 @pytest.mark.slow
+def test_clients_are_not_blamed_when_the_server_stalls(connect):
+    begun = connect(POST + b"Content-Length: 6\r\n\r\nabc")
+    stalling = connect(GET.replace(b"/", b"/stall", 1))
+    assert stalling.recv(1000).startswith(b"HTTP/1.1 200")
+    time.sleep(0.1)
+    begun.sendall(b"def")
+    assert begun.recv(1000).endswith(b"6")
+
+
 def test_whoever_does_not_read_the_answer_is_disconnected(connect):
     connection = connect(b"GET /large HTTP/1.1\r\nHost: test\r\n\r\n")
     time.sleep(2)
