@@ -17,6 +17,7 @@ def architecture():
     return module
 
 
+@pytest.mark.slow
 def test_the_picture_is_current(architecture):
     current = PROGRAM.with_suffix(".svg").read_text() == architecture.draw_architecture()
     assert current, "docs/pictures/architecture.svg is out of date: run `make architecture`"
@@ -40,6 +41,7 @@ def test_imports_of_all_forms_are_found(architecture, tmp_path):
     }
 
 
+@pytest.mark.slow
 def test_only_imports_that_follow_from_others_are_left_out(architecture):
     imports = {"a": {"b", "c"}, "b": {"c"}, "c": set()}
     assert architecture.reduce_transitively(imports) == {"a": {"b"}, "b": {"c"}, "c": set()}

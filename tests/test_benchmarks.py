@@ -272,6 +272,7 @@ class TestMeasures:
 
 
 class TestPictures:
+    @pytest.mark.slow
     def test_a_sphere_is_a_disc_in_its_own_colours(self):
         mesh = sphere(2000)
         image = picture(mesh, View(mesh, width=120))

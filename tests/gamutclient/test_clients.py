@@ -132,6 +132,7 @@ def test_api_keys(start_server):
     assert caught.value.status == 401
 
 
+@pytest.mark.slow
 class TestRetries:
     def test_a_busy_service_is_asked_again(self, scripted):
         assert answered(scripted, BUSY, BUSY, FOUND) == [{"slug": "srgb"}]

@@ -18,6 +18,7 @@ def hue(points):
     return np.arctan2(points[..., 2], points[..., 1])
 
 
+@pytest.mark.slow
 class TestBoth:
     def test_shapes_follow_the_colours(self, press):
         assert press.contains((50, 0, 0)).shape == ()

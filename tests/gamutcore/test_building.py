@@ -148,8 +148,11 @@ class TestDescription:
         assert lightest == pytest.approx(100, abs=0.5)
         assert 350_000 < fogra39_gamut.description["volume"] < 500_000
 
-    def test_memory_is_the_historys(self, fogra39_gamut):
-        assert fogra39_gamut.nbytes == fogra39_gamut.history.nbytes > 0
+    def test_memory_is_the_historys_and_that_of_levels_in_use(self):
+        gamut = Gamut(np.random.default_rng(1).uniform(0, 100, (200, 3)))
+        assert gamut.nbytes == gamut.history.nbytes > 0
+        gamut.contains([50.0, 0.0, 0.0])
+        assert gamut.nbytes > gamut.history.nbytes
 
 
 def attempt(action):
@@ -174,6 +177,7 @@ class TestBuild:
         assert gamut.description["area"] == pytest.approx(2 * np.sqrt(3) * (40 * np.sqrt(2)) ** 2)
         assert_every_level(gamut.history.levels(), gamut.description["centre"])
 
+    @pytest.mark.slow
     def test_says_of_all_levels_whether_they_have_the_volume(self):
         """In thin bodies, levels that are not on the error curve may change the volume."""
         said = set()

@@ -105,6 +105,7 @@ class TestFile:
 
     @settings(max_examples=150)
     @given(place=st.floats(0, 1, exclude_max=True), flip=st.integers(1, 255))
+    @pytest.mark.slow
     def test_a_changed_byte_of_the_header_is_refused_or_read(self, small_gamut, place, flip):
         data = bytearray(small_gamut.to_bytes())
         data[int(place * (8 + int.from_bytes(data[:8], "little")))] ^= flip

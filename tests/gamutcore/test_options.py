@@ -350,6 +350,7 @@ def test_an_unknown_name(name):
         max_size=3,
     )
 )
+@pytest.mark.slow
 def test_any_json_is_options_or_a_named_error(mapping):
     try:
         options = Options.from_mapping(mapping)
@@ -407,6 +408,7 @@ def test_limits_of_ink_that_are_given_are_part_of_the_question():
 
 
 @given(st.sampled_from(sorted(SPACES)), VALID)
+@pytest.mark.slow
 def test_a_space_and_its_parameters_survive_json(name, mapping):
     options = Options.from_mapping({**mapping, "space": name})
     again = Options.from_mapping(json.loads(json.dumps(options.to_mapping())))

@@ -196,6 +196,7 @@ class TestProbes:
         assert all(made.ready for made in asyncio.run(asked()))
         assert looks == [1]
 
+    @pytest.mark.slow
     def test_one_that_hangs_makes_one_answer_late_and_takes_one_thread(self, monkeypatch):
         monkeypatch.setattr(readiness, "TIMEOUT_SECONDS", 0.2)
         looks, hanging = [], threading.Event()

@@ -101,6 +101,7 @@ def test_boundaries_of_wild_maps_are_valid(channels, strength, phase, top):
 
 @settings(max_examples=30)
 @given(st.floats(0, 0.1), PHASES)
+@pytest.mark.slow
 def test_smooth_cubes_are_taken_as_they_are(strength, phase):
     points, _, faces = sampled(3, lambda values: bent(values, strength, phase), 2000)
     boundary = device_surface_boundary(points, faces)

@@ -315,6 +315,7 @@ class TestAnything:
         gamma=st.sampled_from([0.01, 0.2, 1.0]),
         centre=st.one_of(st.just("auto"), st.tuples(NASTY, NASTY, NASTY)),
     )
+    @pytest.mark.slow
     def test_of_awkward_numbers(self, assert_every_invariant, points, gamma, centre):
         assert_valid_or_named(points, gamma, centre, assert_every_invariant)
 

@@ -113,6 +113,7 @@ class TestDefinition:
             again = modified_convex_hull(points[boundary.sources], gamma, boundary.centre)
             assert again.mesh.volume == pytest.approx(boundary.mesh.volume, rel=1e-4)
 
+    @pytest.mark.slow
     def test_with_a_segment_for_each_colour_it_is_the_modified_hull(self, random_cloud):
         points = random_cloud(43, 300)
         boundary = usv(points, "icosahedron", 7, 0.2)

@@ -54,6 +54,7 @@ def cube_volume(colours, steps=150):
 
 @given(SEEDS)
 @FEW
+@pytest.mark.slow
 def test_the_gamut_of_a_smooth_map_has_the_volume_of_its_cube(seed):
     colours = smooth(seed, 0.08)
     found = wrapped(colours, 20_000)
@@ -66,6 +67,7 @@ def test_the_gamut_of_a_smooth_map_has_the_volume_of_its_cube(seed):
 
 @given(SEEDS)
 @FEW
+@pytest.mark.slow
 def test_the_gamut_of_a_folded_map_is_valid_and_says_what_is_hidden(seed):
     found = wrapped(smooth(seed, 0.5))
     mesh, centre = found.boundary.mesh, found.boundary.centre
@@ -82,6 +84,7 @@ def test_the_gamut_of_a_folded_map_is_valid_and_says_what_is_hidden(seed):
 
 @given(SEEDS)
 @FEW
+@pytest.mark.slow
 def test_the_gamut_of_a_clipped_map_is_as_large_as_its_surface(seed):
     """Colours beyond a plane are moved into it, which makes whole areas of faces flat or equal."""
     bent = smooth(seed, 0.08)

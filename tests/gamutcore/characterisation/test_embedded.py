@@ -189,6 +189,7 @@ def test_a_packed_text_without_end_is_refused(made_profile, monkeypatch):
         ("display/Acer_XB271HU.icc", 2068, 3),  # data/README.md: 2068 measured patches
     ],
 )
+@pytest.mark.slow
 def test_real_profiles(shared_data, file, patches, channels):
     profile = characterisation((shared_data / file).read_bytes())
     samples = measurements_of(profile)

@@ -117,6 +117,7 @@ trees = st.recursive(
 
 
 @given(trees)
+@pytest.mark.slow
 def test_any_document_gives_samples_or_a_named_error(tree):
     try:
         samples = json_samples(json.dumps(tree))

@@ -64,6 +64,7 @@ def test_export_writes_meshes_by_the_suffix(command, saved, small_gamut, tmp_pat
     assert "no device values" in err
 
 
+@pytest.mark.slow
 def test_envelopes_are_of_the_full_boundary(command, tmp_path):
     path = tmp_path / "display.cge"
     source = "examples/Panasonic-TV.icc"
@@ -73,6 +74,7 @@ def test_envelopes_are_of_the_full_boundary(command, tmp_path):
     assert path.read_text().count("\n") == 602 + 14
 
 
+@pytest.mark.slow
 def test_export(command, as_json, saved, small_gamut, tmp_path):
     level = small_gamut.mesh(20)
     rows = list(csv.DictReader(io.StringIO(command("export", saved, "--triangles", 20)[0])))

@@ -57,6 +57,7 @@ def test_the_bands_are_those_of_astm_e308():
     np.testing.assert_allclose(plausibility._BANDS.T, weights / weights[:, 1].sum(), atol=1e-3)
 
 
+@pytest.mark.slow
 def test_colour_science_is_not_imported():
     """Its import takes a second, which builds from CIELAB do not need otherwise."""
     code = (

@@ -120,6 +120,7 @@ def test_absolute_colours_of_prints_stay_relative_to_d50(shared_data):
     assert profile_colours(profile, np.zeros((1, 4)), "absolute").own_values is None
 
 
+@pytest.mark.slow
 def test_a_display_and_its_own_measurements_are_of_one_size_in_absolute_colours(shared_data):
     """Compared with relative colours, which do not depend on the treatment of the white."""
     profile = characterisation((shared_data / "display" / "Acer_XB271HU.icc").read_bytes())

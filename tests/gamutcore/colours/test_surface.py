@@ -40,6 +40,7 @@ def test_the_surface_of_a_press(fogra39):
     json.dumps(provenance, allow_nan=False)
 
 
+@pytest.mark.slow
 def test_the_model_agrees_with_the_profile_of_the_same_press(shared_data, fogra39):
     profile = characterisation((shared_data / "press" / "ISOcoated_v2_300_bas.icc").read_bytes())
     surface = surface_colours(characterisation(fogra39), intent="absolute", surface_samples=10_000)
@@ -243,6 +244,7 @@ def test_too_few_samples_for_the_faces_are_told_as_such(names):
     )
 
 
+@pytest.mark.slow
 def test_too_many_faces_are_told_as_such():
     """14 inks have C(14, 2)·2^12 = 372,736 two-dimensional faces."""
     inks = (np.arange(1 << 14)[:, np.newaxis] >> np.arange(14)) & 1
@@ -256,6 +258,7 @@ def test_too_many_faces_are_told_as_such():
     assert said == "Only the 16384 corners of the device cube were sampled; its faces are too many."
 
 
+@pytest.mark.slow
 def test_an_ink_limit_holds_on_a_complete_grid():
     rows = rgb_cube(20, lambda device: lab(1 - device)).tolist()
     samples = characterisation(document("CMY_C CMY_M CMY_Y L a b", rows))

@@ -3,6 +3,7 @@
 import heapq
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -65,6 +66,7 @@ def test_some_of_the_edges_may_be_queued_in_any_order(priorities, random):
         max_size=120,
     )
 )
+@pytest.mark.slow
 def test_any_sequence_of_changes_is_that_of_a_dictionary(changes):
     queue, queued = empty_queue(25), {}
     for change, edge, priority in changes:
@@ -84,6 +86,7 @@ def test_any_sequence_of_changes_is_that_of_a_dictionary(changes):
 
 
 @given(st.permutations(range(30)))
+@pytest.mark.slow
 def test_the_order_of_departure_does_not_depend_on_the_order_of_arrival(order):
     queue = empty_queue(30)
     for edge in order:

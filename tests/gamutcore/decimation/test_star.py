@@ -127,6 +127,7 @@ class TestLink:
 class TestStarShape:
     @settings(max_examples=20)
     @given(seed=st.integers(0, 10**6))
+    @pytest.mark.slow
     def test_is_kept_where_all_new_determinants_are_positive(self, surface_from, bumpy_mesh, seed):
         positions, faces = bumpy_mesh(seed, 30)
         surface = surface_from(positions, faces)
@@ -224,6 +225,7 @@ def deepest(normals):
 class TestInnerDirection:
     @settings(max_examples=150)
     @given(seed=st.integers(0, 10**6), sides=st.integers(3, 12), spread=st.floats(0.05, 3.0))
+    @pytest.mark.slow
     def test_agrees_with_linear_programming(self, seed, sides, spread):
         """A perturbed ring around the z axis, seen from the centre."""
         random = np.random.default_rng(seed)

@@ -94,6 +94,7 @@ def _on_face(axis, end, u, v):
     return tuple(point)
 
 
+@pytest.mark.slow
 def test_three_inks_are_the_complement():
     cells = ["CMY_C,CMY_M,CMY_Y,LAB_L,LAB_A,LAB_B"]
     for c, m, y in np.ndindex(3, 3, 3):

@@ -31,6 +31,7 @@ def written(level, kind, provenance):
 
 
 class TestValidity:
+    @pytest.mark.slow
     def test_khronos_validator_finds_nothing(self, gltf_report, written, level):
         report = gltf_report(written)
         assert report["issues"]["numErrors"] == 0, report["issues"]["messages"]

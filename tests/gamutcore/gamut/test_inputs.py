@@ -219,6 +219,7 @@ def test_an_ink_limit_takes_a_part_of_the_gamut_away(fogra39):
     assert 0.75 < without_black.description["volume"] / volumes[3] < 0.85
 
 
+@pytest.mark.slow
 def test_provenance_of_a_profile_says_all_that_went_in(shared_data):
     data = (shared_data / "oracle" / "Ref-ECG-CMYKOGV_FOGRA55_TAC300.icc").read_bytes()
     gamut = Gamut(
@@ -261,6 +262,7 @@ class TestMesh:
             assert gamut.description["centre"] == centre
         assert full.validity(gamut.description["centre"]).is_gamut
 
+    @pytest.mark.slow
     def test_the_description_has_only_options_that_apply(self, fogra39_gamut):
         data = mesh_file(fogra39_gamut.history.level(100), "ply")
         gamut = Gamut(data, cost="quadric")

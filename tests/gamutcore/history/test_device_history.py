@@ -432,6 +432,7 @@ class TestDamage:
             assert (values.values >= 0).all()
             assert (values.values <= 1).all()
 
+    @pytest.mark.slow
     def test_damage_is_found_when_a_level_is_read(self, fogra39):
         built = Gamut(fogra39, surface_samples=1000)
         data = built.to_bytes()

@@ -335,6 +335,7 @@ class TestDamage:
 class TestReaderInJavaScript:
     """A JavaScript reader, written from docs/history-format.md, returns the same levels."""
 
+    @pytest.mark.slow
     def test_every_level_of_small_histories(
         self, javascript_levels, small_history, shifting_history, first_levels, note
     ):

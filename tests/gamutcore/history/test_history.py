@@ -143,6 +143,7 @@ class TestArrays:
             assert slot in fine.faces[-1]
             assert slot in fine.faces[-2]
 
+    @pytest.mark.slow
     def test_reruns_are_bit_identical(self, fogra39_boundary, fogra39_quadric):
         boundary = fogra39_boundary
         again = build_history(decimate(boundary.mesh, boundary.centre, "quadric"))

@@ -94,6 +94,7 @@ def history_of_first(slots, splits):
 
 @settings(max_examples=300)
 @given(stream=st.binary(max_size=200), dense=st.booleans())
+@pytest.mark.slow
 def test_any_bits_give_valid_levels(stream, dense):
     """All splits before the faulty one are valid. Bits that are mostly ones code small numbers."""
     if dense:

@@ -56,6 +56,7 @@ def index_files(folder):
     return sorted(folder.rglob("*.nbi"))
 
 
+@pytest.mark.slow
 def test_lies_beside_the_source(module, tmp_path, monkeypatch):
     monkeypatch.setattr(config, "CACHE_DIR", "")
     first = module().double

@@ -113,6 +113,7 @@ def test_a_long_compilation_is_announced_and_a_short_one_is_not(caplog, monkeypa
     assert caplog.messages == []
 
 
+@pytest.mark.slow
 def test_runs_as_plain_python_where_compilation_is_disabled():
     code = """
 import types

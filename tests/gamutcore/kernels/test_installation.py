@@ -74,6 +74,7 @@ def test_a_compilation_ends_with_the_process_that_wants_it():
 
 
 @EMPTY
+@pytest.mark.slow
 def test_loading_takes_all_signatures_from_the_cache():
     def double(x):
         return 2 * x

@@ -77,6 +77,7 @@ def test_it_does_not_matter_where_one_starts_or_how_one_walks(cones):
         np.testing.assert_allclose(found, expected, atol=1e-10)
 
 
+@pytest.mark.slow
 def test_a_face_over_thousands_of_others_is_cut_into_all_of_them(icosphere):
     """An octant above a fine sphere gives pieces with many corners, and fills the stack."""
     sphere = icosphere(5)

@@ -52,6 +52,7 @@ def difference_from_full(fogra39_history):
     return compare
 
 
+@pytest.mark.slow
 class TestOfFogra39:
     @pytest.mark.slow
     def test_mismatch_is_within_its_bounds_of_that_against_the_full_boundary(
@@ -155,6 +156,7 @@ class TestOfAnything:
                 assert distances.mean <= distances.maximum <= level.distance_bound
 
     @pytest.mark.parametrize("cost", sorted(COSTS))
+    @pytest.mark.slow
     def test_mismatch_is_no_less_than_the_volumes_differ_by(self, icosphere, cost):
         """Levels of a spiky body lose spikes one by one, and so do the references of the curve."""
         ball = icosphere(3)
@@ -229,6 +231,7 @@ class TestDescription:
         }
 
     @given(st.floats(0, 1e6))
+    @pytest.mark.slow
     def test_bounds_are_never_rounded_down(self, value):
         error = LevelError(4, 1.0, value, value, value, Distances(0, value), Distances(0, value))
         described = json.loads(json.dumps(error.to_mapping()))

@@ -71,6 +71,7 @@ class TestCounting:
             unique=True,
         )
     )
+    @pytest.mark.slow
     def test_parts_that_share_sides_share_no_voxel_and_leave_none_out(self, locations):
         """Corners and sides of cones from the centre to the faces pass through voxel centres."""
         corners = [(x, y, z) for x in (-4.5, 4.5) for y in (-3.5, 3.5) for z in (-2.5, 2.5)]

@@ -27,6 +27,7 @@ def evidence_of(history, triangles, limit):
 
 
 @pytest.mark.parametrize("limit", [0.5, 2.0, 8.0])
+@pytest.mark.slow
 def test_points_reject_the_levels_that_they_are_far_from(
     small_history, counts, distances_to, limit
 ):

@@ -17,10 +17,12 @@ COORDINATE = st.one_of(
 class TestContains:
     @settings(max_examples=300, deadline=None)
     @given(point=st.tuples(COORDINATE, COORDINATE, COORDINATE))
+    @pytest.mark.slow
     def test_of_a_cube_is_a_comparison_of_coordinates(self, cube, point):
         (found,) = contains([point], cube)
         assert found == (max(map(abs, point)) <= 1)
 
+    @pytest.mark.slow
     def test_near_edges_vertices_and_faces_is_what_rational_arithmetic_says(
         self, rough, exact_inside
     ):

@@ -78,6 +78,7 @@ class TestCrossings:
             found = crossings(start[different], end[different], index, kind)
             check(found, start[different], end[different], index, kind)
 
+    @pytest.mark.slow
     def test_are_those_that_rational_arithmetic_finds(self, rough, orientation_of, kind):
         level = vertices, faces, _ = rough(11, 30, 0.6)
         index = build_index(*level)
@@ -128,6 +129,7 @@ class TestCrossings:
         assert found.points.shape == (0, 3)
 
 
+@pytest.mark.slow
 def test_many_crossings_of_few_lines_find_room(rough):
     """The arrays start with room for 64 crossings and one more for each line."""
     index = build_index(*rough(5, 30_000, 0.9))

@@ -56,6 +56,7 @@ class TestCuspPoints:
 
     @settings(max_examples=200, deadline=None)
     @given(vertex=st.integers(0, 59), end=st.integers(0, 59))
+    @pytest.mark.slow
     def test_at_the_hue_of_a_vertex_is_at_least_its_chroma(self, rough, vertex, end):
         vertices, faces, _ = rough(3, 60)
         # the axis goes through a vertex

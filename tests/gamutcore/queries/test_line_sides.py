@@ -20,6 +20,7 @@ def plain(values):
 
 
 class TestExactSides:
+    @pytest.mark.slow
     def test_determinants_and_directions_are_those_of_rational_numbers(self, index, orientation_of):
         """det(end − start, p − start, q − start) is the orientation of end, p, q from start."""
         random, terms = np.random.default_rng(5), np.empty(TERMS)
@@ -61,6 +62,7 @@ class TestExactSides:
 
 
 class TestIsBelow:
+    @pytest.mark.slow
     def test_agrees_with_rational_numbers_next_to_the_plane(self, index, orientation_of):
         random, terms = np.random.default_rng(7), np.empty(TERMS)
         for face in range(len(index.faces)):

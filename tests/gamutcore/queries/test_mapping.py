@@ -127,6 +127,7 @@ class TestAllClips:
 
 
 class TestClips:
+    @pytest.mark.slow
     def test_hue_is_the_nearest_point_of_the_section(self, level, colours):
         found = map_colours(colours[:150], level, "clip-hue")
         rows = np.flatnonzero(found.moved)

@@ -82,6 +82,7 @@ class TestNearest:
 
     @settings(max_examples=200, deadline=None)
     @given(point=st.tuples(COORDINATE, COORDINATE, COORDINATE))
+    @pytest.mark.slow
     def test_of_a_cube_is_a_comparison_of_coordinates(self, cube, point):
         found = nearest([point], cube)
         clipped = np.clip(point, -1, 1)

@@ -78,6 +78,7 @@ class TestNearestCiede2000:
             alone = nearest_ciede2000(colours[row : row + 1], index)
             assert abs(alone.distance[0] - together.distance[row]) < 1e-6
 
+    @pytest.mark.slow
     def test_neutral_colours_and_opposite_hues(self, rough):
         """The white and the black end are the nearest of many colours."""
         level = rough(36, 120, 0.1)

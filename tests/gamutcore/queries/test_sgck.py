@@ -35,6 +35,7 @@ def sigmoid(lightness, chroma, low, high, darkest, lightest):
 
 class TestSgck:
     @pytest.mark.parametrize("radius", [38, 30])
+    @pytest.mark.slow
     def test_of_spheres_is_what_the_equations_say(self, rough, radius):
         """Facets of 30,000 points are within 0.03 of the spheres, and the poles of them."""
         level, _ = sphere(rough, radius / 40)
@@ -77,6 +78,7 @@ class TestSgck:
             expected = (focus + u * distance, v * distance)
             assert (result[0], math.hypot(*result[1:])) == pytest.approx(expected, abs=0.01)
 
+    @pytest.mark.slow
     def test_keeps_hue_and_order_and_stays_in_gamut(self, rough):
         level, _ = sphere(rough, 0.8)
         source, _ = sphere(rough, SOURCE_SCALE)
@@ -91,6 +93,7 @@ class TestSgck:
         lightness = map_colours(greys, level, "sgck", source=source).points[:, 0]
         assert (np.diff(lightness) > 0).all()
 
+    @pytest.mark.slow
     def test_lightness_of_white_and_black_is_that_of_the_gamut(self, rough):
         level, radius = sphere(rough, 0.8)
         source, wide = sphere(rough, SOURCE_SCALE)

@@ -59,6 +59,7 @@ def test_levels_keep_their_limits_and_looser_limits_have_no_more_triangles(histo
 
 
 @pytest.mark.parametrize("side", SIDES)
+@pytest.mark.slow
 def test_the_order_of_the_questions_does_not_matter(small_history, side):
     for limits in (LIMITS, LIMITS[::-1]):
         search = SidedSearch(small_history.triangles, side)

@@ -63,6 +63,7 @@ async def begun(builds, job_id=JOB):
             await asyncio.sleep(0.01)
 
 
+@pytest.mark.slow
 def test_a_job_is_durable_before_it_is_accepted_and_waited_for(deployment):
     async def scenario():
         async with deployment.replica() as builds:
@@ -78,6 +79,7 @@ def test_a_job_is_durable_before_it_is_accepted_and_waited_for(deployment):
     run(scenario())
 
 
+@pytest.mark.slow
 def test_200_identical_requests_are_one_build(deployment, scripted_worker):
     async def scenario():
         async with deployment.replica(build_queue=1) as builds:
@@ -104,6 +106,7 @@ def test_200_identical_requests_to_three_replicas_are_one_build(deployment, scri
     assert scripted_worker.begun() == 1
 
 
+@pytest.mark.slow
 def test_who_submitted_may_leave(deployment):
     async def scenario():
         async with deployment.replica() as builds:
@@ -232,6 +235,7 @@ def test_a_damaged_gamut_is_built_again_from_its_input(deployment, tmp_path, scr
 
 
 @pytest.mark.parametrize("when", ["before the start", "after it"])
+@pytest.mark.slow
 def test_a_job_whose_document_is_damaged_is_built_from_its_input(deployment, tmp_path, when):
     def damage():
         (path,) = (tmp_path / "store" / "jobs").rglob("*.job")
@@ -335,6 +339,7 @@ def test_what_was_accepted_survives_the_process(deployment):
     run(scenario())
 
 
+@pytest.mark.slow
 def test_an_end_that_cannot_be_written_down_is_told_to_those_who_wait(deployment, monkeypatch):
     def fails(*_arguments):
         raise OSError(28, "No space left on device")
@@ -397,6 +402,7 @@ def test_finished_jobs_are_paged_and_forgotten_with_inputs_nobody_needs(deployme
     run(scenario())
 
 
+@pytest.mark.slow
 def test_the_input_of_a_forgotten_job_stays_for_one_that_came_after_it(deployment, monkeypatch):
     job = "b" * 64
     deployment.book.accept(job, OPTIONS)

@@ -60,6 +60,7 @@ def test_what_is_queued_is_done_and_every_change_told(run_scenario, accept, stor
     assert store.content("a" * 64)[1] == b'{"gamma": 1}'
 
 
+@pytest.mark.slow
 def test_what_is_queued_twice_is_done_once(run_scenario, accept, scripted_worker):
     async def scenario(engine, told):
         document = accept("0.2")
@@ -72,6 +73,7 @@ def test_what_is_queued_twice_is_done_once(run_scenario, accept, scripted_worker
     run_scenario(scenario)
 
 
+@pytest.mark.slow
 def test_an_idle_worker_that_dies_is_replaced_at_once(run_scenario, accept):
     async def scenario(engine, told):
         await engine.enqueue(accept("build"))
@@ -183,6 +185,7 @@ def test_stopping_lets_what_runs_finish_and_leaves_the_rest_to_the_next(run_scen
     run_scenario(next_scenario)
 
 
+@pytest.mark.slow
 def test_what_does_not_finish_in_time_is_given_back(run_scenario, accept, book):
     pids = []
 
@@ -261,6 +264,7 @@ def test_a_job_that_took_the_service_down_too_often_is_not_tried_again(
     assert (document.state, scripted_worker.begun()) == ("failed", 1)
 
 
+@pytest.mark.slow
 def test_a_worker_that_cannot_start_is_not_warm_and_costs_no_attempt(run_scenario, accept, book):
     async def scenario(engine, _told):
         await engine.enqueue(accept("build"))

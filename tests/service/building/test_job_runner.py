@@ -143,6 +143,7 @@ def test_what_exceeds_a_limit_is_ended_once_and_the_next_is_built(
 
 
 @pytest.mark.parametrize("text", ["die", "garble"])
+@pytest.mark.slow
 def test_an_input_that_kills_every_process_is_given_up_after_three(
     runner, accept, scripted_worker, reports, text
 ):
@@ -157,6 +158,7 @@ def test_an_input_that_kills_every_process_is_given_up_after_three(
     assert one.run("b" * 64).state == "succeeded"
 
 
+@pytest.mark.slow
 def test_a_build_whose_process_died_is_begun_again(runner, accept):
     accept("die-until 3")
     outcome = runner().run(JOB)
@@ -210,6 +212,7 @@ def test_a_build_that_fails_too_late_leaves_the_input_to_the_job_that_came_after
     assert store.input_kept(JOB)
 
 
+@pytest.mark.slow
 def test_a_build_that_was_cancelled_elsewhere_is_ended_by_the_next_heartbeat(runner, accept, book):
     accept("hang")
     timer = threading.Timer(0.3, book.request_cancel, [JOB])

@@ -86,6 +86,7 @@ def test_builds_follow_one_another_in_one_process(process, result):
     assert process.alive
 
 
+@pytest.mark.slow
 def test_the_deadline_ends_the_process(process, result):
     clock = time.monotonic()
     with pytest.raises(BuildTimeoutError):
@@ -95,6 +96,7 @@ def test_the_deadline_ends_the_process(process, result):
     assert is_gone(process.pid)
 
 
+@pytest.mark.slow
 def test_a_build_that_fills_the_memory_is_ended_in_time(process, result):
     limit = process.private_bytes() + 100 * MEBIBYTE
     seen = []
@@ -163,6 +165,7 @@ def test_starting_can_be_given_up():
     assert is_gone(process.pid)
 
 
+@pytest.mark.slow
 def test_a_stopped_process_holds_nobody_up(process, result):
     os.kill(process.pid, signal.SIGSTOP)
     with pytest.raises(BuildTimeoutError):
@@ -170,6 +173,7 @@ def test_a_stopped_process_holds_nobody_up(process, result):
     assert is_gone(process.pid)
 
 
+@pytest.mark.slow
 def test_only_what_was_touched_and_belongs_to_the_process_counts(tmp_path):
     size = 64 << 20
     (tmp_path / "file").write_bytes(bytes(size))

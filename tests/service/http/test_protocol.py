@@ -10,6 +10,8 @@ import uvicorn
 
 from service.http.protocol import ConnectionLimits, limited_protocol
 
+pytestmark = pytest.mark.slow
+
 GET = b"GET / HTTP/1.1\r\nHost: test\r\n\r\n"
 POST = b"POST / HTTP/1.1\r\nHost: test\r\n"
 

@@ -193,7 +193,7 @@ class Book(RuleBasedStateMachine):
         self.last = document
 
 
-TestInterleavings = Book.TestCase
+TestInterleavings = pytest.mark.slow(Book.TestCase)
 TestInterleavings.settings = settings(max_examples=150, stateful_step_count=30, deadline=None)
 
 

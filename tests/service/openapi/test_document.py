@@ -25,6 +25,7 @@ def contents(operation):
     return [content for body in bodies for content in body.get("content", {}).values()]
 
 
+@pytest.mark.slow
 def test_the_committed_document_is_what_the_app_generates():
     assert COMMITTED.read_text() == openapi_document()
 

@@ -170,6 +170,7 @@ def test_other_files_are_refused(content):
     assert caught.value.problem.code == "invalid-body"
 
 
+@pytest.mark.slow
 def test_too_many_rows_are_refused_before_they_are_decoded():
     most = FORMS[JSON].most_rows
     assert parse({"colours": [[1, 2, 3]] * most}).rows == most

@@ -27,6 +27,7 @@ def run(filled_store, built):
     return run_scenario
 
 
+@pytest.mark.slow
 def test_a_level_is_indexed_once_and_then_at_hand(run):
     async def scenario(library, levels, opened):
         request = LevelRequest(100)

@@ -92,6 +92,7 @@ def test_what_does_not_answer_is_no_proof(local):
     local.open()
 
 
+@pytest.mark.slow
 def test_a_directory_is_checked_from_the_command_line(tmp_path, capsys):
     assert main(["store", "check", str(tmp_path)]) == 0
     output = capsys.readouterr().out
@@ -106,6 +107,7 @@ def test_a_bucket_is_checked_from_the_command_line(address, capsys, monkeypatch)
     assert "The store is suitable." in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_bucket_that_is_not_there_fails(address, capsys):
     address("s3")
     assert main(["store", "check", "s3://no-such-bucket"]) == 1

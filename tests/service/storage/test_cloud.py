@@ -277,6 +277,7 @@ def test_wrong_credentials_are_refused_without_telling_them(azure, monkeypatch, 
         assert "http" not in text
 
 
+@pytest.mark.slow
 def test_scratch_files_go_with_their_process_however_it_ends(address, tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     where = address("s3")

@@ -23,6 +23,7 @@ sys.stdin.read()
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux has /proc")
+@pytest.mark.slow
 def test_memory_and_time_of_children_are_told_and_time_is_kept():
     before = descendants_usage()
     with subprocess.Popen(

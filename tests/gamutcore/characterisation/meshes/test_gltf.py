@@ -220,6 +220,7 @@ def paths(value, path=()):
 
 
 @given(st.data(), JSON_VALUE)
+@pytest.mark.slow
 def test_any_value_anywhere_gives_a_mesh_or_a_named_error(data, value):
     path = data.draw(st.sampled_from(list(paths(document()))))
     try:

@@ -36,6 +36,7 @@ def test_parts_are_joined(noise, channels, bits):
 
 
 @pytest.mark.parametrize(("channels", "bits"), [(3, 8), (3, 16), (4, 16)])
+@pytest.mark.slow
 def test_too_many_values_are_represented_by_one_of_each_cell(noise, channels, bits):
     pixels = noise(20_000, channels, bits=bits)
     found = distinct_values([pixels], len(pixels), channels, bits, most=3000)

@@ -85,6 +85,7 @@ def test_every_two_dimensional_face_is_covered_once(channels, total):
     st.lists(st.floats(0, 0.4), min_size=5, max_size=5),
     st.lists(st.floats(0.5, 1), min_size=5, max_size=5),
 )
+@pytest.mark.slow
 def test_patches_lie_within_and_on_the_surface(channels, total, low, high):
     cube = InkCube(np.array(low[:channels]), np.array(high[:channels]), sum(low[:channels]) + total)
     corners = surface_patches(cube).corners
@@ -120,6 +121,7 @@ def test_axes_say_which_channel_changes_alone():
                 np.testing.assert_allclose(change, np.tile(np.eye(4)[axis], (2, 1)), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_no_more_than_are_wanted():
     assert surface_patches(unit(15), 1000) is None
     assert len(surface_patches(unit(4), 24).corners) == 24

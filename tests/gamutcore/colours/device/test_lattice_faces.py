@@ -3,6 +3,7 @@ from __future__ import annotations
 from collections import Counter
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -53,6 +54,7 @@ def triangulate(layout):
 
 
 @given(layout=layouts())
+@pytest.mark.slow
 def test_each_patch_is_covered_once_without_t_junctions(layout):
     points, faces, labels = triangulate(layout)
     assert np.array_equal(np.unique(faces), np.arange(len(points)))  # every point is used

@@ -95,6 +95,7 @@ def test_held_out_patches_of_a_real_press(fogra39):
     assert scattered_model(device, lab).leave_out_errors.mean() == pytest.approx(0.13, abs=0.01)
 
 
+@pytest.mark.slow
 def test_the_fit_does_not_depend_on_the_number_of_blas_threads():
     """A rerun gives the same model, bit for bit, with any number of BLAS threads."""
     device, colours = scattered(1500, 4)

@@ -38,6 +38,7 @@ def bent(device):
     st.integers(8, 4000),
     st.one_of(st.none(), st.floats(0.1, 6)),
 )
+@pytest.mark.slow
 def test_points_are_on_the_surface_and_no_more_than_asked_for(channels, wanted, total):
     cube = unit(channels, total)
     surface = device_surface(cube, bent, wanted)
@@ -154,6 +155,7 @@ def test_more_accurate_than_as_many_uniform_points(
         )
     )
 )
+@pytest.mark.slow
 def test_distinct_rows_are_those_of_numpy(rows):
     distinct, places = distinct_rows(np.array(rows))
     expected, inverse = np.unique(np.array(rows), axis=0, return_inverse=True)

@@ -124,6 +124,7 @@ class TestThereAndBack:
         st.sampled_from(sorted(SPACES)),
         arrays.arrays(float, (4, 3), elements=st.floats(-1e6, 1e6)),
     )
+    @pytest.mark.slow
     def test_whatever_is_sent_is_finite_or_refused(self, name, lab):
         with contextlib.suppress(InvalidPointsError):
             coordinates, moved = ColourSpace(name).coordinates(lab)

@@ -73,6 +73,7 @@ class TestKnownColours:
 
 
 @given(st.lists(LAB, min_size=1, max_size=20))
+@pytest.mark.slow
 def test_all_colours_are_those_of_colour_science(displayed, lab):
     points = np.array(lab)
     np.testing.assert_allclose(linear_srgb(points), displayed(points, encoded=False), atol=2e-6)
@@ -80,6 +81,7 @@ def test_all_colours_are_those_of_colour_science(displayed, lab):
 
 
 @given(st.lists(LAB, min_size=1, max_size=10))
+@pytest.mark.slow
 def test_encoding_changes_no_order(lab):
     """Both transfer functions ascend from 0 to 1."""
     linear, encoded = linear_srgb(np.array(lab)), srgb(np.array(lab))

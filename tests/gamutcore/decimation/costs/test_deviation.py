@@ -59,6 +59,7 @@ def total(by_hand, all_samples, points_of):
 
 @settings(max_examples=10)
 @given(seed=st.integers(0, 10**6))
+@pytest.mark.slow
 def test_the_change_by_a_collapse_is_that_of_the_sum(deviating, total, faces_left, ends_of, seed):
     deviation, surface = deviating(seed)
     _, faces = faces_left(surface)
@@ -88,6 +89,7 @@ def test_the_change_by_a_collapse_is_that_of_the_sum(deviating, total, faces_lef
 
 @settings(max_examples=10)
 @given(seed=st.integers(0, 10**6))
+@pytest.mark.slow
 def test_the_change_by_a_move_is_that_of_the_sum(deviating, total, faces_left, seed):
     deviation, surface = deviating(seed)
     _, faces = faces_left(surface)
@@ -165,6 +167,7 @@ def lantern(sides, rows):
 
 
 @pytest.mark.parametrize("more", [0, 1, 200])
+@pytest.mark.slow
 def test_links_longer_than_the_limit_are_not_evaluated(
     surface_from, corner_of, total, faces_left, more
 ):

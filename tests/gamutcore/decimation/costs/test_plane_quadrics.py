@@ -68,6 +68,7 @@ def test_the_error_is_the_sum_over_the_planes_of_both_ends(
 
 @settings(max_examples=10)
 @given(seed=st.integers(0, 10**6))
+@pytest.mark.slow
 def test_the_optimum_is_where_the_gradient_vanishes(
     bumpy_mesh, edges_of, corner_of, seed, stage_of
 ):

@@ -169,6 +169,7 @@ def test_samples_taken_earlier_are_found_at_any_level(
     assert loose.weight[samples].sum() == pytest.approx(whole, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_samples_are_assigned_where_walks_cycle(surface_from, faces_left, assert_in_their_faces):
     """A fan of slivers around an axis, where walks from some faces cycle."""
     random = np.random.default_rng(5)

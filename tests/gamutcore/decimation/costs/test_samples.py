@@ -63,6 +63,7 @@ def test_sums_over_samples_integrate_linear_functions(bumpy_mesh, surface_from, 
 
 @settings(max_examples=20)
 @given(seed=st.integers(0, 10**6), part=st.floats(0.05, 0.95))
+@pytest.mark.slow
 def test_without_room_half_as_many_samples_have_equal_shares(bumpy_mesh, surface_from, seed, part):
     positions, faces = bumpy_mesh(seed)
     surface = surface_from(positions, faces)

@@ -92,6 +92,7 @@ def test_references_exist_in_other_spaces(slug, space):
     assert gamut.level(4).volume > 0
 
 
+@pytest.mark.slow
 def test_viewing_conditions_apply():
     dim, average = (
         gamutcore.reference("srgb", space="CAM16-UCS", surround=surround, surface_samples=1000)
