@@ -215,10 +215,16 @@ def test_a_build_that_fails_too_late_leaves_the_input_to_the_job_that_came_after
 @pytest.mark.slow
 def test_a_build_that_was_cancelled_elsewhere_is_ended_by_the_next_heartbeat(runner, accept, book):
     accept("hang")
-    timer = threading.Timer(0.3, book.request_cancel, [JOB])
-    timer.start()
+
+    def cancel() -> None:
+        while book.read(JOB).state != "running":
+            time.sleep(0.01)
+        book.request_cancel(JOB)
+
+    cancelling = threading.Thread(target=cancel)
+    cancelling.start()
     assert runner().run(JOB).state == "cancelled"
-    timer.join()
+    cancelling.join()
 
 
 def test_a_build_that_is_given_back_waits_for_the_next_and_was_no_attempt(
