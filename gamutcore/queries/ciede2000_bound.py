@@ -11,7 +11,8 @@ u = ΔC' ÷ S_C and v = ΔH' ÷ S_H:
 - ΔH' = 2 √(C'₁ C'₂) sin (Δh ÷ 2). A factor of 1 + G grows differences in hue by no more than
   itself, and hues turn by no more than half of a change of G.
 - T changes by at most 2.41 per radian of the mean hue, which is the sum of the factors of its
-  cosines times their multiples. Its maximum is used where the hues may be opposite.
+  cosines times their multiples. The mean of nearly opposite hues is near one of two normals, of
+  which the larger T is used.
 - R falls with the distance of the mean hue from 275°. R_T is never positive, so that R is 0 if ΔC'
   and ΔH' have different signs everywhere.
 """
