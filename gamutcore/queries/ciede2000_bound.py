@@ -11,7 +11,8 @@ u = ΔC' ÷ S_C and v = ΔH' ÷ S_H:
 - ΔH' = 2 √(C'₁ C'₂) sin (Δh ÷ 2). A factor of 1 + G grows differences in hue by no more than
   itself, and hues turn by no more than half of a change of G.
 - T changes by at most 2.41 per radian of the mean hue, which is the sum of the factors of its
-  cosines times their multiples. Its maximum is used where the hues may be opposite.
+  cosines times their multiples. The mean of nearly opposite hues is near one of two normals, of
+  which the larger T is used.
 - R falls with the distance of the mean hue from 275°. R_T is never positive, so that R is 0 if ΔC'
   and ΔH' have different signs everywhere.
 """
@@ -22,7 +23,7 @@ import numpy as np
 
 from gamutcore.kernels import inlined_kernel
 from gamutcore.queries.ciede2000_expansion import steepest_rotation
-from gamutcore.queries.colour_difference import COS_275, SIN_275, hue_factor
+from gamutcore.queries.colour_difference import COS_275, SIN_275, hue_factors
 
 __all__ = ["interval_bound"]
 
@@ -92,19 +93,21 @@ def interval_bound(
     half_cosine = np.sqrt(max(0.5 * (1.0 + cosine), 0.0))
     sine = half_sine * max(1.0 - 0.5 * slack * slack, 0.0) - half_cosine * slack
     sine = max(sine, 0.0) if has_hue else 0.0
-    # the mean hue; of opposite hues it is near both normals, of which one is nearer to 275°
-    known = half_cosine > slack
-    aside = 1.0 if x1 * SIN_275 >= y1 * COS_275 else -1.0
-    mean_x, mean_y = (x1 + x2, y1 + y2) if known else (-y1 * aside, x1 * aside)
-    spread = slack if known else 2.5708 * slack
     # R_T counts if ΔC' and ΔH' have the same sign: mean hues are then on one side of the colour's
+    known = half_cosine > slack
     aside = 1.0 if low > own_high else -1.0
+    # the mean hue; of opposite hues it is near both normals
+    nearer = 1.0 if x1 * SIN_275 >= y1 * COS_275 else -1.0
+    normal = aside if u > 0.0 else nearer
+    mean_x, mean_y = (x1 + x2, y1 + y2) if known else (-y1 * normal, x1 * normal)
+    spread = slack if known else 2.5708 * slack
     mean_x, mean_y = (mean_x, mean_y) if has_hue else (x1 - aside * y1, y1 + aside * x1)
     spread = spread if has_hue else 0.25 * np.pi + 0.5 * (wide - narrow)
     length = 1.0 / np.sqrt(mean_x * mean_x + mean_y * mean_y + TINY)
     mean_x, mean_y = mean_x * length, mean_y * length
     known &= has_hue
-    t = min(hue_factor(mean_x, mean_y) + STEEPNESS * slack, LARGEST_T) if known else LARGEST_T
+    even, odd = hue_factors(mean_x, mean_y)
+    t = min(even + (odd if known else abs(odd)) + STEEPNESS * spread, LARGEST_T)
     rotation = steepest_rotation(mean_x, mean_y, spread)
     turned = (sine > 0.0) & (u > 0.0) & ((across > 0.0) != (low > own_high)) & known
     # √(C⁷ ÷ (C⁷ + 25⁷)) in terms of the stretch at this mean

@@ -18,7 +18,7 @@ from gamutcore.errors import InvalidPointsError
 from gamutcore.kernels import inlined_kernel, kernel, leaf_kernel
 from gamutcore.queries.rows import checked_points
 
-__all__ = ["ciede2000", "delta_e_2000", "hue_factor", "hue_rotation", "stretch_at"]
+__all__ = ["ciede2000", "delta_e_2000", "hue_factor", "hue_factors", "hue_rotation", "stretch_at"]
 
 SEVENTH = 25.0**7
 
@@ -151,17 +151,20 @@ def stretch_at(chroma: float) -> float:
 @inlined_kernel
 def hue_factor(cosine: float, sine: float) -> float:
     """Return T for a mean hue (equation 15)."""
+    even, odd = hue_factors(cosine, sine)
+    return even + odd
+
+
+@inlined_kernel
+def hue_factors(cosine: float, sine: float) -> tuple[float, float]:
+    """Return two terms of T. At the opposite hue the second one has the other sign."""
     double, double_sine = 2.0 * cosine * cosine - 1.0, 2.0 * cosine * sine
     triple = double * cosine - double_sine * sine
     triple_sine = double_sine * cosine + double * sine
     fourfold, fourfold_sine = 2.0 * double * double - 1.0, 2.0 * double * double_sine
-    return (
-        1.0
-        - 0.17 * (cosine * COS_30 + sine * SIN_30)
-        + 0.24 * double
-        + 0.32 * (triple * COS_6 - triple_sine * SIN_6)
-        - 0.20 * (fourfold * COS_63 + fourfold_sine * SIN_63)
-    )
+    even = 1.0 + 0.24 * double - 0.20 * (fourfold * COS_63 + fourfold_sine * SIN_63)
+    odd = 0.32 * (triple * COS_6 - triple_sine * SIN_6)
+    return even, odd - 0.17 * (cosine * COS_30 + sine * SIN_30)
 
 
 @leaf_kernel
