@@ -41,7 +41,15 @@ BEFORE_BUILDS = "8ada781"
 """The last revision before the centre and γ were chosen by the device's surface; a build may take
 1.3 times as long (docs/decisions/gamma.md)."""
 
-BUILDS_OF: tuple[str, ...] = ("FOGRA39L", "TR 002", "phone", "Acer XB271HU", "Panasonic", "sRGB")
+BUILDS_OF: tuple[str, ...] = (
+    "FOGRA39L",
+    "TR 002",
+    "phone",
+    "Acer XB271HU",
+    "Panasonic",
+    "Canon",
+    "sRGB",
+)
 """Devices whose builds are compared."""
 
 GOAL = 1.05
