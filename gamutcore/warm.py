@@ -37,7 +37,7 @@ from gamutcore.kernels.installation import (
 from gamutcore.mesh import DeviceValues, TriangleMesh
 from gamutcore.metric import mismatch, radial_difference, voxel_mismatch
 from gamutcore.metric.error_curve import curve_counts, error_curve
-from gamutcore.metric.level_search import Bounds, LevelSearch, error_bounds
+from gamutcore.metric.level_search import Bounds, LevelSearch
 from gamutcore.options import Options
 from gamutcore.queries import (
     build_index,
@@ -145,7 +145,6 @@ def _use_readers() -> None:
     counts = curve_counts(history.triangles)
     curve = [level.to_mapping() for level in error_curve(history, counts)]
     LevelSearch(curve).find(history, Bounds(distance=1e-6))
-    error_bounds(history, counts[:1])
     SidedSearch(history.triangles, "inside").find(history, Bounds(distance=1e-6))
     mesh = replace(history.level(6), device=history.device_values(6))
     for name in FORMATS:

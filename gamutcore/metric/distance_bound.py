@@ -28,12 +28,9 @@ __all__ = [
     "STACK",
     "Surface",
     "breadth_first",
-    "confirmed_nearest",
     "halving_limit",
-    "longest_edge",
     "make_surface",
     "nearest_face",
-    "nearest_of_all_faces",
     "raise_bound",
     "squared_distance",
     "star_shaped_surface",
@@ -227,67 +224,6 @@ def nearest_face(x: float, y: float, z: float, surface: Surface, face: int) -> t
         face = best
 
 
-@kernel
-def longest_edge(surface: Surface) -> float:
-    """Return the length of the longest edge."""
-    position, corner = surface.position, surface.corner
-    longest = 0.0
-    for at in range(len(corner)):
-        one, two = corner[at], corner[at + 1 if at % 3 < 2 else at - 2]
-        squared = 0.0
-        for axis in range(3):
-            squared += (position[one, axis] - position[two, axis]) ** 2
-        longest = max(longest, squared)
-    return float(np.sqrt(longest))
-
-
-@kernel
-def nearest_of_all_faces(
-    x: float, y: float, z: float, surface: Surface, face: int, longest: float
-) -> tuple[int, float]:
-    """Return the nearest face to a point and its squared distance, by trying all faces.
-
-    It takes 0.2 ms with 130,000 faces.
-
-    Parameters
-    ----------
-    x, y, z : float
-    surface : Surface
-    face : int
-        Any face. The nearer it is, the fewer faces are examined in detail.
-    longest : float
-        Length of the longest edge of the surface, or more.
-    """
-    position, corner = surface.position, surface.corner
-    face, least = nearest_face(x, y, z, surface, face)
-    # no corner of a nearer face is further away
-    reach = (np.sqrt(least) + longest) ** 2
-    for other in range(len(corner) // 3):
-        first = corner[3 * other]
-        dx, dy, dz = position[first, 0] - x, position[first, 1] - y, position[first, 2] - z
-        if dx * dx + dy * dy + dz * dz <= reach:
-            distance = squared_distance(x, y, z, surface, other)
-            if distance < least:
-                least, face = distance, other
-                reach = (np.sqrt(least) + longest) ** 2
-    return face, least
-
-
-@leaf_kernel
-def confirmed_nearest(
-    x: float, y: float, z: float, surface: Surface, face: int, lower: float, longest: float
-) -> tuple[int, float]:
-    """Return a near face and its squared distance.
-
-    Unless `longest` is zero, a distance above `lower`, with the deviation of the face, is that of
-    the nearest face of all.
-    """
-    near, squared = nearest_face(x, y, z, surface, face)
-    if longest > 0.0 and np.sqrt(squared) + surface.deviation[near] > lower:
-        return nearest_of_all_faces(x, y, z, surface, near, longest)
-    return near, squared
-
-
 @inlined_kernel
 def _bound(piece: FloatArray, row: int, surface: Surface, face: int) -> float:
     """Largest squared distance from the corners of a piece to a face."""
@@ -322,7 +258,6 @@ def raise_bound(
     upper: float,
     halvings: float,
     slack: float,
-    longest: float,
 ) -> tuple[float, float, float]:
     """Raise the bound of the largest distance to a surface so that it holds for a triangle.
 
@@ -342,15 +277,12 @@ def raise_bound(
         Number of halvings left, over all triangles.
     slack : float
         Ratio of the bound to an attained distance at which the bound is not improved further.
-    longest : float
-        Length of the longest edge of the surface. Then all faces are tried for a corner before it
-        raises `lower`. Zero if descent from `face` is enough.
 
     Returns
     -------
     lower, upper : float
-        The same including this triangle. `upper` is certain; `lower` is attained if all faces were
-        tried, or if descent found the nearest faces.
+        The same including this triangle. `upper` is certain; `lower` is attained if descent found
+        the nearest faces.
     halvings : float
         Number of halvings left.
     """
@@ -372,10 +304,7 @@ def raise_bound(
         for corner in range(3):
             if stack[top, NEAREST + corner] < 0.0:
                 x, y = stack[top, 3 * corner], stack[top, 3 * corner + 1]
-                z = stack[top, 3 * corner + 2]
-                near, squared = confirmed_nearest(
-                    x, y, z, surface, face, lower - deviation, longest
-                )
+                near, squared = nearest_face(x, y, stack[top, 3 * corner + 2], surface, face)
                 stack[top, NEAREST + corner], stack[top, SQUARED + corner] = near, squared
         one, two = int(stack[top, NEAREST]), int(stack[top, NEAREST + 1])
         three = int(stack[top, NEAREST + 2])
@@ -398,15 +327,15 @@ def raise_bound(
             upper = max(upper, bound)
             continue
         # halve the longest edge; each half starts from the face nearest to its own end
-        halved, greatest = 0, -1.0
+        longest, greatest = 0, -1.0
         for edge in range(3):
             i, j = 3 * edge, 3 * ((edge + 1) % 3)
             x = stack[top, i] - stack[top, j]
             y = stack[top, i + 1] - stack[top, j + 1]
             z = stack[top, i + 2] - stack[top, j + 2]
             if x * x + y * y + z * z > greatest:
-                halved, greatest = edge, x * x + y * y + z * z
-        first, second = 3 * halved, 3 * ((halved + 1) % 3)
+                longest, greatest = edge, x * x + y * y + z * z
+        first, second = 3 * longest, 3 * ((longest + 1) % 3)
         for column in range(COLUMNS):
             stack[top + 1, column] = stack[top, column]
         for axis in range(3):

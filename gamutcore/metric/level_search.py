@@ -14,14 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gamutcore.arrays import FloatArray
 from gamutcore.metric.cones import compute_cones, locate
-from gamutcore.metric.distance_bound import (
-    halving_limit,
-    longest_edge,
-    make_surface,
-    nearest_of_all_faces,
-)
+from gamutcore.metric.distance_bound import halving_limit, make_surface
 from gamutcore.metric.error_curve import round_up, surface_in_preorder
 from gamutcore.metric.overlay_distances import (
     FROM_LOWER,
@@ -75,8 +69,7 @@ ROW_BYTES = 200
 """Approximate memory per level of a curve."""
 
 SAME = 1e-9
-"""Points as close as this, relative to the distance from the full boundary, are the same. So are
-distances that differ by this part."""
+"""Points as close as this, relative to the distance from the full boundary, are the same."""
 
 UNBOUNDED = 1e300
 """A slack with which no distance is improved."""
@@ -309,23 +302,18 @@ class _Comparison:
         self._full, self._near = surface_in_preorder(history.full(), history)
         self._order = np.arange(len(self._near), dtype=np.int32)
         self._centre = np.asarray(history.centre, np.float64)
-        self._longest = longest_edge(self._full)
 
     def evidence(self, triangles: int, limit: float) -> Evidence | None:
         """Return evidence from vertices that a level exceeds a limit of the distance."""
         level = self._surface(triangles)
         locations = locate(self._full.position, self._order, self._near, compute_cones(level))
-        return find_evidence(self._full, level, locations, self._longest, limit)
+        return find_evidence(self._full, level, locations, limit)
 
     def bounds(self, triangles: int, limit: float) -> tuple[Bounds, Evidence]:
         """Return the error of a level, and evidence if its distance exceeds a limit."""
         level = self._surface(triangles)
         found = new_bounds(halving_limit(self._full, HALVINGS), SLACK)
         difference, _ = compare_surfaces(self._full, level, self._order, self._near, bounds=found)
-        if not self._is_attained(level, found):
-            longest = max(self._longest, longest_edge(level))
-            found = new_bounds(halving_limit(self._full, HALVINGS), SLACK, longest)
-            compare_surfaces(self._full, level, self._order, self._near, bounds=found)
         point, faces = NO_POINTS, NO_FACES
         if found[FROM_LOWER] > limit:
             point = found[np.newaxis, FROM_POINT : FROM_POINT + 3].copy()
@@ -339,16 +327,6 @@ class _Comparison:
             faces = np.flatnonzero(beyond).astype(np.int32)
         distance = round_up(max(found[FROM_UPPER], found[TO_UPPER]))
         return Bounds(distance, round_up(difference.mismatch)), Evidence(point, faces)
-
-    def _is_attained(self, level: Surface, found: FloatArray) -> bool:
-        """Whether the points found are as far from the other surface as the lower bounds say."""
-        x, y, z = found[FROM_POINT : FROM_POINT + 3].tolist()
-        _, there = nearest_of_all_faces(x, y, z, level, 0, longest_edge(level))
-        x, y, z = found[TO_POINT : TO_POINT + 3].tolist()
-        _, back = nearest_of_all_faces(x, y, z, self._full, 0, self._longest)
-        attained = np.sqrt([there, back])
-        lower = found[[FROM_LOWER, TO_LOWER]]
-        return bool((attained >= (1.0 - SAME) * lower).all())
 
     def mismatch(self, triangles: int) -> float:
         """Return the mismatch of a level; distances are not bounded, which saves half the time."""

@@ -15,7 +15,7 @@ from gamutcore.metric.cones import INDEX, Locations
 from gamutcore.metric.distance_bound import (
     ATTAINED,
     Surface,
-    confirmed_nearest,
+    nearest_face,
     raise_bound,
     squared_distance,
 )
@@ -25,7 +25,6 @@ __all__ = [
     "FROM_LOWER",
     "FROM_POINT",
     "FROM_UPPER",
-    "LONGEST",
     "TO_FACE",
     "TO_LOWER",
     "TO_POINT",
@@ -38,7 +37,7 @@ __all__ = [
 ]
 
 FROM_LOWER, FROM_UPPER, TO_LOWER, TO_UPPER, HALVINGS_LEFT, SLACK_USED = range(6)
-FROM_POINT, TO_POINT, TO_FACE, LONGEST, BOUNDS = 6, 9, 12, 13, 14
+FROM_POINT, TO_POINT, TO_FACE, BOUNDS = 6, 9, 12, 13
 """Elements of the array of bounds, and their number.
 
 `FROM_LOWER` and `FROM_UPPER` bound the distances from the reference to the other surface.
@@ -46,16 +45,14 @@ FROM_POINT, TO_POINT, TO_FACE, LONGEST, BOUNDS = 6, 9, 12, 13, 14
 the number of halvings that are still allowed. An upper bound of at most `SLACK_USED` times the
 lower is not improved. `FROM_POINT` and `TO_POINT` are the first of the three coordinates of points
 at which `FROM_LOWER` and `TO_LOWER` are attained. `TO_FACE` is the face of the other surface that
-the latter point is on. `LONGEST` is the length of the longest edge of both surfaces if all faces
-are tried before a lower bound rises. It is zero if descent to a near face is enough; the bounds may
-then be too large on concave surfaces.
+the latter point is on.
 """
 
 
-def new_bounds(halvings: float, slack: float, longest: float = 0.0) -> FloatArray:
+def new_bounds(halvings: float, slack: float) -> FloatArray:
     """Return an array of bounds of which nothing is known yet."""
     bounds = np.zeros(BOUNDS)
-    bounds[HALVINGS_LEFT], bounds[SLACK_USED], bounds[LONGEST] = halvings, slack, longest
+    bounds[HALVINGS_LEFT], bounds[SLACK_USED] = halvings, slack
     return bounds
 
 
@@ -80,23 +77,20 @@ def raise_lower_bounds(
         As from `new_bounds`; updated.
     """
     position, deviation = reference.position, reference.deviation
-    longest = bounds[LONGEST]
     for index in range(len(points)):
         vertex = points[index]
         x, y, z = position[vertex, 0], position[vertex, 1], position[vertex, 2]
         face = reference.fan[INDEX(reference.fan_end[vertex] - 1)]
         own = deviation[INDEX(face)]
         if locations.along[vertex] + own > bounds[FROM_LOWER]:
-            lower = bounds[FROM_LOWER] - own
-            _, squared = confirmed_nearest(x, y, z, other, locations.face[vertex], lower, longest)
+            _, squared = nearest_face(x, y, z, other, locations.face[vertex])
             if np.sqrt(squared) + own > bounds[FROM_LOWER]:
                 bounds[FROM_LOWER] = np.sqrt(squared) + own
                 bounds[FROM_POINT], bounds[FROM_POINT + 1], bounds[FROM_POINT + 2] = x, y, z
         if locations.along[vertex] + own > bounds[TO_LOWER]:
             t = 1.0 / (1.0 + locations.beyond[vertex])
             x, y, z = t * x, t * y, t * z
-            lower = bounds[TO_LOWER]
-            face, squared = confirmed_nearest(x, y, z, reference, face, lower, longest)
+            face, squared = nearest_face(x, y, z, reference, face)
             if np.sqrt(squared) + deviation[face] > bounds[TO_LOWER]:
                 bounds[TO_LOWER] = np.sqrt(squared) + deviation[face]
                 bounds[TO_POINT], bounds[TO_POINT + 1], bounds[TO_POINT + 2] = x, y, z
@@ -151,7 +145,6 @@ def raise_bounds(
             bounds[FROM_UPPER],
             bounds[HALVINGS_LEFT],
             bounds[SLACK_USED],
-            bounds[LONGEST],
         )
         if bounds[FROM_LOWER] > before:
             _keep_point(bounds, FROM_POINT, stack)
@@ -169,7 +162,6 @@ def raise_bounds(
             bounds[TO_UPPER],
             bounds[HALVINGS_LEFT],
             bounds[SLACK_USED],
-            bounds[LONGEST],
         )
         if bounds[TO_LOWER] > before:
             bounds[TO_FACE] = through

@@ -16,12 +16,7 @@ from gamutcore.arrays import Float32Array, FloatArray, IndexArray
 from gamutcore.history.stepping import apply_splits, fine_columns
 from gamutcore.kernels import kernel
 from gamutcore.metric.cones import INDEX, Locations
-from gamutcore.metric.distance_bound import (
-    Surface,
-    nearest_face,
-    nearest_of_all_faces,
-    squared_distance,
-)
+from gamutcore.metric.distance_bound import Surface, nearest_face, squared_distance
 
 if TYPE_CHECKING:
     from gamutcore.history import History
@@ -46,7 +41,7 @@ class Evidence(NamedTuple):
 
 
 def find_evidence(
-    full: Surface, level: Surface, locations: Locations, longest: float, limit: float
+    full: Surface, level: Surface, locations: Locations, limit: float
 ) -> Evidence | None:
     """Return evidence from the vertices of the full boundary.
 
@@ -57,8 +52,6 @@ def find_evidence(
     level : Surface
     locations : Locations
         Locations of the vertices of the full boundary in the cones of the level.
-    longest : float
-        Length of the longest edge of the full boundary.
     limit : float
         Largest accepted distance.
 
@@ -68,7 +61,7 @@ def find_evidence(
         Up to one point for each face of the level, and all faces with a point that is too far from
         the full boundary. None if no vertex is evidence.
     """
-    points, faces = _find_evidence(full, level, locations, longest, limit)
+    points, faces = _find_evidence(full, level, locations, limit)
     if len(points) == len(faces) == 0:
         return None
     return Evidence(full.position[points], faces)
@@ -125,7 +118,7 @@ class LevelWalk:
 
 @kernel
 def _find_evidence(
-    full: Surface, level: Surface, locations: Locations, longest: float, limit: float
+    full: Surface, level: Surface, locations: Locations, limit: float
 ) -> tuple[IndexArray, IndexArray]:
     """Return vertices of the full boundary and faces of the level, as for `find_evidence`.
 
@@ -149,9 +142,7 @@ def _find_evidence(
         if not is_far[face]:
             t = 1.0 / (1.0 + locations.beyond[vertex])
             start = full.fan[INDEX(full.fan_end[vertex] - 1)]
-            near, squared = nearest_face(t * x, t * y, t * z, full, start)
-            if np.sqrt(squared) > limit:
-                _, squared = nearest_of_all_faces(t * x, t * y, t * z, full, near, longest)
+            _, squared = nearest_face(t * x, t * y, t * z, full, start)
             is_beyond[face] = np.sqrt(squared) > limit
     return furthest[is_far != 0], np.nonzero(is_beyond)[0].astype(np.int32)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gamutcore.metric.cones import compute_cones, locate
-from gamutcore.metric.distance_bound import longest_edge, make_surface
+from gamutcore.metric.distance_bound import make_surface
 from gamutcore.metric.error_curve import surface_in_preorder
 from gamutcore.metric.witnesses import Evidence, LevelWalk, find_evidence
 
@@ -23,7 +23,7 @@ def evidence_of(history, triangles, limit):
     surface = make_surface(position, level.faces.astype(np.int32).ravel())
     order = np.arange(len(near), dtype=np.int32)
     locations = locate(full.position, order, near, compute_cones(surface))
-    return find_evidence(full, surface, locations, longest_edge(full), limit)
+    return find_evidence(full, surface, locations, limit)
 
 
 @pytest.mark.parametrize("limit", [0.5, 2.0, 8.0])

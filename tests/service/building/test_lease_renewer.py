@@ -9,10 +9,14 @@ from service.storage.blobs import StoreUnavailableError
 JOB = "a" * 64
 
 
+LEASE = 1.0
+"""Seconds. Busy machines keep threads waiting for tenths of a second."""
+
+
 @pytest.fixture
 def claim(book):
     book.accept(JOB, {})
-    return book.claim(JOB, "me", 0.4)
+    return book.claim(JOB, "me", LEASE)
 
 
 def until(condition):
@@ -27,7 +31,7 @@ def test_a_claim_holds_as_long_as_it_is_kept_and_its_progress_is_written_down(bo
     with LeaseRenewer(book, claim, 0.05) as renewer:
         renewer.note("metric", 0.5)
         until(lambda: book.read(JOB).stage == "metric")
-        time.sleep(0.8)  # two leases
+        time.sleep(1.2 * LEASE)
         assert book.claim(JOB, "other", 1.0) is None
         renewer.check()
     assert book.finish(renewer.claim, "succeeded").state == "succeeded"
@@ -37,7 +41,7 @@ def test_a_claim_holds_as_long_as_it_is_kept_and_its_progress_is_written_down(bo
 def test_a_claim_that_is_not_kept_any_more_ends(book, claim):
     with LeaseRenewer(book, claim, 0.05):
         pass
-    time.sleep(0.5)
+    time.sleep(1.2 * LEASE)
     assert book.claim(JOB, "other", 1.0) is not None
 
 
@@ -50,7 +54,7 @@ def test_who_was_cancelled_is_told(book, claim):
 
 @pytest.mark.slow
 def test_who_was_too_late_is_told(book, claim):
-    time.sleep(0.5)
+    time.sleep(1.2 * LEASE)
     book.claim(JOB, "other", 10.0)
     with LeaseRenewer(book, claim, 0.05) as renewer, pytest.raises(LeaseLostError):
         until(renewer.check)

@@ -279,8 +279,12 @@ def test_too_many_rows_at_once_are_refused_for_a_moment(start_server, sphere, as
     with socket.create_connection((host, int(port))) as slow:
         # its rows count from the arrival of the header fields
         slow.sendall(f"{head}Content-Length: {len(body)}\r\n\r\n".encode())
-        time.sleep(0.3)
-        refused = server.client.post(address, content=body, headers={"Content-Type": NPY})
+
+        def refused():
+            answer = server.client.post(address, content=body, headers={"Content-Type": NPY})
+            return answer.status_code != 200 and answer
+
+        refused = server.wait_for(refused)
         assert_problem(refused, 429, "queries-busy")
         assert int(refused.headers["retry-after"]) > 0
         few = server.client.post(address, json={"colours": [[50, 0, 0]]})
