@@ -114,6 +114,7 @@ def _build(position: FloatArray, faces: IndexArray) -> tuple[Float32Array, Index
         node, at = start + place // WIDTH, place % WIDTH
         first[node] = ~(place - at)
         _set_face(position, faces, order[place], cylinders, normals, node, at)
+    span = WIDTH
     while size > 1:
         below, below_start = size, start
         size = (size + WIDTH - 1) // WIDTH
@@ -121,9 +122,11 @@ def _build(position: FloatArray, faces: IndexArray) -> tuple[Float32Array, Index
         for index in range(below):
             node, at, child = start + index // WIDTH, index % WIDTH, below_start + index
             first[node] = child - at
-            _set_node(cylinders, normals, child, node, at)
+            held = order[index * span : min((index + 1) * span, count)]
+            _set_node(position, faces, held, normals[child], cylinders, node, at)
             for axis in range(3):
                 normals[node, axis] += normals[child, axis]
+        span *= WIDTH
     return cylinders.reshape((nodes, PARTS * WIDTH)), first, order
 
 
@@ -249,55 +252,63 @@ def _set_face(
 
 
 @leaf_kernel
-def _set_node(cylinders: Float32Array, normals: FloatArray, child: int, node: int, at: int) -> None:
-    """Set the cylinder around the cylinders of a child node."""
-    count, x, y, z = 0, 0.0, 0.0, 0.0
-    while count < WIDTH and cylinders[child, RADIUS, count] >= 0.0:
-        x += cylinders[child, MIDDLE, count]
-        y += cylinders[child, MIDDLE + 1, count]
-        z += cylinders[child, MIDDLE + 2, count]
-        count += 1
-    x, y, z = x / count, y / count, z / count
-    nx, ny, nz = normals[child, 0], normals[child, 1], normals[child, 2]
+def _set_node(
+    position: FloatArray,
+    faces: IndexArray,
+    held: IndexArray,
+    normal: FloatArray,
+    cylinders: Float32Array,
+    node: int,
+    at: int,
+) -> None:
+    """Set the cylinder of the faces that a child holds, with the axis along their normal.
+
+    It encloses the corners, and the middle is that of a box with one side along the axis. Cylinders
+    of cylinders would be up to twice as wide at the root.
+    """
+    nx, ny, nz = normal[0], normal[1], normal[2]
     length = max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-300)
     nx = float(np.float32(nx / length))
     ny = float(np.float32(ny / length))
     nz = float(np.float32(nz / length))
     if nx * nx + ny * ny + nz * nz < 0.5:  # a whole closed surface
         nx, ny, nz = 1.0, 0.0, 0.0
-    radius = height = 0.0
-    for step in range(2):
-        x, y, z = float(np.float32(x)), float(np.float32(y)), float(np.float32(z))
-        radius, low, high = 0.0, np.inf, -np.inf
-        for each in range(count):
-            ox = cylinders[child, MIDDLE, each] - x
-            oy = cylinders[child, MIDDLE + 1, each] - y
-            oz = cylinders[child, MIDDLE + 2, each] - z
-            cosine = abs(
-                nx * cylinders[child, AXIS, each]
-                + ny * cylinders[child, AXIS + 1, each]
-                + nz * cylinders[child, AXIS + 2, each]
-            )
-            sine = np.sqrt(max(1.0 - cosine * cosine, 0.0) + ROUNDING)
-            wide = float(cylinders[child, RADIUS, each])
-            high_part = float(cylinders[child, HEIGHT, each])
-            square = ox * ox + oy * oy + oz * oz
-            along = nx * ox + ny * oy + nz * oz
-            across = np.sqrt(max(square - along * along, 0.0) + ROUNDING * square)
-            reach = wide * sine + high_part * cosine
-            low, high = min(low, along - reach), max(high, along + reach)
-            radius = max(radius, across + wide + high_part * sine)
-        height = max(-low, high)
-        if step == 0:  # move the middle along the axis
-            shift = 0.5 * (low + high)
-            x, y, z = x + shift * nx, y + shift * ny, z + shift * nz
-    cylinders[node, MIDDLE, at] = x
-    cylinders[node, MIDDLE + 1, at] = y
-    cylinders[node, MIDDLE + 2, at] = z
+    ux, uy, uz = (0.0, nz, -ny) if abs(nx) < 0.6 else (-nz, 0.0, nx)
+    share = 1.0 / np.sqrt(ux * ux + uy * uy + uz * uz)
+    ux, uy, uz = share * ux, share * uy, share * uz
+    vx, vy, vz = ny * uz - nz * uy, nz * ux - nx * uz, nx * uy - ny * ux
+    low_n = low_u = low_v = np.inf
+    high_n = high_u = high_v = -np.inf
+    for face in held:
+        for corner in range(3):
+            vertex = faces[face, corner]
+            x, y, z = position[vertex, 0], position[vertex, 1], position[vertex, 2]
+            along = x * nx + y * ny + z * nz
+            low_n, high_n = min(low_n, along), max(high_n, along)
+            along = x * ux + y * uy + z * uz
+            low_u, high_u = min(low_u, along), max(high_u, along)
+            along = x * vx + y * vy + z * vz
+            low_v, high_v = min(low_v, along), max(high_v, along)
+    n, u, v = 0.5 * (low_n + high_n), 0.5 * (low_u + high_u), 0.5 * (low_v + high_v)
+    x0 = float(np.float32(n * nx + u * ux + v * vx))
+    y0 = float(np.float32(n * ny + u * uy + v * vy))
+    z0 = float(np.float32(n * nz + u * uz + v * vz))
+    square = height = 0.0
+    for face in held:
+        for corner in range(3):
+            vertex = faces[face, corner]
+            x, y, z = position[vertex, 0] - x0, position[vertex, 1] - y0, position[vertex, 2] - z0
+            along = x * nx + y * ny + z * nz
+            whole = x * x + y * y + z * z
+            square = max(square, (1.0 + ROUNDING) * whole - along * along)
+            height = max(height, abs(along))
+    cylinders[node, MIDDLE, at] = x0
+    cylinders[node, MIDDLE + 1, at] = y0
+    cylinders[node, MIDDLE + 2, at] = z0
     cylinders[node, AXIS, at] = nx
     cylinders[node, AXIS + 1, at] = ny
     cylinders[node, AXIS + 2, at] = nz
-    cylinders[node, RADIUS, at] = radius * (1.0 + ROUNDING)
+    cylinders[node, RADIUS, at] = np.sqrt(square) * (1.0 + ROUNDING)
     cylinders[node, HEIGHT, at] = height * (1.0 + ROUNDING)
 
 

@@ -50,7 +50,8 @@ ORDINARY, FLAT = 1000.0, 1e-3
 within this share of the smallest."""
 
 MOST = 50_000
-"""Divisions for one colour; a thousand are many for a gamut of colours."""
+"""Divisions for one colour; a thousand are many for a gamut of colours. After them, parts get one
+descent each."""
 
 STEP = 1e-6
 """Distance of points beside a discontinuity ÷ the length of an edge that crosses it."""
@@ -259,7 +260,11 @@ def _search_face(index: LevelIndex, face: int, bound: float, estimate: float, wo
                 continue
             promising = parts[height, ESTIMATE] < limit
             promising &= (radius <= MEDIUM) | (parts[height, MIDDLE] < limit)
-            if (promising or radius <= CLIFF) and has_one_minimum(colour, y, z, radius, best[0]):
+            # a gamut far larger than any of colours is not divided to the end
+            hurried = best[4] >= MOST or height + WIDTH > PARTS
+            if hurried or (
+                (promising or radius <= CLIFF) and has_one_minimum(colour, y, z, radius, best[0])
+            ):
                 value = set_slope(colour, x, y, z, slope)
                 if value < best[0]:
                     best[0], best[1], best[2] = value, middle_u, middle_v
@@ -267,8 +272,6 @@ def _search_face(index: LevelIndex, face: int, bound: float, estimate: float, wo
                 improved = descend(work, u, v, side) or improved
                 continue
             best[4] += 1.0
-            if best[4] > MOST or height + WIDTH > PARTS:  # far larger than any gamut of colours
-                continue
             _divide(work, u, v, side, 4 * waiting)
             waiting += 1
             if waiting < 2 and height > 0:

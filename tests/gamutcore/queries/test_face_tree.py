@@ -34,6 +34,17 @@ class TestBuildFaceTree:
             nodes += count
         assert len(index.tree.first) == nodes
 
+    def test_cylinders_are_not_wider_than_what_they_hold(self, index):
+        tree = index.tree
+        corners = (index.vertices[index.faces] - index.centre) * tree.scale
+        for node in range(len(tree.first)):
+            parts = tree.cylinders[node].reshape(8, WIDTH).astype(float)
+            for at in range(WIDTH):
+                below = corners[faces_below(tree, node, at)].reshape(-1, 3)
+                if len(below):
+                    away = np.linalg.norm(below - parts[:3, at], axis=1).max()
+                    assert parts[6:, at].max() <= away * (1 + 1e-5) + 1e-7
+
     def test_memory_is_that_of_the_arrays(self, index):
         assert index.tree.nbytes == sum(array.nbytes for array in index.tree[:3])
 

@@ -112,6 +112,17 @@ class TestNearestCiede2000:
             smallest_of = [smallest(size * colour, surface(level, 6)) for colour in colours]
             assert (found.distance <= 1.001 * np.array(smallest_of)).all()
 
+    def test_gamuts_far_larger_than_those_of_colours(self, rough):
+        """No face is left out when the number of divisions is used up."""
+        vertices, faces, centre = rough(39, 300, 0.2)
+        level = 1e6 * vertices.astype(float), faces, 1e6 * centre
+        samples = surface(level, 12)
+        colours = np.random.default_rng(8).uniform((-40, -90, -90), (140, 90, 90), (12, 3))
+        colours = np.concatenate([1e6 * colours, colours])
+        found = nearest_ciede2000(colours, level)
+        smallest_of = np.array([smallest(colour, samples) for colour in colours])
+        assert (found.distance <= 1.01 * smallest_of).all()
+
     def test_no_point_is_no_answer_and_bad_rows_are_named(self, cube):
         assert [len(field) for field in nearest_ciede2000(np.zeros((0, 3)), cube)] == [0, 0, 0, 0]
         with pytest.raises(InvalidPointsError, match="Row 1"):
