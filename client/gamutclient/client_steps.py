@@ -72,7 +72,7 @@ class ServiceClient(Generic[G]):
 
     def _job(self, job_id: str, progress: Progress | None) -> Steps[dict[str, Any]]:
         request = Request("GET", f"/v1/jobs/{job_id}")
-        job: dict[str, Any] = (yield from sent(request, self.retries)).json()
+        job: dict[str, Any] = (yield from sent(request, self.retries.while_built)).json()
         if progress and job["state"] == "running" and job["stage"]:  # none until it has begun
             progress(job["stage"], job["fraction"])
         return job

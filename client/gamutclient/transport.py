@@ -13,7 +13,7 @@ import email.utils
 import functools
 import time
 from collections.abc import Callable, Coroutine, Generator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Concatenate, ParamSpec, Protocol, TypeAlias, TypeVar
 
 import httpx
@@ -90,6 +90,13 @@ Steps: TypeAlias = Generator[Request | float, Outcome, T]
 """Steps of a method that returns T."""
 
 
+LONGEST_BACKOFF = 8.0
+"""Longest wait in seconds before an attempt for which the service asked for no time."""
+
+ATTEMPTS_WHILE_BUILT = 12
+"""Least attempts for the state of a build: 56 s without the service, in which it can restart."""
+
+
 @dataclass(frozen=True)
 class Retries:
     """When a request is sent again. Every request of the client may be repeated safely.
@@ -97,7 +104,8 @@ class Retries:
     Attributes
     ----------
     attempts : int
-        Largest number of times that a request is sent.
+        Largest number of times that a request is sent. Waits between them begin with 0.25 s and
+        double up to 8 s.
     longest_wait : float
         Longest wait before one attempt, in seconds. A request for which the service asks for
         more fails at once.
@@ -124,8 +132,13 @@ class Retries:
         asked = None
         if isinstance(outcome, httpx.Response):
             asked = retry_after(outcome.headers.get("retry-after", ""))
-        seconds = 0.25 * 2.0 ** (attempt - 1) if asked is None else asked
+        seconds = min(0.25 * 2.0 ** (attempt - 1), LONGEST_BACKOFF) if asked is None else asked
         return seconds if seconds <= self.longest_wait else None
+
+    @property
+    def while_built(self) -> Retries:
+        """Return the retries of requests for the state of a build."""
+        return replace(self, attempts=max(self.attempts, ATTEMPTS_WHILE_BUILT))
 
 
 def retry_after(text: str) -> float | None:

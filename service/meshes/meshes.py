@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from gamutcore.errors import TriangleCountError
 from gamutcore.export.rendering import PICTURE_TRIANGLES
 from service.caching.byte_bounded_cache import ByteBoundedCache
 from service.caching.single_flight import SingleFlight
@@ -123,13 +124,19 @@ class Meshes:
         return mesh if bounds is None else mesh.with_bounds(bounds)
 
     async def picture(
-        self, gamut_id: str, triangles: int | None, options: PictureOptions
+        self, gamut_id: str, request: LevelRequest, options: PictureOptions, most: int
     ) -> EncodedMesh:
-        """Return a picture; `triangles` is None for the default. Raises as `mesh` does."""
+        """Return a picture of a level of at most `most` triangles. Raises as `mesh` does."""
         opened = await self._library.gamut(gamut_id)
-        if triangles is None:
-            triangles = min(PICTURE_TRIANGLES, opened.gamut.history.triangles)
-        count, _ = await self.levels.find(opened, LevelRequest(triangles))
+        if request.triangles is None and request.max_error is None:
+            request = LevelRequest(min(PICTURE_TRIANGLES, opened.gamut.history.triangles))
+        count, _ = await self.levels.find(opened, request)
+        if count > most:
+            raise TriangleCountError(
+                f"This error limit needs {count} triangles. A picture has at most {most}.",
+                where={"field": "max_error"},
+                remedy=f"Give a larger limit, or up to {most} triangles.",
+            )
         key = options.key(gamut_id, count)
         return self.cache.get(key) or await self._encoding.value(
             key, lambda: self._draw(opened, key, options)

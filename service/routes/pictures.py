@@ -11,12 +11,20 @@ from gamutcore.export.rendering import (
     SMALLEST_PICTURE,
     VIEWS,
 )
-from gamutcore.option_types import Choice, WholeNumber
+from gamutcore.option_types import Choice, Number, WholeNumber
 from service.container import service_of
 from service.http.conditional import check_if_match
 from service.meshes.encoding import PictureOptions
+from service.meshes.requested_levels import LevelRequest
 from service.openapi.documentation import MESH_HEADERS, binary_content, problems
-from service.queries.parameters import Boolean, Numbers, Parameter, query_values, values_of
+from service.queries.parameters import (
+    Boolean,
+    Numbers,
+    Parameter,
+    query_values,
+    refuse,
+    values_of,
+)
 from service.routes.gamuts import GamutId
 from service.routes.queries import QueryRoute, wait_for_kernels
 
@@ -59,6 +67,13 @@ PARAMETERS = (
         "smaller.",
         example=1000,
     ),
+    Parameter(
+        "max_error",
+        (Number(0.0, 1e12),),
+        "Largest distance between the level and the full boundary, in units of the space, instead "
+        f"of a count. Levels of more than {MOST_TRIANGLES} triangles are not drawn.",
+        example=0.5,
+    ),
 )
 
 router = APIRouter(prefix="/v1/gamuts", tags=["meshes"], route_class=QueryRoute)
@@ -99,12 +114,16 @@ router = APIRouter(prefix="/v1/gamuts", tags=["meshes"], route_class=QueryRoute)
 async def draw_gamut(request: Request, gamut_id: GamutId) -> Response:
     """Draw a level."""
     values = values_of(PARAMETERS, query_values(PARAMETERS, request.query_params.multi_items()), {})
-    triangles = values.pop("triangles")
+    triangles, max_error = values.pop("triangles"), values.pop("max_error")
+    if triangles is not None and max_error is not None:
+        fault = "A triangle count is combined with an error limit."
+        raise refuse(fault, "query", "triangles", "Give either triangles or max_error.")
     options = PictureOptions(**values)
     service = service_of(request)
     await wait_for_kernels(service)
     with service.queries.admission.held(int(options.size**2 * ROWS_PER_PIXEL) + 1):
-        picture = await service.meshes.picture(gamut_id, triangles, options)
+        level = LevelRequest(triangles, max_error)
+        picture = await service.meshes.picture(gamut_id, level, options, MOST_TRIANGLES)
     check_if_match(request.headers.getlist("if-match"), picture.etag)
     known = request.headers.getlist("if-none-match")
     status, headers, body = picture.response(",".join(known) or None)

@@ -7,9 +7,10 @@ import json
 import time
 
 import gamutclient
+import httpx
 import numpy as np
 import pytest
-from gamutclient.transport import Retries, retry_after
+from gamutclient.transport import Request, Retries, retry_after
 
 import gamutcore
 from service.access.api_keys import new_key
@@ -154,6 +155,25 @@ class TestRetries:
         assert len(scripted.requests) == 3
         with pytest.raises(gamutclient.ConnectionLostError, match="2 times"):
             answered(scripted, LOST, retries=Retries(attempts=2))
+
+    def test_a_build_is_awaited_while_the_service_restarts(self):
+        """Driven without a connection, so that nothing waits."""
+        client = gamutclient.Client("http://127.0.0.1:9")
+        steps = client._built(Request("POST", "/v1/gamuts"), None)
+        assert next(steps).method == "POST"
+        accepted = {"id": "a" * 64, "state": "queued"}
+        assert steps.send(httpx.Response(202, json=accepted, headers={"Retry-After": "2"})) == 2
+        waits = []
+
+        def refuse():
+            while True:
+                assert steps.send(None).path.startswith("/v1/jobs/")
+                waits.append(steps.send(httpx.ConnectError("refused")))
+
+        with pytest.raises(gamutclient.ConnectionLostError, match="12 times"):
+            refuse()
+        assert max(waits) <= 8
+        assert 50 < sum(waits) < 60
 
     def test_an_address_without_a_scheme_is_not_tried_again(self):
         with (

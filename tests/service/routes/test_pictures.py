@@ -81,6 +81,21 @@ def test_what_has_no_picture(server, assert_problem, gamut, address):
     assert_problem(answer, 404, "gamut-not-found")
 
 
+def test_an_error_limit_gives_the_picture_of_its_level(server, gamut, address):
+    """The level is that of the mesh with this limit."""
+    mesh = server.client.get(f"{gamut['links']['self']}/mesh", params={"max_error": 2})
+    limited = server.client.get(address, params={"size": 64, "max_error": 2})
+    count = limited.headers["gamut-triangles"]
+    assert count == mesh.headers["gamut-triangles"] != str(gamut["counts"]["triangles"])
+    counted = server.client.get(address, params={"size": 64, "triangles": count})
+    assert counted.content == limited.content
+
+
+def test_a_limit_and_a_count_are_refused_together(server, assert_problem, address):
+    answer = server.client.get(address, params={"max_error": 2, "triangles": 100})
+    assert assert_problem(answer, 422, "invalid-parameter")["where"]["field"] == "triangles"
+
+
 def test_a_slug_has_a_picture(server):
     answer = server.client.get("/v1/gamuts/srgb/picture.png", params={"size": 32, "view": "top"})
     assert image(answer).size == (32, 32)
