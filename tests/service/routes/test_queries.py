@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import socket
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -280,11 +281,13 @@ def test_too_many_rows_at_once_are_refused_for_a_moment(start_server, sphere, as
         # its rows count from the arrival of the header fields
         slow.sendall(f"{head}Content-Length: {len(body)}\r\n\r\n".encode())
 
-        def refused():
-            answer = server.client.post(address, content=body, headers={"Content-Type": NPY})
-            return answer.status_code != 200 and answer
+        def counted():
+            text = server.client.get("/metrics").text
+            return int(re.search(r"(?m)^gamut_query_rows_in_progress (\d+)", text)[1]) > 800
 
-        refused = server.wait_for(refused)
+        # a request before that would take the rows itself
+        server.wait_for(counted)
+        refused = server.client.post(address, content=body, headers={"Content-Type": NPY})
         assert_problem(refused, 429, "queries-busy")
         assert int(refused.headers["retry-after"]) > 0
         few = server.client.post(address, json={"colours": [[50, 0, 0]]})
