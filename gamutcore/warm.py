@@ -2,12 +2,14 @@
 
 An image does this when it is built, a service before it says that it is ready
 (`gamutcore.kernels.installation.ensure_compiled`), and ``python -m gamutcore.warm`` from a shell.
-The decimation takes about as long to compile as all the rest, so it has a process of its own.
+Two processes compile the default group: the boundary and its decimation take about as long as all
+the rest.
 """
 
 from __future__ import annotations
 
 import argparse
+import gc
 import os
 import subprocess
 import sys
@@ -20,8 +22,10 @@ from gamutcore.boundary import BOUNDARIES, compute_boundary
 from gamutcore.boundary.device_centre import hidden_area
 from gamutcore.boundary.radial_volume import COARSE, radial_volume
 from gamutcore.boundary.star_kernel import face_planes
+from gamutcore.characterisation import Samples, characterisation
 from gamutcore.characterisation.icc.grid import Grid
 from gamutcore.characterisation.icc.process_elements import FloatGrid
+from gamutcore.colours import surface_colours
 from gamutcore.decimation import COSTS, decimate
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore.export.rendering import mesh_picture
@@ -58,8 +62,12 @@ from gamutcore.sides import SidedSearch
 
 __all__ = ["compile_kernels", "use_kernels"]
 
-DECIMATION = "decimation"
+SURFACE = "surface"
 """Name of the part of the default group that has a process of its own."""
+
+COLLECTION = (100_000, 20, 100)
+"""Thresholds of the garbage collector while kernels compile. The compiler keeps most of what it
+makes: with Python's own thresholds, collections take a tenth of the time and free little."""
 
 
 def compile_kernels(groups: tuple[str, ...] = GROUPS) -> None:
@@ -90,25 +98,32 @@ def use_kernels(group: str) -> None:
         One of `gamutcore.kernels.installation.GROUPS`.
     """
     if group == "default":
-        _use_decimation()
+        _use_surface()
         _use_readers()
-        _use_boundary_and_models()
+        _use_models()
         _use_build()
     else:
         _use_options()
 
 
 def _compile_default() -> None:
-    command = [sys.executable, "-m", __spec__.name, "--while-stdin-is-open", DECIMATION]
-    with subprocess.Popen(command, stdin=subprocess.PIPE) as decimation:  # noqa: S603  # no input
+    command = [sys.executable, "-m", __spec__.name, "--while-stdin-is-open", SURFACE]
+    with subprocess.Popen(command, stdin=subprocess.PIPE) as surface:  # noqa: S603  # no input
         _use_readers()
-        _use_boundary_and_models()
-        decimation.wait()
+        _use_models()
+        surface.wait()
     _use_build()
 
 
-def _use_decimation() -> None:
+def _use_surface() -> None:
+    """Decimate, and wrap boundaries around colours."""
     _decimate_cube("volume")
+    compute_boundary(_device(), "modified-convex-hull")
+    # what only folded surfaces and devices with more channels use
+    corners = np.vstack([np.eye(3), np.zeros((1, 3))])
+    faces = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32)
+    hidden_area(face_planes(corners, faces), np.zeros(3))
+    radial_volume(corners, faces, np.full(3, 0.1), COARSE)
 
 
 def _decimate_cube(cost: str) -> None:
@@ -157,14 +172,13 @@ def _device() -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
     return np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
 
 
-def _use_boundary_and_models() -> None:
-    compute_boundary(_device(), "modified-convex-hull")
-    # what only folded surfaces and devices with more channels use
-    corners = np.vstack([np.eye(3), np.zeros((1, 3))])
-    faces = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32)
-    hidden_area(face_planes(corners, faces), np.zeros(3))
-    radial_volume(corners, faces, np.full(3, 0.1), COARSE)
+def _use_models() -> None:
+    """Evaluate models of devices."""
     Grid((2, 2, 2), np.zeros((8, 3), np.uint16)).values(np.full((1, 3), 0.5))
+    samples = characterisation(_table())
+    assert isinstance(samples, Samples)  # noqa: S101  # what a table holds
+    for model in (None, "fit"):
+        surface_colours(samples, surface_samples=200, model=model)
 
 
 def _table() -> bytes:
@@ -236,16 +250,17 @@ def _exit_with_stdin() -> None:
 def main() -> None:
     """Compile the groups that the command line names, or all."""
     parser = argparse.ArgumentParser(prog="python -m gamutcore.warm", description=__doc__)
-    parser.add_argument("group", nargs="*", choices=[*GROUPS, DECIMATION, []])
+    parser.add_argument("group", nargs="*", choices=[*GROUPS, SURFACE, []])
     parser.add_argument(
         "--while-stdin-is-open", action="store_true", help="exit when standard input ends"
     )
     arguments = parser.parse_args()
     groups: list[str] = arguments.group or list(GROUPS)
+    gc.set_threshold(*COLLECTION)
     if arguments.while_stdin_is_open:
         threading.Thread(target=_exit_with_stdin, daemon=True).start()
-    if DECIMATION in groups:
-        _use_decimation()
+    if SURFACE in groups:
+        _use_surface()
     else:
         compile_kernels(tuple(groups))
 
