@@ -18,7 +18,6 @@ implementation of J. Morovič, PGMA 2.1 (2002), has the same constants and the s
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import ndtr
 
 from gamutcore.arrays import FloatArray
 from gamutcore.errors import MeshError
@@ -101,6 +100,8 @@ def mapped_lightness(
     >>> mapped_lightness(np.array([0.0, 100.0]), np.zeros(2), (0, 100, 10, 90)).tolist()
     [10.0, 90.0]
     """
+    from scipy.special import ndtr  # noqa: PLC0415  # 15 MB; only this method needs it
+
     low, high, darkest, lightest = ranges
     mean, deviation = np.interp(darkest, DARKEST, MEANS), np.interp(darkest, DARKEST, DEVIATIONS)
     part = 100.0 * (lightness - low) / (high - low)
