@@ -17,6 +17,9 @@ export PIP_CONSTRAINT := constraints.txt
 export PIP_BUILD_CONSTRAINT := constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
+# Processes that run side by side use all cores. Threads of linear algebra would spin beside them.
+test test-fast: export OPENBLAS_NUM_THREADS := 1
+
 # Without bytecode each start takes 2 s longer, because Python compiles 1,400 modules.
 unexport PYTHONDONTWRITEBYTECODE
 
