@@ -2,8 +2,7 @@
 
 An image does this when it is built, a service before it says that it is ready
 (`gamutcore.kernels.installation.ensure_compiled`), and ``python -m gamutcore.warm`` from a shell.
-Two processes compile the default group: the boundary and its decimation take about as long as all
-the rest.
+Two processes compile a group. Each has about half of the work.
 """
 
 from __future__ import annotations
@@ -14,7 +13,9 @@ import os
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -44,6 +45,7 @@ from gamutcore.metric.error_curve import curve_counts, error_curve
 from gamutcore.metric.level_search import Bounds, LevelSearch
 from gamutcore.options import Options
 from gamutcore.queries import (
+    LevelIndex,
     build_index,
     compare,
     contains,
@@ -62,9 +64,6 @@ from gamutcore.sides import SidedSearch
 
 __all__ = ["compile_kernels", "use_kernels"]
 
-SURFACE = "surface"
-"""Name of the part of the default group that has a process of its own."""
-
 COLLECTION = (100_000, 20, 100)
 """Thresholds of the garbage collector while kernels compile. The compiler keeps most of what it
 makes: with Python's own thresholds, collections take a tenth of the time and free little."""
@@ -82,10 +81,7 @@ def compile_kernels(groups: tuple[str, ...] = GROUPS) -> None:
         with compilation_lock(group):
             if is_compiled(group):
                 continue
-            if group == "default":
-                _compile_default()
-            else:
-                use_kernels(group)
+            _compile(group)
             mark_compiled(group)
 
 
@@ -97,22 +93,21 @@ def use_kernels(group: str) -> None:
     group : str
         One of `gamutcore.kernels.installation.GROUPS`.
     """
-    if group == "default":
-        _use_surface()
-        _use_readers()
-        _use_models()
-        _use_build()
-    else:
-        _use_options()
+    for functions in PARTS[group]:
+        _call(functions)
 
 
-def _compile_default() -> None:
-    command = [sys.executable, "-m", __spec__.name, "--while-stdin-is-open", SURFACE]
-    with subprocess.Popen(command, stdin=subprocess.PIPE) as surface:  # noqa: S603  # no input
-        _use_readers()
-        _use_models()
-        surface.wait()
-    _use_build()
+def _compile(group: str) -> None:
+    command = [sys.executable, "-m", __spec__.name, "--while-stdin-is-open", "--beside", group]
+    with subprocess.Popen(command, stdin=subprocess.PIPE) as beside:  # noqa: S603  # no input
+        _call(PARTS[group].own)
+        beside.wait()
+    _call(PARTS[group].last)
+
+
+def _call(functions: tuple[Callable[[], None], ...]) -> None:
+    for function in functions:
+        function()
 
 
 def _use_surface() -> None:
@@ -199,7 +194,7 @@ def _use_build() -> None:
 
 
 def _use_options() -> None:
-    """Use the costs and boundaries that are not the default, all metrics and all queries."""
+    """Use the costs and boundaries that are not the default, pictures and all metrics."""
     FloatGrid((2, 2, 2), (np.zeros((8, 3), np.float32),), 3).values(np.full((1, 3), 0.5))
     for cost in COSTS:
         _decimate_cube(cost)
@@ -223,21 +218,62 @@ def _use_options() -> None:
     for function in (mismatch, voxel_mismatch):
         function(history.full(), history.level(50))
     radial_difference(history.full(), history.level(50), history.centre)
-    level = history.level(50)
-    index = build_index(level.vertices, level.faces, history.centre)
-    contains(level.vertices, index)
+    mesh_picture(history.level(50), size=16)
+
+
+def _index() -> LevelIndex:
+    corners = np.array([(50, 0, 40), (50, 40, -20), (50, -40, -20), (90, 0, 0)], np.float64)
+    faces = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)], np.int32)
+    return build_index(corners, faces, np.array([60.0, 0.0, 0.0]))
+
+
+def _use_distances() -> None:
+    """Answer queries about distances."""
+    index = _index()
+    nearest(index.vertices, index)
+    signed_distance(index.vertices, index)
+    delta_e_2000(index.vertices, index.vertices)
+    nearest_ciede2000(index.vertices[:2], index)
+
+
+def _use_other_queries() -> None:
+    """Answer all other queries."""
+    index = _index()
+    contains(index.vertices, index)
     cusp_points(np.zeros(1), index)
-    nearest(level.vertices, index)
-    delta_e_2000(level.vertices, level.vertices)
-    nearest_ciede2000(level.vertices[:2], index)
-    crossings(level.vertices, level.vertices[::-1], index)
-    map_colours(2 * level.vertices, index, "clip-nearest")
-    signed_distance(level.vertices, index)
+    crossings(index.vertices, index.vertices[::-1], index)
     compare(index, index)
     gamut_rings(index)
     leaves(index, np.zeros(1), np.full(1, 50.0))
-    slice_polygons(index, (1.0, 0.0, 0.0), 50.0)
-    mesh_picture(level, size=16)
+    slice_polygons(index, (1.0, 0.0, 0.0), 60.0)
+    # last, because it uses the nearest points of the other process
+    map_colours(2 * index.vertices, index, "clip-nearest")
+
+
+class Parts(NamedTuple):
+    """How the kernels of a group are used.
+
+    Attributes
+    ----------
+    own : tuple of callable
+        What the process does that compiles the group.
+    beside : tuple of callable
+        What another process does at the same time.
+    last : tuple of callable
+        What the first process does afterwards: it uses kernels of both.
+    """
+
+    own: tuple[Callable[[], None], ...]
+    beside: tuple[Callable[[], None], ...]
+    last: tuple[Callable[[], None], ...] = ()
+
+
+PARTS = {
+    "default": Parts((_use_readers, _use_models), (_use_surface,), (_use_build,)),
+    # the other process has compiled the index when this one needs it
+    "optional": Parts((_use_options, _use_distances), (_use_other_queries,)),
+}
+"""The parts of each group."""
 
 
 def _exit_with_stdin() -> None:
@@ -250,7 +286,10 @@ def _exit_with_stdin() -> None:
 def main() -> None:
     """Compile the groups that the command line names, or all."""
     parser = argparse.ArgumentParser(prog="python -m gamutcore.warm", description=__doc__)
-    parser.add_argument("group", nargs="*", choices=[*GROUPS, SURFACE, []])
+    parser.add_argument("group", nargs="*", choices=[*GROUPS, []])
+    parser.add_argument(
+        "--beside", action="store_true", help="do only the part that another process leaves"
+    )
     parser.add_argument(
         "--while-stdin-is-open", action="store_true", help="exit when standard input ends"
     )
@@ -259,8 +298,9 @@ def main() -> None:
     gc.set_threshold(*COLLECTION)
     if arguments.while_stdin_is_open:
         threading.Thread(target=_exit_with_stdin, daemon=True).start()
-    if SURFACE in groups:
-        _use_surface()
+    if arguments.beside:
+        for group in groups:
+            _call(PARTS[group].beside)
     else:
         compile_kernels(tuple(groups))
 
