@@ -188,8 +188,11 @@ class TestLayout:
         for path in (ROOT / "tests" / package).rglob("test_*.py"):
             folder = ROOT / path.relative_to(ROOT / "tests").parent
             module = folder / path.name.removeprefix("test_")
-            # a folder of tests belongs to the module of its name: several sides of one thing
-            if not (module.is_file() or module.with_suffix("").is_dir() or is_module(folder)):
+            # the package's own file; or a folder of tests for several sides of one module
+            initial = module.stem == folder.name
+            if not (
+                initial or module.is_file() or module.with_suffix("").is_dir() or is_module(folder)
+            ):
                 stray.append(str(path.relative_to(ROOT)))
         assert stray == []
 
