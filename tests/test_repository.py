@@ -56,14 +56,6 @@ def tracked():
     return [path for path in paths if path.is_file() and b"\0" not in path.read_bytes()[:8192]]
 
 
-def modules(package):
-    return sorted((ROOT / package).rglob("*.py"))
-
-
-def is_module(folder):
-    return folder.with_suffix(".py").is_file()
-
-
 class TestPins:
     def test_every_line_is_a_name_and_an_exact_version(self):
         lines = (ROOT / "constraints.txt").read_text().splitlines()
@@ -158,43 +150,6 @@ def test_no_file_names_a_package_host():
         if told or hosts_in(text, PACKAGE_HOSTS):
             named.append(path)
     assert named == []
-
-
-class TestLayout:
-    @pytest.mark.parametrize("package", ["gamutcore", "service", "tests"])
-    def test_modules_are_short(self, package):
-        long = {
-            str(path): lines
-            for path in modules(package)
-            if (lines := len(path.read_text().splitlines())) > 500
-        }
-        assert long == {}
-
-    @pytest.mark.parametrize("package", ["gamutcore", "service"])
-    def test_every_module_has_a_test_module_of_its_name(self, package):
-        untested = [
-            str(path.relative_to(ROOT))
-            for path in modules(package)
-            if path.name not in {"__init__.py", "__main__.py"}
-            and not (ROOT / "tests" / path.relative_to(ROOT).parent / f"test_{path.name}").is_file()
-            # or a folder of tests: several sides of one thing
-            and not (ROOT / "tests" / path.relative_to(ROOT).with_suffix("")).is_dir()
-        ]
-        assert untested == []
-
-    @pytest.mark.parametrize("package", ["gamutcore", "service"])
-    def test_every_test_module_tests_a_module(self, package):
-        stray = []
-        for path in (ROOT / "tests" / package).rglob("test_*.py"):
-            folder = ROOT / path.relative_to(ROOT / "tests").parent
-            module = folder / path.name.removeprefix("test_")
-            # the package's own file; or a folder of tests for several sides of one module
-            initial = module.stem == folder.name
-            if not (
-                initial or module.is_file() or module.with_suffix("").is_dir() or is_module(folder)
-            ):
-                stray.append(str(path.relative_to(ROOT)))
-        assert stray == []
 
 
 HEADING = re.compile(r"^#+ +(.*?) *$", re.MULTILINE)
