@@ -26,6 +26,9 @@ RUN python3 -m venv /opt/gamut && \
     /opt/gamut/bin/python -m pip install -q -c constraints.txt '.[service,celery,cloud,otel]' && \
     /opt/gamut/bin/python -m pip uninstall -q --yes pip
 
+# Kernels that lie beside the sources are kept where they fit: compiled for this CPU from these sources.
+RUN find gamutcore -name '*.nb[ci]' -exec cp --parents -t /opt/gamut/lib/python3*/site-packages {} +
+
 # From another directory, so that the installed package is compiled and not its source.
 WORKDIR /
 RUN /opt/gamut/bin/python -m gamutcore.warm && \

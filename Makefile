@@ -18,7 +18,7 @@ export PIP_BUILD_CONSTRAINT := constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 # Processes that run side by side use all cores. Threads of linear algebra would spin beside them.
-test test-fast: export OPENBLAS_NUM_THREADS := 1
+test test-fast test-long: export OPENBLAS_NUM_THREADS := 1
 
 # Without bytecode each start takes 2 s longer, because Python compiles 1,400 modules.
 unexport PYTHONDONTWRITEBYTECODE
@@ -52,6 +52,11 @@ help: ## list the targets
 	$(python) -m pip install -q -c constraints.txt -e '.[service,test,lint]'
 	@touch $@
 
+# All that the checks need, in one go: pip resolves once.
+.venv/.installed-all: .venv/bin/pip $(pins)
+	$(python) -m pip install -q --no-compile -c constraints.txt -e '.[service,test,lint,docs]'
+	@touch .venv/.installed .venv/.installed-test .venv/.installed-lint .venv/.installed-docs $@
+
 .venv/.installed-figures: .venv/.installed
 	$(python) -m pip install -q -c constraints.txt -e '.[service,peers,plot]'
 	@touch $@
@@ -71,6 +76,10 @@ $(node_packages): %/node_modules/.package-lock.json: %/package.json %/package-lo
 
 .PHONY: install
 install: .venv/.installed ## install into .venv and compile the kernels that have changed
+	$(python) -m gamutcore.warm
+
+.PHONY: install-all
+install-all: .venv/.installed-all $(node_packages) ## install what all checks need, and compile the kernels
 	$(python) -m gamutcore.warm
 
 # --- use ------------------------------------------------------------------------------------------
@@ -96,6 +105,10 @@ test: ## run all tests, or some: make test T=tests/gamutcore/test_mesh.py, make 
 .PHONY: test-fast
 test-fast: install .venv/.installed-test ## run the tests that need no server, broker, browser or long computation
 	$(python) -m pytest -n auto --dist loadfile --no-loadscope-reorder -m 'not slow'
+
+.PHONY: test-long
+test-long: install .venv/.installed-test $(node_packages) ## run all tests with more and random examples, for an hour or more
+	GAMUT_TEST_LONG=1 $(python) -m pytest -n auto --dist loadfile --no-loadscope-reorder --hypothesis-profile=long
 
 .PHONY: fuzz
 fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)

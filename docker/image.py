@@ -31,7 +31,7 @@ CHECKOUT = Path(__file__).resolve().parent.parent
 BASE = "localhost/debian-python"
 READY_SECONDS = 3.0
 """Goal for the time from start to ready, printed beside the figure."""
-GIVE_UP_SECONDS = 60.0
+GIVE_UP_SECONDS = 300.0
 
 STORAGE = '[storage]\ndriver = "vfs"\nrunroot = "{0}/run"\ngraphroot = "{0}/graph"\n'
 
@@ -184,7 +184,7 @@ class Service:
     def stop(self) -> None:
         """Send SIGTERM to the service itself, because buildah kills its child on a signal."""
         os.kill(self.find_process(), signal.SIGTERM)
-        self.process.wait(timeout=30)
+        self.process.wait(timeout=GIVE_UP_SECONDS)
         log = self.log.read_text()
         expect("Application shutdown complete" in log, f"a graceful shutdown in the log:\n{log}")
         expect("compiling" not in log, f"a service that compiles no kernel:\n{log}")

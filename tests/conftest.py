@@ -22,6 +22,8 @@ WEB = Path(__file__).parents[1] / "web"
 # The same examples in every run, so that a failure in CI repeats at a desk. Tests are not timed.
 settings.register_profile("repository", derandomize=True, deadline=None)
 settings.load_profile("repository")
+# Other examples in every run, and more of them: `make test-long`.
+settings.register_profile("long", max_examples=2000, deadline=None, print_blob=True)
 
 
 # The command line keeps no reference gamuts in the user's cache, and finds none there.

@@ -80,7 +80,7 @@ def address(tmp_path_factory):
     finally:
         if server.poll() is None:
             os.killpg(server.pid, signal.SIGINT)  # as Ctrl-C does
-            server.wait(timeout=60)
+            server.wait(timeout=START_SECONDS)
         output.close()
 
 
