@@ -168,10 +168,8 @@ def limits(results: Results) -> str:
     for (cost, limit), group in groups.items():
         coarse = sum(row["coarse"] for row in group)
         excess = sum(row["coarse"] * row["excess"] for row in group) / coarse
-        usual, longest = (
-            1e3 * mean(row["median_s"] for row in group),
-            1e3 * max(row["longest_s"] for row in group),
-        )
+        usual = 1e3 * mean(row["median_s"] for row in group)
+        longest = 1e3 * max(row["longest_s"] for row in group)
         rows.append(
             [
                 f"`{cost}`",

@@ -207,8 +207,6 @@ def query_figures(runs: int) -> Rows:
 
         thousand = json.dumps({"colours": colours[:1000].round(3).tolist()}).encode()
         for name, goal in (("contains", "≤ 0.25"), ("nearest", "≤ 2")):
-            taken = seconds(name, million, NPY, runs)
-            add(f"1,000,000 colours as .npy, `{name}`, s", taken, goal)
             taken = 1e3 * seconds(name, thousand, JSON, 7 * runs)
             add(f"1,000 colours as JSON, `{name}`, ms", taken, "≤ 5")
             pid = found.process.pid
@@ -217,6 +215,8 @@ def query_figures(runs: int) -> Rows:
             seconds(name, million, NPY, 1)
             growth = resident_bytes("VmHWM", pid) - before - len(million)
             add(f"memory of `{name}` beyond the body, bytes per row", growth / MILLION, "≤ 64")
+            taken = seconds(name, million, NPY, runs)
+            add(f"1,000,000 colours as .npy, `{name}`, s", taken, goal)
         body = json.dumps({"colours": colours[:1].round(3).tolist()})
         single = load(found.port, [f"{gamut}/contains"], 2000 * runs, ["--body", body])
         add("single colours as JSON, `contains`, requests/s", single["requests/s"], "≥ 3,000")
@@ -231,7 +231,10 @@ def busy_livez(port: int, path: str, body: bytes, seconds: float) -> float:
 
     def send() -> None:
         while time.perf_counter() < end:
-            if request(port, path, body, {"Content-Type": NPY})[0] == 429:
+            status = 429
+            with contextlib.suppress(OSError):  # refused before the body was sent
+                status, _ = request(port, path, body, {"Content-Type": NPY})
+            if status == 429:
                 time.sleep(0.1)
 
     threads = [threading.Thread(target=send) for _ in range(4)]

@@ -197,7 +197,7 @@ async def run_mixture(
                     run.unexpected.append(f"{answer.status_code}: {sent.method} {sent.path}")
                 elif sent.check and answer.status_code == 200 and not sent.check(answer):
                     run.unexpected.append(f"wrong: {sent.method} {sent.path}: {answer.text[:200]}")
-                if number % 1000 == 0:
+                if number % max(1, count // 200) == 0:
                     run.memory.append((number, resident_bytes(pid=found.process.pid)))
 
         await asyncio.gather(*(send_all() for _ in range(CONNECTIONS)))
@@ -239,7 +239,7 @@ def mixture_results(requests: int) -> list[Result]:
         Result(
             "soak-memory",
             f"{growth:+.2f} MiB per 10,000 of {requests:,} requests ({warming:+.2f} while warming "
-            f"up); {first:.0f} MiB after 1,000 requests, {middle:.0f} after "
+            f"up); {first:.0f} MiB after {run.memory[0][0]:,} requests, {middle:.0f} after "
             f"{run.memory[half][0]:,}, {last:.0f} at the end",
             growth <= 1,
         ),

@@ -1,14 +1,13 @@
 """Measure the way to the first gamut in a fresh clone: ``make bench-startup``.
 
 Clones a revision of this repository, serves it with ``make serve``, posts the example, restarts it,
-and compiles all kernels from nothing and after edits. Packages come from pip's cache, if they were
+and compiles all kernels from nothing. Packages come from pip's cache, if they were
 installed before. ``--quick`` restarts this installation only, and writes nothing.
 """
 
 from __future__ import annotations
 
 import argparse
-import ast
 import contextlib
 import os
 import resource
@@ -29,9 +28,6 @@ GOALS = {
     "`make serve` to all optional kernels compiled, s": "–",
     "processor time to compile all kernels, s": "≤ 100",
     "machine code of all kernels, MB": "≤ 15",
-    "compiled again after an edit in `usv.py`, processor time, s": "≤ 10",
-    "the same in `edge_queue.py`, s": "≤ 40",
-    "the same after an edit of a comment, s": "–",
     "resident memory of the warm idle server, MiB": "≤ 200",
     "resident memory of the warm idle build worker, MiB": "≤ 200",
     "restart of a warm installation to ready, s": "≤ 2.5",
@@ -110,41 +106,8 @@ def memory(found: Server) -> dict[str, float]:
 
 
 def compilation(clone: Path) -> dict[str, float]:
-    """Compile all kernels from nothing, and after edits."""
+    """Compile all kernels from nothing."""
     cache = clone / "kernels"
-    figures = {"processor time to compile all kernels, s": compile_all(clone, cache)}
-    code = sum(path.stat().st_size for path in cache.rglob("*.nbc")) / 1e6
-    figures["machine code of all kernels, MB"] = code
-    warm = min(compile_all(clone, cache) for _ in range(2))
-    for name, module in (
-        ("compiled again after an edit in `usv.py`, processor time, s", "boundary/usv.py"),
-        ("the same in `edge_queue.py`, s", "decimation/edge_queue.py"),
-    ):
-        path = clone / "gamutcore" / module
-        source = path.read_text()
-        path.write_text(edited(source))
-        figures[name] = max(compile_all(clone, cache) - warm, 0.0)
-        path.write_text("# A comment.\n" + edited(source))
-        comment = max(compile_all(clone, cache) - warm, 0.0)
-        figures["the same after an edit of a comment, s"] = comment
-        path.write_text(source)
-        compile_all(clone, cache)
-    return figures
-
-
-def edited(source: str) -> str:
-    """Change the bytecode of every kernel of a module, and not what it computes."""
-    lines = source.splitlines(keepends=True)
-    for node in reversed(list(ast.walk(ast.parse(source)))):
-        if isinstance(node, ast.FunctionDef) and any(
-            "kernel" in ast.unparse(decorator) for decorator in node.decorator_list
-        ):
-            lines.insert(node.body[-1].lineno - 1, f"{' ' * node.body[-1].col_offset}_edited = 0\n")
-    return "".join(lines)
-
-
-def compile_all(clone: Path, cache: Path) -> float:
-    """Return the processor time that ``gamutcore.warm`` takes."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run(
         [str(clone / ".venv/bin/python"), "-m", "gamutcore.warm"],
@@ -154,7 +117,13 @@ def compile_all(clone: Path, cache: Path) -> float:
         stderr=subprocess.DEVNULL,
     )
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return {
+        "processor time to compile all kernels, s": used,
+        "machine code of all kernels, MB": (
+            sum(path.stat().st_size for path in cache.rglob("*.nbc")) / 1e6
+        ),
+    }
 
 
 if __name__ == "__main__":
