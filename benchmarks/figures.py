@@ -98,7 +98,7 @@ def main() -> int:
         if arguments.only is None or name in arguments.only:
             print(f"{time.strftime('%H:%M:%S')} {name}", flush=True)
             results.update(measure())
-            results["machine"] = {**machine(), **versions(), "algorithm": ALGORITHM_VERSION}
+            results["machine"] |= {**machine(), **versions(), "algorithm": ALGORITHM_VERSION}
     store(results, RESULTS, DOCUMENT, document_blocks(results))
     if arguments.only is None or "pictures" in arguments.only:
         pictures.draw(results)
