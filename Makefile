@@ -115,7 +115,7 @@ fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)
 	$(python) tests/fuzz/fuzz.py --seconds $(or $(FUZZ_SECONDS),600)
 
 .PHONY: bench
-bench: install ## measure speed and memory; updates docs/benchmarks.md
+bench: install ## measure builds, levels and the service; updates docs/benchmarks.md
 	$(python) -m benchmarks.bench
 
 .PHONY: bench-builds
@@ -135,17 +135,12 @@ bench-before: install ## compare the speed with an earlier revision (BEFORE=...)
 	$(python) -m benchmarks.revisions $(if $(BEFORE),--before $(BEFORE))
 
 .PHONY: bench-queries
-bench-queries: install .venv/.installed-figures ## measure queries beside trimesh with Embree; writes docs/benchmarks.md
+bench-queries: install .venv/.installed-figures ## measure queries beside trimesh and Manifold; writes docs/benchmarks.md
 	$(python) -m benchmarks.queries
-	$(python) -m benchmarks.level_queries
 
 .PHONY: bench-viewer
 bench-viewer: install web/node_modules/.package-lock.json ## measure the viewer in Chromium; writes docs/benchmarks.md
 	$(python) -m benchmarks.viewer
-
-.PHONY: bench-queries-http
-bench-queries-http: install ## measure queries over HTTP; writes docs/benchmarks.md
-	$(python) -m benchmarks.queries_http
 
 .PHONY: soak
 soak: install .venv/.installed-test ## load the service for minutes; updates docs/reliability.md
@@ -154,10 +149,6 @@ soak: install .venv/.installed-test ## load the service for minutes; updates doc
 .PHONY: faults
 faults: install .venv/.installed-test $(node_packages) ## inject faults for an hour; updates docs/reliability.md
 	$(python) -m benchmarks.faults
-
-.PHONY: scaling
-scaling: install ## estimate machines for a load; updates docs/scaling.md
-	$(python) -m benchmarks.scaling
 
 .PHONY: figures
 figures: install .venv/.installed-figures ## measure accuracy beside other libraries; updates docs/decimation.md
@@ -222,7 +213,7 @@ concepts: install .venv/.installed-docs ## redraw the pictures of docs/concepts.
 
 .PHONY: viewer-pictures
 viewer-pictures: install web/node_modules/.package-lock.json ## take the pictures of the viewer for README and docs/tour.md
-	$(python) -m benchmarks.viewer_pictures
+	$(python) -m benchmarks.viewer --pictures
 
 .PHONY: image-lint
 image-lint: .venv/.installed-lint ## hadolint on the Dockerfile

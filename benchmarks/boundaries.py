@@ -1,24 +1,19 @@
 """Measure how exact the volumes of boundaries are: ``make bench-boundaries``.
 
-Builds the boundary of every RGB space of colour-science and of real devices, with default options
-and as device surface, and compares volumes with references that do not use the boundary code: dense
-faces of the cube by the divergence theorem, published volumes, and rays through two million points
-of the device's surface. The figures go to ``benchmarks/boundaries.json`` and into
-``docs/benchmarks.md``. Devices need the shared data beside the checkout (``../shared/data``).
+Builds the boundary of RGB spaces and of real devices, with default options and as device surface,
+and compares the CIELAB volumes with references that do not use the boundary code. Devices need the
+shared data beside the checkout (``../shared/data``).
 """
 
 from __future__ import annotations
 
-import json
-import time
+import argparse
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from benchmarks import markdown
-from benchmarks.bench import DOCUMENT
 from benchmarks.common import SHARED
 from gamutcore.boundary.radial_volume import FINE, radial_volume
 from gamutcore.boundary.wrapping import wrap_colours
@@ -26,16 +21,13 @@ from gamutcore.characterisation import characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.colours.reference_colours import reference_lab, reference_white, rgb_xyz
 from gamutcore.options import Options
-from gamutcore.references import NOT_OFFERED, REFERENCES
+from gamutcore.references import REFERENCES
 
 if TYPE_CHECKING:
-    from gamutcore.arrays import FloatArray
     from gamutcore.characterisation import Characterisation
     from gamutcore.references import Reference
 
-__all__ = ["cube_volume", "main", "tables"]
-
-RESULTS = Path(__file__).with_name("boundaries.json")
+__all__ = ["main"]
 
 STEPS = 400
 """Steps along the edges of the dense cube; 800 steps change no volume by 0.001 %."""
@@ -51,11 +43,10 @@ LINDBLOOM = {
     "colormatch-rgb": 836_975,
     "ntsc-1953": 1_300_252,
     "prophoto-rgb": 2_879_568,
+    "adobe-wide-gamut-rgb": 2_164_221,
 }
 """CIELAB volumes from http://www.brucelindbloom.com/WorkingSpaceInfo.html, by slug."""
 
-WIDE_GAMUT = "adobe-wide-gamut-rgb"
-WIDE_GAMUT_VOLUME = 2_164_221
 WIDE_GAMUT_PRIMARIES = ((0.735, 0.265), (0.115, 0.826), (0.157, 0.018))
 """Lindbloom's Wide Gamut. The primaries of colour-science have four decimals, and its cube is
 0.18 % larger for that reason alone, so it is measured with his."""
@@ -70,27 +61,72 @@ DEVICES = {
 
 
 def main() -> None:
-    """Measure all, and write the figures and the document."""
-    results = {"spaces": [_space(each) for each in REFERENCES.values() if each.kind == "rgb"]}
-    results["published"] = [_wide_gamut()]
-    results["devices"] = [_device(name, SHARED / path) for name, path in DEVICES.items()]
-    RESULTS.write_text(json.dumps(results, indent=1) + "\n")
-    markdown.update_document(DOCUMENT, tables(results))
+    """Measure all, and write the table."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.boundaries", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="one space, not written")
+    quick = parser.parse_args().quick
+    spaces = [each for each in REFERENCES.values() if each.kind == "rgb"]
+    rows = [space_row(each) for each in (spaces[:1] if quick else spaces)]
+    if not quick:
+        rows.sort(key=lambda row: -abs(row["default, %"]))
+        rows = [*map(device_row, DEVICES), *rows]
+    print(markdown.rows_table(rows))
+    if not quick:
+        markdown.record({"boundaries": rows})
+
+
+def space_row(reference: Reference) -> dict[str, Any]:
+    """Compare an RGB space with the faces of its cube, and with Lindbloom's volume."""
+    if reference.slug == "adobe-wide-gamut-rgb":
+        definition = {**reference.definition, "primaries": WIDE_GAMUT_PRIMARIES}
+        reference = replace(reference, definition=definition, primaries=WIDE_GAMUT_PRIMARIES)
+        return row_of(reference.name, cube_volume(reference), reference, LINDBLOOM[reference.slug])
+    device = characterisation(reference.data)
+    published = LINDBLOOM.get(reference.slug)
+    return row_of(reference.name, cube_volume(reference), device, published)
+
+
+def device_row(name: str) -> dict[str, Any]:
+    """Compare a device with rays through dense points of its surface."""
+    device = characterisation((SHARED / DEVICES[name]).read_bytes())
+    dense = surface_colours(device, surface_samples=DENSE_POINTS)  # type: ignore[arg-type]  # no mesh
+    assert dense.faces is not None  # noqa: S101  # devices with a model
+    centre = (dense.points.min(axis=0) + dense.points.max(axis=0)) / 2
+    return row_of(
+        name, radial_volume(dense.points, dense.faces.corners, centre, FINE).volume, device
+    )
+
+
+def row_of(
+    name: str, exact: float, device: Characterisation, published: float | None = None
+) -> dict[str, Any]:
+    """Return the errors of both kinds of boundary, and that of the default by a publication."""
+    colours = surface_colours(device)  # type: ignore[arg-type]  # no mesh
+    volumes = [
+        wrap_colours(
+            colours.points,
+            colours.faces,
+            options.boundary,
+            options.centre,
+            options.boundary_parameters,
+        ).boundary.mesh.volume
+        for options in (Options(), Options(boundary="device-surface"))
+    ]
+    return {
+        "device or space": name,
+        "volume": round(exact),
+        "default, %": round(100 * (volumes[0] / exact - 1), 4),
+        "`device-surface`, %": round(100 * (volumes[1] / exact - 1), 4),
+        "default beside Lindbloom, %": (
+            round(100 * (volumes[0] / published - 1), 3) if published else None
+        ),
+    }
 
 
 def cube_volume(reference: Reference, steps: int = STEPS) -> float:
     """Return the CIELAB volume within the six faces of an RGB space's cube.
 
-    Parameters
-    ----------
-    reference : Reference
-    steps : int
-        Steps along each edge.
-
-    Returns
-    -------
-    float
-        By the divergence theorem, over two triangles for each step.
+    By the divergence theorem, over two triangles for each step along the edges.
     """
     axis = np.linspace(0.0, 1.0, steps + 1)
     one, two = (grid.ravel() for grid in np.meshgrid(axis, axis, indexing="ij"))
@@ -104,108 +140,6 @@ def cube_volume(reference: Reference, steps: int = STEPS) -> float:
             part = np.einsum("ijk,ijk->", near, np.cross(left, far) + np.cross(far, right)) / 6
             volume += part if (end == 1.0) == (fixed != 1) else -part
     return abs(float(volume))
-
-
-def _boundaries(device: Characterisation) -> dict[str, Any]:
-    """Volumes of the default boundary and of the device surface, with the choices and times."""
-    found: dict[str, Any] = {}
-    for name, options in (("default", Options()), ("surface", Options(boundary="device-surface"))):
-        began = time.process_time()
-        colours = surface_colours(device)  # type: ignore[arg-type]  # no mesh
-        wrapping = wrap_colours(
-            colours.points,
-            colours.faces,
-            options.boundary,
-            options.centre,
-            options.boundary_parameters,
-        )
-        found[name] = {
-            "volume": wrapping.boundary.mesh.volume,
-            "device_volume": wrapping.device_volume,
-            "choices": wrapping.choices,
-            "seconds": time.process_time() - began,
-        }
-    return found
-
-
-def _space(reference: Reference) -> dict[str, Any]:
-    found = _boundaries(characterisation(reference.data))
-    exact = cube_volume(reference)
-    return {"name": reference.name, "slug": reference.slug, "exact": exact, **found}
-
-
-def _wide_gamut() -> dict[str, Any]:
-    reference = REFERENCES[WIDE_GAMUT]
-    definition = {**reference.definition, "primaries": WIDE_GAMUT_PRIMARIES}
-    with_his = replace(reference, definition=definition, primaries=WIDE_GAMUT_PRIMARIES)
-    name = f"{reference.name}, Lindbloom's primaries"
-    exact = cube_volume(with_his)
-    return {"name": name, "slug": WIDE_GAMUT, "exact": exact, **_boundaries(with_his)}
-
-
-def _device(name: str, path: Path) -> dict[str, Any]:
-    device = characterisation(path.read_bytes())
-    dense = surface_colours(device, surface_samples=DENSE_POINTS)  # type: ignore[arg-type]  # no mesh
-    assert dense.faces is not None  # noqa: S101  # devices with a model
-    centre: FloatArray = (dense.points.min(axis=0) + dense.points.max(axis=0)) / 2
-    exact = radial_volume(dense.points, dense.faces.corners, centre, FINE).volume
-    return {"name": name, "exact": exact, **_boundaries(device)}
-
-
-def tables(results: dict[str, list[dict[str, Any]]]) -> dict[str, str]:
-    """Return the blocks of the document.
-
-    Parameters
-    ----------
-    results : dict
-        As in ``benchmarks/boundaries.json``.
-
-    Returns
-    -------
-    dict of str to str
-    """
-    spaces = sorted(results["spaces"], key=lambda row: -abs(_error(row, "default")))
-    blocks = {
-        "boundary_spaces": [_row(row) for row in spaces],
-        "boundary_devices": [_row(row) for row in results["devices"]],
-    }
-    head = ["", "volume", "default, %", "`device-surface`, %", "centre", "depth, ΔE", "γ"]
-    texts = {name: markdown.table(head, rows) for name, rows in blocks.items()}
-    published = [
-        [row["name"], f"{volume:,}"]
-        + [f"{100 * (row[kind]['volume'] / volume - 1):+.3f}" for kind in ("default", "surface")]
-        for row, volume in [
-            *(
-                (row, LINDBLOOM[row["slug"]])
-                for row in results["spaces"]
-                if row["slug"] in LINDBLOOM
-            ),
-            *((row, WIDE_GAMUT_VOLUME) for row in results["published"]),
-        ]
-    ]
-    texts["boundary_published"] = markdown.table(
-        ["space", "published", "default, %", "`device-surface`, %"], published
-    )
-    texts["boundary_refused"] = markdown.table(
-        ["space", "reason"], [[name, why] for name, why in NOT_OFFERED.items()]
-    )
-    return texts
-
-
-def _error(row: dict[str, Any], kind: str) -> float:
-    return float(row[kind]["volume"] / row["exact"] - 1)
-
-
-def _row(row: dict[str, Any]) -> list[str]:
-    choices = row["default"]["choices"]
-    return [
-        row["name"],
-        f"{row['exact']:,.0f}",
-        *(f"{100 * _error(row, kind):+.4f}" for kind in ("default", "surface")),
-        choices["centre"]["from"],
-        f"{choices['centre']['depth']:.3g}",
-        f"{choices['gamma']:g}",
-    ]
 
 
 if __name__ == "__main__":

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import os
+import platform
 import re
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gamutcore.characterisation import GamutMesh, IccProfile, Picture, Samples, characterisation
+from gamutcore.characterisation import GamutMesh, characterisation
 from gamutcore.colours import surface_colours
 from gamutcore.decimation import decimate
 from gamutcore.history import History, build_history
@@ -20,47 +23,70 @@ from gamutcore.mesh import TriangleMesh
 from gamutcore.references import Reference
 
 __all__ = [
+    "DOCUMENT",
     "FOGRA39L",
+    "P3",
+    "RESULTS",
     "ROOT",
     "SHARED",
     "SRGB",
     "FloatArray",
+    "Rows",
     "build_mesh_history",
-    "device_data",
+    "machine",
     "resident_bytes",
     "run_module",
     "sphere_samples",
     "surface_points",
     "times_of",
+    "use_one_core",
 ]
 
 ROOT = Path(__file__).parent.parent
+DOCUMENT = ROOT / "docs" / "benchmarks.md"
+RESULTS = Path(__file__).with_name("results.json")
+"""Tables of docs/benchmarks.md, by the names of their blocks."""
 SHARED = ROOT.parent / "shared" / "data"
 """Files that the repository may not contain. Measurements that need them are left out without."""
 
 FOGRA39L = ROOT / "examples" / "FOGRA39L.ti3"
 SRGB = ROOT / "tests" / "data" / "sRGB-v4.icc"
+P3 = ROOT / "tests" / "data" / "DisplayP3-v4.icc"
 
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
+Rows = list[dict[str, Any]]
 
 
-def device_data(data: bytes) -> Samples | IccProfile | Picture:
-    """Return the characterisation data in the bytes of a file.
+def machine(*packages: str) -> dict[str, Any]:
+    """Return the date, the processor and the versions of the software of this run."""
+    model = platform.processor() or platform.machine()
+    cpus = Path("/proc/cpuinfo")
+    if cpus.exists() and (
+        found := re.search(r"^model name\s*:\s*(.+)", cpus.read_text(), re.MULTILINE)
+    ):
+        model = found[1]
+    return {
+        "date": time.strftime("%Y-%m-%d"),
+        "cpu": model,
+        "cores": os.cpu_count(),
+        "system": f"{platform.system()} {platform.machine()}",
+        "python": platform.python_version(),
+        **{name: version(name) for name in ("numpy", "numba", *packages)},
+    }
 
-    Raises
-    ------
-    TypeError
-        If the file is a gamut mesh or a reference gamut.
-    """
-    device = characterisation(data)
-    if isinstance(device, GamutMesh | Reference):
-        raise TypeError("The file has no device data. Use measurements, a profile or a picture.")
-    return device
+
+def use_one_core() -> None:
+    """Pin this process to the last core, because the figures are for one core."""
+    if sys.platform == "linux":
+        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 
 
 def surface_points(path: Path, samples: int = 100_000) -> FloatArray:
     """Return at most that many CIELAB colours of a device's surface, shape (n, 3)."""
-    return surface_colours(device_data(path.read_bytes()), surface_samples=samples).points
+    device = characterisation(path.read_bytes())
+    if isinstance(device, GamutMesh | Reference):
+        raise TypeError(f"{path.name} has no device data. Use a profile or measurements.")
+    return surface_colours(device, surface_samples=samples).points
 
 
 def build_mesh_history(mesh: TriangleMesh, centre: FloatArray, cost: str = "volume") -> History:
@@ -100,15 +126,7 @@ def resident_bytes(name: str = "VmRSS", pid: int | str = "self") -> int:
 def run_module(name: str, *arguments: str, prefix: list[str] | None = None, text: str = "") -> str:
     """Run a module of this package in a fresh process and return what it prints.
 
-    Parameters
-    ----------
-    name : str
-        Name of the module inside the package.
-    *arguments : str
-    prefix : list of str, optional
-        Words before the command, such as those of ``taskset``.
-    text : str, optional
-        Standard input.
+    ``prefix`` are words before the command, such as those of ``taskset``; ``text`` is its input.
     """
     done = subprocess.run(
         [*(prefix or []), sys.executable, "-m", f"benchmarks.{name}", *arguments],

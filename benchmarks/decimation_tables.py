@@ -1,99 +1,136 @@
-"""The tables of ``docs/decimation.md``, from the content of ``benchmarks/decimation.json``."""
+"""The tables of ``docs/decimation.md``, from the content of ``benchmarks/decimation.json``.
+
+A *method* is a cost of this project, another library (a peer), or another way to make a simple
+boundary. Errors are relative volume mismatches.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from statistics import geometric_mean, mean
+from collections.abc import Iterable
+from pathlib import Path
+from statistics import mean
 from typing import Any
 
-from benchmarks.markdown import count_text, percent, table
-from benchmarks.paper import SPHERE_LIMIT
-from benchmarks.peers import COUNTS
-from benchmarks.summary import (
-    PUBLISHED_COST,
-    Results,
-    best_peer,
-    boundary_methods,
-    costs_by_accuracy,
-    level_errors,
-    mean_best_peer,
-    mean_errors,
-)
+import numpy as np
 
-__all__ = ["document_blocks"]
+from benchmarks.common import ROOT
+from benchmarks.markdown import percent, table
+from benchmarks.peers import COUNTS
+
+__all__ = [
+    "COSTS",
+    "DOCUMENT",
+    "RESULTS",
+    "SPHERE_LIMIT",
+    "Results",
+    "document_blocks",
+    "mean_errors",
+    "method_means",
+]
+
+RESULTS = Path(__file__).with_name("decimation.json")
+DOCUMENT = ROOT / "docs" / "decimation.md"
+
+Results = dict[str, Any]
+"""The content of ``benchmarks/decimation.json``."""
+
+COSTS = ("finest", "volume", "quadric")
+"""The costs, the most accurate first. `quadric` is the published one."""
 
 DEVICE_COUNTS = (1000, 100)
-"""Triangle counts of the table by device."""
-
 LIBRARY_COUNTS = (1000, 100, 20)
 SPHERE_COUNTS = (1000, 500, 100)
-
 METHOD_SIZES = (100, 1000, 10_000)
 """Triangle counts near which the other boundary methods are tabulated; the plot has all sizes."""
 
-MEASURABLE_TRIANGLES = 2000
-"""The memory of smaller histories is lost in the noise of the process."""
-
-SMALL_LIMITS = (
-    ("2 µs per triangle", "us_per_triangle", 2.0),
-    ("400 bytes of memory per triangle", "bytes_per_triangle", 400.0),
-    ("110 bits per vertex in the history file", "bits_per_vertex", 110.0),
-    ("error curve in 30 % of the decimation time", "curve_part", 0.3),
-)
-"""Properties of device gamuts that small boundaries do not have: text, key, and limit."""
+SPHERE_LIMIT = 12 * np.pi * (1 / (6 * 3**0.5) - 1 / (8 * np.pi))
+"""Least mismatch × triangles on a sphere for many triangles: constants of Ludwig and Böröczky."""
 
 
 def document_blocks(results: Results) -> dict[str, str]:
     """Return the generated blocks of docs/decimation.md."""
-    makers: dict[str, Callable[[Results], str]] = {
-        "machine": _machine,
-        "mean-mismatch": _mean_mismatch,
-        "device-mismatch": _device_mismatch,
-        "times": _times,
-        "small": _small,
-        "files": _files,
-        "limits": _limits,
-        "libraries": _libraries,
-        "sphere": _sphere,
-        "methods": _methods,
-        "agreement": _agreement,
+    makers = (mean_mismatch, device_mismatch, times, limits, libraries, sphere, methods, machine)
+    return {make.__name__.replace("_", "-"): make(results) for make in makers}
+
+
+def level_errors(results: Results, method: str, count: int) -> dict[str, float]:
+    """Return a method's errors at a triangle count by device, where it reaches the count."""
+    return {
+        row["device"]: row["mismatch"]
+        for row in (*results["levels"], *results["peers"])
+        if (row["method"], row["asked"]) == (method, count)
+        and row["reached"]
+        and row["mismatch"] is not None
     }
-    return {name: make(results) for name, make in makers.items()}
 
 
-def _machine(results: Results) -> str:
-    about = results["machine"]
-    platform = ("cpu", "system", "python", "numpy", "numba")
-    libraries = [
-        f"{name} {version}"
-        for name, version in about.items()
-        if name not in {*platform, "date", "cores", "algorithm", "scipy", "trimesh", "uvicorn"}
-    ]
-    values = [about["date"], str(about["algorithm"]), *(about[name] for name in platform)]
-    rows = [[*values, ", ".join(libraries)]]
-    return table(["date", "algorithm version", *platform, "libraries"], rows)
+def mean_errors(results: Results, method: str, counts: Iterable[int]) -> list[float | None]:
+    """Return a method's mean errors over all devices; None where it fails on a device."""
+    found = [level_errors(results, method, count) for count in counts]
+    everywhere = len(results["devices"])
+    return [mean(each.values()) if len(each) == everywhere else None for each in found]
 
 
-def _mean_mismatch(results: Results) -> str:
-    rows = [
-        [f"`{cost}`", *map(percent, mean_errors(results, cost, COUNTS).values())]
-        for cost in costs_by_accuracy(results)[::-1]
-    ]
-    best = [percent(mean_best_peer(results, count)) for count in COUNTS]
-    rows.append(["best other library per device", *best])
-    return table(["triangles", *map(count_text, COUNTS)], rows)
+def best_peer(results: Results, device: str, count: int) -> tuple[float, str]:
+    """Return error and name of the most accurate other library for a device and count."""
+    return min(
+        (row["mismatch"], row["method"])
+        for row in results["peers"]
+        if (row["device"], row["asked"]) == (device, count)
+        and row["reached"]
+        and row["mismatch"] is not None
+    )
 
 
-def _device_mismatch(results: Results) -> str:
-    costs = costs_by_accuracy(results)[:0:-1]  # without the published cost
+def method_means(results: Results) -> dict[str, Results]:
+    """Return means over the devices of the other boundary methods, by method and size.
+
+    Sizes that fail on a device are left out.
+    """
+    groups: dict[str, list[Results]] = {}
+    for row in results["others"]:
+        groups.setdefault(f"{row['method']}, {row['size']}", []).append(row)
+    return {
+        name: {
+            "method": rows[0]["method"],
+            **{key: mean(row[key] for row in rows) for key in ("triangles", "mismatch", "volume")},
+            "decimated": [mean(row["decimated"][cost] for row in rows) for cost in COSTS],
+        }
+        for name, rows in groups.items()
+        if len(rows) == len(results["devices"])
+    }
+
+
+def machine(results: Results) -> str:
+    """Date, processor and versions."""
+    about = dict(results["machine"])
+    head = ["date", "algorithm", "cpu", "system", "python", "numpy", "numba"]
+    cells = [str(about.pop(name)) for name in head]
+    about.pop("cores")
+    libraries = ", ".join(f"{name} {version}" for name, version in sorted(about.items()))
+    return table([*head, "libraries"], [[*cells, libraries]])
+
+
+def mean_mismatch(results: Results) -> str:
+    """Mean error of every cost and count."""
+    rows = [[f"`{cost}`", *map(percent, mean_errors(results, cost, COUNTS))] for cost in COSTS]
+    names = [device["name"] for device in results["devices"]]
+    best = [mean(best_peer(results, name, count)[0] for name in names) for count in COUNTS]
+    rows.append(["best other library per device", *map(percent, best)])
+    return table(["triangles", *(f"{count:,}" for count in COUNTS)], rows)
+
+
+def device_mismatch(results: Results) -> str:
+    """Errors by device, and the best other library."""
+    costs = [cost for cost in COSTS if cost != "quadric"]
     rows = []
     for device in results["devices"]:
         name = device["name"]
-        row = [f"{name}: {device['kind']}", count_text(device["triangles"])]
+        row = [f"{name}: {device['kind']}", f"{device['triangles']:,}"]
         for count in DEVICE_COUNTS:
             row += [percent(level_errors(results, cost, count).get(name)) for cost in costs]
-            best = best_peer(results, name, count)
-            row.append("–" if best is None else f"{percent(best[1])} ({best[0]})")
+            error, best = best_peer(results, name, count)
+            row.append(f"{percent(error)} ({best})")
         rows.append(row)
     head = [
         f"{name}, {count:,}"
@@ -103,195 +140,114 @@ def _device_mismatch(results: Results) -> str:
     return table(["device", "full boundary", *head], rows)
 
 
-def _times(results: Results) -> str:
+def times(results: Results) -> str:
+    """Time, memory and size of the file by cost and size."""
     rows = [
         [
             f"`{row['cost']}`",
-            count_text(row["triangles"]),
+            f"{row['triangles']:,}",
             f"{row['seconds']:.2f}",
-            f"{row['us_per_triangle']:.2f}",
+            f"{1e6 * row['seconds'] / row['triangles']:.2f}",
             f"{row['bytes_per_triangle']:.0f}",
             f"{row['curve_s']:.2f}",
-        ]
-        for row in results["scaling"]
-    ]
-    head = ["decimation, s", "µs per triangle", "bytes per triangle", "error curve, s"]
-    return table(["cost", "triangles", *head], rows)
-
-
-def _small(results: Results) -> str:
-    """Smallest boundary from which on each limit holds, and the values on both sides of it."""
-    histories = [row for device in results["devices"] for row in device["histories"]]
-    rows = []
-    for text, key, limit in SMALL_LIMITS:
-        found = [
-            (row["triangles"], row[key])
-            for row in (*results["few"], *histories)
-            if row["cost"] == "volume"
-            and not (key == "bytes_per_triangle" and row["triangles"] <= MEASURABLE_TRIANGLES)
-        ]
-        largest = max((size for size, value in found if value > limit), default=0)
-        smallest = min((size for size, _ in found if size > largest), default=None)
-        rows.append(
-            [
-                text,
-                "never" if smallest is None else count_text(smallest),
-                _range([value for size, value in found if size > largest], key),
-                _range([value for size, value in found if size <= largest], key),
-            ]
-        )
-    return table(["property", "from triangles", "from there", "below"], rows)
-
-
-def _range(values: list[float], key: str) -> str:
-    if not values:
-        return "–"
-    ends = (min(values), max(values))
-    if key == "curve_part":
-        return " to ".join(f"{100 * end:.0f} %" for end in ends)
-    return " to ".join(f"{end:.1f}" if end < 10 else f"{end:,.0f}" for end in ends)
-
-
-def _files(results: Results) -> str:
-    rows = [
-        [
-            f"`{row['cost']}`",
-            count_text(row["triangles"]),
-            count_text(row["bytes"]),
             f"{row['bits_per_vertex']:.1f}",
-            f"{row['first_level_ms']:.2f}",
-            f"{row['common_level_ms']:.2f}",
-            f"{row['all_levels_ms']:.0f}",
         ]
-        for row in results["storage"]
+        for row in results["times"]
     ]
-    head = ["bytes", "bits per vertex", "to 4 triangles, ms", "to 1,000, ms", "to all, ms"]
-    return table(["cost", "triangles", *head], rows)
+    head = ["cost", "triangles", "decimation, s", "µs per triangle"]
+    head += ["memory, bytes per triangle", "error curve, s", "file, bits per vertex"]
+    return table(head, rows)
 
 
-def _limits(results: Results) -> str:
-    groups: dict[tuple[str, str], list[dict[str, Any]]] = {}
+def limits(results: Results) -> str:
+    """Excess and time of levels that are found by their error."""
+    groups: dict[tuple[str, str], list[Results]] = {}
     for row in results["limits"]:
         groups.setdefault((row["cost"], row["limit"]), []).append(row)
     rows = []
     for (cost, limit), group in groups.items():
         coarse = sum(row["coarse"] for row in group)
         excess = sum(row["coarse"] * row["excess"] for row in group) / coarse
+        usual = 1e3 * mean(row["median_s"] for row in group)
+        longest = 1e3 * max(row["longest_s"] for row in group)
         rows.append(
             [
                 f"`{cost}`",
                 f"`{limit}`",
                 f"{excess:.3f} / {max(row['most_excess'] for row in group):.2f}",
-                (
-                    f"{geometric_mean(row['saved'] for row in group):.2f} / "
-                    f"{max(row['most_saved'] for row in group):.1f}"
-                ),
-                (
-                    f"{mean(1e3 * row['median_s'] for row in group):.0f} / "
-                    f"{max(1e3 * row['longest_s'] for row in group):.0f}"
-                ),
+                f"{usual:.0f} / {longest:.0f}",
             ]
         )
-    return table(["cost", "limit", "excess", "saving", "time, ms"], rows)
+    return table(["cost", "limit", "excess, mean / largest", "time, median / longest, ms"], rows)
 
 
-def _libraries(results: Results) -> str:
-    costs = costs_by_accuracy(results)[::-1]
-    peers = dict.fromkeys(row["method"] for row in results["peers"])
+def libraries(results: Results) -> str:
+    """Errors, counts reached, valid meshes and time by method."""
     total = len(results["devices"]) * len(COUNTS)
     rows = []
-    for method in (*costs, *peers):
+    for method in dict.fromkeys([*COSTS, *(row["method"] for row in results["peers"])]):
         reached = [
-            " ".join(row["faults"])
+            row
             for row in (*results["levels"], *results["peers"])
             if row["method"] == method and row["asked"] in COUNTS and row["reached"]
         ]
+        valid = sum(not row["faults"] for row in reached)
+        crossing = sum("crossings" in " ".join(row["faults"]) for row in reached)
+        if method in COSTS:
+            seconds = mean(device["seconds"][method] for device in results["devices"])
+        else:
+            seconds = mean(
+                row["seconds"]
+                for row in results["peers"]
+                if row["method"] == method and row["asked"] == 1000
+            )
         rows.append(
             [
-                f"`{method}`" if method in costs else method,
-                *map(percent, mean_errors(results, method, LIBRARY_COUNTS).values()),
+                f"`{method}`" if method in COSTS else method,
+                *map(percent, mean_errors(results, method, LIBRARY_COUNTS)),
                 f"{len(reached)} of {total}",
-                str(sum(not faults for faults in reached)),
-                str(sum("crossings" in faults for faults in reached)),
+                str(valid),
+                str(crossing),
+                f"{seconds:.2f}",
             ]
         )
     errors = [f"{count:,}, %" for count in LIBRARY_COUNTS]
-    faults = ["reached", "valid", "self-intersecting"]
-    return table(["method", *errors, *faults], rows)
+    return table(["method", *errors, "reached", "valid", "self-intersecting", "time, s"], rows)
 
 
-def _sphere(results: Results) -> str:
+def sphere(results: Results) -> str:
+    """Mismatch × triangles on spheres, the larger of two distributions."""
     rows = []
-    for cost in costs_by_accuracy(results)[::-1]:
+    for cost in COSTS:
         products = [
             max(
                 row["product"]
                 for row in results["sphere"]
-                if row["cost"] == cost and row["asked"] == count
+                if (row["cost"], row["asked"]) == (cost, count)
             )
             for count in SPHERE_COUNTS
         ]
         rows.append([f"`{cost}`", *(f"{product:.2f}" for product in products)])
     rows.append(["least possible", *[f"{SPHERE_LIMIT:.2f}"] * len(SPHERE_COUNTS)])
-    return table(["triangles", *map(count_text, SPHERE_COUNTS)], rows)
+    return table(["triangles", *(f"{count:,}" for count in SPHERE_COUNTS)], rows)
 
 
-def _methods(results: Results) -> str:
-    costs = costs_by_accuracy(results)[::-1]
+def methods(results: Results) -> str:
+    """Other boundary methods, and decimation at their triangle counts."""
+    means = list(method_means(results).values())
     rows = []
-    for method, sizes in boundary_methods(results).items():
-        if method in {"USV, octahedron", "USV, tetrahedron"}:
-            continue  # the plot has them
-        nearest = [
-            min(sizes, key=lambda row: abs(row["triangles"] / count - 1)) for count in METHOD_SIZES
-        ]
-        rows += [
-            [
-                method,
-                f"{row['triangles']:,.0f}",
-                percent(row["mismatch"]),
-                f"{100 * row['volume']:+.2f}",
-                *(percent(row["decimated"][cost]) for cost in costs),
-            ]
-            for row in sizes
-            if any(row is near for near in nearest)
-        ]
-    head = [f"`{cost}`, %" for cost in costs]
+    for row in means:
+        same = [each for each in means if each["method"] == row["method"]]
+        nearest = [min(same, key=lambda each: abs(each["triangles"] / n - 1)) for n in METHOD_SIZES]
+        if row in nearest:
+            rows.append(
+                [
+                    row["method"],
+                    f"{row['triangles']:,.0f}",
+                    percent(row["mismatch"]),
+                    f"{100 * row['volume']:+.2f}",
+                    *map(percent, row["decimated"]),
+                ]
+            )
+    head = [f"`{cost}`, %" for cost in COSTS]
     return table(["method", "triangles", "mismatch, %", "volume, %", *head], rows)
-
-
-def _agreement(results: Results) -> str:
-    methods = boundary_methods(results)
-    usv = sorted(
-        (row for name, rows in methods.items() if name.startswith("USV") for row in rows),
-        key=lambda row: row["triangles"],
-    )
-    hull = methods["convex hull"][0]
-    drawn = next(row for row in methods["subsampled modified hull"] if row["size"] == 100)
-
-    voxels = max(
-        abs(row["voxel_mismatch"] - row["mismatch"]) / row["bound"] for row in results["voxels"]
-    )
-
-    def advantage(row: dict[str, Any]) -> str:
-        published = row["decimated"][PUBLISHED_COST]
-        return (
-            f"{100 * (row['mismatch'] - published):.2f} percentage points, "
-            f"a factor of {row['mismatch'] / published:.1f}"
-        )
-
-    rows = [
-        ["comparisons at equal counts in which decimation beats USV",
-         f"{sum(row['better'] for row in usv)} of {sum(row['devices'] for row in usv)}"],
-        *([f"advantage over USV at {row['triangles']:,.0f} triangles", advantage(row)]
-          for row in (usv[0], usv[-1])),
-        ["largest difference of a voxel count from the exact mismatch",
-         f"{percent(voxels)} % of its bound"],
-        ["mismatch of USV with unlimited segments",
-         f"{percent(mean(row['mismatch'] for row in results['floors']))} %"],
-        ["volume of the convex hull", f"{100 * hull['volume']:+.1f} %"],
-        ["volume of the hull of a subsample, 100 triangles", f"{100 * drawn['volume']:+.1f} %"],
-        ["least mismatch of segment maxima",
-         f"{percent(min(row['mismatch'] for row in methods['segment maxima']))} %"],
-    ]  # fmt: skip
-    return table(["figure", "mean over the devices"], rows)

@@ -1,8 +1,7 @@
 """Real devices whose gamuts are measured, and the exact measures that every method is put to.
 
-With the shared data beside the checkout (``../shared/data``) there are nine devices: two presses,
-newsprint, a phone, three displays, a projector and sRGB. Without it there are the three that the
-repository contains.
+With the shared data beside the checkout (``../shared/data``) there are nine devices. Without it
+there are the three that the repository contains.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ import numpy as np
 
 from benchmarks.common import (
     FOGRA39L,
-    ROOT,
+    P3,
     SHARED,
     SRGB,
     FloatArray,
@@ -31,7 +30,7 @@ from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import mismatch
 from gamutcore.metric.radial_overlay import radial_difference
 
-__all__ = ["Device", "devices", "disagreement", "exact_mismatch", "faults", "sphere"]
+__all__ = ["Device", "devices", "exact_mismatch", "faults", "sphere"]
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,7 @@ DEVICES = (
 
 FALLBACK = (
     Device("FOGRA39L", "coated offset, measurements", FOGRA39L),
-    Device("Display P3", "colour space", ROOT / "tests/data/DisplayP3-v4.icc"),
+    Device("Display P3", "colour space", P3),
     DEVICES[-1],
 )
 
@@ -105,7 +104,7 @@ def exact_mismatch(reference: TriangleMesh, mesh: TriangleMesh, centre: FloatArr
     """Return the exact relative mismatch of a mesh; None if the mesh bounds no solid.
 
     Surfaces that are star-shaped about the centre are overlaid, which takes milliseconds. All
-    others go through boolean operations. `disagreement` compares the two methods.
+    others go through boolean operations.
     """
     try:
         return radial_difference(reference, mesh, centre).mismatch
@@ -115,11 +114,6 @@ def exact_mismatch(reference: TriangleMesh, mesh: TriangleMesh, centre: FloatArr
         return mismatch(reference, mesh)
     except MeshError:
         return None
-
-
-def disagreement(reference: TriangleMesh, mesh: TriangleMesh, centre: FloatArray) -> float:
-    """Return the relative difference of the two methods for an exact mismatch."""
-    return abs(radial_difference(reference, mesh, centre).mismatch / mismatch(reference, mesh) - 1)
 
 
 def faults(mesh: TriangleMesh, centre: FloatArray) -> list[str]:
@@ -137,12 +131,12 @@ def faults(mesh: TriangleMesh, centre: FloatArray) -> list[str]:
     wrong = [text for text, holds in said.items() if holds]
     if not found.star_shaped:
         turned = int((mesh.determinants(centre) <= 0).sum())
-        crossing = crossings(mesh)
+        crossing = _crossings(mesh)
         wrong += [f"{turned} faces turned away"] + [f"{crossing} crossings"] * bool(crossing)
     return wrong
 
 
-def crossings(mesh: TriangleMesh) -> int | None:
+def _crossings(mesh: TriangleMesh) -> int | None:
     """Count the faces that intersect others, with MeshLib; None if MeshLib is not installed."""
     if importlib.util.find_spec("meshlib") is None:
         return None

@@ -9,9 +9,9 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
-from benchmarks import bench, decimation_tables, figures, reliability, scaling
-from benchmarks.common import ROOT
-from benchmarks.markdown import update_document
+from benchmarks import decimation_tables, reliability
+from benchmarks.common import DOCUMENT, RESULTS, ROOT
+from benchmarks.markdown import rows_table, update_document
 from gamutcore.colours.spaces.parameters import SPACE_PARAMETERS
 from gamutcore.option_types import option_table
 from gamutcore.options import OPTIONS
@@ -19,28 +19,23 @@ from gamutcore.options import OPTIONS
 __all__ = ["DOCUMENTS", "main"]
 
 
-def _common_options() -> dict[str, str]:
-    common = [declared for declared in OPTIONS.values() if declared.common]
-    return {"options": option_table(common).strip()}
-
-
-def _space_options() -> dict[str, str]:
-    declared = [OPTIONS[name] for name in SPACE_PARAMETERS]
-    return {"options": option_table(declared).strip()}
+def _options(names: list[str]) -> dict[str, str]:
+    return {"options": option_table([OPTIONS[name] for name in names]).strip()}
 
 
 DOCUMENTS: dict[Path, Callable[[], dict[str, str]]] = {
-    ROOT / "README.md": _common_options,
-    ROOT / "docs" / "options.md": lambda: {"options": option_table(OPTIONS.values()).strip()},
-    ROOT / "docs" / "colour-spaces.md": _space_options,
-    bench.DOCUMENT: lambda: bench.document_blocks(json.loads(bench.RESULTS.read_text())),
-    figures.DOCUMENT: lambda: decimation_tables.document_blocks(
-        json.loads(figures.RESULTS.read_text())
+    ROOT / "README.md": lambda: _options([name for name in OPTIONS if OPTIONS[name].common]),
+    ROOT / "docs" / "options.md": lambda: _options(list(OPTIONS)),
+    ROOT / "docs" / "colour-spaces.md": lambda: _options(list(SPACE_PARAMETERS)),
+    DOCUMENT: lambda: {
+        name: rows_table(rows) for name, rows in json.loads(RESULTS.read_text()).items()
+    },
+    decimation_tables.DOCUMENT: lambda: decimation_tables.document_blocks(
+        json.loads(decimation_tables.RESULTS.read_text())
     ),
     reliability.DOCUMENT: lambda: reliability.document_blocks(
         json.loads(reliability.RESULTS.read_text())
     ),
-    scaling.DOCUMENT: lambda: scaling.document_blocks(*scaling.read_results(), scaling.Load()),
 }
 """Documents with generated blocks, and the functions that compute the blocks."""
 

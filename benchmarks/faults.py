@@ -91,50 +91,33 @@ def store_kills(scale: float) -> list[Result]:
     return [Result("faults-store-kills", f"{kills} kills, {losses} losses", met)]
 
 
-def worker_kills(scale: float) -> list[Result]:
-    """SIGKILL of the worker during builds."""
+def jobs(scale: float) -> list[Result]:
+    """Kill workers and the whole service, ask at the same time, and damage what is stored."""
     with server_factory() as start:
         import job_faults
+        import stored_damage
 
-        wanted = max(2, int(100 * scale))
-        kills = job_faults.killed_workers_cost_time_only(start, press, kills=wanted)
-    met = kills >= 100 * min(scale, 1)
-    return [Result("faults-worker-kills", f"{kills} kills, 0 builds failed", met)]
-
-
-def service_kills(scale: float) -> list[Result]:
-    """SIGKILL and SIGTERM of the whole service while builds run and wait."""
-    ends = 0
-    with server_factory() as start:
-        import job_faults
-
-        for seed in range(max(1, int(5 * scale))):
-            ends += job_faults.accepted_jobs_finish(start, press, kills=3, stops=3, seed=seed)
-    return [Result("faults-service-kills", f"{ends} kills and stops, 0 builds lost", ends > 0)]
-
-
-def identical(scale: float) -> list[Result]:
-    """Identical requests at the same time, at one replica."""
-    with server_factory() as start:
-        import job_faults
-
+        kills = job_faults.killed_workers_cost_time_only(
+            start, press, kills=max(2, int(100 * scale))
+        )
+        ends = sum(
+            job_faults.accepted_jobs_finish(start, press, kills=3, stops=3, seed=seed)
+            for seed in range(max(1, int(5 * scale)))
+        )
         clients = max(20, int(200 * scale))
         server = start()
         server.wait_ready()
         job_faults.identical_requests_are_one_build(server, press(100_000), clients=clients)
         server.stop()
-    return [Result("faults-identical-1", f"{clients} requests, 1 build, 1 answer", True)]
-
-
-def damage(scale: float) -> list[Result]:
-    """Flipped bits and truncation in the files of every gamut."""
-    with server_factory() as start:
-        import stored_damage
-
         bodies = [sphere_samples(seed) for seed in range(max(2, int(25 * scale)))]
         files = stored_damage.every_damage_is_noticed(start, bodies)
-    measured = f"{files} of {files} detected, counted and built again to the same bytes"
-    return [Result("faults-damage", measured, files > 0)]
+    noticed = f"{files} of {files} detected, counted and built again to the same bytes"
+    return [
+        Result("faults-worker-kills", f"{kills} kills, 0 builds failed", kills >= 100 * scale),
+        Result("faults-service-kills", f"{ends} kills and stops, 0 builds lost", ends > 0),
+        Result("faults-identical-1", f"{clients} requests, 1 build, 1 answer", True),
+        Result("faults-damage", noticed, files > 0),
+    ]
 
 
 def cluster(scale: float) -> list[Result]:
@@ -143,9 +126,8 @@ def cluster(scale: float) -> list[Result]:
     # Each kill costs a lease. RabbitMQ differs in the transport only, so it gets fewer kills.
     for broker, most_kills, most_posts in (("redis", 100, 200), ("rabbitmq", 10, 50)):
         kills, posts = max(1, int(most_kills * scale)), max(20, int(most_posts * scale))
-        write = ("--write",) if broker == "redis" and scale >= 1 else ()
         done = run_python(
-            FAULTS / "cluster.py", "--broker", broker, "--kills", kills, "--posts", posts, *write
+            FAULTS / "cluster.py", "--broker", broker, "--kills", kills, "--posts", posts
         )
         lines = [
             line for line in done.stdout.splitlines() if not line.startswith(("{", "kill "))
@@ -193,14 +175,14 @@ def fuzz(scale: float) -> list[Result]:
 
 
 TESTED = {
-    "faults-full-disk": ("full_disk or full_store", ["tests/service/storage"]),
+    "faults-full-disk": ("full_disk or full_store", ["tests/service"]),
     "faults-poison": (
         "poisonous or given_up or deadline or fills_the_memory or beyond_the_memory",
-        ["tests/service/building", "tests/service/routes/gamuts/test_failures.py"],
+        ["tests/service"],
     ),
     "faults-disconnect": (
         "first_client_disconnects or first_to_ask_leaves",
-        ["tests/service/routes/test_jobs.py", "tests/service/caching/test_single_flight.py"],
+        ["tests/service"],
     ),
     "faults-formats": ("", ["tests/gltf", "tests/gamutcore/export"]),
 }
@@ -221,10 +203,7 @@ def tested(_scale: float) -> list[Result]:
 
 STEPS: dict[str, Callable[[float], list[Result]]] = {
     "store-kills": store_kills,
-    "worker-kills": worker_kills,
-    "service-kills": service_kills,
-    "identical": identical,
-    "damage": damage,
+    "jobs": jobs,
     "hostile": hostile,
     "tested": tested,
     "fuzz": fuzz,

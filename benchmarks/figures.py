@@ -1,207 +1,272 @@
-"""Measure accuracy, speed and memory of decimation, and repeat the published experiment.
+"""Measure accuracy, time and memory of decimation beside other libraries: ``make figures``.
 
-``make figures`` runs it. The measurements are in `devices`, `peers`, `paper`, `speed` and `limits`.
-The figures go to ``benchmarks/decimation.json``, from which the tables of ``docs/decimation.md``
-and the plots are made. ``--document`` makes the tables and plots from the existing file.
+Also repeats the published experiment of Bakke and Farup ("Simplified Gamut Boundary Representation
+using Mesh Decimation") with exact mismatches. The figures go to ``benchmarks/decimation.json``,
+into the tables of ``docs/decimation.md`` and into its pictures. ``--only NAME ...`` repeats some
+measurements, ``--peers NAME ...`` measures some of the libraries, and both keep all other figures.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 import time
-from importlib.metadata import PackageNotFoundError, version
+from collections.abc import Callable
+from functools import partial
+from importlib.metadata import distributions
+from math import inf
 from pathlib import Path
+from statistics import mean, median
 from typing import Any
 
-from benchmarks import decimation_tables, limits, paper, peers, plots, speed
-from benchmarks.bench import machine
-from benchmarks.common import ROOT, build_mesh_history
-from benchmarks.devices import Device, devices, disagreement
-from benchmarks.markdown import update_document
-from benchmarks.render import levels_picture, methods_picture
-from benchmarks.summary import costs_by_accuracy
-from gamutcore.boundary import modified_convex_hull
+import numpy as np
+
+from benchmarks import pictures
+from benchmarks.common import (
+    SRGB,
+    Rows,
+    build_mesh_history,
+    machine,
+    resident_bytes,
+    run_module,
+    surface_points,
+    times_of,
+    use_one_core,
+)
+from benchmarks.decimation_tables import DOCUMENT, RESULTS, Results, document_blocks
+from benchmarks.devices import Device, devices, exact_mismatch, sphere
+from benchmarks.markdown import store
+from benchmarks.peers import PEERS, installed, level_row, peer_rows
+from gamutcore.boundary import Boundary, modified_convex_hull
 from gamutcore.boundary.segment_maxima import segment_maxima
 from gamutcore.boundary.usv import usv
 from gamutcore.decimation import COSTS
+from gamutcore.errors import BoundaryError, InvalidPointsError
+from gamutcore.history import history_bytes
+from gamutcore.metric import mismatch
+from gamutcore.metric.error_curve import curve_counts, error_curve
+from gamutcore.metric.level_search import Bounds, LevelSearch, error_bounds
 from gamutcore.version import ALGORITHM_VERSION
 from gamutcore.warm import compile_kernels
 
-__all__ = ["DOCUMENT", "RESULTS", "json_text", "main"]
+__all__ = ["main"]
 
-RESULTS = Path(__file__).with_name("decimation.json")
-DOCUMENT = ROOT / "docs" / "decimation.md"
+SIZES = {105_000: 3, 380_000: 3, 1_750_000: 1}
+"""Surface samples for boundaries of about 180,000, 650,000 and 2,500,000 triangles, and runs."""
 
-LIBRARIES = (
-    "vtk", "pymeshlab", "meshlib", "fast-simplification", "manifold3d", "matplotlib"
-)  # fmt: skip
+USV_SPLITS = 5
+SEGMENTS = (3, 4, 5, 7, 9, 11, 16, 22, 35, 50)
+"""Polar segments of segment maxima, with twice as many azimuth segments."""
 
-DRAWN = {"FOGRA39L": "levels-fogra39l", "phone": "levels-phone", "sRGB": "levels-srgb"}
-"""Devices whose levels are drawn, and the names of their pictures."""
+LIMITS = {
+    "max_error": [Bounds(distance, inf) for distance in np.geomspace(5e-3, 5.0, 31).tolist()],
+    "max_mismatch": [Bounds(inf, part) for part in np.geomspace(1e-5, 1e-2, 31).tolist()],
+}
+"""Limits by query parameter: ΔE, and fractions of the volume."""
+
+COARSE = 1000
+"""All levels up to this triangle count are compared with a limit to find the smallest."""
+
+process_times = partial(times_of, clock=time.process_time)
 
 
 def main() -> int:
     """Measure, draw and update the document."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--document", action="store_true", help="only make tables and plots")
-    parser.add_argument(
-        "--keep-peers", action="store_true", help="keep the stored figures of other libraries"
-    )
-    parser.add_argument(
-        "--times", action="store_true", help="measure times and memory again, keep the rest"
-    )
+    parts: dict[str, Callable[[], Results]] = {
+        "accuracy": accuracy,
+        "peers": lambda: peers(results, arguments.peers),
+        "methods": lambda: {"others": [row for each in devices() for row in methods(each)]},
+        "sphere": lambda: {"sphere": spheres()},
+        "times": lambda: {"times": [one for size in SIZES for one in times(size)]},
+        "limits": lambda: {"limits": [*limits(devices()[0]), *limits(devices()[-1])]},
+    }
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.figures", description=__doc__)
+    parser.add_argument("--only", nargs="+", choices=[*parts, "pictures"], metavar="NAME")
+    parser.add_argument("--peers", nargs="+", choices=[*PEERS], default=installed(), metavar="NAME")
+    parser.add_argument("--time", nargs=2, metavar=("SAMPLES", "COST"), help=argparse.SUPPRESS)
     arguments = parser.parse_args()
-    if not arguments.document:
-        if sys.platform == "linux":
-            os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})  # the figures are for one core
-        if absent := peers.missing():
-            print(f"Not installed, so not measured: {', '.join(absent)}")
-        compile_kernels()
-        if arguments.times:
-            results = with_times(json.loads(RESULTS.read_text()))
-        else:
-            stored = json.loads(RESULTS.read_text()) if arguments.keep_peers else {}
-            results = measure(stored)
-            draw_pictures(costs_by_accuracy(results))
-        RESULTS.write_text(json_text(results))
+    use_one_core()
+    if arguments.time:
+        print(json.dumps(time_and_memory(int(arguments.time[0]), arguments.time[1])))
+        return 0
+    if absent := set(PEERS) - set(installed()):
+        print(f"Not installed, so not measured: {', '.join(sorted(absent))}")
     results = json.loads(RESULTS.read_text())
-    plots.write(results)
-    update_document(DOCUMENT, decimation_tables.document_blocks(results))
+    compile_kernels()
+    for name, measure in parts.items():
+        if arguments.only is None or name in arguments.only:
+            print(f"{time.strftime('%H:%M:%S')} {name}", flush=True)
+            results.update(measure())
+            results["machine"] |= {**machine(), **versions(), "algorithm": ALGORITHM_VERSION}
+    store(results, RESULTS, DOCUMENT, document_blocks(results))
+    if arguments.only is None or "pictures" in arguments.only:
+        pictures.draw(results)
     return 0
 
 
-def measure(stored: dict[str, Any]) -> dict[str, Any]:
-    """Return all figures, with those of other libraries from stored results if there are any."""
-    measured = []
-    for device in devices():
-        print(f"{time.strftime('%H:%M:%S')} {device.name}", flush=True)
-        measured.append(device_figures(device))
-    if stored:
-        peer_rows, peer_times = stored["peers"], [r for r in stored["history"] if "peer" in r]
-    else:
-        peer_rows = [row for device in devices() for row in peers.peer_rows(device)]
-        peer_times = speed.peer_times()
-    first, *_, last = devices()
-    return {
-        "machine": {**machine(), **library_versions(), "algorithm": ALGORITHM_VERSION},
-        "costs": list(COSTS),
-        "devices": [figures["device"] for figures in measured],
-        "floors": [figures["floor"] for figures in measured],
-        **{
-            name: [row for figures in measured for row in figures[name]]
-            for name in ("levels", "others", "voxels")
-        },
-        "peers": peer_rows,
-        "disagreement": max(figures["disagreement"] for figures in measured),
-        "sphere": paper.sphere_rows(),
-        "history": [*speed.history_times(15), *peer_times],
-        "storage": speed.storage(25),
-        "few": speed.few_triangles(7),
-        "scaling": speed.scaling(3),
-        "limits": [*limits.limit_rows(first), *limits.limit_rows(last)],
-    }
-
-
-def with_times(stored: dict[str, Any]) -> dict[str, Any]:
-    """Return stored figures with new times and memory, measured when the machine is quiet."""
-    for device, figures in zip(devices(), stored["devices"], strict=True):
-        print(f"{time.strftime('%H:%M:%S')} {device.name}", flush=True)
-        times = speed.shortest_times(device.boundary, 5, processes=3)
-        figures["histories"] = speed.with_memory(device.boundary, times)
-    return {
-        **stored,
-        "machine": {**machine(), **library_versions(), "algorithm": ALGORITHM_VERSION},
-        "history": [*speed.history_times(15), *speed.peer_times()],
-        "storage": speed.storage(25),
-        "few": speed.few_triangles(7),
-        "scaling": speed.scaling(3),
-    }
-
-
-def device_figures(device: Device) -> dict[str, Any]:
-    """Return all figures of one device."""
-    mesh, centre = device.boundary.mesh, device.boundary.centre
-    histories, times = speed.timed_histories(device.boundary, 5)
-    levels = peers.level_rows(device, histories, paper.CURVE_COUNTS)
-    return {
-        "device": {
-            "name": device.name,
-            "kind": device.kind,
-            "points": len(device.points),
-            "triangles": mesh.triangles,
-            "volume": mesh.volume,
-            "histories": speed.with_memory(device.boundary, times),
-        },
-        "levels": levels,
-        "others": paper.other_rows(device, histories),
-        "floor": paper.floor_row(device),
-        "voxels": paper.voxel_rows(device, histories["quadric"]),
-        "disagreement": max(
-            disagreement(mesh, history.level(count), centre)
-            for history in histories.values()
-            for count in (1000, 50)
-        ),
-    }
-
-
-def draw_pictures(costs: list[str]) -> None:
-    """Draw levels of three devices with the default cost, and one device by all methods."""
-    for device in devices():
-        if device.name in DRAWN:
-            history = build_mesh_history(device.boundary.mesh, device.boundary.centre)
-            levels_picture(device, history, DRAWN[device.name])
-    device = devices()[0]
-    points, centre = device.points, device.boundary.centre
-    by_usv = usv(points, "icosahedron", 1, 0.05, centre).mesh
-    count = by_usv.triangles
-    methods_picture(
-        device,
-        [
-            ("reference", device.boundary.mesh),
-            ("convex hull", modified_convex_hull(points, 1.0, centre).mesh),
-            ("segment maxima", segment_maxima(points, (6, 13), centre).mesh),
-            ("USV, icosahedron", by_usv),
-            ("subsampled modified hull", paper.subsampled(points, centre, count).mesh),
-            *((f"decimation, {cost}", device.histories[cost].level(count)) for cost in costs),
-        ],
-        "methods-fogra39l",
-        4,
-    )
-
-
-def library_versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
     """Return the versions of the installed libraries that are compared."""
-    versions = {}
-    for name in LIBRARIES:
+    names = {package.replace("_", "-") for package, _ in PEERS.values()} | {"vtk"}
+    return {each.name: each.version for each in distributions() if each.name in names}
+
+
+def accuracy() -> Results:
+    """Mismatch and faults of levels of every device and cost, and the time of all levels."""
+    found, levels = [], []
+    for device in devices():
+        mesh, centre = device.boundary.mesh, device.boundary.centre
+        seconds = {
+            cost: process_times(partial(build_mesh_history, mesh, centre, cost), 3)[0]
+            for cost in COSTS
+        }
+        found.append(
+            {
+                "name": device.name,
+                "kind": device.kind,
+                "triangles": mesh.triangles,
+                "seconds": seconds,
+            }
+        )
+        levels += [
+            level_row(device, cost, count, history.level(count))
+            for cost, history in device.histories.items()
+            for count in pictures.CURVE_COUNTS
+        ]
+    return {"devices": found, "levels": levels}
+
+
+def peers(results: Results, names: list[str]) -> Results:
+    """Measure libraries, and keep the rows of the others, device by device."""
+    kept = [row for row in results["peers"] if row["method"] not in names]
+    rows = [*kept, *(row for device in devices() for row in peer_rows(device, names))]
+    order = {device.name: place for place, device in enumerate(devices())}
+    rank = {name: place for place, name in enumerate(PEERS)}
+    return {"peers": sorted(rows, key=lambda row: (order[row["device"]], rank[row["method"]]))}
+
+
+def methods(device: Device) -> Rows:
+    """Measure the other methods of the publication, and decimation at their triangle counts.
+
+    ``size`` is the number of segments, and ``volume`` is relative to the reference, minus 1.
+    """
+    reference, centre = device.boundary.mesh, device.boundary.centre
+    points = device.points
+    makers: list[tuple[str, int, Callable[[], Boundary]]] = [
+        ("convex hull", 0, lambda: modified_convex_hull(points, 1.0, centre)),
+    ]
+    makers += [
+        ("USV", 20 * 4**splits, partial(usv, points, "icosahedron", splits, 0.05, centre))
+        for splits in range(USV_SPLITS)
+    ]
+    makers += [
+        (
+            "segment maxima",
+            2 * polar**2,
+            partial(segment_maxima, points, (polar, 2 * polar), centre),
+        )
+        for polar in SEGMENTS
+    ]
+    rows = []
+    for method, size, make in makers:
         try:
-            versions[name] = version(name)
-        except PackageNotFoundError:
+            mesh = make().mesh
+        except (BoundaryError, InvalidPointsError):
+            print(f"{method}, size {size}: no boundary, the colours do not surround the centre")
             continue
-    return versions
+        decimated = {
+            cost: exact_mismatch(reference, history.level(mesh.triangles), centre)
+            for cost, history in device.histories.items()
+        }
+        rows.append(
+            {
+                "device": device.name,
+                "method": method,
+                "size": size,
+                "triangles": mesh.triangles,
+                "mismatch": exact_mismatch(reference, mesh, centre),
+                "volume": mesh.volume / reference.volume - 1,
+                "decimated": decimated,
+            }
+        )
+    return rows
 
 
-def json_text(results: dict[str, Any]) -> str:
-    """Format results as JSON: a table row per line, numbers to six significant digits."""
+def spheres() -> Rows:
+    """Measure mismatch × triangles on spheres of 10,000 vertices, where the optimum is known."""
+    rows = []
+    for spread in ("spiral", "random"):
+        mesh = sphere(10_000, random=spread == "random")
+        for cost in COSTS:
+            history = build_mesh_history(mesh, np.array([50.0, 0.0, 0.0]), cost)
+            for count in (1000, 500, 100):
+                product = mismatch(mesh, history.level(count)) * count
+                rows.append({"points": spread, "cost": cost, "asked": count, "product": product})
+    return rows
 
-    def rounded(value: Any) -> Any:  # noqa: ANN401  # any JSON value
-        if isinstance(value, float):
-            return float(f"{value:.6g}")
-        if isinstance(value, dict):
-            return {name: rounded(each) for name, each in value.items()}
-        return [rounded(each) for each in value] if isinstance(value, list) else value
 
-    parts = []
-    for name, value in rounded(results).items():
-        if isinstance(value, list) and value and isinstance(value[0], dict):
-            rows = ",\n  ".join(json.dumps(row, ensure_ascii=False) for row in value)
-            parts.append(f"{json.dumps(name)}: [\n  {rows}\n ]")
-        else:
-            parts.append(f"{json.dumps(name)}: {json.dumps(value, ensure_ascii=False)}")
-    return "{\n " + ",\n ".join(parts) + "\n}\n"
+def times(samples: int) -> Rows:
+    """Time and memory of the history of an sRGB boundary with every cost, in fresh processes."""
+    return [json.loads(run_module("figures", "--time", str(samples), cost)) for cost in COSTS]
+
+
+def time_and_memory(samples: int, cost: str) -> dict[str, Any]:
+    """Measure this process. Memory is the growth of its peak during the first decimation."""
+    boundary = modified_convex_hull(surface_points(SRGB, samples))
+    mesh, centre = boundary.mesh, boundary.centre
+    small = sphere(200)
+    build_mesh_history(small, np.array([50.0, 0.0, 0.0]), cost)  # loads the kernels
+    Path("/proc/self/clear_refs").write_text("5")  # resets the peak, see man 5 proc
+    before = resident_bytes()
+    history = build_mesh_history(mesh, centre, cost)
+    growth = resident_bytes("VmHWM") - before
+    runs = SIZES.get(samples, 1)
+    seconds = process_times(partial(build_mesh_history, mesh, centre, cost), runs)[0]
+    curve = partial(error_curve, history, curve_counts(history.triangles))
+    return {
+        "cost": cost,
+        "triangles": mesh.triangles,
+        "seconds": seconds,
+        "bytes_per_triangle": growth / mesh.triangles,
+        "curve_s": process_times(curve, runs)[0],
+        "bits_per_vertex": 8 * len(history_bytes(history)) / history.vertices,
+    }
+
+
+def limits(device: Device) -> Rows:
+    """Search levels of a device by their error.
+
+    ``excess`` and ``most_excess`` are the mean and the maximum of the triangle count found ÷ the
+    smallest count that keeps the limit, over the limits that a level of `COARSE` triangles keeps.
+    """
+    rows = []
+    for cost, history in device.histories.items():
+        curve = error_curve(history, curve_counts(history.triangles))
+        search = LevelSearch([error.to_mapping() for error in curve])
+        coarse = error_bounds(history, range(4, COARSE + 1, 2))
+        for name, asked in LIMITS.items():
+            excess, seconds = [], []
+            for limit in asked:
+                start = time.process_time()
+                count = search.find(history, limit).triangles
+                seconds.append(time.process_time() - start)
+                keeping = [each.triangles for each in coarse if each.bounds.within(limit)]
+                if keeping:
+                    excess.append(count / min(keeping))
+            rows.append(
+                {
+                    "device": device.name,
+                    "cost": cost,
+                    "limit": name,
+                    "coarse": len(excess),
+                    "excess": mean(excess),
+                    "most_excess": max(excess),
+                    "median_s": median(seconds),
+                    "longest_s": max(seconds),
+                }
+            )
+    return rows
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(main())

@@ -7,11 +7,24 @@ measures and leaves the rest of the document alone.
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
-__all__ = ["blocks", "count_text", "percent", "replace_blocks", "table", "update_document"]
+from benchmarks.common import DOCUMENT, RESULTS, Rows
+
+__all__ = [
+    "blocks",
+    "percent",
+    "record",
+    "replace_blocks",
+    "rows_table",
+    "store",
+    "table",
+    "update_document",
+]
 
 _BLOCK = re.compile(r"<!-- begin ([\w-]+) -->\n(.*?)\n?<!-- end \1 -->", re.DOTALL)
 
@@ -30,9 +43,19 @@ def percent(part: float | None) -> str:
     return f"{value:.1f}" if value >= 10 else f"{value:#.3g}"
 
 
-def count_text(count: int) -> str:
-    """Format a count with thousands separators."""
-    return f"{count:,}"
+def rows_table(rows: Rows) -> str:
+    """Return rows as a Markdown table, with numbers to three significant digits."""
+
+    def cell(value: object) -> str:
+        if isinstance(value, int | float):
+            whole = isinstance(value, int) or abs(value) >= 1000
+            return f"{value:,.0f}" if whole else f"{value:.3g}"
+        if isinstance(value, dict):
+            return ", ".join(f"{name}: {count:,}" for name, count in value.items())
+        return "–" if value is None else str(value)
+
+    head = list(dict.fromkeys(name for row in rows for name in row))
+    return table(head, [[cell(row.get(name)) for name in head] for row in rows])
 
 
 def blocks(text: str) -> dict[str, str]:
@@ -41,24 +64,12 @@ def blocks(text: str) -> dict[str, str]:
 
 
 def replace_blocks(text: str, contents: Mapping[str, str]) -> str:
-    r"""Return a document with the contents of some of its blocks replaced.
-
-    Parameters
-    ----------
-    text : str
-        The document.
-    contents : mapping of str to str
-        New content of each block by its name. Blocks that are not named keep their content.
+    """Return a document with the contents of some of its blocks replaced by name.
 
     Raises
     ------
     ValueError
         If the document does not contain a named block exactly once.
-
-    Examples
-    --------
-    >>> replace_blocks("<!-- begin a -->\nold\n<!-- end a -->", {"a": "new"})
-    '<!-- begin a -->\nnew\n<!-- end a -->'
     """
     names = [match[1] for match in _BLOCK.finditer(text)]
     for name in contents:
@@ -80,3 +91,34 @@ def replace_blocks(text: str, contents: Mapping[str, str]) -> str:
 def update_document(path: Path, contents: Mapping[str, str]) -> None:
     """Replace blocks in a file. See `replace_blocks`."""
     path.write_text(replace_blocks(path.read_text(), contents))
+
+
+def store(results: dict[str, Any], file: Path, document: Path, contents: Mapping[str, str]) -> None:
+    """Write results as JSON, replace the blocks of a document, and print them.
+
+    A table row takes a line of the file. Numbers have six significant digits.
+    """
+
+    def rounded(value: Any) -> Any:  # noqa: ANN401  # any JSON value
+        if isinstance(value, float):
+            return float(f"{value:.6g}")
+        if isinstance(value, dict):
+            return {name: rounded(each) for name, each in value.items()}
+        return [rounded(each) for each in value] if isinstance(value, list) else value
+
+    parts = []
+    for name, value in rounded(results).items():
+        text = json.dumps(value, ensure_ascii=False)
+        if isinstance(value, list) and value and isinstance(value[0], dict):
+            rows = ",\n  ".join(json.dumps(row, ensure_ascii=False) for row in value)
+            text = f"[\n  {rows}\n ]"
+        parts.append(f"{json.dumps(name)}: {text}")
+    file.write_text("{\n " + ",\n ".join(parts) + "\n}\n")
+    update_document(document, contents)
+    print(*contents.values(), sep="\n\n")
+
+
+def record(tables: Mapping[str, Rows]) -> None:
+    """Replace tables in ``benchmarks/results.json`` and in docs/benchmarks.md."""
+    contents = {name: rows_table(rows) for name, rows in tables.items()}
+    store({**json.loads(RESULTS.read_text()), **tables}, RESULTS, DOCUMENT, contents)

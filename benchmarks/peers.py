@@ -10,78 +10,53 @@ from __future__ import annotations
 
 import importlib.util
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
 
-from benchmarks.common import FloatArray
+from benchmarks.common import FloatArray, Rows
 from benchmarks.devices import Device, exact_mismatch, faults
-from gamutcore.history import History
 from gamutcore.mesh import TriangleMesh
 
-__all__ = ["COUNTS", "PEERS", "level_rows", "missing", "peer_rows"]
+__all__ = ["COUNTS", "PEERS", "installed", "level_row", "peer_rows"]
 
 COUNTS = (10_000, 1000, 500, 100, 50, 20, 10)
 """Triangle counts that are compared."""
 
 IndexArray = np.ndarray[Any, np.dtype[np.int64]]
-Rows = list[dict[str, Any]]
 PeerResult = tuple[FloatArray, IndexArray, float]
 """Vertices, faces, and seconds."""
 
 Peer = Callable[[FloatArray, IndexArray, int], PeerResult]
 
 
-def level_rows(device: Device, histories: dict[str, History], counts: tuple[int, ...]) -> Rows:
-    """Measure levels of histories.
+def peer_rows(device: Device, names: Iterable[str]) -> Rows:
+    """Measure what installed libraries make of a device's boundary.
 
-    Returns
-    -------
-    list of dict
-        One row for each cost and count: ``method``, ``asked``, ``triangles``, ``reached``,
-        ``mismatch``, ``volume`` (relative to the boundary, minus 1), ``faults`` and ``seconds``
-        (to read the level).
-    """
-    rows = []
-    for cost, history in histories.items():
-        for count in counts:
-            start = time.process_time()
-            level = history.level(count)
-            seconds = time.process_time() - start
-            rows.append(_row(device, cost, count, level, seconds))
-    return rows
-
-
-def peer_rows(device: Device) -> Rows:
-    """Measure what the installed libraries make of a device's boundary.
-
-    Rows are those of `level_rows`, with the time of the decimation. A library that misses a count
-    is not asked for smaller ones.
+    Rows are those of `level_row`. A library that misses a count is not asked for smaller ones.
     """
     mesh = device.boundary.mesh
     vertices = np.ascontiguousarray(mesh.vertices, np.float64)
     faces = np.ascontiguousarray(mesh.faces, np.int64)
     rows = []
-    for name, (package, peer) in PEERS.items():
-        if importlib.util.find_spec(package) is None:
-            continue
+    for name in names:
         for count in COUNTS:
-            positions, triangles, seconds = peer(vertices, faces, count)
-            rows.append(_row(device, name, count, _compact(positions, triangles), seconds))
+            positions, triangles, seconds = PEERS[name][1](vertices, faces, count)
+            level = _compact(positions, triangles)
+            rows.append({**level_row(device, name, count, level), "seconds": seconds})
             if not rows[-1]["reached"]:
                 break
     return rows
 
 
-def missing() -> list[str]:
-    """Return the names of the libraries that are not installed."""
-    return [name for name, (package, _) in PEERS.items() if not importlib.util.find_spec(package)]
+def installed() -> list[str]:
+    """Return the names of the libraries that are installed."""
+    return [name for name, (package, _) in PEERS.items() if importlib.util.find_spec(package)]
 
 
-def _row(
-    device: Device, method: str, asked: int, mesh: TriangleMesh, seconds: float
-) -> dict[str, Any]:
+def level_row(device: Device, method: str, asked: int, mesh: TriangleMesh) -> dict[str, Any]:
+    """Return the mismatch and the faults of a level by a method."""
     return {
         "device": device.name,
         "method": method,
@@ -89,9 +64,7 @@ def _row(
         "triangles": mesh.triangles,
         "reached": 4 <= mesh.triangles <= asked,
         "mismatch": exact_mismatch(device.boundary.mesh, mesh, device.boundary.centre),
-        "volume": mesh.volume / device.boundary.mesh.volume - 1,
         "faults": faults(mesh, device.boundary.centre),
-        "seconds": seconds,
     }
 
 
@@ -231,6 +204,21 @@ def _manifold(vertices: FloatArray, faces: IndexArray, count: int) -> PeerResult
     return positions, np.asarray(mesh.tri_verts).astype(np.int64), seconds
 
 
+def _meshoptimizer(vertices: FloatArray, faces: IndexArray, count: int) -> PeerResult:
+    import meshoptimizer
+
+    positions = np.ascontiguousarray(vertices, np.float32)
+    indices = np.ascontiguousarray(faces.ravel(), np.uint32)
+    found = np.empty_like(indices)
+    start = time.process_time()
+    # The error limit counts in sizes of the mesh, so only the count ends the simplification.
+    size = meshoptimizer.simplify(
+        found, indices, positions, target_index_count=3 * count, target_error=1e9
+    )
+    seconds = time.process_time() - start
+    return vertices, found[:size].reshape(-1, 3).astype(np.int64), seconds
+
+
 PEERS: dict[str, tuple[str, Peer]] = {
     "VTK": ("vtkmodules", _vtk_quadric),
     "VTK DecimatePro": ("vtkmodules", _vtk_pro),
@@ -239,6 +227,7 @@ PEERS: dict[str, tuple[str, Peer]] = {
     "MeshLib": ("meshlib", _meshlib(tuned=False)),
     "MeshLib, tuned": ("meshlib", _meshlib(tuned=True)),
     "fast-simplification": ("fast_simplification", _fast_simplification),
+    "meshoptimizer": ("meshoptimizer", _meshoptimizer),
     "Manifold": ("manifold3d", _manifold),
 }
 """Package and function by the name in tables."""

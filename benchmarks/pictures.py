@@ -1,122 +1,164 @@
-"""Time and memory from pictures of 24 megapixels to their gamuts.
+"""Pictures of docs/decimation.md: the mismatch by triangle count, and levels of a press.
 
-The picture is a sum of waves with noise. Each gamut is built in a fresh process
-(``python -m benchmarks.pictures FILE``), whose peak memory includes the compiled kernels.
+`make figures` draws them, and ``python -m benchmarks.figures --only pictures`` draws them alone.
+Needs the optional group ``plot`` (matplotlib).
 """
 
 from __future__ import annotations
 
-import io
-import json
-import struct
-import sys
-import tempfile
-import time
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageDraw, ImageFont
 
-from benchmarks import http
-from benchmarks.common import ROOT, resident_bytes, run_module
-from gamutcore import Gamut
-from gamutcore.arrays import Float32Array
-from gamutcore.warm import compile_kernels
+from benchmarks.common import ROOT
+from benchmarks.decimation_tables import COSTS, SPHERE_LIMIT, Results, mean_errors, method_means
+from benchmarks.devices import Device, devices, exact_mismatch
+from gamutcore.boundary import modified_convex_hull
+from gamutcore.boundary.segment_maxima import segment_maxima
+from gamutcore.boundary.usv import usv
+from gamutcore.colours.spaces import CIELAB
+from gamutcore.export.rendering import VIEWS
+from gamutcore.export.rendering.raster import rasterise
+from gamutcore.export.rendering.scene import camera, scene_triangles
+from gamutcore.mesh import TriangleMesh
 
-__all__ = ["picture_times"]
+if TYPE_CHECKING:
+    from matplotlib.typing import RcKeyType
 
-HEIGHT, WIDTH = 4000, 6000
-MAX_BODY_BYTES = str(320 * 2**20)
-"""Limit of the server. 24 megapixels of floats exceed the default limit."""
+__all__ = ["CURVE_COUNTS", "PICTURES", "draw"]
 
-PROFILE = ROOT / "tests" / "data" / "DisplayP3-v4.icc"
+PICTURES = ROOT / "docs" / "pictures"
 
+CURVE_COUNTS = (10_000, 5000, 2000, 1000, 500, 200, 100, 50, 20, 10)
+"""Triangle counts of the curves."""
 
-def photograph() -> Float32Array:
-    """Return six octaves of waves with 1 % noise: (height, width, 3) float32, 0 to 1."""
-    chance = np.random.default_rng(0)
-    y, x = np.mgrid[0:HEIGHT, 0:WIDTH].astype(np.float32)
-    picture = np.zeros((HEIGHT, WIDTH, 3), np.float32)
-    for channel in range(3):
-        for octave in range(6):
-            frequency, phases = 2.0**octave * 2 * np.pi / WIDTH, chance.uniform(0, 2 * np.pi, 2)
-            waves = np.sin(frequency * x + phases[0]) * np.sin(1.3 * frequency * y + phases[1])
-            picture[:, :, channel] += waves / 1.4**octave
-    picture = (picture - picture.min()) / (picture.max() - picture.min())
-    picture += chance.normal(0, 0.01, picture.shape).astype(np.float32)
-    clipped: Float32Array = np.clip(picture, 0, 1)
-    return clipped
+LEVELS = (10_000, 1000, 500, 100, 50, 10)
+"""Triangle counts of Figure 7 of the publication."""
 
+PANEL, TEXT = 380, 50
+"""Pixels of a panel, and of the two lines of text above it."""
 
-def plain_tiff(samples: np.ndarray) -> bytes:
-    """Return an uncompressed TIFF file with one strip."""
-    data, bits = samples.tobytes(), 8 * samples.dtype.itemsize
-    tags = [
-        (256, 4, WIDTH), (257, 4, HEIGHT), (258, 3, bits), (259, 3, 1), (262, 3, 2), (273, 4, 8),
-        (277, 3, 3), (278, 4, HEIGHT), (279, 4, len(data)),
-        (339, 3, 3 if samples.dtype.kind == "f" else 1),
-    ]  # fmt: skip
-    table = b"".join(struct.pack("<HHII", tag, kind, 1, value) for tag, kind, value in tags)
-    head = struct.pack("<2sHI", b"II", 42, 8 + len(data))
-    return head + data + struct.pack("<H", len(tags)) + table + bytes(4)
+STYLES = {
+    "quadric": ("#0072B2", "o"),
+    "volume": ("#D55E00", "s"),
+    "finest": ("#009E73", "D"),
+    "USV": ("#56B4E9", "h"),
+    "segment maxima": ("#E69F00", "X"),
+    "convex hull": ("#000000", "*"),
+}
+"""Colours of Okabe and Ito, which colour-blind readers can distinguish, and markers."""
 
-
-def by_pillow(samples: np.ndarray, file_format: str, **how: object) -> bytes:
-    """Return a file with an embedded profile, written by Pillow."""
-    file = io.BytesIO()
-    Image.fromarray(samples).save(file, file_format, icc_profile=PROFILE.read_bytes(), **how)
-    return file.getvalue()
+SETTINGS: dict[RcKeyType, str | float | bool] = {
+    "svg.fonttype": "path",  # the same glyphs on every machine
+    "svg.hashsalt": "gamut",  # the same file from the same figures
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "legend.frameon": False,
+    "lines.markersize": 5,
+}
 
 
-def picture_times(runs: int) -> list[dict[str, Any]]:
-    """Measure median time and peak memory for every kind of picture."""
-    picture = photograph()
-    eight = np.round(picture * 255).astype(np.uint8)
-    files: dict[str, Callable[[], bytes]] = {
-        "JPEG": lambda: by_pillow(eight, "JPEG", quality=92),
-        "PNG, 8 bits": lambda: by_pillow(eight, "PNG", compress_level=1),
-        "TIFF, LZW, 8 bits": lambda: by_pillow(eight, "TIFF", compression="tiff_lzw"),
-        "TIFF, 16 bits": lambda: plain_tiff(np.round(picture * 65535).astype("<u2")),
-        "TIFF, floats": lambda: plain_tiff(picture.astype("<f4")),
-    }
-    rows = []
-    limits = {"max_body_bytes": MAX_BODY_BYTES}
-    with tempfile.TemporaryDirectory() as folder, http.server(limits) as service:
-        path = Path(folder) / "picture"
-        for name, content in files.items():
-            path.write_bytes(content())
-            found = sorted(
-                (_build_in_process(path) for _ in range(runs)), key=lambda row: row["seconds"]
-            )
-            status, seconds, _ = http.posted(service.port, {}, path.read_bytes())
-            row = {"picture": name, **found[len(found) // 2], "http_s": seconds}
-            rows.append({**row, "status": status})
-    return rows
+def draw(results: Results) -> None:
+    """Draw all pictures."""
+    import matplotlib as mpl
+
+    with mpl.rc_context(SETTINGS):
+        plot_mismatch(results).savefig(PICTURES / "mismatch.svg", metadata={"Date": None})
+    device = devices()[0]
+    points, centre, full = device.points, device.boundary.centre, device.boundary.mesh
+    history = device.histories["volume"]
+    save_panels(device, [("", history.level(count)) for count in LEVELS], 3, "levels-fogra39l")
+    by_usv = usv(points, "icosahedron", 1, 0.05, centre).mesh
+    meshes = [
+        ("reference", full),
+        ("convex hull", modified_convex_hull(points, 1.0, centre).mesh),
+        ("segment maxima", segment_maxima(points, (6, 13), centre).mesh),
+        ("USV, icosahedron", by_usv),
+    ]
+    meshes += [
+        (f"decimation, {cost}", device.histories[cost].level(by_usv.triangles))
+        for cost in COSTS[::-1]
+    ]
+    save_panels(device, meshes, 4, "methods-fogra39l")
 
 
-def _build_in_process(path: Path) -> dict[str, Any]:
-    row: dict[str, Any] = json.loads(run_module("pictures", str(path)))
-    return row
+def plot_mismatch(results: Results) -> Any:  # noqa: ANN401  # a matplotlib figure
+    """Mean mismatch by triangle count: Figure 8 of the publication."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.6, 5.4), facecolor="white", layout="constrained")
+    axes = figure.add_subplot()
+    means = method_means(results).values()
+    for name, (colour, marker) in STYLES.items():
+        style: dict[str, Any] = {"color": colour, "marker": marker}
+        if name in COSTS:
+            errors = [100 * (error or 0) for error in mean_errors(results, name, CURVE_COUNTS)]
+            axes.plot(CURVE_COUNTS, errors, **style, label=f"decimation, {name}")
+        else:
+            rows = [row for row in means if row["method"] == name]
+            counts, errors = [r["triangles"] for r in rows], [100 * r["mismatch"] for r in rows]
+            axes.plot(counts, errors, **style, linestyle="--", linewidth=1.1, label=name)
+    least = [100 * SPHERE_LIMIT / count for count in CURVE_COUNTS]
+    axes.plot(CURVE_COUNTS, least, color="#999999", lw=1, ls=":", label="optimum for a sphere")
+    axes.set(xscale="log", yscale="log", xlabel="triangles", ylabel="mean mismatch, %")
+    axes.set_xticks(CURVE_COUNTS, [f"{count:,}" for count in CURVE_COUNTS])
+    axes.set_xticks([], minor=True)
+    axes.set_yticks([0.01, 0.1, 1, 10, 100], ["0.01", "0.1", "1", "10", "100"])
+    axes.set_title(f"Mismatch by triangle count, mean over {len(results['devices'])} devices")
+    axes.grid(visible=True, color="#e4e4e4", linewidth=0.6)
+    axes.set_axisbelow(True)
+    figure.legend(loc="outside right upper")
+    return figure
 
 
-def main() -> None:
-    """Build the gamut of one file and print time and memory as JSON."""
-    compile_kernels()
-    data = Path(sys.argv[1]).read_bytes()
-    start = time.perf_counter()
-    found = Gamut(data).description
-    seconds = time.perf_counter() - start
-    row = {
-        "file_mb": len(data) / 1e6,
-        "distinct_values": found["provenance"]["distinct_values"],
-        "triangles": found["counts"]["triangles"],
-        "seconds": seconds,
-        "peak_mb": resident_bytes("VmHWM") / 2**20,
-    }
-    print(json.dumps(row))
+def save_panels(
+    device: Device, meshes: list[tuple[str, TriangleMesh]], columns: int, name: str
+) -> None:
+    """Draw meshes of one gamut side by side, with titles, into a PNG file with 256 colours."""
+    rows = -(-len(meshes) // columns)
+    sheet = Image.new("RGB", (columns * PANEL, rows * (PANEL + TEXT)), "white")
+    brush = ImageDraw.Draw(sheet)
+    for number, (title, mesh) in enumerate(meshes):
+        row, column = divmod(number, columns)
+        left, top = column * PANEL, row * (PANEL + TEXT)
+        sheet.paste(Image.fromarray(drawn(mesh)), (left, top + TEXT))
+        error = exact_mismatch(device.boundary.mesh, mesh, device.boundary.centre) or 0.0
+        lines = [f"{mesh.triangles:,} triangles", f"mismatch {100 * error:.2g} %"]
+        if title:
+            lines = [title, lines[0] if mesh is device.boundary.mesh else ", ".join(lines)]
+        for text, height, size in zip(lines, (8, 29), (16, 13), strict=True):
+            font = ImageFont.load_default(size)
+            brush.text((left + PANEL / 2, top + height), text, "#333333", font, "ma")
+    palette = sheet.quantize(256, method=Image.Quantize.MEDIANCUT)
+    small = sheet.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
+    colours = np.array(small.getpalette()).reshape(-1, 3)
+    colours[np.asarray(small)[0, 0]] = 255  # pure white paper
+    small.putpalette(colours.ravel().tolist())
+    small.save(PICTURES / f"{name}.png", optimize=True)
 
 
-if __name__ == "__main__":
-    main()
+def drawn(mesh: TriangleMesh) -> np.ndarray:
+    """Return a picture of a mesh and its edges, (size, size, 3) uint8.
+
+    Edges are narrow strips just before the surface, narrower for low triangles.
+    """
+    surface = scene_triangles(mesh, CIELAB, camera(*VIEWS["standard"]), PANEL, axes=False)
+    start, end = surface.corners, surface.corners[:, [1, 2, 0]]
+    along = (end - start)[..., :2]
+    length = np.linalg.norm(along, axis=2, keepdims=True)
+    area = np.abs(np.cross(along[:, 0], along[:, 1]))[:, np.newaxis, np.newaxis]
+    width = np.minimum(0.4, 0.08 * area / np.maximum(length.max(axis=1, keepdims=True), 1e-9))
+    aside = np.dstack([along[..., ::-1] * (-1, 1) * width / np.maximum(length, 1e-9), -0 * length])
+    lift = (0, 0, 1)
+    strips = np.stack(
+        [[start - aside, end - aside, end + aside], [start - aside, end + aside, start + aside]]
+    )
+    strips = strips.transpose(0, 2, 3, 1, 4).reshape(-1, 3, 3) + lift
+    ink = np.full(strips.shape, 0.05, np.float32)
+    light = rasterise(
+        np.concatenate([surface.corners, strips]), np.concatenate([surface.colours, ink]), PANEL, 3
+    )
+    linear = light[..., :3] + (1 - light[..., 3:])  # on white
+    pixels: np.ndarray = np.rint(255 * np.clip(linear, 0, 1) ** (1 / 2.2)).astype(np.uint8)
+    return pixels

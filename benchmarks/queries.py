@@ -1,47 +1,46 @@
-"""Speed of the queries on one core, beside trimesh with Embree: ``make bench-queries``.
+"""Speed of the queries on one core, beside trimesh and Manifold: ``make bench-queries``.
 
 The colours are random in twice the bounding box of FOGRA39L. Times are processor times of one
-thread: the median of several runs, in which this package and the peer take turns. Figures go to
-``benchmarks/queries.json`` and into ``docs/benchmarks.md``.
+thread: the median of several runs, in which this package and the peer take turns.
 """
 
 from __future__ import annotations
 
-import json
+import argparse
 import time
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from statistics import median
 from typing import Any, NamedTuple
 
 import numpy as np
 
+import gamutcore
 from benchmarks import markdown
-from benchmarks.bench import DOCUMENT
-from benchmarks.common import FOGRA39L, FloatArray
+from benchmarks.common import FOGRA39L, FloatArray, Rows
 from gamutcore import Gamut
-from gamutcore.metric.error_curve import error_curve
+from gamutcore.mesh import TriangleMesh
+from gamutcore.metric import intersection_volume
 from gamutcore.queries import (
     LevelIndex,
     build_index,
+    compare,
     contains,
     crossings,
+    cusp_points,
+    gamut_rings,
+    leaves,
     map_colours,
     nearest,
     nearest_ciede2000,
     signed_distance,
+    slice_polygons,
 )
 
-__all__ = ["COUNTS", "QUERIES", "RESULTS", "SMALL", "alternated", "document_blocks", "main"]
-
-RESULTS = Path(__file__).with_suffix(".json")
+__all__ = ["main"]
 
 SMALL = 1000
-"""Triangles of the level that the peer is compared on."""
-
-COUNTS = (4, 10, 30, 100, 300, 1000, 3000, 10_000, 30_000)
-"""Triangles of the levels that show how the cost falls; the full boundary comes last."""
+"""Triangles of the level that peers are compared on; the other level is the full boundary."""
 
 ROUNDS = 5
 
@@ -50,179 +49,146 @@ BEHIND = 10.0
 
 
 class Query(NamedTuple):
-    """A query that is timed.
+    """A query about rows of colours, the same by trimesh, and goals in million rows per second."""
 
-    Attributes
-    ----------
-    title : str
-    run : callable
-        Answers rows of colours on an index.
-    rows : int
-    peer : callable or None
-        Answers rows on a `trimesh.Trimesh`.
-    peer_rows : int
-    goals : tuple of float
-        Rows per second on 1,000 triangles and on the full boundary.
-    """
-
-    title: str
     run: Callable[[FloatArray, LevelIndex], object]
     rows: int
-    peer: Callable[[Any, FloatArray], object] | None
-    peer_rows: int
     goals: tuple[float, float]
+    peer: Callable[[Any, FloatArray], object] | None = None
+    peer_rows: int = 0
 
 
 QUERIES = {
-    "contains": Query(
-        "in gamut",
+    "in gamut": Query(
         contains,
         1_000_000,
+        (20, 8),
         lambda mesh, points: mesh.ray.contains_points(points),
         100_000,
-        (20e6, 8e6),
     ),
-    "crossings": Query(
-        "all crossings of a line",
+    "all crossings of a line": Query(
         lambda points, index: crossings(points, points[::-1], index, "line"),
         300_000,
+        (5, 1),
         lambda mesh, points: mesh.ray.intersects_id(
             points + BEHIND * (points - points[::-1]), points[::-1] - points, multiple_hits=True
         ),
         100_000,
-        (5e6, 1e6),
     ),
-    "clip_hue": Query(
-        "`clip-hue`",
-        lambda points, index: map_colours(points, index, "clip-hue"),
-        200_000,
-        None,
-        0,
-        (2e6, 0.5e6),
+    "`clip-hue`": Query(
+        lambda points, index: map_colours(points, index, "clip-hue"), 200_000, (2, 0.5)
     ),
-    "clip_focal": Query(
-        "`clip-focal`",
-        lambda points, index: map_colours(points, index, "clip-focal"),
-        200_000,
-        None,
-        0,
-        (2e6, 0.5e6),
+    "`clip-focal`": Query(
+        lambda points, index: map_colours(points, index, "clip-focal"), 200_000, (2, 0.5)
     ),
-    "nearest": Query(
-        "nearest point",
-        nearest,
-        300_000,
-        lambda mesh, points: mesh.nearest.on_surface(points),
-        5000,
-        (1e6, 0.4e6),
+    "nearest point": Query(
+        nearest, 300_000, (1, 0.4), lambda mesh, points: mesh.nearest.on_surface(points), 5000
     ),
-    "signed_distance": Query(
-        "signed distance",
+    "signed distance": Query(
         signed_distance,
         300_000,
+        (1, 0.4),
         lambda mesh, points: mesh.nearest.signed_distance(points),
         5000,
-        (1e6, 0.4e6),
     ),
-    "nearest_ciede2000": Query(
-        "nearest by CIEDE2000", nearest_ciede2000, 3000, None, 0, (0.05e6, 0.02e6)
-    ),
+    "nearest by CIEDE2000": Query(nearest_ciede2000, 3000, (0.05, 0.02)),
 }
+
+HUES, LIGHTNESS = np.arange(360.0), np.arange(101.0)
+
+LEVEL_QUERIES: dict[
+    str, tuple[Callable[[LevelIndex, LevelIndex], object], tuple[float | None, float | None]]
+] = {
+    "360 cusps": (lambda one, _: cusp_points(HUES, one), (1, 20)),
+    "a slice": (lambda one, _: slice_polygons(one, (1.0, 0.0, 0.0), 50.0), (0.5, 5)),
+    "360 × 101 leaves": (lambda one, _: leaves(one, HUES, LIGHTNESS), (20, 500)),
+    "gamut rings": (lambda one, _: gamut_rings(one), (None, None)),
+    "comparison with sRGB": (compare, (20, 1500)),
+}
+"""Queries about one level or two, and goals in milliseconds."""
 
 
 def main() -> None:
-    """Measure all queries, and write the figures and the tables."""
-    gamut = Gamut(FOGRA39L)
-    counts = [*COUNTS, gamut.history.triangles]
-    errors = error_curve(gamut.history, counts)
-    results = {
-        "levels": [
-            {**_level_row(gamut, count), "error": error.to_mapping()["distance_bound"]}
-            for count, error in zip(counts, errors, strict=True)
-        ]
+    """Measure all queries, and write the tables."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.queries", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="a hundredth of the rows, not written")
+    quick = parser.parse_args().quick
+    gamuts = (Gamut(FOGRA39L), gamutcore.reference("sRGB"))
+    levels = [[_level(gamut, count) for gamut in gamuts] for count in (SMALL, None)]
+    tables = {
+        "queries": colour_queries(levels[0][0], levels[1][0], 100 if quick else 1),
+        "level-queries": level_queries(levels),
     }
-    RESULTS.write_text(json.dumps(results, indent=2) + "\n")
-    blocks = document_blocks(results)
-    print("\n\n".join(blocks.values()))
-    markdown.update_document(DOCUMENT, blocks)
+    if quick:
+        print(*map(markdown.rows_table, tables.values()), sep="\n\n")
+    else:
+        markdown.record(tables)
 
 
-def document_blocks(results: dict[str, Any]) -> dict[str, str]:
-    """Return the generated blocks of the document.
-
-    Parameters
-    ----------
-    results : dict
-        As in the file of results.
-    """
-    levels = results["levels"]
-    small, full = next(row for row in levels if row["triangles"] == SMALL), levels[-1]
-    shown = {name: query for name, query in QUERIES.items() if name in small["queries"]}
-    speeds = []
-    for name, query in shown.items():
-        peer = small["peers"].get(name)
-        speeds.append(
-            [
-                query.title,
-                f"{small['queries'][name] / 1e6:.3g}",
-                f"{query.goals[0] / 1e6:g}",
-                f"{full['queries'][name] / 1e6:.3g}",
-                f"{query.goals[1] / 1e6:g}",
-                "–" if peer is None else f"{peer / 1e6:.2g}",
-            ]
-        )
-    head = ["query", f"{SMALL:,} triangles, million/s", "goal", "full boundary, million/s"]
-    head += ["goal", f"trimesh at {SMALL:,}, million/s"]
-    index_head = ["triangles", "build, ms", "memory, MB"]
-    index_rows = [
-        [f"{row['triangles']:,}", f"{row['build_ms']:.2g}", f"{row['bytes'] / 1e6:.2g}"]
-        for row in (small, full)
-    ]
-    level_head = [
-        "triangles",
-        "error, ΔE",
-        *(f"{query.title}, million/s" for query in shown.values()),
-    ]
-    level_rows = [
-        [
-            f"{row['triangles']:,}",
-            f"{row['error']:.2g}",
-            *(f"{row['queries'][name] / 1e6:.3g}" for name in shown),
-        ]
-        for row in levels
-    ]
-    return {
-        "queries": markdown.table(head, speeds),
-        "query-index": markdown.table(index_head, index_rows),
-        "query-levels": markdown.table(level_head, level_rows),
-    }
+Level = tuple[TriangleMesh, LevelIndex, Callable[[], LevelIndex]]
+"""A mesh, its index, and the function that builds the index."""
 
 
-def _level_row(gamut: Gamut, triangles: int) -> dict[str, Any]:
-    """Time all queries on a level."""
-    mesh, centre = gamut.level(triangles), gamut.history.centre
-    index = build_index(mesh.vertices, mesh.faces, centre)
-    low, high = gamut.history.full().bounds
+def _level(gamut: Gamut, triangles: int | None) -> Level:
+    mesh = gamut.level(triangles or gamut.history.triangles)
+    build = partial(build_index, mesh.vertices, mesh.faces, gamut.history.centre)
+    return mesh, build(), build
+
+
+def colour_queries(small: Level, full: Level, part: int) -> Rows:
+    """Time queries about colours on two levels, and by trimesh on the small one."""
+    low, high = full[0].bounds
     middle, half = (low + high) / 2, high - low
-    random = np.random.default_rng(0)
-    points = random.uniform(middle - half, middle + half, (1_000_000, 3))
-    speeds, peers = {}, {}
-    for name, query in QUERIES.items():
-        runs: list[Callable[[], object]] = [partial(query.run, points[: query.rows], index)]
-        if query.peer is not None and triangles == SMALL:
-            runs.append(partial(query.peer, mesh.to_trimesh(), points[: query.peer_rows]))
+    points = np.random.default_rng(0).uniform(middle - half, middle + half, (1_000_000, 3))
+    rows = []
+    for title, query in QUERIES.items():
+        count, peer_count = query.rows // part, query.peer_rows // part
+        runs: list[Callable[[], object]] = [
+            partial(query.run, points[:count], index) for _, index, _ in (small, full)
+        ]
+        if query.peer is not None:
+            runs.append(partial(query.peer, small[0].to_trimesh(), points[:peer_count]))
         times = alternated(runs)
-        speeds[name] = query.rows / times[0]
-        if len(times) > 1:
-            peers[name] = query.peer_rows / times[1]
-    build = alternated([lambda: build_index(mesh.vertices, mesh.faces, centre)])[0]
-    return {
-        "triangles": mesh.triangles,
-        "build_ms": 1e3 * build,
-        "bytes": index.nbytes,
-        "queries": speeds,
-        "peers": peers,
-    }
+        rows.append(
+            {
+                "query": title,
+                f"{SMALL:,} triangles, million/s": 1e-6 * count / times[0],
+                f"goal at {SMALL:,}": query.goals[0],
+                "full boundary, million/s": 1e-6 * count / times[1],
+                "goal, full": query.goals[1],
+                f"trimesh at {SMALL:,}, million/s": (
+                    1e-6 * peer_count / times[2] if query.peer else None
+                ),
+            }
+        )
+    return rows
+
+
+def level_queries(levels: list[list[Level]]) -> Rows:
+    """Time queries about whole levels, the comparison by Manifold, and building the index."""
+    rows: Rows = []
+    for title, (run, goals) in LEVEL_QUERIES.items():
+        row: dict[str, Any] = {"query": title}
+        for (one, other), goal, name in zip(
+            levels, goals, (f"{SMALL:,} triangles", "full boundary"), strict=True
+        ):
+            runs: list[Callable[[], object]] = [partial(run, one[1], other[1])]
+            if run is compare:
+                runs.append(partial(intersection_volume, one[0], other[0]))
+            times = alternated(runs)
+            row[f"{name}, ms"] = 1e3 * times[0]
+            row[f"goal, {name}"] = goal
+            row[f"manifold3d, {name}, ms"] = 1e3 * times[1] if len(times) > 1 else None
+        rows.append(row)
+    builds = [1e3 * alternated([one[2]])[0] for one, _ in levels]
+    return [
+        *rows,
+        {
+            "query": "the index, once for a level",
+            f"{SMALL:,} triangles, ms": builds[0],
+            "full boundary, ms": builds[1],
+        },
+    ]
 
 
 def alternated(runs: list[Callable[[], object]]) -> list[float]:

@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from benchmarks.bench import machine
+from benchmarks.common import machine
 from benchmarks.markdown import table, update_document
 
 __all__ = ["DOCUMENT", "PROMISES", "RESULTS", "Promise", "Result", "document_blocks", "record"]

@@ -1,34 +1,30 @@
-"""Measure the viewer in Chromium: ``make bench-viewer``.
+"""Measure the viewer in Chromium (``make bench-viewer``), or take its pictures for the documents.
 
-Starts the service, builds the example, and drives the viewer without a graphics
-processor (``web/viewer/tests/measure.mjs``). The figures go to ``benchmarks/viewer.json`` and into
-``docs/benchmarks.md``.
+Starts the service, builds examples, and drives the viewer without a graphics processor: with
+``web/viewer/tests/measure.mjs``, or with ``web/viewer/pictures.mjs`` for ``--pictures``
+(``make viewer-pictures``). The pictures go to ``docs/pictures/viewer``; ``slider.webp`` moves.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import shutil
 import subprocess
 import tempfile
-import time
-import urllib.request
 from pathlib import Path
 from typing import Any
 
+from PIL import Image
+
 from benchmarks import markdown
-from benchmarks.bench import DOCUMENT, machine
 from benchmarks.common import ROOT
-from benchmarks.http import posted
+from benchmarks.http import posted, server
 
-__all__ = ["GOALS", "main", "measure", "table_of"]
+__all__ = ["main"]
 
-RESULTS = Path(__file__).with_name("viewer.json")
-PORT = 18765
-START_SECONDS = 120.0
-
-GOALS: dict[str, tuple[str, str]] = {
+GOALS = {
     "bundle_kilobytes": ("page, script, worker and style with brotli, kB", "≤ 180"),
     "first_picture_seconds": ("first picture of a stored gamut, s after opening the page", "≤ 1"),
     "first_picture_triangles": ("triangles of the first picture", "–"),
@@ -41,82 +37,87 @@ GOALS: dict[str, tuple[str, str]] = {
     "slowest_picture_ms": ("time between two pictures, 95th percentile, ms", "–"),
     "script_milliseconds": ("of which the script of the page, ms per picture", "≤ 4"),
     "undrawn_pictures_per_second": ("pictures per second with nothing drawn", "≥ 60"),
-    "undrawn_levels_per_second": ("new levels per second meanwhile", "≥ 60"),
-    "cleared_pictures_per_second": (
-        "pictures per second of an empty view: the browser's and rasteriser's limit",
-        "–",
-    ),
+    "cleared_pictures_per_second": ("pictures per second of an empty view", "–"),
 }
-"""What is measured, and the goal."""
+"""What the script measures: title and goal."""
+
+TARGET = ROOT / "docs" / "pictures" / "viewer"
+LARGEST, LARGEST_MOVING = 150_000, 1_000_000
+WIDTH = 720
+FRAME_MILLISECONDS, HELD_MILLISECONDS = 110, 1500
 
 
 def main() -> None:
-    """Measure and write the figures."""
-    results = {"machine": machine(), "now": measure()}
-    RESULTS.write_text(json.dumps(results, indent=2) + "\n")
-    text = table_of(results)
-    print(text)
-    markdown.update_document(DOCUMENT, {"viewer": text})
-
-
-def table_of(results: dict[str, Any]) -> str:
-    """Return the figures as a Markdown table."""
-    rows = [
-        [
-            title,
-            f"{results['now'][name]:,.4g}"
-            if name != "whole_triangles"
-            else f"{results['now'][name]:,}",
-            goal,
-        ]
+    """Measure and write the table, or take the pictures."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.viewer", description=__doc__)
+    parser.add_argument("--pictures", action="store_true", help="take the pictures instead")
+    parser.add_argument("--quick", action="store_true", help="measure, and write nothing")
+    arguments = parser.parse_args()
+    if arguments.pictures:
+        take_pictures()
+        return
+    with server(pin=False) as running:
+        gamut = posted(running.port, {})[2]["id"]
+        measured = json.loads(drive("tests/measure.mjs", running.port, GAMUT=gamut))
+    rows: list[dict[str, Any]] = [
+        {"figure": title, "measured": measured[name], "goal": goal}
         for name, (title, goal) in GOALS.items()
     ]
-    return markdown.table(["figure", "measured", "goal"], rows)
+    if arguments.quick:
+        print(markdown.rows_table(rows))
+    else:
+        markdown.record({"viewer": rows})
 
 
-def measure() -> dict[str, float]:
-    """Return the figures by the names of `GOALS`."""
+def drive(script: str, port: int, **variables: str) -> str:
+    """Run a script of the viewer with a browser, and return what it prints."""
     chromium = next(filter(None, map(shutil.which, ("chromium", "google-chrome"))))
-    with tempfile.TemporaryDirectory() as folder:
-        command = [str(ROOT / ".venv/bin/gamut"), "serve", "--port", str(PORT), "--store", folder]
-        with subprocess.Popen(command, stderr=subprocess.DEVNULL) as server:
-            try:
-                _wait_ready()
-                posted(PORT, {})
-                gamut = _get("/v1/gamuts")["gamuts"][0]["id"]
-                ended = subprocess.run(
-                    ["node", str(ROOT / "web/viewer/tests/measure.mjs")],
-                    env={
-                        **os.environ,
-                        "VIEWER_URL": f"http://127.0.0.1:{PORT}",
-                        "CHROMIUM": str(chromium),
-                        "GAMUT": gamut,
-                    },
-                    check=True,
-                    capture_output=True,
-                    text=True,
-                )
-            finally:
-                server.terminate()
-    return dict(json.loads(ended.stdout))
+    environment = {"VIEWER_URL": f"http://127.0.0.1:{port}", "CHROMIUM": chromium, **variables}
+    return subprocess.run(
+        ["node", str(ROOT / "web" / "viewer" / script)],
+        env={**os.environ, **environment},
+        check=True,
+        stdout=subprocess.PIPE,
+        text=True,
+    ).stdout
 
 
-def _get(path: str) -> dict[str, Any]:
-    with urllib.request.urlopen(f"http://127.0.0.1:{PORT}{path}", timeout=60) as answer:
-        return dict(json.load(answer))
+def take_pictures() -> None:
+    """Take all pictures."""
+    TARGET.mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory() as folder, server(pin=False) as running:
+        press, other = (
+            str(posted(running.port, {}, (ROOT / "examples" / name).read_bytes())[2]["id"])
+            for name in ("FOGRA39L.ti3", "FOGRA29L.ti3")
+        )
+        drive("pictures.mjs", running.port, FOLDER=folder, PRESS=press, OTHER=other)
+        frames = sorted(Path(folder).glob("slider-*.png"))
+        for path in sorted(set(Path(folder).glob("*.png")) - set(frames)):
+            picture = TARGET / f"{path.stem}.webp"
+            Image.open(path).convert("RGB").save(picture, quality=82, method=6)
+            check(picture, LARGEST)
+        save_moving(frames, TARGET / "slider.webp")
 
 
-def _wait_ready() -> None:
-    deadline = time.monotonic() + START_SECONDS
-    while True:
-        try:
-            _get("/readyz")
-        except OSError:
-            if time.monotonic() > deadline:
-                raise
-            time.sleep(0.2)
-        else:
-            return
+def save_moving(paths: list[Path], target: Path) -> None:
+    """Save frames as a moving picture that starts again at its end."""
+    frames = [Image.open(path).convert("RGB") for path in paths]
+    height = round(frames[0].height * WIDTH / frames[0].width)
+    small = [frame.resize((WIDTH, height), Image.Resampling.LANCZOS) for frame in frames]
+    times = [FRAME_MILLISECONDS] * len(small)
+    times[0] = times[-1] = HELD_MILLISECONDS
+    small[0].save(
+        target, save_all=True, append_images=small[1:], duration=times, loop=0, quality=70, method=6
+    )
+    check(target, LARGEST_MOVING)
+
+
+def check(path: Path, largest: int) -> None:
+    """Fail if a picture is too large for the repository."""
+    size = path.stat().st_size
+    print(f"{path.name}: {size / 1000:.0f} kB")
+    if size > largest:
+        raise SystemExit(f"{path} has {size} bytes; at most {largest} are accepted.")
 
 
 if __name__ == "__main__":

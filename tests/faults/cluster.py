@@ -10,8 +10,7 @@ machine.
 - A hung slot, which only Celery's hard time limit can end, must cost one attempt.
 - ``--builds``: builds in a row, as fast as the workers go.
 
-The program exits with 1 at the first broken promise. With ``--write`` the figures go to
-``benchmarks/cluster.json``, which ``make scaling`` reads.
+The program exits with 1 at the first broken promise.
 """
 
 from __future__ import annotations
@@ -36,7 +35,6 @@ sys.path.insert(0, str(ROOT / "tests" / "service"))
 from cluster import Cluster, until  # noqa: E402
 from emulators import s3_server  # noqa: E402
 
-FIGURES = ROOT / "benchmarks" / "cluster.json"
 PRESS = ROOT / "examples" / "FOGRA39L.ti3"
 
 HASTY = (
@@ -206,7 +204,6 @@ def main() -> int:
     parser.add_argument("--kills", type=int, default=100)
     parser.add_argument("--builds", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--write", action="store_true", help="write benchmarks/cluster.json")
     given = parser.parse_args()
     if reason := Cluster.missing(given.broker):
         print(reason)
@@ -226,16 +223,6 @@ def main() -> int:
                 cluster.close()
     for row in figures:
         print(f"{row['what']}: {row['figure']} ({row['counted']})", flush=True)
-    if given.write:
-        written = {
-            "date": time.strftime("%Y-%m-%d"),
-            "broker": {"redis": "Redis", "rabbitmq": "RabbitMQ"}[given.broker],
-            "api": given.replicas,
-            "workers": given.workers,
-            "cores": os.cpu_count(),
-            "figures": figures,
-        }
-        FIGURES.write_text(json.dumps(written, indent=1) + "\n")
     return 0
 
 
