@@ -180,6 +180,18 @@ def test_a_table_without_colours_lists_its_columns():
 @pytest.mark.parametrize(
     "text",
     [
+        "BEGIN_DATA_FORMAT " + "A " * 5000 + "\nEND_DATA_FORMAT\nBEGIN_DATA\nEND_DATA\n",
+        "".join(f"KEY{i} x\n" for i in range(20_000)) + PLAIN,
+    ],
+)
+def test_columns_and_keywords_are_limited(text):
+    with pytest.raises(SampleLimitError):
+        read(text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
         FORMAT + "BEGIN_DATA\n" + '"' * 500_000,
         FORMAT + '"" ' * 300_000 + "\nBEGIN_DATA x",
         ("BEGIN_DATA\n" + " " * 100) * 1000,

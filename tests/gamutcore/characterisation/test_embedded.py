@@ -111,6 +111,11 @@ def test_packed_xml_without_a_stream_is_refused(made_profile, size):
     assert caught.value.where["tag"] == "targ"
 
 
+def test_bare_colours_are_colours(made_profile):
+    profile = characterisation(made_profile({"CIED": text(COLOURS)}))
+    assert measurements_of(profile).device is None
+
+
 def test_numbered_inks_have_the_profiles_names(made_profile):
     entries = b"".join(name.ljust(32, b"\0") + bytes(6) for name in (b"Black", b"Orange"))
     clrt = b"clrt" + bytes(4) + struct.pack(">I", 2) + entries

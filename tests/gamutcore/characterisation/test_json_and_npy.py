@@ -263,3 +263,11 @@ def test_texts_in_the_place_of_numbers_are_refused():
     with pytest.raises(MalformedFileError) as caught:
         characterisation(saved(array))
     assert caught.value.where["field"] == "L"
+
+
+@pytest.mark.parametrize(
+    "array", [np.zeros(3), np.zeros((2, 4)), np.zeros((1, 2, 3)), np.zeros(())]
+)
+def test_other_shapes_need_names(array):
+    with pytest.raises(MissingColumnError):
+        characterisation(saved(array))

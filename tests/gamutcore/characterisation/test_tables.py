@@ -282,6 +282,11 @@ def test_bands_come_in_the_order_of_their_wavelengths_by_all_their_names(form):
     assert (np.diff(spectra.values[0]) > 0).all()
 
 
+def test_a_row_of_wavelengths_is_a_header():
+    samples = table([str(nm) for nm in range(380, 740, 10)], [0.5] * 36)
+    assert samples.spectra.wavelengths.tolist() == list(range(380, 740, 10))
+
+
 def test_too_few_bands_and_other_numbers_are_no_spectrum():
     for names in (
         [f"SPEC_{nm}" for nm in range(400, 700, 50)],

@@ -294,6 +294,7 @@ def test_broken_tags_are_refused(elements, data, channels):
     ("data", "named"),
     [
         (mpet(3, 3, element(b"calc", 3, 3, bytes(40))), "calc"),
+        (mpet(3, 3, curve_set(3, *[b"sngf" + bytes(40)] * 3)), "sngf"),
         (mpet(3, 3, element(b"JtoX", 3, 3, bytes(40))), "JtoX"),
         (mpet(3, 3, element(b"bACS", 3, 4, bytes(4))), "bACS"),
         (mpet(3, 3, *[matrix(MATRIX, [0, 0, 0])] * 33), "33"),

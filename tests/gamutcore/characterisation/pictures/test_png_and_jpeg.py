@@ -72,6 +72,13 @@ def test_one_colour_may_be_transparent(png, chunk, noise, pixel_counts, counts_o
     assert counts_of(found, 255) == pixel_counts(pixels[3:])
 
 
+def test_nothing_but_transparent_pixels(png, noise):
+    pixels = noise(4, 4, 4)
+    pixels[:, :, 3] = 0
+    with pytest.raises(GamutError, match="transparent"):
+        picture(png(pixels, 8, 6))
+
+
 def profile_chunk(chunk, profile):
     return chunk(b"iCCP", b"a name\0\0" + zlib.compress(profile))
 

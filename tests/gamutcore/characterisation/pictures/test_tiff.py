@@ -99,6 +99,13 @@ def test_cielab_has_signs(tiff, tags):
     assert (found.model, found.meaning) == ("Lab", None)
 
 
+def test_cielab_of_16_bits(tiff, tags):
+    pixels = np.array([[[65535, 256, 0xFF00], [0, 0x8000, 128]]], np.uint16)
+    found = picture(tiff([raw(pixels)], tags(2, 1, 16, 3, 8)))
+    rows = {tuple(row) for row in found.values.round(9).tolist()}
+    assert rows == {(100, 1, -1), (0, -128, 0.5)}
+
+
 def test_icclab_is_offset(tiff, tags):
     """Photoshop technical notes: as profiles of version 2 have it."""
     eight = picture(tiff([bytes([255, 128, 0, 0, 255, 129])], tags(2, 1, 8, 3, 9)))

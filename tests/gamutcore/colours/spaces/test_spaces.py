@@ -1,4 +1,4 @@
-"""Colour spaces with their parameters: whites, adaptation, scale, luminance, and the inverse."""
+"""Colour spaces: parameters, declarations of files, conversion, volumes, and display."""
 
 import contextlib
 import json
@@ -17,12 +17,22 @@ from gamutcore.colours.spaces import (
     SPACES,
     ColourSpace,
 )
-from gamutcore.colours.spaces.cielab import ICC_D50, lab_to_xyz, xyz_to_lab
+from gamutcore.colours.spaces.cielab import ICC_D50, colour_science, lab_to_xyz, xyz_to_lab
+from gamutcore.colours.spaces.conversion import GIVEN_SPACE, ColourConversion
+from gamutcore.colours.spaces.declared import (
+    assumption_warnings,
+    declared_space,
+    refuse_other_space,
+)
+from gamutcore.colours.spaces.parameters import SPACE_PARAMETERS, space_parameters
+from gamutcore.colours.spaces.srgb import D50_TO_LINEAR_SRGB, linear_srgb, srgb
 from gamutcore.colours.spaces.white_points import ADAPTATIONS, WHITES, white_point
 from gamutcore.colours.surface import SurfaceColours
-from gamutcore.errors import InvalidPointsError
+from gamutcore.errors import GamutError, InvalidPointsError, MeshError, OptionError
 
 D65 = white_point("D65")
+
+
 ABSOLUTE = {"ICtCp", "ITP", "Jzazbz"}
 APPEARANCE = {"CAM16-UCS", "CAM02-UCS"}
 # sRGB: IEC 61966-2-1's primaries for the D65 of x 0.3127, y 0.3290
@@ -148,12 +158,6 @@ class TestThereAndBack:
         assert shown.dtype == np.float32
         assert shown.flags.c_contiguous
 
-    def test_cielab_is_left_as_it_is(self):
-        lab = real_colours()
-        for space in (CIELAB, ColourSpace("CIELAB", "D50", scale=1.0)):
-            assert space.coordinates(lab)[0] is lab
-            assert space.appearance_lab(lab) is lab
-
 
 class TestWhite:
     @pytest.mark.parametrize("name", SPACES)
@@ -263,11 +267,6 @@ class TestDescription:
         assert same.points is lab
         assert same.provenance["colour_space"]["reference_white_xyz"] == ICC_D50.tolist()
 
-    def test_what_is_not_adapted_says_so(self):
-        colours = SurfaceColours(real_colours(5), None, {}, as_measured=True)
-        described = colours_in_space(colours, ColourSpace("Oklab")).provenance["colour_space"]
-        assert described["adaptation"].startswith("none")
-
 
 @pytest.mark.parametrize("name", SPACES)
 def test_lightness_is_shown_upwards(name):
@@ -276,3 +275,259 @@ def test_lightness_is_shown_upwards(name):
     rotated = up + 2 * np.cross(axis, np.cross(axis, up) + cosine * up)
     np.testing.assert_allclose(rotated, (0, 1, 0), atol=1e-12)
     assert np.linalg.norm([*axis, cosine]) == pytest.approx(1.0)
+
+
+def test_cielab_has_none_by_default():
+    assert space_parameters("CIELAB", {}) == dict.fromkeys(SPACE_PARAMETERS)
+    same = {"reference_white": "D50", "adaptation": "Bradford", "scale": 1}
+    assert space_parameters("CIELAB", same) == dict.fromkeys(SPACE_PARAMETERS)
+
+
+@pytest.mark.parametrize("name", sorted(set(SPACES) - {"CIELAB"}))
+def test_defaults_are_made_explicit(name):
+    checked = {k: v for k, v in space_parameters(name, {}).items() if v is not None}
+    own = {"luminance"} if name in ABSOLUTE else set()
+    own |= {"adapting_luminance", "background", "surround"} if name in APPEARANCE else set()
+    assert set(checked) == {"reference_white", "adaptation", "scale"} | own
+    assert checked["adaptation"] == "Bradford"
+    assert checked["scale"] == 1.0
+    assert ColourSpace(name, **checked).description() == ColourSpace(name).description()
+
+
+@pytest.mark.parametrize(
+    ("space", "name", "value"),
+    [
+        *[("CIELAB", name, 10.0) for name in ("luminance", "adapting_luminance", "background")],
+        ("Oklab", "luminance", 100),
+        ("CAM16-UCS", "luminance", 100),
+        ("ICtCp", "surround", "average"),
+        ("ICtCp", "luminance", 0),
+        ("ICtCp", "luminance", 10_001),
+        ("ICtCp", "luminance", "100"),
+        ("ICtCp", "luminance", True),
+        ("ICtCp", "luminance", float("nan")),
+        ("ICtCp", "luminance", 10**400),
+        ("CAM16-UCS", "adapting_luminance", 0),
+        ("CAM16-UCS", "background", 0),
+        ("CAM16-UCS", "background", 101),
+        ("CAM16-UCS", "surround", "bright"),
+        ("CAM16-UCS", "surround", ["dim"]),
+        *[
+            ("CIELAB", "reference_white", value)
+            for value in (
+                "D51", "D5 0 0", "", 50, [1, 1], [1, 0, 1], [0, 1, 1], [1, 1, -1], [1, 1, "1"],
+                [1, 1, float("inf")], [1e300, 1e-300, 1], {"X": 1}, True, [9, 1, 1],
+                    [3, 1, 0.2], [0.2, 1, 3],
+            )
+        ],
+        *[("CIELAB", "adaptation", value) for value in ("brad", "", 1, ["CAT02"])],
+        *[("CIELAB", "scale", value) for value in (0, -1, 1e7, "1", float("inf"), True)],
+    ],
+)  # fmt: skip
+def test_what_is_not_accepted_is_named(space, name, value):
+    with pytest.raises(OptionError) as caught:
+        space_parameters(space, {name: value})
+    assert caught.value.where == {"field": name}
+    assert caught.value.remedy
+
+
+@given(
+    st.sampled_from(sorted(SPACES)),
+    st.tuples(st.floats(0.05, 6), st.just(1.0), st.floats(0.05, 6)),
+    st.sampled_from(sorted(ADAPTATIONS)),
+    st.sampled_from([1e-4, 1.0, 1e6]),
+    st.sampled_from([0.0, 1.0]),
+)
+def test_every_space_works_with_all_that_is_accepted(name, white, adaptation, scale, end):
+    own = {"luminance": (0.1, 1e4), "adapting_luminance": (0.01, 1e4), "background": (1.0, 100.0)}
+    extremes = {key: own[key][int(end)] for key in own if key in SPACES[name].parameters}
+    asked = {"reference_white": white, "adaptation": adaptation, "scale": scale, **extremes}
+    with contextlib.suppress(OptionError):
+        space = ColourSpace(name, **space_parameters(name, asked))
+        json.dumps(space.description(), allow_nan=False)
+        lab = np.array([(0, 0, 0), (50, 60, -20), (100, 0, 0), (80, -80, 80.0)])
+        coordinates, _ = space.coordinates(lab)
+        assert np.isfinite(coordinates).all()
+        assert np.isfinite(space.appearance_lab(coordinates)).all()
+
+
+@pytest.mark.parametrize("name", ["CIELAB", "cielab", " Lab ", "CIE  LAB"])
+def test_cielab_has_several_names(name):
+    space = declared_space({"space": name})
+    assert space is not None
+    assert space.is_icc_cielab
+
+
+@pytest.mark.parametrize("name", SPACES)
+def test_every_space_is_known_by_its_name_in_any_case(name):
+    for written in (name, name.upper(), name.lower()):
+        space = declared_space({"space": written})
+        assert space is not None
+        assert space.name == name
+        refuse_other_space(space, ColourSpace(name))
+
+
+@pytest.mark.parametrize("name", ["sRGB", "", "x" * 5000])
+def test_other_spaces_are_refused(name):
+    with pytest.raises(MeshError) as caught:
+        declared_space({"space": name})
+    assert caught.value.where == {"field": "space"}
+    assert len(caught.value.message) < 200
+
+
+@pytest.mark.parametrize(
+    ("space", "field", "text"),
+    [
+        ("CIELAB", "scale", "0"),
+        ("CIELAB", "scale", "nan"),
+        ("CIELAB", "reference_white", "1 2"),
+        ("CIELAB", "reference_white", "D5"),
+        ("ICtCp", "luminance", "bright"),
+        ("ICtCp", "luminance", "measured"),
+        ("CAM16-UCS", "surround", "blue"),
+    ],
+)
+def test_parameters_that_are_none_are_refused(space, field, text):
+    with pytest.raises(MeshError) as caught:
+        declared_space({"space": space, field: text})
+    assert caught.value.where["field"] == field
+
+
+def test_how_colours_were_found_is_no_parameter_of_the_space():
+    said = "ICC media-relative: XYZ scaled by D50/white"
+    space = declared_space({"space": "CIELAB", "adaptation": said, "luminance": "80"})
+    assert space is not None
+    assert space.is_icc_cielab
+
+
+def test_a_measured_luminance_is_the_number_that_the_file_has():
+    said = {"space": "ITP", "luminance": "measured", "white_luminance": "80.5"}
+    space = declared_space(said)
+    assert space is not None
+    assert space.luminance == 80.5
+
+
+def test_what_is_small_for_cielab_is_told():
+    small = np.array([[0.0, 0, 0], [1, 0.3, -0.2]])
+    (warning,) = assumption_warnings(small, ColourSpace())
+    assert "space" in warning
+    assert not assumption_warnings(small, ColourSpace("Oklab"))
+    assert not assumption_warnings(small, ColourSpace(scale=0.01))
+    assert not assumption_warnings(small * 100, ColourSpace())
+
+
+TEXTS = st.text(max_size=20) | st.floats().map(repr) | st.just("1 1 1")
+
+
+@given(
+    st.sampled_from(list(SPACES)), st.dictionaries(st.sampled_from(sorted(SPACE_PARAMETERS)), TEXTS)
+)
+def test_any_notes_are_read_or_refused(space, said):
+    try:
+        stated = declared_space({**said, "space": space})
+    except GamutError:
+        return
+    assert stated is not None
+    refuse_other_space(stated, stated)
+
+
+LAB = np.array([(50, 20, -30), (80, -10, 60), (30, 5, 5), (100, 0, 0)], float)
+
+
+@pytest.mark.parametrize("gamut", list(SPACES))
+@pytest.mark.parametrize("given", GIVEN_SPACE.values)
+def test_a_space_and_another_there_and_back(gamut, given):
+    conversion = ColourConversion(given, ColourSpace(gamut))
+    points, _ = ColourSpace(gamut).coordinates(LAB)
+    back = conversion.to_gamut(conversion.from_gamut(points))
+    np.testing.assert_allclose(back, points, rtol=1e-6, atol=2e-6 * abs(points).max())
+
+
+@pytest.mark.parametrize("gamut", ["Oklab", "CAM16-UCS", "CIEXYZ", "CIELUV"])
+def test_cielab_is_that_of_the_file_whatever_the_space(gamut):
+    """A build converts the L*, a*, b* of a file in the same way."""
+    space = ColourSpace(gamut)
+    points, _ = space.coordinates(LAB)
+    np.testing.assert_allclose(ColourConversion("lab", space).to_gamut(LAB), points, atol=1e-9)
+
+
+def test_srgb_is_that_of_colour_science():
+    """With Bradford from D65 to ICC's D50; the matrix of the standard is rounded to 4 digits."""
+    rgb = np.array([(0.2, 0.5, 0.9), (1, 1, 1), (0.01, 0.0, 0.03)])
+    colour = colour_science()
+    d50 = colour.XYZ_to_xy(np.array([0.9642, 1.0, 0.8249]))
+    xyz = colour.RGB_to_XYZ(
+        rgb,
+        "sRGB",
+        illuminant=d50,
+        chromatic_adaptation_transform="Bradford",
+        apply_cctf_decoding=True,
+    )
+    expected = colour.XYZ_to_Lab(xyz, d50)
+    found = ColourConversion("sRGB", CIELAB).to_gamut(rgb)
+    np.testing.assert_allclose(found, expected, atol=0.05)
+
+
+def test_lch_is_polar():
+    lch = ColourConversion("CIE LCHab", CIELAB).from_gamut(LAB)
+    hue = 360 - np.degrees(np.arctan(30 / 20))
+    np.testing.assert_allclose(lch[0], (50, np.sqrt(1300), hue))
+
+
+@given(st.lists(st.tuples(*[st.floats(-0.5, 1.5)] * 3), min_size=1, max_size=5))
+def test_srgb_continues_beyond_its_gamut(rows):
+    """The branches of IEC 61966-2-1 differ by 3e-8 where they meet: its constants are rounded."""
+    conversion = ColourConversion("sRGB", CIELAB)
+    rgb = np.array(rows)
+    np.testing.assert_allclose(conversion.from_gamut(conversion.to_gamut(rgb)), rgb, atol=5e-8)
+
+
+def test_errors_name_the_space_or_the_row():
+    with pytest.raises(OptionError):
+        ColourConversion("HSV", CIELAB)
+    with pytest.raises(InvalidPointsError) as caught:
+        ColourConversion("Oklab", CIELAB).to_gamut(np.array([(1, 0, 0), (1e150, 0, 0)]))
+    assert caught.value.where["row"] == 1
+
+
+SHOWN = st.tuples(st.floats(0, 100), st.floats(-128, 128), st.floats(-128, 128))
+
+
+def test_the_matrix_is_bradford_and_the_primaries_of_srgb():
+    colour = colour_science()
+    space = colour.RGB_COLOURSPACES["sRGB"]
+    white = colour.xy_to_XYZ(space.whitepoint)
+    matrix = colour.models.normalised_primary_matrix(space.primaries, space.whitepoint)
+    adaptation = colour.adaptation.matrix_chromatic_adaptation_VonKries(
+        ICC_D50, white, transform="Bradford"
+    )
+    np.testing.assert_allclose(
+        D50_TO_LINEAR_SRGB, np.linalg.inv(matrix) @ adaptation, rtol=1e-6, atol=1e-8
+    )
+
+
+@pytest.mark.parametrize("convert", [linear_srgb, srgb])
+class TestEnds:
+    def test_white_is_one(self, convert):
+        np.testing.assert_allclose(convert(np.array([(100.0, 0, 0)])), 1.0, atol=1e-6)
+
+    def test_black_is_nought(self, convert):
+        np.testing.assert_array_equal(convert(np.array([(0.0, 0, 0)])), 0.0)
+
+    def test_what_cannot_be_shown_is_clipped(self, convert):
+        beyond = np.array([(150.0, 0, 0), (-10, 0, 0), (50, 200, 0), (50, -200, 0), (90, 0, -128)])
+        shown = convert(beyond)
+        assert (shown >= 0).all()
+        assert (shown <= 1).all()
+        np.testing.assert_allclose(shown[0], 1.0, rtol=1e-15)
+        np.testing.assert_array_equal(shown[1], 0.0)
+        assert shown[2, 1] == 0.0
+        assert shown[3, 0] == 0.0
+
+
+@given(st.lists(SHOWN, min_size=1, max_size=20))
+@pytest.mark.slow
+def test_all_colours_are_those_of_colour_science(displayed, lab):
+    points = np.array(lab)
+    np.testing.assert_allclose(linear_srgb(points), displayed(points, encoded=False), atol=2e-6)
+    np.testing.assert_allclose(srgb(points), displayed(points, encoded=True), atol=5e-5)
