@@ -244,3 +244,8 @@ def test_colours_outside_get_the_nearest_of_the_range():
     grid = colours(np.array(list(np.ndindex(41, 41, 41))) / 40)
     nearest = np.linalg.norm(grid[:, np.newaxis] - wanted, axis=2).min(axis=0)
     assert (distance <= nearest + 1e-6).all()
+
+
+def test_no_colours():
+    found, distance = find_values(np.empty((0, 3)), np.empty((0, 3)), forward(SRGB))
+    assert len(found) == len(distance) == 0

@@ -9,8 +9,7 @@ import OpenImageIO as oiio  # noqa: N813
 import pytest
 from PIL import Image
 
-from gamutcore.characterisation import Picture, characterisation
-from gamutcore.characterisation.icc import IccProfile
+from gamutcore.characterisation import IccProfile, Picture, characterisation
 from gamutcore.characterisation.pictures.distinct_values import distinct_values
 from gamutcore.characterisation.pictures.encoding import (
     ADOBE_RGB,

@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
+from gamutcore.characterisation import IccProfile
 from gamutcore.characterisation import characterisation as picture
-from gamutcore.characterisation.icc import IccProfile
 from gamutcore.errors import (
     GamutError,
     MalformedFileError,

@@ -289,3 +289,17 @@ def test_there_are_no_faces_where_nothing_is_enclosed():
     assert device_surface(unit(1), bent, 50).faces is None
     assert device_surface(unit(2), bent, 50).faces is None
     assert device_surface(unit(15), bent, 1000).faces is None
+
+
+def test_rows_that_are_not_told_apart_at_once_are_distinct(monkeypatch):
+    """With factors for the first column only, rows with equal first columns collide."""
+
+    class Chance:
+        def integers(self, *_limits, size, dtype):
+            return np.full(size, 2**63, dtype)  # doubled, that is nothing: all factors are 1
+
+    rows = np.array([[0.5, 1.0], [1.0, 0.5], [0.5, 1.0], [0.25, 0.25]])  # two of equal sums
+    monkeypatch.setattr(np.random, "default_rng", lambda _seed: Chance())
+    distinct, places = distinct_rows(rows)
+    np.testing.assert_array_equal(distinct, [[0.25, 0.25], [0.5, 1.0], [1.0, 0.5]])
+    np.testing.assert_array_equal(places, [1, 2, 1, 0])

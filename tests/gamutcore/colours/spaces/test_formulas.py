@@ -228,6 +228,14 @@ def test_colours_without_coordinates_are_told(name):
 
 
 D65_100 = np.array([95.047, 100.0, 108.883])
+MATERIAL_SRGB = np.array(
+    [
+        (0.41233895, 0.35762064, 0.18051042),
+        (0.2126, 0.7152, 0.0722),
+        (0.01932141, 0.11916382, 0.95034478),
+    ]
+)
+"""Linear sRGB to XYZ in material-color-utilities."""
 
 
 def correlates(model, xyz):
@@ -283,7 +291,7 @@ def test_the_primaries_of_srgb_are_those_of_material_design(rgb, expected):
     """material-color-utilities' own tests: L_A of a white of 200/π seen at L* 50, Y_b of L* 50."""
     gray = ((50 + 16) / 116) ** 3 * 100
     model = AppearanceModel("CAM16", D65_100, 200 / np.pi * gray / 100, gray, "average")
-    assert correlates(model, 100 * CSS_SRGB @ rgb) == pytest.approx(expected, abs=2e-3)
+    assert correlates(model, 100 * MATERIAL_SRGB @ rgb) == pytest.approx(expected, abs=2e-3)
 
 
 @pytest.mark.parametrize("name", ["CAM16", "CIECAM02"])
@@ -399,7 +407,7 @@ def test_matrices_are_those_of_colour_science(name):
         ("A", (1.09850, 0.35585)),
         ("C", (0.98074, 1.18232)),
         ("D55", (0.95682, 0.92149)),
-        ("ASTM_D65", (0.95047, 1.08883)),
+        ("D65", (0.95047, 1.08883)),
         ("D75", (0.94972, 1.22638)),
         ("E", (1.0, 1.0)),
         ("DCI", (0.89459, 0.95442)),
@@ -415,7 +423,7 @@ def test_whites_are_the_published_ones(name, expected):
 @pytest.mark.parametrize("name", sorted(set(ADAPTATIONS) - {"none"}))
 @pytest.mark.parametrize("white", WHITES)
 def test_a_white_becomes_the_other_and_two_steps_are_one(name, white):
-    source, middle, target = white_point(white), white_point("ASTM_D50"), white_point("ASTM_D65")
+    source, middle, target = white_point(white), white_point("D50"), white_point("D65")
     there = adaptation_matrix(source, target, name)
     np.testing.assert_allclose(there @ source, target, atol=1e-12)
     composed = adaptation_matrix(middle, target, name) @ adaptation_matrix(source, middle, name)

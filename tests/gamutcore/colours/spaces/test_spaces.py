@@ -22,6 +22,7 @@ from gamutcore.colours.spaces.conversion import GIVEN_SPACE, ColourConversion
 from gamutcore.colours.spaces.declared import (
     assumption_warnings,
     declared_space,
+    refuse_far_vertices,
     refuse_other_space,
 )
 from gamutcore.colours.spaces.parameters import SPACE_PARAMETERS, space_parameters
@@ -531,3 +532,29 @@ def test_all_colours_are_those_of_colour_science(displayed, lab):
     points = np.array(lab)
     np.testing.assert_allclose(linear_srgb(points), displayed(points, encoded=False), atol=2e-6)
     np.testing.assert_allclose(srgb(points), displayed(points, encoded=True), atol=5e-5)
+
+
+def test_nothing_is_stated_without_a_space():
+    assert declared_space({"scale": "2", "luminance": "x"}) is None
+
+
+def test_a_white_is_the_same_by_name_and_by_number():
+    named = ColourSpace(reference_white="D65")
+    x, y, z = named.white.tolist()
+    refuse_other_space(named, ColourSpace(reference_white=(x, y, z)))
+    with pytest.raises(OptionError, match="reference_white"):
+        refuse_other_space(named, ColourSpace(reference_white=(x, y, z + 1e-6)))
+
+
+def test_far_is_relative_to_the_scale():
+    vertices = np.array([[0.0, 0, 0], [50, 1.5e4, 0]])
+    refuse_far_vertices(vertices, ColourSpace(scale=2.0))
+    with pytest.raises(InvalidPointsError, match="Vertex 1"):
+        refuse_far_vertices(vertices, ColourSpace())
+
+
+def test_values_of_a_display_are_not_adapted():
+    """The white of sRGB is then X, Y, Z of D65 (IEC 61966-2-1)."""
+    conversion = ColourConversion("sRGB", ColourSpace("CIEXYZ"), as_measured=True)
+    white = conversion.to_gamut(np.ones((1, 3)))
+    np.testing.assert_allclose(white, [[0.9505, 1.0, 1.089]], atol=2e-3)
