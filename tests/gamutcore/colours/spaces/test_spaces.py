@@ -1,4 +1,4 @@
-"""Colour spaces: parameters, declarations of files, conversion, volumes, and display."""
+"""Colour spaces: parameters, declarations of files, conversion, and display."""
 
 import contextlib
 import json
@@ -68,11 +68,6 @@ def cube():
     """Surface of sRGB's cube in XYZ, and its triangles."""
     rgb, faces = cube_surface(129)
     return linear(rgb) @ SRGB_TO_XYZ.T, faces
-
-
-def volume(points, faces):
-    one, two, three = points[faces].transpose(1, 0, 2)
-    return float(np.einsum("ij,ij->i", one, np.cross(two, three)).sum() / 6)
 
 
 def srgb_display(rgb, scale=1.0):
@@ -208,37 +203,6 @@ class TestWhite:
             np.testing.assert_allclose(
                 space.appearance_lab(D65[np.newaxis]), [[100.0, 0.0, 0.0]], atol=1e-4
             )
-
-
-class TestVolumes:
-    """Volumes of sRGB, which depend only on the white and the adaptation."""
-
-    def lab(self, xyz, adaptation):
-        to_d50 = np.linalg.inv(ColourSpace("CIEXYZ", "D65", adaptation)._from_d50(adaptation))
-        return xyz_to_lab(xyz @ to_d50.T)
-
-    @pytest.mark.parametrize(
-        ("adaptation", "expected"),
-        [("Bradford", 832_870), ("CAT02", 857_094)],  # Lindbloom; measured independently
-    )
-    def test_in_cielab_of_d50(self, cube, adaptation, expected):
-        xyz, faces = cube
-        assert volume(self.lab(xyz, adaptation), faces) == pytest.approx(expected, rel=7e-4)
-
-    def test_in_cielab_of_d65(self, cube):
-        xyz, faces = cube
-        lab = self.lab(xyz, "Bradford")
-        points, _ = ColourSpace("CIELAB", "D65").coordinates(lab)
-        assert volume(points, faces) == pytest.approx(820_293, rel=7e-4)
-        as_they_are, _ = ColourSpace("CIELAB", "D65", "none").coordinates(xyz_to_lab(xyz))
-        np.testing.assert_allclose(as_they_are, points, atol=1e-8)
-
-    @pytest.mark.parametrize("scale", [1.0, 100.0])
-    def test_in_ciexyz(self, cube, scale):
-        """The parallelepiped of the primaries, whose determinant is known."""
-        xyz, faces = cube
-        points, _ = ColourSpace("CIEXYZ", "D65", scale=scale).coordinates(self.lab(xyz, "Bradford"))
-        assert volume(points, faces) == pytest.approx(0.207094138 * scale**3, rel=1e-5)
 
 
 class TestDescription:
