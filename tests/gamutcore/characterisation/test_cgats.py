@@ -346,6 +346,13 @@ class TestMeasurementConditions:
         assert second.lab[:, 0].tolist() == [7, 90]
         assert second.condition == "M2"
 
+    def test_columns_of_two_conditions_are_refused_until_one_is_chosen(self):
+        names = "RGB_R RGB_G RGB_B M0_LAB_L M0_LAB_A M0_LAB_B LAB_L_M1 LAB_A_M1 LAB_B_M1"
+        text = table(names, [(0, 0, 0, 1, 2, 3, 4, 5, 6)])
+        with pytest.raises(ConditionError, match="M0, M1"):
+            read(text)
+        assert read(text, condition="M1").lab.tolist() == [[4, 5, 6]]
+
     def test_a_condition_that_no_file_states_is_refused(self):
         with pytest.raises(ConditionError, match="states none"):
             read(PLAIN, condition="M1")
