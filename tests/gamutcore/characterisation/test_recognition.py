@@ -1,14 +1,15 @@
-from __future__ import annotations
+"""Formats are told by content; other content is refused with what is read."""
 
 import io
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gamutcore.characterisation import IccProfile, Samples, characterisation
-from gamutcore.errors import GamutError, MissingColumnError, OptionError, UnrecognisedFormatError
+from gamutcore.characterisation import FORMATS, IccProfile, Samples, characterisation
+from gamutcore.errors import GamutError
 
 TABLE = "L,a,b\n50,0,0\n60,10,10\n"
 
@@ -67,11 +68,6 @@ def test_anything_else_is_refused_with_what_is_read(data):
     assert caught.value.remedy
 
 
-def test_empty_content_is_unrecognised():
-    with pytest.raises(UnrecognisedFormatError):
-        characterisation(b"")
-
-
 @given(st.binary(max_size=300))
 def test_any_bytes_give_samples_or_a_named_error(data):
     try:
@@ -81,13 +77,31 @@ def test_any_bytes_give_samples_or_a_named_error(data):
     assert read.format
 
 
-def test_a_profile_has_no_measurement_condition(small_profile):
-    with pytest.raises(OptionError) as caught:
-        characterisation(small_profile("sRGB-v4.icc"), condition="M1")
-    assert caught.value.where == {"field": "condition"}
+DOCUMENT = Path(__file__).parents[3] / "docs" / "characterisation.md"
 
 
-def test_cxf_is_told_by_its_root():
-    data = b'<c:CxF xmlns:c="http://colorexchangeformat.com/CxF3-core"/>'
-    with pytest.raises(MissingColumnError, match="CxF"):
-        characterisation(data)
+def row(entry):
+    media_type = entry.media_types[0] if entry.media_types else "–"
+    extensions = " ".join(entry.extensions)
+    cells = (entry.title, entry.kind, extensions, media_type, entry.recognition)
+    return f"| {' | '.join(cells)} |"
+
+
+def test_the_table_of_the_document_has_all_formats():
+    lines = DOCUMENT.read_text().splitlines()
+    start = lines.index("|---|---|---|---|---|") + 1
+    assert lines[start : start + len(FORMATS)] == [row(entry) for entry in FORMATS]
+    assert not lines[start + len(FORMATS)].startswith("|")
+
+
+@pytest.mark.parametrize("name", ["profile", "picture", "mesh", "array"])
+def test_what_has_no_measurement_condition_refuses_one(small_profile, name):
+    data = {
+        "profile": small_profile("sRGB-v4.icc"),
+        "picture": b"\x89PNG\r\n\x1a\n",
+        "mesh": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n",
+        "array": npy(),
+    }[name]
+    with pytest.raises(GamutError) as caught:
+        characterisation(data, condition="M1")
+    assert caught.value.where["field"] == "condition"

@@ -1,4 +1,4 @@
-from __future__ import annotations
+"""Colours of measured samples: media, whites, illuminants, observers, adaptation, spectra."""
 
 import json
 from dataclasses import replace
@@ -6,22 +6,27 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gamutcore.characterisation import characterisation, measurements_of
+from gamutcore.characterisation import characterisation
+from gamutcore.colours.declared_observer import declared_observer
 from gamutcore.colours.measured_colours import measured_colours
 from gamutcore.colours.spaces.cielab import (
     ICC_D50,
-    adaptation_to_d50,
     lab_to_xyz,
     white_of,
     xyz_to_lab,
+)
+from gamutcore.colours.spectral import (
+    ILLUMINANTS,
+    OBSERVERS,
+    emission_xyz,
+    reflectance_xyz,
+    tristimulus_weights,
 )
 from gamutcore.errors import InvalidPointsError, OptionError
 
 D65 = np.array([0.95047, 1.0, 1.08883])
 RED_D65 = np.array([0.4124564, 0.2126729, 0.0193339])
 """sRGB's red, D65 (Lindbloom's table of RGB working spaces)."""
-RED_D50 = np.array([0.4360747, 0.2225045, 0.0139322])
-"""The same, adapted to D50 with Bradford (the same table)."""
 
 
 def samples(columns, rows, **members):
@@ -38,12 +43,6 @@ def press(columns="CMYK_C CMYK_M CMYK_Y CMYK_K XYZ_X XYZ_Y XYZ_Z", scale=100.0, 
     paper, ink = np.array([0.8448, 0.8762, 0.7457]), np.array([0.14, 0.22, 0.53])
     rows = [[0, 0, 0, 0, *(paper * scale)], [100, 0, 0, 0, *(ink * scale)]]
     return samples(columns, [list(map(float, row)) for row in rows], **members)
-
-
-def test_bradford_is_that_of_the_rgb_working_spaces():
-    np.testing.assert_allclose(
-        adaptation_to_d50(RED_D65[np.newaxis], D65, "Bradford"), [RED_D50], atol=3e-4
-    )
 
 
 @pytest.mark.parametrize("scale", [1.0, 100.0, 250.0])
@@ -141,13 +140,6 @@ def test_bare_tristimulus_values_of_either_scale(scale):
     np.testing.assert_allclose(measured_colours(data, "relative").lab[0], [100, 0, 0], atol=1e-9)
 
 
-def test_bare_colours_with_a_white_have_a_medium():
-    data = samples("X Y Z", (np.array([D65, RED_D65]) * 100).tolist(), white=list(D65 * 100))
-    medium = measured_colours(data, "relative")
-    np.testing.assert_allclose(medium.lab[0], [100, 0, 0], atol=1e-9)
-    assert medium.provenance["medium"] == "reflective"
-
-
 @pytest.mark.parametrize(
     ("conditions", "illuminant", "observer"),
     [
@@ -181,10 +173,6 @@ def test_another_illuminant_is_adapted_to_d50():
     assert medium.provenance["adaptation"] == "Bradford from A to D50"
 
 
-def test_an_unknown_illuminant_is_warned_of():
-    assert measured_colours(press(illuminant="moon"), "absolute").warnings
-
-
 @pytest.mark.parametrize("observer", ["2012_2", "2012_10", "1978_2", "shaw", "Judd-Vos", "moon"])
 def test_an_observer_that_is_neither_of_the_two_is_warned_of(observer):
     medium = measured_colours(press(observer=observer), "absolute")
@@ -199,12 +187,6 @@ def test_colours_for_an_observer_that_is_not_known_give_way_to_spectra():
     assert medium.provenance["colours_from"].startswith("SPECTRUM")
     assert len(medium.warnings) == 1
     assert measured_colours(both, "absolute", observer=10).warnings == ()
-
-
-def test_the_observer_of_a_real_display_is_stated(shared_data):
-    profile = characterisation((shared_data / "display/Acer_XB271HU.icc").read_bytes())
-    medium = measured_colours(measurements_of(profile), "relative")
-    assert medium.provenance["observer"] == "2°"
 
 
 def test_columns_that_disagree_are_warned_of():
@@ -342,22 +324,6 @@ def test_another_adaptation_takes_the_white_to_d50_as_well(adaptation):
     assert not medium.as_measured
 
 
-def test_without_adaptation_a_display_keeps_its_tristimulus_values():
-    medium = measured_colours(display(scale=250.0), "relative", adaptation="none")
-    np.testing.assert_allclose(lab_to_xyz(medium.lab), [D65, RED_D65, [0, 0, 0]], atol=1e-9)
-    assert medium.provenance["adaptation"].startswith("none, as asked")
-
-
-def test_another_adaptation_of_samples_for_another_illuminant():
-    data = press(columns="CMYK_C CMYK_M CMYK_Y CMYK_K L A B", conditions={"ILLUMINANT": "D65"})
-    bradford, cat16 = (
-        measured_colours(data, "absolute", adaptation=name) for name in ("Bradford", "CAT16")
-    )
-    assert bradford.provenance["adaptation"] == "Bradford from D65 to D50"
-    assert cat16.provenance["adaptation"] == "CAT16 from D65 to D50"
-    assert np.abs(bradford.lab - cat16.lab).max() > 1e-3
-
-
 @pytest.mark.parametrize(
     ("stated", "expected"),
     [
@@ -374,3 +340,111 @@ def test_the_luminance_that_argyll_states_of_a_display(stated, expected):
         assert measured_colours(data, intent).provenance.get("white_luminance") == expected
     printed = press(conditions={"LUMINANCE_XYZ_CDM2": stated})
     assert "white_luminance" not in measured_colours(printed, "relative").provenance
+
+
+@pytest.mark.parametrize(
+    ("text", "observer"),
+    [
+        ("1931_2", "2"),  # Argyll, `spotread -Q`; DisplayCAL writes the same
+        ("1964_10", "10"),
+        ("2", "2"),
+        ("10.0", "10"),
+        ("2 degree", "2"),
+        ("10deg", "10"),
+        ("2°", "2"),
+        ("2\ufffd", "2"),
+        ("2_Degree", "2"),  # CxF3
+        ("10º", "10"),
+        ("CIE 1931", "2"),
+        ("CIE 1964", "10"),
+        ("CIE 15:2004, 2 degree", "2"),
+        ("two", "2"),
+        ("TEN", "10"),
+        ("D50/2", "2"),
+        ("D65/10", "10"),
+        ("1955_2", None),
+        ("1955_10", None),
+        ("1978_2", None),
+        ("2012_2", None),
+        ("2012_10", None),
+        ("shaw", None),
+        ("Judd-Vos", None),
+        ("CIE 170-2:2015 10 degree", None),
+        ("CIE 1931 10 degree", None),
+        ("2 10", None),
+        ("0.2", None),
+        ("4", None),
+        ("", None),
+        ("9" * 10_000, None),
+    ],
+)
+def test_spellings(text, observer):
+    assert declared_observer(text) == observer
+
+
+PRESS_BANDS = tuple(float(nm) for nm in range(380, 740, 10))
+
+
+@pytest.mark.parametrize(
+    ("illuminant", "observer", "steps", "white"),
+    [  # ASTM E308-18, table 5: white points of the weights
+        ("A", 2, (5, 10, 20), (109.850, 35.585)),
+        ("D50", 2, (5, 10, 20), (96.422, 82.521)),
+        ("D65", 2, (5, 10, 20), (95.047, 108.883)),
+        ("D50", 10, (5, 10, 20), (96.720, 81.427)),
+        ("D65", 10, (10, 20), (94.811, 107.304)),
+        # CIE 15 tabulates these illuminants in steps of 5 nm; between, interpolations differ.
+        ("C", 2, (5,), (98.074, 118.232)),
+        ("FL11", 2, (5,), (100.962, 64.350)),
+    ],
+)
+@pytest.mark.slow
+def test_the_weights_add_up_to_the_published_white(illuminant, observer, steps, white):
+    for step in steps:
+        bands = tuple(float(nm) for nm in range(380, 740, step))
+        x, y, z = 100 * tristimulus_weights(bands, illuminant, observer).sum(axis=0)
+        assert y == pytest.approx(100)
+        assert (x, z) == pytest.approx(white, abs=0.02)
+
+
+@pytest.mark.parametrize("illuminant", ILLUMINANTS)
+@pytest.mark.parametrize("observer", OBSERVERS)
+def test_the_perfect_diffuser_is_the_white(illuminant, observer):
+    xyz, scale = reflectance_xyz(
+        np.array(PRESS_BANDS), np.full((1, 36), 100.0), illuminant, observer
+    )
+    white = white_of(illuminant, str(observer))
+    assert scale == 100
+    np.testing.assert_allclose(xyz[0], white, rtol=1e-12)
+    np.testing.assert_allclose(xyz_to_lab(xyz, white)[0], [100, 0, 0], atol=1e-9)
+
+
+@pytest.mark.parametrize("bands", [
+    np.arange(380, 731, 1.0), np.arange(380, 732, 4.0), np.arange(383, 733, 10.0),
+    np.arange(380, 731, 5.0), np.linspace(380, 730, 106), np.arange(300, 1000, 10.0),
+    np.array([380, 395, 420, *range(430, 735, 10)], float),
+])  # fmt: skip
+def test_a_smooth_spectrum_has_one_colour_however_it_is_sampled(bands):
+    """ASTM E308 itself is accurate to a few hundredths of ΔE for smooth spectra."""
+
+    def smooth(wavelengths):
+        return 0.1 + 0.8 / (1 + np.exp(-(np.asarray(wavelengths) - 580) / 30))
+
+    expected, _ = reflectance_xyz(np.array(PRESS_BANDS), smooth(PRESS_BANDS)[None], "D50", 2)
+    found, _ = reflectance_xyz(bands, smooth(bands)[None], "D50", 2)
+    assert np.linalg.norm(xyz_to_lab(found) - xyz_to_lab(expected)) < 0.1
+
+
+def test_lights_in_candela_per_square_metre():
+    """Of 1 W/(m² sr nm) at all wavelengths: 683 lm/W times the functions' sums (CIE 15)."""
+    for bands in (np.arange(360, 785, 5.0), np.arange(360, 781, 1.0)):
+        xyz = emission_xyz(bands, np.ones((1, len(bands))), 2)
+        assert xyz[0, 1] == pytest.approx(683 * 106.857, rel=1e-4)
+    assert xyz[0] / 683 == pytest.approx([106.865, 106.857, 106.892], rel=1e-4)
+
+
+def test_a_narrow_light_has_the_chromaticity_of_its_wavelength():
+    """CIE 15:2018, table 1, at 550 nm."""
+    bands = np.arange(360, 781, 1.0)
+    x, y, z = emission_xyz(bands, (bands == 550)[None].astype(float), 2)[0]
+    assert (x / (x + y + z), y / (x + y + z)) == pytest.approx((0.3016, 0.6923), abs=2e-4)

@@ -1,10 +1,11 @@
+"""Colours of pictures, and values for colours, against profiles, published figures and a search."""
+
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from gamutcore.characterisation import characterisation
-from gamutcore.characterisation.pictures import Picture
+from gamutcore.characterisation import Picture, characterisation
 from gamutcore.characterisation.pictures.encoding import (
     ADOBE_RGB,
     LINEAR,
@@ -13,6 +14,7 @@ from gamutcore.characterisation.pictures.encoding import (
 )
 from gamutcore.colours import colours_in_space, surface_colours
 from gamutcore.colours.picture_colours import POPULARITY_CELL, picture_colours, popular
+from gamutcore.colours.picture_values import ACCURACY, find_values
 from gamutcore.colours.profile_colours import profile_colours
 from gamutcore.colours.spaces import ColourSpace
 from gamutcore.colours.spaces.white_points import ADAPTATIONS
@@ -109,22 +111,6 @@ def test_absolute_colours_are_the_encodings_own():
     np.testing.assert_allclose(white, [1, 0, 0], atol=2e-4)
 
 
-def test_a_picture_with_a_profile_has_its_absolute_colours(small_profile):
-    device = characterisation(small_profile("sRGB-v2-magic.icc"))
-    found = surface_colours(picture(CORNERS, device), intent="absolute")
-    xyz = colours_in_space(found, ColourSpace("CIEXYZ", "D65")).points
-    np.testing.assert_allclose(xyz, CORNERS @ SRGB_TO_XYZ.T, atol=2e-3)
-
-
-def test_the_white_is_in_the_provenance(small_profile):
-    """The white of a profile, and D65 for sRGB."""
-    device = characterisation(small_profile("sRGB-v2-magic.icc"))
-    found = surface_colours(picture(CORNERS, device)).provenance
-    assert found["white"] == surface_colours(device, surface_samples=8).provenance["white"]
-    found = surface_colours(picture(CORNERS, SRGB)).provenance
-    np.testing.assert_allclose(found["white"], [0.9505, 1, 1.0891], atol=1e-4)
-
-
 def test_the_adaptation_is_in_the_provenance():
     def said(adaptation):
         found = picture_colours(picture(CORNERS, SRGB), "relative", adaptation=adaptation)
@@ -148,26 +134,11 @@ def test_pq_reaches_ten_thousand():
     np.testing.assert_allclose(lab[0, 0], 116 * (10_000 / 203) ** (1 / 3) - 16, rtol=1e-6)
 
 
-def test_absolute_keeps_the_white():
-    relative = picture_colours(picture([[1, 1, 1]], SRGB), "relative").points[0]
-    absolute = picture_colours(picture([[1, 1, 1]], SRGB), "absolute").points[0]
-    np.testing.assert_allclose(relative, [100, 0, 0], atol=1e-6)
-    assert absolute[0] == pytest.approx(100)
-    assert absolute[2] < -15  # D65 is bluer than D50
-
-
 def test_gray_with_an_rgb_profile_is_equal_values():
     reference = profile("sRGB-v4")
     found = picture_colours(picture([[0.2], [0.7]], reference, "gray"), "relative").points
     wanted = profile_colours(reference, np.array([[0.2] * 3, [0.7] * 3]), "relative").lab
     np.testing.assert_array_equal(found, wanted)
-
-
-def test_lab_stays_as_it_is():
-    lab = [[50.0, 10, -20], [60, 0, 5]]
-    np.testing.assert_array_equal(
-        picture_colours(picture(lab, None, "Lab"), "relative").points, np.array(lab)
-    )
 
 
 @pytest.mark.parametrize("meaning", [SRGB, None])
@@ -208,19 +179,6 @@ def test_the_least_used_colours_go_first(share, left):
     assert cells == {"used": 6, "left_out": 6 - len(left)}
 
 
-def test_equally_used_colours_go_together_or_stay():
-    numbers = np.array([5, 5, 5, 85])
-    assert len(popular(centres(numbers), numbers, 0.14)[0]) == 4
-    assert popular(centres(numbers), numbers, 0.15)[0].tolist() == [3]
-
-
-def test_colours_of_one_cell_count_together():
-    lab = np.array([[50.1, 0.1, 0.1], [50.2, 0.3, 0.2], [60.1, 0.1, 0.1]])
-    kept, cells = popular(lab, np.array([3, 3, 5]), 0.5)
-    assert kept.tolist() == [0, 1]
-    assert cells == {"used": 2, "left_out": 1}
-
-
 def test_the_cut_is_in_the_provenance():
     values = [[0, 0, 0], [1, 1, 1], [1, 0, 0]]
     found = picture_colours(picture(values, SRGB, counts=[90, 100, 10]), "relative", 0.05)
@@ -231,12 +189,6 @@ def test_the_cut_is_in_the_provenance():
         "cell": POPULARITY_CELL,
         "cells": {"used": 3, "left_out": 1},
     }
-
-
-def test_points_are_the_pictures_colours():
-    found = surface_colours(picture(np.eye(3), SRGB))
-    assert found.points.shape == (3, 3)
-    assert found.provenance["model"] == {"name": "none: the colours of the picture"}
 
 
 @pytest.mark.parametrize(
@@ -260,3 +212,40 @@ def test_values_of_pixels_are_device_values(model, values, channels):
 def test_device_values_are_of_the_colours_that_are_left():
     found = surface_colours(picture(np.eye(3), SRGB, counts=[90, 100, 1]), popularity=0.05)
     np.testing.assert_array_equal(found.device, np.eye(3)[:2])
+
+
+def forward(encoding):
+    def colours(values):
+        once = np.ones(len(values), np.int64)
+        return picture_colours(Picture("png", "RGB", values, once, encoding), "relative").points
+
+    return colours
+
+
+@pytest.mark.parametrize("codes", [(1, 13), (12, 13), (9, 16), (9, 18), (1, 4), (1, 8)])
+def test_the_values_of_colours_are_found_from_other_values(codes):
+    """sRGB, Display P3, PQ, HLG, a power and linear light."""
+    colours = forward(code_point_encoding(*codes))
+    random = np.random.default_rng(1)
+    values = random.uniform(0.02, 1, (500, 3))
+    start = np.clip(values + random.uniform(-0.2, 0.2, values.shape), 0, 1)
+    found, distance = find_values(colours(values), start, colours)
+    assert distance.max() <= ACCURACY
+    # dark values of one channel hardly matter beside bright ones of the others
+    np.testing.assert_allclose(found, values, atol=5e-4)
+
+
+def test_colours_outside_get_the_nearest_of_the_range():
+    colours = forward(SRGB)
+    wanted = np.array([[60.0, 110, 0], [90, -120, 40], [40, 40, -130], [105, 0, 0]])
+    found, distance = find_values(wanted, np.full((4, 3), 0.5), colours)
+    assert found.min() >= 0
+    assert found.max() <= 1
+    grid = colours(np.array(list(np.ndindex(41, 41, 41))) / 40)
+    nearest = np.linalg.norm(grid[:, np.newaxis] - wanted, axis=2).min(axis=0)
+    assert (distance <= nearest + 1e-6).all()
+
+
+def test_no_colours():
+    found, distance = find_values(np.empty((0, 3)), np.empty((0, 3)), forward(SRGB))
+    assert len(found) == len(distance) == 0

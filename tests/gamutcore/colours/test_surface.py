@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import json
 import struct
 
@@ -7,7 +5,7 @@ import numpy as np
 import pytest
 
 from gamutcore.characterisation import characterisation
-from gamutcore.colours import InkLimits, surface_colours
+from gamutcore.colours import surface_colours
 from gamutcore.colours.profile_colours import profile_colours
 from gamutcore.errors import GamutError, MalformedProfileError, OptionError
 
@@ -80,34 +78,10 @@ def test_a_broken_white_matters_to_absolute_colours_only(small_profile):
         surface_colours(profile, intent="absolute", surface_samples=1000)
 
 
-def test_a_gray_profile_makes_a_line(small_profile):
-    surface = surface_colours(characterisation(small_profile("sGrey-v4.icc")), surface_samples=100)
-    assert surface.points.shape == (100, 3)
-    np.testing.assert_allclose(surface.points[:, 1:], 0, atol=1e-6)
-
-
-def test_bare_colours_are_passed_on():
-    points = np.random.default_rng(0).uniform(0, 50, (30, 3))
-    surface = surface_colours(characterisation(json.dumps(points.tolist()).encode()))
-    np.testing.assert_array_equal(surface.points, points)
-    assert surface.device is None
-    assert "none" in surface.provenance["model"]["name"]
-
-
 def test_a_linear_device_is_sampled_exactly():
     data = document("R G B L a b", rgb_cube(4, lab).tolist())
     surface = surface_colours(characterisation(data), intent="absolute", surface_samples=1000)
     np.testing.assert_allclose(surface.points, lab(surface.device), atol=1e-6)
-
-
-def test_repeated_patches_are_averaged():
-    rows = rgb_cube(4, lab)
-    noisy = np.concatenate([rows + np.eye(6)[3], rows - np.eye(6)[3]])
-    data = document("R G B L a b", noisy.tolist())
-    surface = surface_colours(characterisation(data), intent="absolute", surface_samples=1000)
-    inside = surface.points[:, 0] > 0
-    np.testing.assert_allclose(surface.points[inside], lab(surface.device)[inside], atol=1e-6)
-    assert surface.provenance["patches"]["averaged"] == 64
 
 
 def test_many_samples_are_thinned_with_a_warning(monkeypatch):
@@ -205,19 +179,6 @@ def test_every_malformed_profile_is_refused_or_read(shared_data):
         assert np.isfinite(surface.points).all(), file.name
 
 
-def test_a_press_measured_under_three_conditions_is_described_with_the_one_used():
-    columns = "MEASUREMENT_CONDITION CMY_C CMY_M CMY_Y LAB_L LAB_A LAB_B"
-    cube = rgb_cube(3, lambda device: lab(1 - device)).tolist()
-    rows = [[name, *row] for name in ("M0", "M1", "M2") for row in cube]
-    samples = characterisation(document(columns, rows), condition="M1")
-    provenance = surface_colours(samples, surface_samples=1000).provenance
-    assert provenance["measurement_condition"] == "M1"
-    assert provenance["patches"] == {"read": 81, "averaged": 0, "dropped": 54, "used": 27}
-    assert provenance["channels"] == ["C", "M", "Y"]
-    for member in ("format", "white", "illuminant", "observer", "adaptation", "warnings"):
-        assert member in provenance
-
-
 @pytest.mark.parametrize(
     ("stated", "expected"),
     [(struct.pack(">3i", 0, 250 << 16, 0), 250.0), (b"", None), (bytes(12), None)],
@@ -256,22 +217,3 @@ def test_too_many_faces_are_told_as_such():
     assert surface.provenance["patches"]["dropped"] == 0
     said = surface.provenance["warnings"][-1]
     assert said == "Only the 16384 corners of the device cube were sampled; its faces are too many."
-
-
-@pytest.mark.slow
-def test_an_ink_limit_holds_on_a_complete_grid():
-    rows = rgb_cube(20, lambda device: lab(1 - device)).tolist()
-    samples = characterisation(document("CMY_C CMY_M CMY_Y L a b", rows))
-    surface = surface_colours(
-        samples, intent="absolute", surface_samples=5000, limits=InkLimits(total=200)
-    )
-    assert surface.provenance["model"]["levels"] == [20, 20, 20]
-    assert surface.provenance["patches"] == {
-        "read": 8000,
-        "averaged": 0,
-        "dropped": 0,
-        "used": 8000,
-    }
-    assert surface.device.sum(axis=1).max() == pytest.approx(2)
-    assert 4000 < len(surface.points) <= 5000
-    np.testing.assert_allclose(surface.points, lab(1 - surface.device), atol=3e-5)

@@ -6,7 +6,6 @@ import struct
 import zlib
 
 import numpy as np
-import OpenImageIO as oiio  # noqa: N813
 import pytest
 
 _LETTERS = {1: "B", 3: "H", 4: "I", 7: "B"}
@@ -22,60 +21,26 @@ def png_chunk(name: bytes, content: bytes) -> bytes:
     )
 
 
-class Png:
-    """Writes PNG files (W3C PNG, third edition) without filters, or with the filter of Paeth."""
+def packed_bits(values, depth):
+    """Return the bytes of a row of values of 1 to 16 bits."""
+    if depth == 16:
+        return values.astype(">u2").tobytes()
+    bits = np.unpackbits(values.astype(np.uint8)[:, np.newaxis], axis=1)[:, 8 - depth :]
+    return np.packbits(bits).tobytes()
 
-    chunk = staticmethod(png_chunk)
 
-    def __call__(self, pixels, depth, colour, *chunks, filtered=0, interlaced=0):
-        height, width = pixels.shape[:2]
-        header = struct.pack(">IIBBBBB", width, height, depth, colour, 0, 0, interlaced)
-        data = zlib.compress(b"".join(self.rows(pixels, depth, filtered, interlaced)))
-        return (
-            b"\x89PNG\r\n\x1a\n"
-            + png_chunk(b"IHDR", header)
-            + b"".join(chunks)
-            + png_chunk(b"IDAT", data)
-            + png_chunk(b"IEND", b"")
-        )
-
-    def rows(self, pixels, depth, filtered, interlaced):
-        if interlaced:  # first column and row, and their steps, of each pass (clause 8.2)
-            for left, top, right, down in [
-                (0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2),
-                (0, 1, 1, 2),
-            ]:  # fmt: skip
-                part = pixels[top::down, left::right]
-                if part.size:
-                    yield from self.rows(part, depth, filtered, 0)
-            return
-        before = None
-        step = max(1, depth * (pixels.shape[2] if pixels.ndim == 3 else 1) // 8)
-        for row in pixels:
-            line = self.packed(row.reshape(-1), depth)
-            above = np.zeros_like(line) if before is None else before
-            yield (b"\4" + self.paeth(line, above, step)) if filtered else b"\0" + line.tobytes()
-            before = line
-
-    @staticmethod
-    def packed(values, depth):
-        if depth == 16:
-            return np.frombuffer(values.astype(">u2").tobytes(), np.uint8)
-        bits = np.unpackbits(values.astype(np.uint8)[:, np.newaxis], axis=1)[:, 8 - depth :]
-        return np.packbits(bits)
-
-    @staticmethod
-    def paeth(line, above, step):
-        """Return a row as differences from the predictor of clause 9.4."""
-        found = bytearray()
-        for place in range(len(line)):
-            left = int(line[place - step]) if place >= step else 0
-            corner = int(above[place - step]) if place >= step else 0
-            up = int(above[place])
-            estimate = left + up - corner
-            nearest = min((left, up, corner), key=lambda value: abs(estimate - value))
-            found.append((int(line[place]) - nearest) % 256)
-        return bytes(found)
+def png_file(pixels, depth, colour, *chunks):
+    """Return a PNG file (W3C PNG, third edition) of rows without a filter."""
+    height, width = pixels.shape[:2]
+    header = struct.pack(">IIBBBBB", width, height, depth, colour, 0, 0, 0)
+    rows = b"".join(b"\0" + packed_bits(row.reshape(-1), depth) for row in pixels)
+    return (
+        b"\x89PNG\r\n\x1a\n"
+        + png_chunk(b"IHDR", header)
+        + b"".join(chunks)
+        + png_chunk(b"IDAT", zlib.compress(rows))
+        + png_chunk(b"IEND", b"")
+    )
 
 
 def tiff_file(parts, tags, *, order="<", tiled=False, big=False):
@@ -132,7 +97,12 @@ def bands(request, monkeypatch):
 
 @pytest.fixture
 def png():
-    return Png()
+    return png_file
+
+
+@pytest.fixture
+def chunk():
+    return png_chunk
 
 
 @pytest.fixture
@@ -177,31 +147,3 @@ def counts_of():
         return {tuple(map(int, row)): int(n) for row, n in zip(whole, picture.counts, strict=True)}
 
     return counted
-
-
-FIELDS = np.array(
-    [[0.9, 0.1, 0.1], [0.1, 0.8, 0.2], [0.1, 0.1, 0.9], [0.5, 0.5, 0.5], [1, 1, 1], [0, 0, 0]]
-)
-
-
-@pytest.fixture
-def written(tmp_path):
-    """Return a function that writes fields of 16 × 16 pixels, which lossy formats hardly change."""
-
-    def write(extension, sample_type, colours=FIELDS, **attributes):
-        pixels = np.repeat(np.repeat(colours[np.newaxis], 16, axis=0), 16, axis=1)
-        spec = oiio.ImageSpec(pixels.shape[1], 16, pixels.shape[2], sample_type)
-        for name, value in attributes.items():
-            kinds = {"chromaticities": "float[8]", "CICP": "int[4]"}
-            if name in kinds:
-                spec.attribute(name, oiio.TypeDesc(kinds[name]), value)
-            else:
-                spec.attribute(name.replace("__", ":"), value)
-        path = tmp_path / f"picture{extension}"
-        output = oiio.ImageOutput.create(str(path))
-        assert output.open(str(path), spec)
-        assert output.write_image(np.ascontiguousarray(pixels, np.float32))
-        assert output.close()
-        return path.read_bytes()
-
-    return write

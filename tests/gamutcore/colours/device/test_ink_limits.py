@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import json
 
 import numpy as np
@@ -20,23 +18,10 @@ def limited(channels=CMYK, lowest=None, highest=None, *, inks=True, **limits):
     return limited_cube(channels, low, high, InkLimits(**limits), inks=inks)
 
 
-def test_a_total_limit_is_a_sum_of_fractions():
-    found = limited(total=300)
-    assert found.cube.total == 3
-    assert found.provenance == {"total": 300, "black": None}
-
-
 @pytest.mark.parametrize("name", ["K", "Black", " black ", "Schwarz"])
 def test_a_black_limit_shortens_black(name):
     found = limited(("Cyan", name, "Orange"), black=40)
     np.testing.assert_allclose(found.cube.highest, [1, 0.4, 1])
-
-
-def test_no_black_at_all_leaves_the_others():
-    found = limited(black=0, total=250)
-    assert found.free.tolist() == [True, True, True, False]
-    device = found.device(np.ones((2, 3)))
-    np.testing.assert_array_equal(device, [[1, 1, 1, 0]] * 2)
 
 
 def test_inks_that_never_vary_count_towards_the_limit():
@@ -47,14 +32,6 @@ def test_inks_that_never_vary_count_towards_the_limit():
 def test_a_limit_below_one_ink_shortens_all():
     found = limited(("C", "M", "Y"), total=50)
     np.testing.assert_allclose(found.cube.highest, 0.5)
-
-
-@pytest.mark.parametrize("limits", [{"total": 300}, {"black": 90}, {"total": 300, "black": 90}])
-def test_devices_without_inks_have_no_limits(limits):
-    with pytest.raises(OptionError, match="inks") as caught:
-        limited(("R", "G", "B"), inks=False, **limits)
-    assert caught.value.where["field"] in {"ink_limit", "black_limit"}
-    assert limited(("R", "G", "B"), inks=False).provenance is None
 
 
 def test_black_has_to_be_known():
@@ -94,11 +71,6 @@ def test_a_press_keeps_to_its_limits(samples, total, black):
         if samples == 5000:
             between = ((device > 1e-6) & (device < 1 - 1e-6)).sum(axis=1)
             assert (between[on_cut] >= 3).any()
-
-
-def test_provenance_says_that_a_press_has_no_limit():
-    provenance = surface_colours(press(), surface_samples=1000).provenance
-    assert provenance["ink_limits"] == {"total": None, "black": None}
 
 
 @pytest.mark.parametrize(

@@ -1,12 +1,20 @@
-"""Every space's formula against published worked examples, colour-science, and its own inverse."""
+"""Formulas of spaces, appearance models and whites against published figures and colour-science."""
 
+import subprocess
+import sys
 import warnings
 
 import numpy as np
 import pytest
 
-from gamutcore.colours.spaces.appearance_model import AppearanceModel
-from gamutcore.colours.spaces.cielab import colour_science
+from gamutcore.colours.spaces.appearance_model import SURROUNDS, AppearanceModel
+from gamutcore.colours.spaces.cielab import (
+    ICC_D50,
+    colour_science,
+    lab_to_xyz,
+    white_of,
+    xyz_to_lab,
+)
 from gamutcore.colours.spaces.formulas import (
     Cielab,
     Cieluv,
@@ -17,10 +25,14 @@ from gamutcore.colours.spaces.formulas import (
     ictcp,
     ipt,
     oklab,
-    pq_luminance,
     pq_signal,
 )
-from gamutcore.colours.spaces.white_points import adaptation_matrix, white_point
+from gamutcore.colours.spaces.white_points import (
+    ADAPTATIONS,
+    WHITES,
+    adaptation_matrix,
+    white_point,
+)
 
 LINDBLOOM_SRGB = np.array(
     [
@@ -31,6 +43,7 @@ LINDBLOOM_SRGB = np.array(
 )
 """Linear sRGB to XYZ with the D65 of ASTM E308, by Bruce Lindbloom."""
 ASTM_D65 = np.array([0.95047, 1.0, 1.08883])
+ASTM_D50 = np.array([0.96422, 1.0, 0.82521])
 
 D65 = white_point("D65")
 CSS_SRGB = np.array(
@@ -107,21 +120,6 @@ class TestWorkedExamples:
         np.testing.assert_allclose(one(ipt(), (0.0, 0.0, 0.0)), 0.0)
 
     @pytest.mark.parametrize(
-        ("rgb", "expected"),
-        [  # ColorAide's tests of IPT: red, yellow, CSS's green, blue
-            ((1, 0, 0), (0.45616, 0.62091, 0.44282)),
-            ((1, 1, 0), (0.85655, -0.10830, 0.65147)),
-            ((0, 128 / 255, 0), (0.39330, -0.23454, 0.27459)),
-            ((0, 0, 1), (0.44429, -0.23720, -0.74849)),
-        ],
-    )
-    def test_ipt_of_srgb(self, rgb, expected):
-        """ColorAide adapts to Ebner's four digits of D65 first."""
-        ebner = adaptation_matrix(D65, np.array([0.9504, 1.0, 1.0889]), "Bradford")
-        xyz = ebner @ CSS_SRGB @ linear(rgb)
-        np.testing.assert_allclose(one(ipt(), xyz), expected, atol=1e-5)
-
-    @pytest.mark.parametrize(
         ("luminance", "signal"),
         [  # ITU-R BT.2408-7, table 1: 58 % is 203 cd/m², 38 % is 26; ST 2084's end is 10,000
             (203.0, 0.58),
@@ -160,34 +158,6 @@ class TestWorkedExamples:
         expected = 720 * np.sqrt(i**2 + 0.25 * t**2 + p**2)
         given = np.diff(ictcp(203.0, itp=True).coordinates(xyz)[0], axis=0)
         assert np.linalg.norm(given) == pytest.approx(expected)
-
-    @pytest.mark.parametrize(
-        ("rgb", "expected"),
-        [  # ColorAide's tests of Jzazbz, white of 203 cd/m²
-            ((1, 1, 1), (0.22207, -0.00016, -0.00012)),
-            ((1, 0, 0), (0.13438, 0.11789, 0.11188)),
-            ((1, 1, 0), (0.20960, -0.02864, 0.13479)),
-            ((0, 128 / 255, 0), (0.09203, -0.07454, 0.07996)),
-            ((0, 0, 1), (0.09577, -0.04085, -0.18585)),
-        ],
-    )
-    def test_jzazbz_of_srgb(self, rgb, expected):
-        xyz = CSS_SRGB @ linear(rgb)
-        np.testing.assert_allclose(one(Jzazbz(203.0), xyz), expected, atol=2e-5)
-
-    @pytest.mark.parametrize(
-        ("rgb", "expected"),
-        [  # ColorAide's tests of CAM16-UCS: L_A 64/π/5, Y_b 20, average
-            ((1, 0, 0), (59.178, 40.820, 21.153)),
-            ((1, 1, 0), (96.802, -12.779, 33.037)),
-            ((0, 128 / 255, 0), (46.661, -26.746, 20.671)),
-            ((0, 0, 1), (36.252, 8.5723, -37.870)),
-        ],
-    )
-    def test_cam16_ucs_of_srgb(self, rgb, expected):
-        model = AppearanceModel("CAM16", 100 * D65, 64 / np.pi / 5, 20.0, "average")
-        xyz = CSS_SRGB @ linear(rgb)
-        np.testing.assert_allclose(one(UniformAppearance(model), xyz), expected, atol=2e-3)
 
     @pytest.mark.parametrize(
         ("lab", "expected"),
@@ -257,6 +227,204 @@ def test_colours_without_coordinates_are_told(name):
     np.testing.assert_array_equal(outside, [False, True, True, False])
 
 
-def test_the_quantizer_and_its_inverse():
-    luminance = np.concatenate([[0.0], np.logspace(-6, 4, 100)])
-    np.testing.assert_allclose(pq_luminance(pq_signal(luminance)), luminance, rtol=1e-9, atol=1e-12)
+D65_100 = np.array([95.047, 100.0, 108.883])
+MATERIAL_SRGB = np.array(
+    [
+        (0.41233895, 0.35762064, 0.18051042),
+        (0.2126, 0.7152, 0.0722),
+        (0.01932141, 0.11916382, 0.95034478),
+    ]
+)
+"""Linear sRGB to XYZ in material-color-utilities."""
+
+
+def correlates(model, xyz):
+    lightness, colourfulness, hue, outside = model.correlates(np.array([xyz]))
+    assert not outside.any()
+    return lightness[0], colourfulness[0], np.rad2deg(hue[0]) % 360
+
+
+@pytest.mark.parametrize(
+    ("luminance", "expected"),
+    [(200.0, (48.0314, 38.7789, 191.0452)), (20.0, (47.6856, 29.7580, 185.3445))],
+)
+def test_the_worked_examples_of_cie_159(luminance, expected):
+    """CIE 159:2004, clause 9, whose white has Y 90 and whose background Y 18."""
+    model = AppearanceModel("CIECAM02", np.array([98.88, 90.0, 32.03]), luminance, 18.0, "average")
+    assert correlates(model, (19.31, 23.93, 10.14)) == pytest.approx(expected, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("xyz", "white", "luminance", "expected"),
+    [
+        ((19.01, 20.00, 21.78), (95.05, 100.0, 108.88), 318.31, (41.73, 0.11, 219.0)),
+        ((57.06, 43.06, 31.96), (95.05, 100.0, 108.88), 31.83, (65.96, 41.67, 19.6)),
+        ((3.53, 6.56, 2.14), (109.85, 100.0, 35.58), 318.31, (21.79, 48.80, 177.1)),
+        ((19.01, 20.00, 21.78), (109.85, 100.0, 35.58), 31.83, (42.53, 44.54, 248.9)),
+    ],
+)
+def test_the_worked_examples_of_fairchild(xyz, white, luminance, expected):
+    """Fairchild, Color Appearance Models, 3rd edition (2013), table 16.4."""
+    model = AppearanceModel("CIECAM02", np.array(white), luminance, 20.0, "average")
+    lightness, colourfulness, hue = correlates(model, xyz)
+    assert (lightness, colourfulness) == pytest.approx(expected[:2], abs=0.0051)
+    assert hue == pytest.approx(expected[2], abs=0.051)
+
+
+def test_the_worked_example_of_cam16():
+    """Li et al. 2017 with the conditions of CIECAM02's first example: J, M and h."""
+    model = AppearanceModel("CAM16", np.array([95.05, 100.0, 108.88]), 318.31, 20.0, "average")
+    expected = (41.7312, 0.1074, 217.068)
+    assert correlates(model, (19.01, 20.0, 21.78)) == pytest.approx(expected, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("rgb", "expected"),
+    [
+        ((1, 0, 0), (46.445, 89.494, 27.408)),
+        ((0, 1, 0), (79.331, 85.587, 142.139)),
+        ((0, 0, 1), (25.465, 68.867, 282.788)),
+        ((1, 1, 1), (100.0, 2.265, 209.492)),
+    ],
+)
+def test_the_primaries_of_srgb_are_those_of_material_design(rgb, expected):
+    """material-color-utilities' own tests: L_A of a white of 200/π seen at L* 50, Y_b of L* 50."""
+    gray = ((50 + 16) / 116) ** 3 * 100
+    model = AppearanceModel("CAM16", D65_100, 200 / np.pi * gray / 100, gray, "average")
+    assert correlates(model, 100 * MATERIAL_SRGB @ rgb) == pytest.approx(expected, abs=2e-3)
+
+
+@pytest.mark.parametrize("name", ["CAM16", "CIECAM02"])
+@pytest.mark.parametrize("surround", SURROUNDS)
+@pytest.mark.parametrize(("luminance", "background"), [(4.0, 20.0), (318.31, 10.0), (0.1, 60.0)])
+class TestUniformSpace:
+    def test_agrees_with_colour_science(self, name, surround, luminance, background):
+        colour = colour_science()
+        rgb = np.random.default_rng(1).random((500, 3))
+        xyz = 100 * rgb @ CSS_SRGB.T
+        theirs = {"CAM16": colour.XYZ_to_CAM16, "CIECAM02": colour.XYZ_to_CIECAM02}[name](
+            xyz, D65_100, luminance, background, colour.VIEWING_CONDITIONS_CAM16[surround.title()]
+        )
+        jmh = np.stack([theirs.J, theirs.M, theirs.h], axis=1)
+        uniform = {"CAM16": colour.models.JMh_CAM16_to_CAM16UCS}.get(
+            name, colour.models.JMh_CIECAM02_to_CAM02UCS
+        )
+        ours, outside = AppearanceModel(name, D65_100, luminance, background, surround).uniform(xyz)
+        assert not outside.any()
+        np.testing.assert_allclose(ours, uniform(jmh), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("y", "lightness"),
+    [
+        # By hand from CIE 15: L* 50 is Y = (66/116)³, L* 8 is 216/24389, and a straight line below.
+        ((66 / 116) ** 3, 50),
+        (216 / 24389, 8),
+        (108 / 24389, 4),
+        (0, 0),
+    ],
+)
+def test_lightness_of_grays(y, lightness):
+    np.testing.assert_allclose(xyz_to_lab(y * ICC_D50), [lightness, 0, 0], atol=1e-9)
+
+
+def test_colour_science_agrees():
+    xyz = np.random.default_rng(1).uniform(-0.01, 1.2, (1000, 3))
+    for white in (ICC_D50, white_of("A", "10")):
+        chromaticity = white[:2] / white.sum()
+        expected = colour_science().XYZ_to_Lab(xyz, chromaticity)
+        np.testing.assert_allclose(xyz_to_lab(xyz, white), expected, atol=1e-10)
+        back = colour_science().Lab_to_XYZ(expected, chromaticity)
+        np.testing.assert_allclose(lab_to_xyz(expected, white), back, atol=1e-12)
+
+
+def test_slightly_negative_values_go_on_in_a_straight_line():
+    lab = xyz_to_lab(np.array([[-0.001, -0.001, -0.001], [0, 0, 0], [0.001, 0.001, 0.001]]))
+    np.testing.assert_allclose(lab[1] - lab[0], lab[2] - lab[1], atol=1e-9)
+
+
+def test_whites_of_illuminants():
+    # ASTM E308, table 5: D65, 2° and 10°, and A, 2°.
+    np.testing.assert_allclose(white_of("D65", "2"), [0.95047, 1, 1.08883], atol=3e-4)
+    np.testing.assert_allclose(white_of("D65", "10"), [0.94811, 1, 1.07304], atol=3e-4)
+    np.testing.assert_allclose(white_of("a", "2"), [1.09850, 1, 0.35585], atol=3e-4)
+    np.testing.assert_allclose(white_of("F11", "2"), [1.00962, 1, 0.64350], atol=3e-4)
+    assert white_of("D50", "2") is ICC_D50
+    assert white_of("candle", "2") is None
+
+
+@pytest.mark.slow
+def test_importing_colour_science_leaves_no_mocks_behind():
+    program = (
+        "import sys, gamutcore.colours\n"
+        "assert 'colour' not in sys.modules\n"
+        "from gamutcore.colours.spaces.cielab import colour_science\n"
+        "colour_science()\n"
+        "print([n for n, m in sys.modules.items() if 'Mock' in type(m).__name__])\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-W", "error", "-c", program], capture_output=True, text=True, check=False
+    )
+    assert ended.stderr == ""
+    assert ended.stdout.strip() == "[]"
+
+
+# Bruce Lindbloom, Chromatic Adaptation: ASTM_D65 to ASTM_D50 of ASTM E308
+LINDBLOOM_MATRICES = {
+    "Bradford": [
+        (1.0478112, 0.0228866, -0.0501270),
+        (0.0295424, 0.9904844, -0.0170491),
+        (-0.0092345, 0.0150436, 0.7521316),
+    ],
+    "von-Kries": [
+        (1.0160803, 0.0552297, -0.0521326),
+        (0.0060666, 0.9955661, -0.0012235),
+        (0.0, 0.0, 0.7578869),
+    ],
+    "XYZ-scaling": [(1.0144665, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 0.7578869)],
+}
+
+
+@pytest.mark.parametrize("name", LINDBLOOM_MATRICES)
+def test_matrices_are_those_of_lindblooms_table(name):
+    np.testing.assert_allclose(
+        adaptation_matrix(ASTM_D65, ASTM_D50, name), LINDBLOOM_MATRICES[name], atol=2e-6
+    )
+
+
+@pytest.mark.parametrize("name", sorted(set(ADAPTATIONS) - {"none"}))
+def test_matrices_are_those_of_colour_science(name):
+    theirs = name.replace("-s", " S").replace("-K", " K").replace("von", "Von")
+    expected = colour_science().adaptation.matrix_chromatic_adaptation_VonKries(
+        ASTM_D65, ASTM_D50, transform=theirs
+    )
+    np.testing.assert_allclose(adaptation_matrix(ASTM_D65, ASTM_D50, name), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [  # ASTM E308, as in Lindbloom's table; the last two: SMPTE RP 431-2 and ST 2065-1
+        ("A", (1.09850, 0.35585)),
+        ("C", (0.98074, 1.18232)),
+        ("D55", (0.95682, 0.92149)),
+        ("D65", (0.95047, 1.08883)),
+        ("D75", (0.94972, 1.22638)),
+        ("E", (1.0, 1.0)),
+        ("DCI", (0.89459, 0.95442)),
+        ("D60", (0.95265, 1.00883)),
+    ],
+)
+def test_whites_are_the_published_ones(name, expected):
+    x, y, z = white_point(name)
+    assert y == 1.0
+    np.testing.assert_allclose((x, z), expected, atol=3e-4)
+
+
+@pytest.mark.parametrize("name", sorted(set(ADAPTATIONS) - {"none"}))
+@pytest.mark.parametrize("white", WHITES)
+def test_a_white_becomes_the_other_and_two_steps_are_one(name, white):
+    source, middle, target = white_point(white), white_point("D50"), white_point("D65")
+    there = adaptation_matrix(source, target, name)
+    np.testing.assert_allclose(there @ source, target, atol=1e-12)
+    composed = adaptation_matrix(middle, target, name) @ adaptation_matrix(source, middle, name)
+    np.testing.assert_allclose(composed, there, atol=1e-12)

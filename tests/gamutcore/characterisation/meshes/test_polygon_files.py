@@ -1,11 +1,13 @@
-"""PLY: what the format allows is read, what breaks it is named."""
+"""PLY, STL and OBJ: what the formats allow is read, what breaks them is named."""
 
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gamutcore.characterisation.meshes.ply import looks_like_ply, ply_mesh
+from gamutcore.characterisation import GamutMesh, characterisation
+from gamutcore.characterisation.meshes import numbers
 from gamutcore.errors import GamutError, MalformedFileError, SampleLimitError
 
 VERTICES = np.array([(10.0, 0, 0), (90, 0, 0), (50, 40, 0), (50, 0, 40.5)])
@@ -41,7 +43,7 @@ def binary(mark, kind, length, index):
 @pytest.mark.parametrize("kind", ["f4", "f8"])
 @pytest.mark.parametrize(("length", "index"), [("u1", "i4"), ("i4", "u2"), ("u2", "u1")])
 def test_binary_of_every_kind(mark, kind, length, index):
-    mesh = ply_mesh(binary(mark, kind, length, index))
+    mesh = characterisation(binary(mark, kind, length, index))
     np.testing.assert_array_equal(mesh.vertices, VERTICES)
     np.testing.assert_array_equal(mesh.faces, FACES)
     assert mesh.provenance["format"] == "ply"
@@ -50,8 +52,7 @@ def test_binary_of_every_kind(mark, kind, length, index):
 @pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r"])
 def test_text_with_every_line_end(end):
     data = text().replace(b"\n", end)
-    assert looks_like_ply(data)
-    mesh = ply_mesh(data)
+    mesh = characterisation(data)
     np.testing.assert_array_equal(mesh.vertices, VERTICES)
     np.testing.assert_array_equal(mesh.faces, FACES)
 
@@ -59,7 +60,7 @@ def test_text_with_every_line_end(end):
 def test_polygons_are_fans_of_triangles():
     """Of n corners n − 2 triangles, all from the first corner, in the polygon's orientation."""
     vertices = [(0, x, y) for x in range(3) for y in range(3)]
-    mesh = ply_mesh(text(faces=[[0, 1, 2, 5, 8], [3, 4], [0, 1, 4, 3]], vertices=vertices))
+    mesh = characterisation(text(faces=[[0, 1, 2, 5, 8], [3, 4], [0, 1, 4, 3]], vertices=vertices))
     assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 5], [0, 5, 8], [0, 1, 4], [0, 4, 3]]
 
 
@@ -69,18 +70,18 @@ def test_further_properties_and_elements_are_passed_over():
     rows += [f"3 {' '.join(map(str, face))}" for face in FACES]
     end = data.index(b"end_header\n") + len(b"end_header\n")
     head = data[:end].replace(b"element vertex", b"element edge 1\nproperty int a\nelement vertex")
-    mesh = ply_mesh(head + b"5\n" + "\n".join(rows).encode())
+    mesh = characterisation(head + b"5\n" + "\n".join(rows).encode())
     np.testing.assert_array_equal(mesh.vertices, VERTICES)
     np.testing.assert_array_equal(mesh.faces, FACES)
 
 
 def test_comments_state_space_and_centre():
     notes = "comment space: CIELAB\ncomment centre: 50.5 1.0 -2\ncomment intent: absolute\n"
-    mesh = ply_mesh(text(notes=notes))
+    mesh = characterisation(text(notes=notes))
     assert mesh.centre.tolist() == [50.5, 1, -2]
     assert mesh.provenance["stated"]["intent"] == mesh.provenance["intent"] == "absolute"
     assert mesh.space_notes["space"] == "CIELAB"
-    other = ply_mesh(text(notes="comment space: Oklab\ncomment scale: 100.0\n"))
+    other = characterisation(text(notes="comment space: Oklab\ncomment scale: 100.0\n"))
     assert other.space_notes == {"space": "Oklab", "scale": "100.0"}
 
 
@@ -101,11 +102,13 @@ def test_comments_state_space_and_centre():
         (text(faces=[[0, -1, 2], *FACES[1:]]), {"face": 0}),
         (binary("<", "f4", "u1", "i4")[:-1], {"field": "face"}),
         (text(faces=FACES[:3]), {"field": "faces"}),
+        (text().replace(b"format ascii 1.0\n", b""), {"line": 1}),
+        (text().replace(b"10.0", b"1" * 1_200_000), {}),
     ],
 )
 def test_what_is_broken_is_named_with_its_place(data, where):
     with pytest.raises(MalformedFileError) as caught:
-        ply_mesh(data)
+        characterisation(data)
     assert where.items() <= caught.value.where.items(), caught.value.where
     assert caught.value.remedy
 
@@ -113,32 +116,35 @@ def test_what_is_broken_is_named_with_its_place(data, where):
 @pytest.mark.parametrize("word", ["nan", "inf", "1e999", "2e10"])
 def test_coordinates_that_are_no_colours_are_refused(word):
     with pytest.raises(GamutError, match="Vertex 0 is at"):
-        ply_mesh(text().replace(b"10.0", word.encode()))
+        characterisation(text().replace(b"10.0", word.encode()))
 
 
 @pytest.mark.parametrize(("vertices", "faces"), [(10**9, 4), (4, 10**9)])
 def test_sizes_are_refused_before_anything_is_read(vertices, faces):
     with pytest.raises(SampleLimitError):
-        ply_mesh(header("binary_little_endian", vertices=vertices, faces=faces))
+        characterisation(header("binary_little_endian", vertices=vertices, faces=faces))
 
 
 def test_a_list_longer_than_the_file_is_refused():
     data = binary("<", "f4", "i4", "u2")
     broken = data[:-40] + (2**31 - 1).to_bytes(4, "little") + data[-36:]
     with pytest.raises(MalformedFileError, match="ends within"):
-        ply_mesh(broken)
+        characterisation(broken)
 
 
-@given(st.integers(0, 2**32 - 1), st.integers(1, 8))
-def test_any_polygons_are_read_as_text_and_binary_alike(seed, count):
-    """Row by row where their sizes differ, all at once where they do not."""
+@given(st.integers(0, 2**32 - 1), st.integers(1, 8), st.sampled_from([1, 7, 60, 1 << 20]))
+def test_any_polygons_are_read_as_text_and_binary_alike(seed, count, block):
+    """Row by row where their sizes differ, all at once where they do not; text in blocks."""
     chance = np.random.default_rng(seed)
     faces = [chance.integers(0, 4, chance.integers(0, 6)).tolist() for _ in range(count)]
     faces += FACES
     lists = b"".join(bytes([len(f)]) + np.array(f, "<i4").tobytes() for f in faces)
     head = header("binary_little_endian", faces=len(faces))
-    one = ply_mesh(head + VERTICES.astype("<f4").tobytes() + lists)
-    two = ply_mesh(text(faces=faces))
+    one = characterisation(head + VERTICES.astype("<f4").tobytes() + lists)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(numbers, "_BLOCK", block)
+        two = characterisation(text(faces=faces))
+    np.testing.assert_array_equal(one.vertices, two.vertices)
     np.testing.assert_array_equal(one.faces, two.faces)
     assert len(one.faces) == sum(max(len(face) - 2, 0) for face in faces)
 
@@ -161,7 +167,7 @@ def test_device_values_of_vertices(order):
         )
         faces = b"".join(b"\3" + np.array(face, "<i4").tobytes() for face in FACES)
         data = head + table.tobytes() + faces
-    mesh = ply_mesh(data)
+    mesh = characterisation(data)
     assert mesh.device.channels == ("Cyan ink", "Spot")
     np.testing.assert_array_equal(mesh.device.values, values[:, [0, 2]])
     assert mesh.provenance["stated"] == {"device_scale": "100"}
@@ -170,6 +176,129 @@ def test_device_values_of_vertices(order):
 def test_device_values_of_too_many_channels_are_not_read():
     extra = "".join(f"property float device_{number}\n" for number in range(16))
     vertices = np.hstack([VERTICES, np.zeros((4, 16))])
-    mesh = ply_mesh(text(vertices=vertices, extra=extra))
+    mesh = characterisation(text(vertices=vertices, extra=extra))
     assert mesh.device is None
     assert "channels" in mesh.warnings[0]
+
+
+def test_stl_of_another_length_than_it_says_is_not_taken_for_one():
+    data = BOX.export(file_type="stl")
+    with pytest.raises(GamutError):
+        characterisation(data[:-1])
+
+
+def test_obj_with_polygons_references_and_notes():
+    text = (
+        b"# centre: 1 2 3\n# made by hand\nmtllib a.mtl\n\nv 0 0 0\nv 1 0 0 0.5 0.5 0.5\nv 1 1 0\n"
+        b"v 0 1 0\nvt 0 0\nf 1/1 2/1 3/1 4/1\nv 0 0 1\nf -1 -5//2 4/1/2\nf 1 2 5\n"
+        b"f 2 3 5\nf 3 4 5\n"
+    )
+    mesh = characterisation(text)
+    assert mesh.faces.tolist()[:3] == [[0, 1, 2], [0, 2, 3], [4, 0, 3]]
+    assert mesh.centre.tolist() == [1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("line", "place"),
+    [
+        (b"v 1 2", {"line": 5}),
+        (b"v 1 2 x", {"line": 5}),
+        (b"v 1 2 1_0", {"line": 5}),
+        (b"f 1 2 three", {"line": 5}),
+        (b"f 1 2 7", {"face": 0}),
+        (b"f 1 2 0", {"face": 0}),
+        (b"f -9 1 2", {"face": 0}),
+    ],
+)
+def test_what_is_broken_in_obj_is_named(line, place):
+    text = (
+        b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 1\n" + line + b"\nf 1 2 3\nf 1 2 4\nf 2 3 4\nf 1 3 4\n"
+    )
+    with pytest.raises(MalformedFileError) as caught:
+        characterisation(text)
+    assert place.items() <= caught.value.where.items()
+
+
+@pytest.mark.slow
+def test_too_many_triangles_are_refused():
+    count = 1_000_001
+    with pytest.raises(SampleLimitError):
+        characterisation(bytes(80) + count.to_bytes(4, "little") + bytes(50 * count))
+    with pytest.raises(SampleLimitError):
+        characterisation(b"solid a\nfacet\n" + b"vertex 0 0 0\n" * 1_500_001)
+    with pytest.raises(SampleLimitError):
+        characterisation(b"v 0 0 0\n" * 1_000_001 + b"f 1 1 1\n")
+    with pytest.raises(SampleLimitError):
+        characterisation(b"v 0 0 0\n" + b"f 1 1 1\n" * (count + 1))
+
+
+def test_text_of_stl_with_a_broken_corner_is_refused():
+    data = BOX.export(file_type="stl_ascii").encode()
+    place = data.index(b"vertex ")
+    for broken in (b"vertex a", b"vertex 1 2 3 4 5"):
+        with pytest.raises(GamutError):
+            characterisation(data[:place] + broken + b"\n" + data[place:])
+
+
+BOX = trimesh.creation.box((60.0, 50.0, 40.0))
+CORNERS = np.asarray(BOX.vertices)[BOX.faces]
+
+
+def exported(kind):
+    data = (
+        trimesh.exchange.gltf.export_gltf(trimesh.Scene(BOX), embed_buffers=True)["model.gltf"]
+        if kind == "gltf"
+        else BOX.export(file_type=kind)
+    )
+    return data if isinstance(data, bytes) else data.encode()
+
+
+@pytest.mark.parametrize("kind", ["ply", "glb", "gltf", "stl", "stl_ascii", "obj"])
+def test_what_trimesh_writes_is_read(kind):
+    mesh = characterisation(exported(kind))
+    assert isinstance(mesh, GamutMesh)
+    assert mesh.format == kind.removesuffix("_ascii")
+    np.testing.assert_allclose(mesh.vertices[mesh.faces], CORNERS, atol=1e-6)
+
+
+def obj_notes(*notes):
+    """Return what a mesh with these comments is told to be."""
+    lines = "".join(f"# {note}\n" for note in notes)
+    corners = "v 0 0 0\nv 60 0 0\nv 0 60 0\nv 0 0 60\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    return characterisation((lines + corners).encode())
+
+
+@pytest.mark.parametrize("centre", ["", "1 2", "1 2 nan", "1 2 1e11", "1 2 x", "1 2 1_0"])
+def test_a_centre_that_is_none_is_passed_over(centre):
+    assert obj_notes(f"centre: {centre}").centre is None
+
+
+def test_names_have_a_meaning_in_capitals_too():
+    mesh = obj_notes("Centre: 1 2 3", "Illuminant: D65")
+    assert mesh.centre.tolist() == [1, 2, 3]
+    assert mesh.provenance["illuminant"] == mesh.provenance["stated"]["Illuminant"] == "D65"
+    assert mesh.space_notes["illuminant"] == "D65"
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [
+        (r"2\xb0", "2°"),
+        (r"Gr\xf6\xdfe \u9ed2 \U0001f3a8", "Größe 黒 🎨"),
+        (r"C:\x41 \ud800 \U00110000 \x0a", r"C:\x41 \ud800 \U00110000 \x0a"),
+    ],
+)
+def test_escapes_of_our_own_files_are_undone(written, meant):
+    own = obj_notes("generator: gamutcore 1", f"note: {written}")
+    assert own.provenance["stated"]["note"] == meant
+    assert obj_notes(f"note: {written}").provenance["stated"]["note"] == written
+
+
+@pytest.mark.parametrize("value", [1.01, float("nan")])
+def test_device_values_that_are_none_are_not_taken(value):
+    """A note says so; the mesh is still the boundary."""
+    vertices = np.hstack([VERTICES, [[0.0], [0.5], [1.0], [value]]])
+    mesh = characterisation(text(vertices=vertices, extra="property float device_C\n"))
+    assert mesh.device is None
+    assert len(mesh.warnings) == 1
+    assert "channels" not in mesh.provenance

@@ -1,0 +1,270 @@
+"""Formats that OpenImageIO reads, the encodings that pictures declare, and distinct values."""
+
+import struct
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import OpenImageIO as oiio  # noqa: N813
+import pytest
+from PIL import Image
+
+from gamutcore.characterisation import IccProfile, Picture, characterisation
+from gamutcore.characterisation.pictures.distinct_values import distinct_values
+from gamutcore.characterisation.pictures.encoding import (
+    ADOBE_RGB,
+    SRGB,
+    chromaticity_encoding,
+    code_point_encoding,
+    named_encoding,
+)
+from gamutcore.characterisation.pictures.raster import _decoder_message
+from gamutcore.errors import GamutError, OptionError, PictureSizeError, UnsupportedPictureError
+
+DATA = Path(__file__).parents[3] / "data"
+FIELDS = np.array(
+    [[0.9, 0.1, 0.1], [0.1, 0.8, 0.2], [0.1, 0.1, 0.9], [0.5, 0.5, 0.5], [1, 1, 1], [0, 0, 0]]
+)
+
+
+@pytest.fixture
+def written(tmp_path):
+    """Return a function that writes fields of 16 × 16 pixels, which lossy formats hardly change."""
+
+    def write(extension, sample_type, colours=FIELDS, **attributes):
+        pixels = np.repeat(np.repeat(colours[np.newaxis], 16, axis=0), 16, axis=1)
+        spec = oiio.ImageSpec(pixels.shape[1], 16, pixels.shape[2], sample_type)
+        for name, value in attributes.items():
+            kinds = {"chromaticities": "float[8]", "CICP": "int[4]"}
+            if name in kinds:
+                spec.attribute(name, oiio.TypeDesc(kinds[name]), value)
+            else:
+                spec.attribute(name.replace("__", ":"), value)
+        path = tmp_path / f"picture{extension}"
+        output = oiio.ImageOutput.create(str(path))
+        assert output.open(str(path), spec)
+        assert output.write_image(np.ascontiguousarray(pixels, np.float32))
+        assert output.close()
+        return path.read_bytes()
+
+    return write
+
+
+def has_values(found, colours, tolerance):
+    distance = np.abs(found.values[:, np.newaxis] - colours).max(axis=2)
+    return (distance.min(axis=0) <= tolerance).all() and (distance.min(axis=1) <= tolerance).all()
+
+
+@pytest.mark.parametrize(
+    ("extension", "sample_type", "name", "tolerance"),
+    [
+        (".png", "uint16", "png", 1e-5),
+        (".tif", "uint16", "tiff", 1e-5),
+        (".exr", "half", "exr", 1e-3),
+        (".exr", "float", "exr", 1e-3),
+        (".hdr", "float", "hdr", 0.01),
+        (".jxl", "uint8", "jpeg-xl", 0.02),
+        (".jxl", "uint16", "jpeg-xl", 0.02),
+        (".dpx", "uint16", "dpx", 1e-5),
+    ],
+)
+def test_formats(written, extension, sample_type, name, tolerance):
+    found = characterisation(written(extension, sample_type))
+    assert (found.format, found.model) == (name, "RGB")
+    assert has_values(found, FIELDS, tolerance)
+    assert found.counts.sum() == 16 * 16 * len(FIELDS)
+
+
+@pytest.mark.parametrize(
+    ("extension", "name", "how"),
+    [(".webp", "webp", {"lossless": True}), (".jp2", "jpeg-2000", {})],
+)
+def test_formats_that_pillow_writes_without_loss(tmp_path, extension, name, how):
+    pixels = np.round(np.repeat(FIELDS[np.newaxis], 16, axis=0) * 255).astype(np.uint8)
+    profile = (DATA / "DisplayP3-v4.icc").read_bytes()
+    path = tmp_path / f"picture{extension}"
+    Image.fromarray(pixels).save(path, icc_profile=profile if name == "webp" else None, **how)
+    found = characterisation(path.read_bytes())
+    assert found.format == name
+    assert has_values(found, FIELDS, 0.5 / 255 + 1e-9)
+    assert isinstance(found.meaning, IccProfile) == (name == "webp")
+
+
+@pytest.mark.parametrize("extension", [".exr", ".tif"])
+def test_tiles(written, extension):
+    data = written(extension, "float", tile_width=32, tile_height=32)
+    assert has_values(characterisation(data), FIELDS, 1e-3)
+
+
+def test_alpha_of_exr_is_associated(written):
+    """OpenEXR, technical introduction: colours are multiplied by alpha."""
+    colours = np.array([[0.4, 0.2, 0.1, 0.5], [0.3, 0.6, 0.9, 1.0], [0.7, 0.7, 0.7, 0.0]])
+    found = characterisation(written(".exr", "float", colours))
+    assert has_values(found, np.array([[0.8, 0.4, 0.2], [0.3, 0.6, 0.9]]), 1e-3)
+    assert found.provenance["pixels"]["transparent"] == 256
+
+
+def test_a_size_beyond_the_limit_is_refused_before_decoding(written):
+    data = bytearray(written(".exr", "half"))
+    place = data.index(b"dataWindow\0box2i\0") + len(b"dataWindow\0box2i\0") + 4
+    data[place : place + 16] = struct.pack("<4i", 0, 0, 59_999, 59_999)
+    with pytest.raises(PictureSizeError):
+        characterisation(bytes(data))
+
+
+def test_a_decoder_that_quotes_bytes_of_the_file_is_understood():
+    """OpenImageIO's messages hold such bytes, and its Python module decodes them as UTF-8."""
+
+    class Owner:
+        def geterror(self):
+            return b"bad tag \xff in header".decode()
+
+    assert _decoder_message(Owner()) == "bad tag \ufffd in header"
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        'JPEG error: Insufficient memory (case 4) ("a.jpg")',
+        "Cannot decode tile, memory error\nFailed to decode the codestream in the JP2 file",
+        "Size of tile data exceeds system limits\nFailed to decode tile 1/1",
+    ],
+)
+def test_a_decoder_without_memory_does_not_blame_the_file(message):
+    """Messages of libjpeg-turbo 3 and OpenJPEG 2.5 below a limit of RLIMIT_DATA."""
+    with pytest.raises(MemoryError):
+        _decoder_message(SimpleNamespace(geterror=lambda: message))
+
+
+ACES_AP1 = [0.713, 0.293, 0.165, 0.830, 0.128, 0.044, 0.32168, 0.33767]
+
+
+@pytest.mark.parametrize(
+    ("extension", "attributes", "transfer", "red"),
+    [
+        (".exr", {"chromaticities": ACES_AP1}, "linear", (0.713, 0.293)),
+        (".exr", {"oiio__ColorSpace": "lin_ap1_scene"}, "linear", (0.713, 0.293)),
+        (".png", {"CICP": [9, 16, 0, 1]}, "PQ", (0.708, 0.292)),
+        (".png", {"CICP": [9, 18, 0, 1]}, "HLG", (0.708, 0.292)),
+        (".jxl", {"CICP": [9, 16, 0, 1]}, "PQ", (0.708, 0.292)),
+        (".jxl", {"CICP": [9, 18, 0, 1]}, "HLG", (0.708, 0.292)),
+    ],
+)
+def test_declared_encodings(written, extension, attributes, transfer, red):
+    kind = "half" if extension == ".exr" else "uint16"
+    found = characterisation(written(extension, kind, **attributes))
+    assert found.provenance["encoding"]["from"] == "the file"
+    assert found.meaning.transfer == transfer
+    np.testing.assert_allclose(found.meaning.primaries[0], red, atol=1e-6)
+
+
+def test_scene_linear_light_without_metadata_is_that_of_srgb(written):
+    found = characterisation(written(".exr", "half"))
+    assert found.provenance["encoding"]["from"] == "assumed"
+    assert found.meaning.transfer == "linear"
+
+
+def test_primaries_of_radiance_files(written):
+    data = written(".hdr", "float")
+    stated = b"_rgbe\nPRIMARIES= 0.708 0.292 0.17 0.797 0.131 0.046 0.3127 0.329\n"
+    found = characterisation(data.replace(b"_rgbe\n", stated, 1))
+    assert found.meaning.primaries[0] == (0.708, 0.292)
+    with pytest.raises(GamutError):
+        characterisation(data.replace(b"_rgbe", b"_xyze"))
+
+
+def test_logarithmic_film_densities_are_refused(written):
+    data = bytearray(written(".dpx", "uint16"))
+    data[801] = 1  # transfer of the first image element: printing density (SMPTE ST 268)
+    with pytest.raises(UnsupportedPictureError, match="Printing density"):
+        characterisation(bytes(data))
+
+
+CHROMATICITIES = [number for pair in (*SRGB.primaries, SRGB.white) for number in pair]
+ACES_AP0 = [0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.077, 0.32168, 0.33767]
+
+
+@pytest.mark.parametrize("codes", [(2, 13), (0, 13), (1, 2), (1, 255), (10, 16)])
+def test_code_points_that_displays_do_not_have(codes):
+    assert code_point_encoding(*codes) is None
+
+
+def test_gamma_and_primaries():
+    assert chromaticity_encoding(CHROMATICITIES).transfer == "sRGB"
+    found = chromaticity_encoding(None, gamma=2.2)
+    assert (found.transfer, found.gamma, found.primaries) == ("power", 2.2, SRGB.primaries)
+    adobe = [*(n for pair in ADOBE_RGB.primaries for n in pair), *ADOBE_RGB.white]
+    assert chromaticity_encoding(adobe, gamma=2.2).primaries == ADOBE_RGB.primaries
+    assert chromaticity_encoding(ACES_AP0, linear=True).transfer == "linear"
+
+
+@pytest.mark.parametrize(
+    ("gamma", "place", "pair"),
+    [
+        (0.0, 0, (0.64, 0.33)),
+        (50.0, 0, (0.64, 0.33)),
+        (2.2, 2, (0.64, 0.33)),  # two primaries are equal
+        (2.2, 6, (0.0, 0.0)),
+        (2.2, 6, (0.7, 0.29)),  # the white is outside the triangle
+        (2.2, 6, (9.0, 9.0)),
+        (2.2, 0, (float("nan"), 0.33)),
+    ],
+)
+def test_impossible_chromaticities_and_exponents(gamma, place, pair):
+    numbers = list(CHROMATICITIES)
+    numbers[place : place + 2] = pair
+    assert chromaticity_encoding(numbers, gamma=gamma) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "transfer", "gamma", "red"),
+    [
+        ("lin_ap1_scene", "linear", 1.0, (0.713, 0.293)),
+        ("srgb_rec709_scene", "sRGB", 1.0, (0.64, 0.33)),
+        ("pq_rec2020_display", "PQ", 1.0, (0.708, 0.292)),
+        ("hlg_rec2020_display", "HLG", 1.0, (0.708, 0.292)),
+        ("g24_rec709_display", "power", 2.4, (0.64, 0.33)),
+        ("ocio:lin_p3d65_scene", "linear", 1.0, (0.680, 0.320)),
+    ],
+)
+def test_names_of_the_color_interop_forum(name, transfer, gamma, red):
+    found = named_encoding(name)
+    assert (found.transfer, found.gamma, found.primaries[0]) == (transfer, gamma, red)
+
+
+@pytest.mark.parametrize(("channels", "bits"), [(3, 8), (3, 16), (4, 16)])
+@pytest.mark.slow
+def test_too_many_values_are_represented_by_one_of_each_cell(noise, channels, bits):
+    pixels = noise(20_000, channels, bits=bits)
+    found = distinct_values([pixels], len(pixels), channels, bits, most=3000)
+    assert found.levels is not None
+    assert len(found.values) <= 3000
+    assert found.distinct == len(np.unique(pixels, axis=0))
+    assert found.counts.sum() == len(pixels)
+    cell = 2**bits // found.levels
+    occupied = np.unique(pixels // cell, axis=0)
+    np.testing.assert_array_equal(np.unique(found.values // cell, axis=0), occupied)
+    assert len(found.values) == len(occupied)
+    every = {tuple(row) for row in pixels.tolist()}
+    assert every >= {tuple(row) for row in found.values.tolist()}
+
+
+def test_the_extremes_of_a_picture_represent_their_cells():
+    steps = np.linspace(0, 65535, 40).astype(np.uint16)
+    cube = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1).reshape(-1, 3)
+    found = distinct_values([cube], len(cube), 3, 16, most=5000)
+    assert found.levels is not None
+    kept = {tuple(row) for row in found.values.tolist()}
+    corners = np.array(np.meshgrid([0, 65535], [0, 65535], [0, 65535])).reshape(3, -1).T
+    assert kept >= {tuple(row) for row in corners.tolist()}
+
+
+def test_a_picture_is_characterisation_data(png, tiff, tags):
+    pixels = np.arange(48, dtype=np.uint8).reshape(4, 4, 3)
+    for data in (png(pixels, 8, 2), tiff([pixels.tobytes()], tags(4, 4, 8, 3, 2))):
+        found = characterisation(data)
+        assert isinstance(found, Picture)
+        assert found.provenance["format"] == found.format
+        with pytest.raises(OptionError) as caught:
+            characterisation(data, condition="M1")
+        assert caught.value.where == {"field": "condition"}

@@ -1,0 +1,275 @@
+"""PNG, written by hand, and JPEG: values, profiles, encodings, and files that break the format."""
+
+import io
+import re
+import struct
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+
+from gamutcore.characterisation import IccProfile
+from gamutcore.characterisation import characterisation as picture
+from gamutcore.errors import (
+    GamutError,
+    MalformedFileError,
+    MalformedProfileError,
+    PictureSizeError,
+    UnsupportedPictureError,
+)
+
+DATA = Path(__file__).parents[3] / "data"
+
+
+PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+CHANNELS = {0: 1, 2: 3, 4: 2, 6: 4}
+
+
+@pytest.mark.usefixtures("bands")
+@pytest.mark.parametrize(
+    ("colour", "depth"),
+    [(0, 1), (0, 2), (0, 4), (0, 8), (0, 16), (2, 8), (2, 16), (4, 8), (4, 16), (6, 8), (6, 16)],
+)
+def test_every_kind_bit_for_bit(png, noise, pixel_counts, counts_of, colour, depth):
+    pixels = noise(9, 14, CHANNELS[colour], bits=depth)
+    if colour in {4, 6}:
+        pixels[::2, :, -1] = 0  # transparent
+    found = picture(png(pixels, depth, colour))
+    seen = pixels
+    if colour in {4, 6}:
+        seen = pixels[pixels[:, :, -1] > 0][:, :-1]
+    assert counts_of(found, 2**depth - 1) == pixel_counts(seen)
+    assert found.model == ("gray" if colour in {0, 4} else "RGB")
+    assert found.provenance["bit_depth"] == depth
+    assert found.provenance["size"] == [14, 9]
+    pixel_numbers = found.provenance["pixels"]
+    assert pixel_numbers["read"] == 126
+    assert pixel_numbers["used"] == int(found.counts.sum())
+    assert pixel_numbers["transparent"] == 126 - pixel_numbers["used"]
+
+
+@pytest.mark.usefixtures("bands")
+@pytest.mark.parametrize("depth", [1, 2, 4, 8])
+def test_palettes(png, chunk, noise, pixel_counts, counts_of, depth):
+    pixels = noise(9, 14, 1, bits=depth)
+    palette = noise(2**depth, 3, seed=1)
+    alpha = np.full(2**depth, 255)
+    alpha[0] = 0
+    chunks = (chunk(b"PLTE", palette.tobytes()), chunk(b"tRNS", b"\0"))
+    found = picture(png(pixels, depth, 3, *chunks))
+    seen = palette[pixels[:, :, 0]][pixels[:, :, 0] > 0]
+    assert counts_of(found, 255) == pixel_counts(seen)
+
+
+def test_one_colour_may_be_transparent(png, chunk, noise, pixel_counts, counts_of):
+    pixels = noise(9, 14, 3)
+    pixels[:3] = (1, 2, 3)
+    found = picture(png(pixels, 8, 2, chunk(b"tRNS", struct.pack(">3H", 1, 2, 3))))
+    assert counts_of(found, 255) == pixel_counts(pixels[3:])
+
+
+def test_nothing_but_transparent_pixels(png, noise):
+    pixels = noise(4, 4, 4)
+    pixels[:, :, 3] = 0
+    with pytest.raises(GamutError, match="transparent"):
+        picture(png(pixels, 8, 6))
+
+
+def profile_chunk(chunk, profile):
+    return chunk(b"iCCP", b"a name\0\0" + zlib.compress(profile))
+
+
+def test_the_embedded_profile_is_taken(png, chunk, noise):
+    profile = (DATA / "DisplayP3-v4.icc").read_bytes()
+    found = picture(png(noise(4, 4, 3), 8, 2, profile_chunk(chunk, profile)))
+    assert isinstance(found.meaning, IccProfile)
+    assert found.meaning.data == profile
+    assert found.provenance["profile"]["colour_space"] == "RGB"
+    assert found.warnings == ()
+
+
+def test_code_points_go_before_the_profile_and_others_do_not(png, chunk, noise):
+    profile = profile_chunk(chunk, (DATA / "DisplayP3-v4.icc").read_bytes())
+    pixels = noise(4, 4, 3)
+    points = chunk(b"cICP", bytes([9, 16, 0, 1]))
+    assert picture(png(pixels, 8, 2, profile, points)).meaning.name == "BT.2020, PQ"
+    unknown = chunk(b"cICP", bytes([99, 99, 0, 1]))
+    found = picture(png(pixels, 8, 2, unknown, profile))
+    assert isinstance(found.meaning, IccProfile)
+    assert "99, 99, 0" in found.warnings[0]
+    gamma = chunk(b"gAMA", struct.pack(">I", 100_000))
+    assert isinstance(picture(png(pixels, 8, 2, gamma, profile)).meaning, IccProfile)
+    srgb = chunk(b"sRGB", b"\0")
+    assert picture(png(pixels, 8, 2, gamma, srgb)).meaning.name == "sRGB"
+    assert picture(png(pixels, 8, 2, gamma)).meaning.gamma == 1.0
+
+
+def test_without_anything_srgb_is_assumed_and_said(png, noise):
+    found = picture(png(noise(4, 4, 3), 8, 2))
+    assert found.provenance["encoding"] == {"name": "sRGB", "from": "assumed"}
+    assert any("sRGB is assumed" in warning for warning in found.warnings)
+
+
+def test_narrow_range_is_16_to_235(png, chunk):
+    pixels = np.array([[[16, 235, 16]], [[235, 16, 235]], [[0, 255, 125]]], np.uint8)
+    found = picture(png(pixels, 8, 2, chunk(b"cICP", bytes([1, 13, 0, 0]))))
+    wide = {tuple(row) for row in np.round(found.values, 3).tolist()}
+    assert {(0, 1, 0), (1, 0, 1)} <= wide
+    assert any(row[:2] == (0, 1) and 0.49 < row[2] < 0.51 for row in wide)
+
+
+def test_a_gray_picture_may_have_an_rgb_profile_and_not_the_other_way(png, chunk, noise):
+    rgb = profile_chunk(chunk, (DATA / "DisplayP3-v4.icc").read_bytes())
+    gray = profile_chunk(chunk, (DATA / "sGrey-v4.icc").read_bytes())
+    assert isinstance(picture(png(noise(4, 4, 1), 8, 0, rgb)).meaning, IccProfile)
+    with pytest.raises(MalformedFileError, match="profile is for gray"):
+        picture(png(noise(4, 4, 3), 8, 2, gray))
+
+
+@pytest.mark.parametrize("size", [(60_000, 60_000), (20_000, 20_000), (1_000_000, 150)])
+def test_pictures_that_are_too_large(chunk, size):
+    header = struct.pack(">IIBBBBB", *size, 8, 2, 0, 0, 0)
+    data = chunk(b"IDAT", zlib.compress(bytes(1000)))
+    with pytest.raises(PictureSizeError) as caught:
+        picture(PNG_SIGNATURE + chunk(b"IHDR", header) + data + chunk(b"IEND", b""))
+    assert caught.value.where == {"field": "size"}
+
+
+@pytest.mark.slow
+def test_a_profile_that_unpacks_to_too_much(png, chunk, noise):
+    bomb = chunk(b"iCCP", b"a name\0\0" + zlib.compress(bytes(200_000_000), 9))
+    with pytest.raises(GamutError, match="embedded profile"):
+        picture(png(noise(4, 4, 3), 8, 2, bomb))
+
+
+@pytest.mark.parametrize("cut", [10, 20, 40, -20])
+def test_a_file_that_ends_early(png, noise, cut):
+    with pytest.raises(MalformedFileError):
+        picture(png(noise(9, 9, 3), 8, 2)[:cut])
+
+
+def test_damaged_pixels_are_refused(png, noise):
+    data = bytearray(png(noise(9, 9, 3), 8, 2))
+    data[data.index(b"IDAT") + 10] ^= 1
+    with pytest.raises(MalformedFileError, match="cannot be decoded") as caught:
+        picture(bytes(data))
+    assert caught.value.where["row"] >= 1
+
+
+def test_a_damaged_profile_is_not_ignored(png, chunk, noise):
+    """The decoder drops such a profile, and the colours would be taken for sRGB."""
+    data = bytearray(png(noise(9, 9, 3), 8, 2, profile_chunk(chunk, b"no profile" * 20)))
+    with pytest.raises(GamutError, match="embedded profile"):
+        picture(bytes(data))
+
+
+@given(st.binary(max_size=200))
+def test_any_bytes_behind_the_signature_are_refused_by_name(data):
+    with pytest.raises(GamutError):
+        picture(PNG_SIGNATURE + data)
+
+
+def jpeg(mode, colours, **how):
+    """Return a picture of fields of 16 × 16 pixels, which JPEG hardly changes."""
+    fields = np.repeat(np.repeat(np.array(colours, np.uint8)[np.newaxis], 16, axis=0), 16, axis=1)
+    file = io.BytesIO()
+    written = Image.frombytes(mode, fields.shape[1::-1], fields.tobytes())
+    # Without subsampling: chroma is smoothed where it is unpacked.
+    written.save(file, "JPEG", **{"quality": 100, "subsampling": 0, **how})
+    return file.getvalue()
+
+
+FIELDS = [(255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 255), (12, 100, 200)]
+
+
+def values_near(found, colours, full=255, tolerance=2.0):
+    distances = np.abs(found.values[:, np.newaxis] * full - np.array(colours, float)).max(axis=2)
+    return (distances.min(axis=0) <= tolerance).all() and (distances.min(axis=1) <= tolerance).all()
+
+
+@pytest.mark.parametrize(
+    "how", [{}, {"progressive": True}, {"restart_marker_rows": 1}, {"optimize": True}]
+)
+def test_jpeg_of_every_layout(how):
+    found = picture(jpeg("RGB", FIELDS, **how))
+    assert values_near(found, FIELDS)
+    assert found.counts.sum() == 16 * 16 * len(FIELDS)
+    assert (found.format, found.model) == ("jpeg", "RGB")
+
+
+def without_adobe(data):
+    return re.sub(rb"\xff\xee\0\x0eAdobe.{7}", b"", data, flags=re.DOTALL)
+
+
+def test_components_named_r_g_b_are_not_converted():
+    """As libjpeg reads them, where no marker says otherwise."""
+    stored = without_adobe(jpeg("RGB", FIELDS, keep_rgb=True))
+    stored = re.sub(rb"\xff\xe0\0\x10JFIF.{11}", b"", stored, flags=re.DOTALL)
+    assert values_near(picture(stored), FIELDS)
+
+
+def test_cmyk_of_adobe_is_turned_over(shared_data):
+    inks = [(0, 0, 0, 0), (255, 0, 0, 0), (0, 255, 0, 0), (10, 20, 30, 255)]
+    profile = (shared_data / "press" / "ISOcoated_v2_300_bas.icc").read_bytes()
+    found = picture(jpeg("CMYK", inks, icc_profile=profile))  # 1.8 MB: 28 segments of 64 KB
+    assert values_near(found, inks)
+    assert isinstance(found.meaning, IccProfile)
+    assert found.meaning.data == profile
+    assert found.warnings == ()
+
+
+def test_a_part_of_the_profile_is_missing():
+    data = jpeg("RGB", FIELDS, icc_profile=(DATA / "DisplayP3-v4.icc").read_bytes())
+    place = data.index(b"ICC_PROFILE\0") + 12
+    with pytest.raises(MalformedProfileError, match="embedded profile"):
+        picture(data[: place + 1] + b"\2" + data[place + 2 :])
+
+
+def exif(space, interoperability=b""):
+    """Return Exif that states a colour space (Exif 3.0, 4.6.6.2; DCF 2.0 for R03)."""
+    linked = struct.pack("<HHII", 40965, 4, 1, 56) if interoperability else bytes(12)
+    return (
+        b"Exif\0\0II*\0\x08\0\0\0"
+        + struct.pack("<HHHIII", 1, 34665, 4, 1, 26, 0)
+        + struct.pack("<HHHIHH", 2, 40961, 3, 1, space, 0)
+        + linked
+        + bytes(4)
+        + struct.pack("<HHHI4sI", 1, 1, 2, 4, interoperability, 0)
+    )
+
+
+@pytest.mark.parametrize(
+    ("metadata", "name", "source"),
+    [
+        (exif(1), "sRGB", "the file"),
+        (exif(0xFFFF, b"R03\0"), "Adobe RGB (1998)", "the file"),
+        (exif(0xFFFF, b"R98\0"), "sRGB", "assumed"),
+        (exif(0xFFFF)[:20], "sRGB", "assumed"),
+    ],
+)
+def test_exif_states_the_colour_space(metadata, name, source):
+    found = picture(jpeg("RGB", FIELDS, exif=metadata))
+    assert found.provenance["encoding"] == {"name": name, "from": source}
+
+
+def with_size(data, width, height):
+    place = data.index(b"\xff\xc0")
+    return data[: place + 5] + struct.pack(">HH", height, width) + data[place + 9 :]
+
+
+def test_impossible_sizes():
+    with pytest.raises(PictureSizeError):
+        picture(with_size(jpeg("RGB", FIELDS), 65_000, 65_000))
+    with pytest.raises(GamutError):
+        picture(with_size(jpeg("RGB", FIELDS), 0, 9))
+
+
+def test_twelve_bits():
+    data = bytearray(jpeg("RGB", FIELDS))
+    data[data.index(b"\xff\xc0") + 4] = 12
+    with pytest.raises(UnsupportedPictureError, match="precision 12"):
+        picture(bytes(data))
