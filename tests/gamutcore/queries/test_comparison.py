@@ -10,8 +10,7 @@ import gamutcore
 from gamutcore.errors import MeshError, OptionError
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import intersection_volume
-from gamutcore.queries import build_index
-from gamutcore.queries.comparison import compare
+from gamutcore.queries import build_index, compare
 
 
 def moved(level, shift, scale=1.0):
@@ -123,22 +122,6 @@ class TestCompare:
                 )
             ]
             np.testing.assert_allclose(of_sector, volumes, rtol=1e-8, atol=1e-6)
-
-    @pytest.mark.parametrize("sectors", [2, 3, 8])
-    def test_sectors_of_a_prism_are_equal(self, sectors):
-        angle = np.arange(24) * np.pi / 12
-        ring = np.column_stack([np.zeros(24), np.cos(angle), np.sin(angle)])
-        up = np.array([1.0, 0, 0])
-        vertices = np.vstack([ring, ring + up, [np.zeros(3), up]])
-        here, there = np.arange(24), (np.arange(24) + 1) % 24
-        sides = [(here, there, there + 24), (here, there + 24, here + 24)]
-        ends = [(there, here, np.full(24, 48)), (here + 24, there + 24, np.full(24, 49))]
-        faces = np.concatenate([np.column_stack(corners) for corners in sides + ends])
-        level = vertices, faces, np.array([0.5, 0.1, 0.1])
-        found = compare(level, level, sectors)
-        area = 12 * np.sin(np.pi / 12)
-        np.testing.assert_allclose(found.sectors.volume_a, area / sectors)
-        np.testing.assert_allclose(found.sectors.intersection, area / sectors)
 
     def test_what_is_refused(self, cube):
         for sectors in (0, 3601, 2.5, True):

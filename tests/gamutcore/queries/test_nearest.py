@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gamutcore.errors import InvalidPointsError
 from gamutcore.queries import build_index, contains, nearest, signed_distance
 
 COORDINATE = st.one_of(st.sampled_from([-1.0, 1.0, 0.0, 3.0, 1e6]), st.floats(-3, 3))
@@ -160,14 +159,6 @@ class TestNearest:
         np.testing.assert_allclose(
             nearest(np.diag([1e60, 1e30, -1e60]), cube).distance, [1e60, 1e30, 1e60]
         )
-
-    def test_no_point_is_no_answer_and_bad_rows_are_named(self, cube):
-        found = nearest(np.zeros((0, 3)), cube)
-        assert [len(field) for field in found] == [0, 0, 0, 0]
-        with pytest.raises(InvalidPointsError, match="Row 1"):
-            nearest([(0, 0, 0), (0, np.inf, 0)], cube)
-        with pytest.raises(InvalidPointsError, match="Row 1"):
-            signed_distance([(0, 0, 0), (0, np.nan, 0)], cube)
 
 
 class TestSignedDistance:
