@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gamutcore.errors import MeshError
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import intersection_volume, mismatch
 from gamutcore.metric.distance_bound import SLACK, make_surface
@@ -93,19 +92,6 @@ class TestVolume:
         assert there.from_reference == back.to_reference
         assert there.to_reference == back.from_reference
 
-    def test_does_not_depend_on_the_way(self, star_shaped):
-        """The coarser or the finer surface is cut, by walking or by trying all cones."""
-        coarse, fine = (
-            make_surface(mesh.vertices - np.array(CENTRE), mesh.faces.astype(np.int32).ravel())
-            for mesh in (star_shaped(1, 50), star_shaped(2, 300))
-        )
-        found = []
-        for one, two, moves in ((fine, coarse, 1000), (coarse, fine, 1000), (fine, coarse, 0)):
-            order = np.arange(len(one.position), dtype=np.int32)
-            near = np.zeros(len(order), np.int32)
-            found.append(compare_surfaces(one, two, order, near, moves=moves)[0].difference)
-        np.testing.assert_allclose(found, found[0], rtol=1e-9)
-
 
 def test_a_level_stands_for_the_full_boundary(small_history, distances_to, sampled):
     """Bounds by way of a finer level hold, and are tighter than sums of the largest distances."""
@@ -187,22 +173,3 @@ class TestDistances:
                 error = measured.std() / np.sqrt(len(measured))
                 assert distances.mean == pytest.approx(measured.mean(), rel=0.05, abs=4 * error)
                 assert measured.max() <= distances.maximum * (1 + 1e-9)
-
-
-class TestRefusals:
-    def test_of_a_centre_that_does_not_see_all_faces(self, star_shaped):
-        with pytest.raises(MeshError) as caught:
-            radial_difference(star_shaped(1), star_shaped(2), (150.0, 0.0, 0.0))
-        assert "do not see the centre" in str(caught.value)
-        assert caught.value.remedy
-
-    def test_of_vertices_that_are_not_used(self, star_shaped):
-        mesh = star_shaped(1)
-        more = TriangleMesh(np.vstack([mesh.vertices, [CENTRE]]), mesh.faces)
-        with pytest.raises(MeshError):
-            radial_difference(mesh, more, CENTRE)
-
-    def test_of_an_open_mesh(self, star_shaped):
-        mesh = star_shaped(1)
-        with pytest.raises(MeshError):
-            radial_difference(TriangleMesh(mesh.vertices, mesh.faces[1:]), mesh, CENTRE)
