@@ -3,7 +3,7 @@
 import itertools
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
@@ -23,16 +23,6 @@ def brute_force(faces):
         same = [other for other, turned in edges.items() if turned == edge]
         result.append(across[0] if len(across) == len(same) == 1 else -1)
     return result
-
-
-@settings(max_examples=20)
-@given(seed=st.integers(0, 10**6))
-def test_opposite_corners_of_boundaries(random_cloud, seed):
-    faces = modified_convex_hull(random_cloud(seed, 25)).mesh.faces
-    opposite = opposite_corners(faces, 25)
-    assert opposite.dtype == np.int32
-    assert opposite.tolist() == brute_force(faces.tolist())
-    assert (opposite[opposite] == np.arange(len(opposite))).all()
 
 
 @given(

@@ -163,14 +163,6 @@ class TestArguments:
             assert again.history.triangles == 30
 
     @pytest.mark.slow
-    def test_a_mesh_keeps_its_device_values(self, fogra39):
-        level = Gamut(fogra39, surface_samples=1000).level(60)
-        again = Gamut(level).level(60).device
-        assert again.channels == level.device.channels
-        rows = np.lexsort(level.device.values.T), np.lexsort(again.values.T)
-        np.testing.assert_allclose(again.values[rows[1]], level.device.values[rows[0]], atol=1e-4)
-
-    @pytest.mark.slow
     def test_a_profile_of_pillow(self, small_profile):
         data = small_profile("sRGB-v4.icc")
         opened = ImageCms.ImageCmsProfile(io.BytesIO(data))

@@ -66,12 +66,6 @@ class TestSlice:
         (polygon,) = gamut.slice(L=0.2).polygons
         np.testing.assert_allclose(polygon[:, 1], 0.2)
 
-    def test_by_hue_is_the_leaf(self, cube):
-        (polygon,) = cube.slice(hue=0).polygons
-        np.testing.assert_allclose(polygon[:, 2], 0, atol=1e-9)
-        assert abs(area(polygon[:, :2])) == pytest.approx(20 * 40, rel=1e-5)
-        assert len(cube.leaf(0).points) == len(polygon)
-
     @pytest.mark.parametrize(
         "choice",
         [{"L": np.nan}, {"hue": np.inf}, {"plane": (0, 0, 0, 1)}],

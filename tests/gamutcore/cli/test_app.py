@@ -7,23 +7,12 @@ import sys
 from pathlib import Path
 
 import pytest
+import typer
 
+from gamutcore.cli.app import app
 from gamutcore.version import __version__
 
-COMMANDS = (
-    "build",
-    "info",
-    "mesh",
-    "export",
-    "reference",
-    "query",
-    "map",
-    "compare",
-    "picture",
-    "plot",
-    "slice",
-    "rings",
-)
+COMMANDS = sorted(typer.main.get_command(app).commands)
 
 
 def test_help_lists_all_commands_with_whole_sentences(command):

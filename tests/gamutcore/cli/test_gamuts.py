@@ -65,16 +65,6 @@ def test_export_writes_meshes_by_the_suffix(command, saved, small_gamut, tmp_pat
 
 
 @pytest.mark.slow
-def test_envelopes_are_of_the_full_boundary(command, tmp_path):
-    path = tmp_path / "display.cge"
-    source = "examples/Panasonic-TV.icc"
-    _, err = command("mesh", source, "--surface-samples", 1000, "-o", path)
-    full = Gamut(source, surface_samples=1000).history.triangles
-    assert f"{full} triangles" in err
-    assert path.read_text().count("\n") == 602 + 14
-
-
-@pytest.mark.slow
 def test_export(command, as_json, saved, small_gamut, tmp_path):
     level = small_gamut.mesh(20)
     rows = list(csv.DictReader(io.StringIO(command("export", saved, "--triangles", 20)[0])))

@@ -96,13 +96,6 @@ def test_text_cannot_leave_its_keyword(provenance):
     assert argyll_mesh(data.decode()).provenance["stated"]["descriptor"].startswith("a' BEGIN_DATA")
 
 
-def test_our_reader_gets_the_same_mesh(level):
-    centre = " ".join(map(str, level.vertices.mean(axis=0)))
-    mesh = argyll_mesh(mesh_file(level, "gam", {"centre": centre}).decode())
-    np.testing.assert_array_equal(mesh.vertices.astype(np.float32), level.vertices)
-    assert TriangleMesh(mesh.vertices, mesh.faces).volume == pytest.approx(level.volume, rel=1e-9)
-
-
 @pytest.mark.slow
 def test_viewgam_intersects_levels_as_we_do(viewgam, fogra39_gamut, srgb_gamut):
     one, two = fogra39_gamut.mesh(1500), srgb_gamut.mesh(1500)

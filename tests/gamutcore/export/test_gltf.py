@@ -50,11 +50,6 @@ class TestGeometry:
         np.testing.assert_array_equal(faces, level.faces)
         assert primitive.mode in {None, 4}
 
-    def test_there_are_no_normals(self, written, kind):
-        (primitive,) = asset_of(written, kind).meshes[0].primitives
-        given = {name for name, number in vars(primitive.attributes).items() if number is not None}
-        assert given == {"POSITION", "COLOR_0"}
-
 
 class TestAnotherReader:
     """trimesh reads the files correctly."""
@@ -84,13 +79,6 @@ class TestAppearance:
         assert (stored[:, 3] == 65535).all()
         linear = displayed(level.vertices, encoded=False)
         np.testing.assert_allclose(stored[:, :3] / 65535, linear, atol=1e-5)
-
-    def test_it_needs_no_light(self, written, kind):
-        asset = asset_of(written, kind)
-        assert asset.extensionsUsed == ["KHR_materials_unlit"]
-        assert not asset.extensionsRequired
-        (primitive,) = asset.meshes[0].primitives
-        assert "KHR_materials_unlit" in asset.materials[primitive.material].extensions
 
 
 class TestProvenance:
@@ -144,12 +132,6 @@ def tree_of(data, kind):
         length = int.from_bytes(data[12:16], "little")
         data = data[20 : 20 + length]
     return json.loads(data)
-
-
-def test_gltf_is_one_json_document_that_refers_to_no_file(level):
-    document = json.loads(mesh_file(level, "gltf"))
-    for buffer in document["buffers"]:
-        assert buffer["uri"].startswith("data:application/octet-stream;base64,")
 
 
 @pytest.mark.parametrize("name", SPACES)

@@ -24,26 +24,6 @@ def texts(data):
     return ["".join(each.itertext()) for each in tree(data).iter(f"{SVG}text")]
 
 
-class TestChart:
-    def test_both_axes_have_the_same_scale_and_points_are_inside_the_frame(self):
-        chart = Chart((-10.0, 5.0), (90.0, 25.0), ("x", "y"), "")
-        points = chart.place(np.array([(0.0, 10.0), (10.0, 10.0), (0.0, 20.0)]))
-        across, along = points[1] - points[0], points[2] - points[0]
-        assert across[0] == pytest.approx(-along[1])
-        assert across[1] == along[0] == 0
-        frame = tree(chart.svg()).findall(f"{SVG}rect")[1]
-        corner = np.array([float(frame.get("x")), float(frame.get("y"))])
-        size = np.array([float(frame.get("width")), float(frame.get("height"))])
-        for point in chart.place(np.array([(-10.0, 5.0), (90.0, 25.0)])):
-            assert (point >= corner).all()
-            assert (point <= corner + size).all()
-
-    @pytest.mark.parametrize("size", [0.0, 1e-3, 0.7, 150.0, 1e6])
-    def test_spans_of_any_size_have_a_few_numbers(self, size):
-        numbers = texts(Chart((0.0, 0.0), (size, size), ("x", "y"), "").svg())
-        assert 6 <= len(numbers) <= 30
-
-
 def test_characters_that_xml_does_not_allow_are_left_out():
     name = "Pa\x00p\x1be\ud800r\uffff 1\u202f000"
     assert plain_text(name) == "Paper 1\u202f000"

@@ -11,7 +11,7 @@ from PIL import Image
 from gamutcore import Gamut, Options
 from gamutcore.characterisation import characterisation
 from gamutcore.colours.profile_colours import profile_colours
-from gamutcore.errors import CentreError, MeshError, OptionError
+from gamutcore.errors import CentreError, OptionError
 from gamutcore.export import FORMATS, mesh_file
 from gamutcore.metric import mismatch, radial_difference
 
@@ -161,17 +161,6 @@ def test_vertices_of_a_picture_have_the_values_of_its_pixels():
     np.testing.assert_allclose(mesh.full().vertices[blue], (29.57, 68.30, -112.03), atol=0.06)
 
 
-def test_surface_samples_are_refused_where_nothing_is_sampled():
-    file = io.BytesIO()
-    Image.fromarray(np.eye(4, 3, dtype=np.uint8)[np.newaxis] * 255).save(file, "PNG")
-    colours = b"L,a,b\n" + b"".join(b"%d,%d,%d\n" % (i, i % 7, i % 5) for i in range(20))
-    for data in (file.getvalue(), colours):
-        with pytest.raises(OptionError) as caught:
-            Gamut(data, surface_samples=2000)
-        assert caught.value.where == {"field": "surface_samples"}
-        assert caught.value.remedy == "Leave it out."
-
-
 def test_the_least_used_colours_of_a_picture_can_be_left_out():
     dull = np.array([(r, g, b) for r in (60, 180) for g in (60, 180) for b in (60, 180)], np.uint8)
     speck = np.array([[255, 0, 0], [0, 0, 255]], np.uint8)
@@ -262,47 +251,6 @@ class TestMesh:
             assert gamut.description["centre"] == centre
         assert full.validity(gamut.description["centre"]).is_gamut
 
-    @pytest.mark.slow
-    def test_the_description_has_only_options_that_apply(self, fogra39_gamut):
-        data = mesh_file(fogra39_gamut.history.level(100), "ply")
-        gamut = Gamut(data, cost="quadric")
-        assert gamut.description["options"] == {
-            "space": "CIELAB",
-            "centre": "auto",
-            "cost": "quadric",
-        }
-        # they ask the same question again
-        assert gamut.options == Options(cost="quadric")
-        assert Gamut.from_bytes(gamut.to_bytes()).description == gamut.description
-        provenance = gamut.description["provenance"]
-        assert provenance["format"] == "ply"
-        assert provenance["mesh"]["triangles_read"] == 100
-
-    @pytest.mark.parametrize(
-        "options",
-        [
-            {"boundary": "usv"},
-            {"boundary": "segment-maxima"},
-            {"gamma": 0.3},
-            {"surface_samples": 5000},
-            {"intent": "absolute"},
-            {"device_model": "fit"},
-            {"ink_limit": 300},
-            {"black_limit": 90},
-            {"observer": 10},
-            {"illuminant": "D65"},
-            {"condition": "M1"},
-            {"source": "measurements"},
-            {"source": "boundary"},
-        ],
-    )
-    def test_options_of_colours_are_refused(self, fogra39_gamut, options):
-        data = mesh_file(fogra39_gamut.history.level(100), "glb")
-        with pytest.raises(OptionError) as caught:
-            Gamut(data, **options)
-        assert caught.value.where["field"] in options
-        assert caught.value.remedy
-
     def test_the_centre_may_be_chosen(self, fogra39_gamut):
         data = mesh_file(fogra39_gamut.history.level(100), "stl")
         centre = fogra39_gamut.description["centre"]
@@ -310,12 +258,6 @@ class TestMesh:
         assert gamut.description["centre"] == centre
         with pytest.raises(CentreError):
             Gamut(data, centre=(500, 0, 0))
-
-    def test_an_open_mesh_is_refused(self, fogra39_gamut):
-        level = fogra39_gamut.history.level(100)
-        data = mesh_file(type(level)(level.vertices, level.faces[1:]), "ply")
-        with pytest.raises(MeshError, match="3 edges"):
-            Gamut(data)
 
 
 def triangle_set(mesh):

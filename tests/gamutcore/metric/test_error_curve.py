@@ -160,12 +160,6 @@ class TestOfAnything:
             lost = abs(level.volume - full) / full
             assert lost * (1 - 1e-12) <= level.mismatch <= level.mismatch_bound
 
-    def test_the_full_boundary_has_no_error(self, small_history):
-        (level,) = error_curve(small_history, [small_history.triangles])
-        nothing = Distances(0.0, 0.0)
-        volume = pytest.approx(small_history.full().volume, rel=1e-9)
-        assert level == LevelError(small_history.triangles, volume, 0.0, 0.0, 0.0, nothing, nothing)
-
     def test_of_one_level_alone_is_against_the_full_boundary(self, small_history):
         for count in (4, 20, 50):
             (level,) = error_curve(small_history, [count])
@@ -194,27 +188,6 @@ def test_of_a_sphere(icosphere):
 
 
 class TestDescription:
-    ERROR = LevelError(
-        1000,
-        454321.123456789,
-        0.00123456789,
-        0.00123456111,
-        1 / 3,
-        Distances(0.0123456789, 0.2),
-        Distances(0.0123456111, 1e-7 / 3),
-    )
-
-    def test_rounds_bounds_up_and_the_rest_to_the_nearest(self):
-        assert self.ERROR.to_mapping() == {
-            "triangles": 1000,
-            "volume": 454321.1235,
-            "mismatch": 0.00123457,
-            "mismatch_bound": 0.00123457,
-            "distance_bound": 0.333334,
-            "from_full": {"mean": 0.0123457, "maximum": 0.200001},
-            "to_full": {"mean": 0.0123456, "maximum": 3.33334e-8},
-        }
-
     @given(st.floats(0, 1e6))
     @pytest.mark.slow
     def test_bounds_are_never_rounded_down(self, value):
@@ -234,7 +207,3 @@ class TestCurveCounts:
         assert counts[-1] == full
         assert all(count % 2 == 0 for count in counts)
         assert set(range(4, min(full, 16) + 1, 2)) <= set(counts)
-
-    @pytest.mark.parametrize(("full", "most"), [(2_000, 50), (20_000, 50), (10**7, 75)])
-    def test_are_not_many(self, full, most):
-        assert len(curve_counts(full)) <= most

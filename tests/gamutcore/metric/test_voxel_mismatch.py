@@ -9,12 +9,8 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gamutcore.boundary import modified_convex_hull, segment_maxima, usv
-from gamutcore.characterisation import characterisation
-from gamutcore.colours import surface_colours
-from gamutcore.decimation import decimate
+from gamutcore.boundary import modified_convex_hull
 from gamutcore.errors import MeshError
-from gamutcore.history import build_history
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import mismatch, voxel_mismatch
 
@@ -165,26 +161,3 @@ class TestDevices:
     @pytest.mark.slow
     def test_levels_of_fogra39(self, fogra39_gamut, triangles):
         agree(fogra39_gamut.history.full(), fogra39_gamut.history.level(triangles))
-
-    @pytest.mark.parametrize(
-        "path",
-        [
-            "press/TR002.ti3",
-            "display/phone_RGBW_LCD_602.txt",
-            "display/Canon_projector.icc",
-            "display/Panasonic-TV_2014.icc",
-        ],
-    )
-    @pytest.mark.slow
-    def test_of_other_devices_and_boundaries(self, shared_data, path):
-        device = characterisation((shared_data / path).read_bytes())
-        points = surface_colours(device, surface_samples=20_000).points
-        boundary = modified_convex_hull(points)
-        history = build_history(decimate(boundary.mesh, boundary.centre))
-        for other in (
-            history.level(100),
-            usv(points, subdivisions=2).mesh,
-            segment_maxima(points).mesh,
-            modified_convex_hull(points, 1.0).mesh,
-        ):
-            agree(boundary.mesh, other)

@@ -78,13 +78,6 @@ class TestCompare:
         lens = np.pi * (4 * 40 + 30) * (2 * 40 - 30) ** 2 / 12
         assert compare(one, two).intersection == pytest.approx(lens, rel=2e-3)
 
-    def test_a_gamut_and_itself(self, rough):
-        level = build_index(*rough(4, 400))
-        found = compare(level, level)
-        assert found.volume_a == found.volume_b == pytest.approx(volume(rough(4, 400)))
-        assert found.jaccard == pytest.approx(1, abs=1e-14)
-        assert found.symmetric_difference == pytest.approx(0, abs=1e-14 * found.volume_a)
-
     def test_gamuts_that_do_not_meet(self, rough):
         level = rough(5, 30)
         found = compare(level, moved(level, (0, 200, 0)))

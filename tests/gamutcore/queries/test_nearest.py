@@ -116,19 +116,6 @@ class TestNearest:
             found = assert_nearest(points, (vertices, faces, (0.0, 0.0, 0.0)))
             assert found.distance[:40].max() < 1e-15
 
-    def test_does_not_depend_on_other_rows(self, rough):
-        level = build_index(*rough(23, 400))
-        points = np.concatenate([level.vertices, level.vertices[level.faces].mean(axis=1)])
-        together = nearest(points, level)
-        order = np.random.default_rng(3).permutation(len(points))
-        for found, expected in zip(nearest(points[order], level), together, strict=True):
-            np.testing.assert_array_equal(found, expected[order])
-        for row in range(0, len(points), 50):
-            for found, expected in zip(
-                nearest(points[row : row + 1], level), together, strict=True
-            ):
-                np.testing.assert_array_equal(found[0], expected[row])
-
     def test_vertices_are_given_the_first_of_their_faces(self, cube):
         """All distances are exactly 0 there."""
         vertices, faces, _ = cube

@@ -7,8 +7,6 @@ from gamutcore.colours.spaces.cielab import colour_science
 from gamutcore.queries import build_index, delta_e_2000, nearest, nearest_ciede2000
 from gamutcore.queries.ciede2000_parts import (
     BOUND,
-    MIDDLE,
-    set_node_bounds,
     set_triangle_bounds,
 )
 from gamutcore.queries.face_tree import WIDTH
@@ -124,39 +122,6 @@ class TestBounds:
         bounds = np.array([triangle_bound(*pair, found) for pair in pairs])
         assert (bounds <= smallest_of_triangles(colours, triangles) + 1e-9).all()
 
-    def test_of_nodes_are_not_above_any_face_below(self, rough):
-        index = build_index(*rough(7, 300, 0.3))
-        tree = index.tree
-        triangles = index.vertices[index.faces]
-        random = np.random.default_rng(7)
-        found = np.empty(3 * WIDTH)
-        tight = 0
-        for colour in random.uniform((-40, -150, -150), (140, 150, 150), (12, 3)):
-            least = smallest_of_triangles(np.repeat([colour], len(triangles), axis=0), triangles)
-            for node in range(len(tree.first)):
-                set_node_bounds(
-                    np.append(colour, np.hypot(*colour[1:])), index.centre, tree, node, found, *WORK
-                )
-                for child in range(WIDTH):
-                    held = faces_below(tree, node, child)
-                    assert np.isfinite(found[MIDDLE * WIDTH + child]) == (len(held) > 0)
-                    if held:
-                        bound = np.sqrt(2 * max(found[BOUND * WIDTH + child], 0))
-                        assert bound <= least[held].min() + 1e-9
-                        tight += bound > 0.8 * least[held].min()
-        assert tight > 1000
-
-
-def faces_below(tree, node, child):
-    """Return the faces of a child of a node."""
-    if tree.cylinders[node, 6 * WIDTH + child] < 0:
-        return []
-    first = tree.first[node]
-    if first < 0:
-        return [tree.faces[~first + child]]
-    row = first + child
-    return [face for each in range(WIDTH) for face in faces_below(tree, row, each)]
-
 
 def surface(level, count):
     """Return points of all faces, so dense that `count` are on an edge."""
@@ -215,11 +180,6 @@ class TestNearestCiede2000:
                 other /= other.sum(axis=1, keepdims=True)
                 near = np.einsum("nc,ncx->nx", other, corners)
                 assert (delta_e_2000(colours, near) >= found.distance - 1e-6).all()
-
-    def test_of_points_of_the_surface_is_zero(self, rough):
-        level = rough(34, 100, 0.2)
-        points = surface(level, 3)[::40]
-        assert nearest_ciede2000(points, level).distance.max() < 1e-5
 
     def test_order_of_the_rows_does_not_matter(self, rough):
         index = build_index(*rough(37, 200, 0.2))

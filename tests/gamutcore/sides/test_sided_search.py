@@ -51,18 +51,6 @@ def test_levels_keep_their_limits_and_looser_limits_have_no_more_triangles(histo
 
 
 @pytest.mark.parametrize("side", SIDES)
-@pytest.mark.slow
-def test_the_order_of_the_questions_does_not_matter(small_history, side):
-    for limits in (LIMITS, LIMITS[::-1]):
-        search = SidedSearch(small_history.triangles, side)
-        answers = {each: search.find(small_history, each) for each in limits}
-        assert answers == {
-            each: SidedSearch(small_history.triangles, side).find(small_history, each)
-            for each in limits
-        }
-
-
-@pytest.mark.parametrize("side", SIDES)
 def test_the_curve_bounds_all_finer_levels(small_history, side):
     search = SidedSearch(small_history.triangles, side)
     assert search.known_curve is None
