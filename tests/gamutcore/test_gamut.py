@@ -65,12 +65,6 @@ class TestFile:
             assert read.history.level(triangles) == fogra39_gamut.history.level(triangles)
         assert read.to_bytes() == fogra39_gamut.to_bytes()
 
-    def test_the_description_is_read_without_the_arrays(self, small_gamut, tmp_path):
-        path = tmp_path / "gamut"
-        data = small_gamut.to_bytes()
-        path.write_bytes(data[: 8 + int.from_bytes(data[:8], "little")])
-        assert read_description(path) == small_gamut.description
-
     @pytest.mark.parametrize(
         "metadata",
         [
@@ -242,21 +236,3 @@ class TestContains:
         with pytest.raises(OptionError) as caught:
             small_gamut.contains((50, 0, 0), space="sRGBB")
         assert "Did you mean 'sRGB'?" in caught.value.remedy
-
-
-class TestMemory:
-    def test_indexes_count_and_are_bounded(self, small_gamut):
-        gamut = Gamut.from_bytes(small_gamut.to_bytes())
-        gamut.contains((50, 0, 0), max_error=0)
-        assert gamut.nbytes == gamut.history.nbytes + gamut.levels.nbytes
-        one = gamut.levels.nbytes
-        assert one > 0
-        gamut.levels.capacity = one + 1
-        for triangles in range(10, 40, 2):
-            gamut.contains((50, 0, 0), triangles=triangles)
-            assert 0 < gamut.levels.nbytes <= gamut.levels.capacity
-
-    def test_the_default_level_follows_the_scale_of_the_space(self):
-        for scale in (1.0, 100.0):
-            gamut = Gamut(OCTAHEDRON, space="Oklab", scale=scale)
-            assert gamut.default_error == pytest.approx(0.001 * scale, rel=1e-3)

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial import ConvexHull
 
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import intersection_volume, mismatch
-from gamutcore.metric.distance_bound import SLACK, make_surface
-from gamutcore.metric.radial_overlay import compare_surfaces, radial_difference
+from gamutcore.metric.distance_bound import SLACK
+from gamutcore.metric.radial_overlay import radial_difference
 
 CENTRE = (50.0, 0.0, 0.0)
 
@@ -22,6 +23,12 @@ def turned(mesh, seed, centre=CENTRE):
     turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
     turn *= np.linalg.det(turn)
     return TriangleMesh((mesh.vertices.astype(float) - centre) @ turn.T + centre, mesh.faces)
+
+
+STEPS = np.array([(i, j) for i in range(100) for j in range(100 - i)])
+UPPER = np.vstack([STEPS + 1 / 3, STEPS[STEPS.sum(axis=1) < 99] + 2 / 3]) / 100
+MIDDLES = np.column_stack([1 - UPPER.sum(axis=1), UPPER])
+"""Weights of the middles of 10,000 small triangles of equal area."""
 
 
 class TestVolume:
@@ -78,36 +85,35 @@ class TestVolume:
             assert distances.maximum == pytest.approx(0, abs=1e-6)
 
 
-def test_a_level_stands_for_the_full_boundary(small_history, distances_to, sampled):
-    """Bounds by way of a finer level hold, and are tighter than sums of the largest distances."""
-
-    def surface(mesh):
-        position = mesh.vertices.astype(np.float64) - small_history.centre
-        return make_surface(position, mesh.faces.astype(np.int32).ravel())
-
-    def compared(finer, coarser):
-        order = np.arange(len(finer.position), dtype=np.int32)
-        return compare_surfaces(finer, coarser, order, np.zeros(len(order), np.int32))
-
-    full, middle = small_history.full(), small_history.level(80)
-    _, off = compared(surface(full), surface(middle))
-    random = np.random.default_rng(0)
-    for face, most in zip(middle.faces, off, strict=True):
-        points = random.dirichlet(np.ones(3), 10) @ middle.vertices[face].astype(np.float64)
-        assert distances_to(points, full).max() <= most + 1e-9
-    for count in (8, 20, 40):
-        mesh = small_history.level(count)
-        found, _ = compared(surface(middle)._replace(deviation=off), surface(mesh))
-        alone, _ = compared(surface(middle), surface(mesh))
-        assert found.difference == alone.difference
-        there = distances_to(np.vstack([full.vertices, sampled(full, 500)]), mesh).max()
-        back = distances_to(np.vstack([mesh.vertices, sampled(mesh, 500)]), full).max()
-        most = SLACK * off.max()
-        assert there <= found.from_reference.maximum <= alone.from_reference.maximum + most
-        assert back <= found.to_reference.maximum <= alone.to_reference.maximum + most
-
-
 class TestDistances:
+    @pytest.mark.parametrize("seed", range(3))
+    def test_means_are_those_of_many_small_triangles(self, seed):
+        """Distances along rays, projected on the normal of the face that a ray meets."""
+        random = np.random.default_rng(seed)
+        corners = np.vstack([np.eye(3), -np.eye(3)])
+        faces = ConvexHull(corners).simplices
+        faces[np.linalg.det(corners[faces]) < 0] = faces[np.linalg.det(corners[faces]) < 0][:, ::-1]
+        one, two = (TriangleMesh(corners * random.uniform(1, 1.5, (6, 1)), faces) for _ in "ab")
+        two = turned(two, seed, np.zeros(3))
+        found = radial_difference(one, two, np.zeros(3))
+        for mesh, other, distances in (
+            (one, two, found.from_reference),
+            (two, one, found.to_reference),
+        ):
+            planes = np.linalg.solve(other.vertices[other.faces], np.ones((8, 3, 1)))[..., 0]
+            inverse = np.linalg.inv(other.vertices[other.faces].transpose(0, 2, 1))
+            total = area = 0.0
+            for triangle in mesh.vertices[mesh.faces]:
+                points = MIDDLES @ triangle
+                cone = np.einsum("fij,nj->nfi", inverse, points).min(axis=2).argmax(axis=1)
+                normal = planes[cone]
+                away = abs((normal * points).sum(axis=1) - 1) / np.linalg.norm(normal, axis=1)
+                size = np.linalg.norm(
+                    np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
+                )
+                total, area = total + size * away.mean(), area + size
+            assert distances.mean == pytest.approx(total / area, rel=1e-3)
+
     @pytest.mark.parametrize("ratio", [0.7, 1.3])
     def test_of_similar_convex_bodies(self, icosphere, ratio):
         """Planes at distance m move by |ratio − 1| m; the area-weighted mean of m is 3 V ÷ A.

@@ -14,7 +14,6 @@ from gamutcore.metric.distance_bound import (
     raise_bound,
     squared_distance,
 )
-from gamutcore.metric.integrals import CAPACITY, empty_queue, integrate, push
 
 coordinates = st.floats(-100, 100, allow_subnormal=False).map(lambda value: round(value, 3))
 
@@ -82,57 +81,3 @@ class TestRaiseBound:
         found = distances_to(np.vstack([triangle, shares @ triangle]), mesh).max()
         assert found <= upper * (1 + 1e-9)
         assert lower <= upper
-
-
-def by_subdivision(corners, parts=400):
-    """The three integrals from the middles of small triangles, N · p being linear on the whole.
-
-    At N · p = 1 ÷ t the other surface is t times as far away: volumes and areas are t³ times those
-    at the triangle, the heights of all cones over one plane being the same.
-    """
-    steps = np.arange(parts)
-    u, v = (grid.ravel() for grid in np.meshgrid(steps, steps))
-    inside = u + v < parts
-    first = np.stack([u, v], axis=1)[inside] + 1 / 3
-    second = np.stack([u, v], axis=1)[u + v < parts - 1] + 2 / 3
-    middles = np.vstack([first, second]) / parts
-    one, two, three = corners
-    d = one + middles @ (two - one, three - one)
-    t = 1 / (1 + d)
-    return abs(1 - t**3).mean(), abs(d).mean(), (t**3 * abs(t - 1)).mean()
-
-
-def integrals_of(triangles):
-    waiting = empty_queue()
-    for number, corners in enumerate(triangles):
-        push(waiting, number, 0, corners, (1.0, 1.0, 1.0), 1.0)
-    integrate(waiting, len(triangles))
-    return waiting.integral.reshape(3, CAPACITY)[:, : len(triangles)].T
-
-
-class TestDifferences:
-    @pytest.mark.parametrize("size", [1e-3, 0.05, 0.5])
-    @pytest.mark.parametrize("signs", [(1, 1, 1), (-1, 1, 1), (1, -1, 1), (1, 1, -1)])
-    def test_are_those_of_many_small_triangles(self, size, signs):
-        corners = size * np.array(signs) * (0.4, 1.0, 0.7)
-        for turned in (corners, -corners):
-            (found,) = integrals_of([tuple(turned)])
-            # 160,000 small triangles, of 1 ÷ 400 of the length: errors of the order of the square
-            np.testing.assert_allclose(found, by_subdivision(turned), rtol=1e-4)
-
-    def test_do_not_depend_on_which_corner_is_the_first(self):
-        random = np.random.default_rng(2)
-        corners = random.uniform(-0.3, 0.5, (60, 3))
-        expected = integrals_of([tuple(row) for row in corners])
-        for turn in (1, 2):
-            found = integrals_of([tuple(row) for row in np.roll(corners, turn, axis=1)])
-            np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-14)
-
-    def test_have_closed_forms_between_similar_triangles(self):
-        """Parallel to the face at N · p = 1 + d: t = 1 ÷ (1 + d) everywhere."""
-        for d in (-0.5, 0.25, 3.0):
-            t = 1 / (1 + d)
-            ((gap, mean, back),) = integrals_of([(d, d, d)])
-            assert gap == pytest.approx(abs(1 - t**3))
-            assert mean == pytest.approx(abs(d))
-            assert back == pytest.approx(t**3 * abs(t - 1))

@@ -145,17 +145,3 @@ def test_published_coverage_of_rgb_spaces(full):
     # Display P3 in BT.2020
     found = compare(full("display-p3")[1], full("bt2020")[1])
     assert found.a_covers_b == pytest.approx(0.6640, abs=3e-4)
-
-
-@pytest.mark.slow
-def test_large_levels_are_what_manifold_says(fogra39_gamut, full):
-    mesh, index = full("srgb")
-    press = fogra39_gamut.history.full()
-    level = press.vertices, press.faces, fogra39_gamut.history.centre
-    expected = intersection_volume(press, mesh)
-    assert compare(level, index).intersection == pytest.approx(expected, rel=1e-9)
-    coarse = fogra39_gamut.level(1000)
-    level = coarse.vertices, coarse.faces, fogra39_gamut.history.centre
-    expected = intersection_volume(coarse, press)
-    found = compare(level, (press.vertices, press.faces, fogra39_gamut.history.centre))
-    assert found.intersection == pytest.approx(expected, rel=1e-9)

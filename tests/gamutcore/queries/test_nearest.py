@@ -124,20 +124,6 @@ class TestNearest:
             int(np.flatnonzero((faces == vertex).any(axis=1))[0]) for vertex in range(8)
         ]
 
-    @pytest.mark.slow
-    def test_of_a_press_is_what_trimesh_says(self, fogra39_gamut):
-        import trimesh
-
-        level = fogra39_gamut.level(20_000)
-        low, high = level.bounds
-        points = np.random.default_rng(4).uniform(
-            1.5 * low - 0.5 * high, 1.5 * high - 0.5 * low, (200, 3)
-        )
-        mesh = trimesh.Trimesh(level.vertices.astype(np.float64), level.faces, process=False)
-        _, expected, _ = trimesh.proximity.closest_point_naive(mesh, points)
-        found = nearest(points, (level.vertices, level.faces, fogra39_gamut.history.centre))
-        np.testing.assert_allclose(found.distance, expected, rtol=1e-9)
-
     def test_takes_levels_and_points_of_any_size(self, cube):
         vertices, faces, centre = cube[0].astype(np.float64), *cube[1:]
         for size in (1e-30, 1e30, 1e50):
