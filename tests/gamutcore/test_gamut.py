@@ -231,8 +231,3 @@ class TestContains:
             small_gamut.contains(colours)
         assert caught.value.where.get("row") == row
         assert caught.value.remedy
-
-    def test_an_unknown_space_is_named_with_a_near_match(self, small_gamut):
-        with pytest.raises(OptionError) as caught:
-            small_gamut.contains((50, 0, 0), space="sRGBB")
-        assert "Did you mean 'sRGB'?" in caught.value.remedy

@@ -68,6 +68,14 @@ class TestNearest:
 
 
 class TestNearestByCiede2000:
+    def test_is_better_than_the_euclidean_nearest(self, cube, colours):
+        outside = colours[~cube.contains(colours)]
+        best, euclidean = (cube.nearest(outside, metric=m) for m in ("CIE 2000", "CIE 1976"))
+        assert (best.delta_e <= euclidean.delta_e + 1e-6).all()
+        assert (best.distance >= euclidean.distance - 1e-6).all()
+        assert best.delta_e.mean() < 0.99 * euclidean.delta_e.mean()
+        assert np.abs(cube.distance(best.points)).max() < 1e-3
+
     def test_is_defined_in_cielab(self):
         other = Gamut(CUBE, gamma=1, space="Oklab")
         with pytest.raises(OptionError, match="Oklab"):

@@ -56,11 +56,6 @@ class TestSlice:
             assert area(polygon[:, 1:]) == pytest.approx(40**2, rel=1e-5)
         assert cube.slice(L=90).polygons == []
 
-    def test_by_any_plane(self, cube):
-        (polygon,) = cube.slice(plane=(0, 1, 0, 10)).polygons
-        np.testing.assert_allclose(polygon[:, 1], 10)
-        assert abs(area(polygon[:, [0, 2]])) == pytest.approx(40**2, rel=1e-5)
-
     def test_lightness_is_the_second_axis_of_xyz(self):
         gamut = Gamut(CUBE, gamma=1, space="CIEXYZ")
         (polygon,) = gamut.slice(L=0.2).polygons

@@ -158,3 +158,9 @@ def test_compare(command, as_json, cubes):
 def test_plot(command, cubes, tmp_path):
     command("plot", cubes / "large.gamut", "-o", tmp_path / "large.png")
     assert (tmp_path / "large.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_plot_without_matplotlib_says_what_to_install(command, cubes, tmp_path, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
+    _, err = command("plot", cubes / "large.gamut", "-o", tmp_path / "large.png", status=1)
+    assert "gamut-boundary-service[plot]" in err

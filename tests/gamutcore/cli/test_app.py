@@ -55,6 +55,8 @@ class TestForms:
         shown = json.loads(command("info", saved, "--json")[0])
         command("info", saved, "-o", tmp_path / "facts.json")
         assert json.loads((tmp_path / "facts.json").read_text()) == shown
+        command("info", saved, "-o", tmp_path / "facts.csv")
+        assert (tmp_path / "facts.csv").read_text().count("\n") == 2
         command("reference", "-o", tmp_path / "all.csv")
         assert (tmp_path / "all.csv").read_text().startswith("slug,")
         command("reference", "--json", "--csv", status=2)

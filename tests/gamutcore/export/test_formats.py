@@ -36,21 +36,6 @@ class TestStl:
 
 
 class TestObj:
-    @staticmethod
-    def rows(data, letter):
-        lines = data.decode("ascii").splitlines()
-        return [line.split()[1:] for line in lines if line.split()[:1] == [letter]]
-
-    def test_positions_are_bit_equal_and_faces_the_same(self, level, provenance):
-        data = mesh_file(level, "obj", provenance)
-        vertices = np.array(self.rows(data, "v"), float)
-        np.testing.assert_array_equal(vertices[:, :3].astype(np.float32), level.vertices)
-        faces = np.array(
-            [[part.split("/")[0] for part in row] for row in self.rows(data, "f")], int
-        )
-        np.testing.assert_array_equal(faces - 1, level.faces)
-        assert not self.rows(data, "vn")
-
     def test_trimesh_reads_it_back(self, level, provenance):
         read = trimesh.load(
             io.BytesIO(mesh_file(level, "obj", provenance)),

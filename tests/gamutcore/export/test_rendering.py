@@ -9,7 +9,7 @@ from PIL import Image
 from gamutcore.colours.spaces import SPACES, ColourSpace
 from gamutcore.colours.spaces.srgb import linear_srgb
 from gamutcore.errors import OptionError
-from gamutcore.export.rendering import mesh_picture, raster
+from gamutcore.export.rendering import mesh_picture
 from gamutcore.export.rendering.raster import rasterise
 from gamutcore.export.rendering.scene import VIEWS, camera, scene_triangles
 from gamutcore.mesh import TriangleMesh
@@ -33,15 +33,6 @@ def test_coverage_is_the_area(order):
     assert pixels[..., 0].sum() == pytest.approx(pixels[..., 3].sum())
 
 
-def test_colours_are_interpolated_linearly():
-    corners = triangle((0, 0, 0), (64, 0, 0), (0, 64, 0))
-    colours = np.array([[(0, 0, 1), (1, 0, 1), (0, 1, 1)]], np.float32)
-    pixels = rasterise(corners, colours, 64, 1)
-    for row, column in ((0, 0), (10, 20), (30, 5)):
-        expected = ((column + 0.5) / 64, (row + 0.5) / 64, 1, 1)
-        np.testing.assert_allclose(pixels[row, column], expected, atol=1e-6)
-
-
 @pytest.mark.parametrize("first", [0, 1])
 def test_the_higher_of_two_is_seen(first):
     low = triangle((0, 0, 1), (64, 0, 1), (0, 64, 1))
@@ -60,14 +51,6 @@ def test_neighbours_leave_no_gap():
     middle = np.full((37, 3), 31.37)
     corners = np.stack([middle, rim[:-1], rim[1:]], axis=1)
     assert (rasterise(corners, plain((1, 1, 1), 37), 64, 3)[..., 3] == 1).all()
-
-
-def test_bands_do_not_change_the_picture(monkeypatch):
-    rng = np.random.default_rng(5)
-    corners, colours = rng.uniform(-10, 74, (50, 3, 3)), rng.random((50, 3, 3), np.float32)
-    whole = rasterise(corners, colours, 64, 2)
-    monkeypatch.setattr(raster, "BAND_SAMPLES", 64 * 4 * 5)
-    np.testing.assert_array_equal(rasterise(corners, colours, 64, 2), whole)
 
 
 def test_views_are_what_their_names_say():

@@ -106,14 +106,6 @@ class TestRingsSvg:
         assert bands[4, 5, 0] > bands[4, 5, 1] + 40  # red at about 30°
         assert (np.diff(bands.mean(axis=(1, 2))) > 0).all()  # lighter outwards
 
-    def test_a_reference_is_dashed_and_explained(self):
-        radius = np.full((10, 360), 450.0)
-        data = self.rings(
-            reference_radius=radius, intersection_radius=radius / 2, names=("", "Display P3")
-        )
-        assert {"Display P3", "intersection"} <= set(texts(data))
-        assert data.count(b"stroke-dasharray") == 4
-
     @pytest.mark.parametrize("sectors", [1, 2, 4, 100, 720])
     def test_one_ring_of_few_or_many_sectors_is_round(self, sectors):
         hues = (np.arange(sectors) + 0.5) * 360 / sectors

@@ -78,14 +78,6 @@ def test_an_edit_of_the_kernel_makes_its_entry_stale(module):
     assert hits(again) == 0
 
 
-def test_an_edit_of_a_comment_does_not(module):
-    module().double(np.ones(2))
-    module.path.write_text('"""Made up."""\n' + SOURCE.replace("@kernel", "# a kernel\n@kernel"))
-    again = module().double
-    np.testing.assert_array_equal(again(np.ones(2)), 2.0)
-    assert hits(again) == 1
-
-
 @pytest.mark.slow
 def test_is_read_where_it_cannot_be_written(module, tmp_path, monkeypatch):
     module().double(np.ones(2))

@@ -39,25 +39,6 @@ def test_sums_are_not_reordered_nor_nan_assumed_away(decorator):
     assert rounding(np.nan, 1.0)[1]
 
 
-@DECORATORS
-@pytest.mark.slow
-def test_one_function_serves_python_and_kernels(decorator):
-    @decorator
-    def square(x):
-        return x * x
-
-    @kernel
-    def squares(values):
-        result = np.empty_like(values)
-        for index in range(len(values)):
-            result[index] = square(values[index])
-        return result
-
-    assert square(3.0) == 9.0
-    np.testing.assert_array_equal(squares(np.arange(4.0)), [0.0, 1.0, 4.0, 9.0])
-    assert square(4) == 16
-
-
 @pytest.mark.slow
 def test_chains_of_calls_and_of_numbas_own_functions_are_linked():
     @leaf_kernel
