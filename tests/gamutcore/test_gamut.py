@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes
 from PIL import ImageCms
 
+import gamutcore
 from gamutcore import Gamut, Options
 from gamutcore.errors import (
     GamutError,
@@ -231,3 +232,28 @@ class TestContains:
             small_gamut.contains(colours)
         assert caught.value.where.get("row") == row
         assert caught.value.remedy
+
+
+def test_indexes_count_and_are_bounded(small_gamut):
+    gamut = Gamut.from_bytes(small_gamut.to_bytes())
+    gamut.contains((50, 0, 0), max_error=0)
+    assert gamut.nbytes == gamut.history.nbytes + gamut.levels.nbytes
+    one = gamut.levels.nbytes
+    assert one > 0
+    gamut.levels.capacity = one + 1
+    for triangles in range(10, 40, 2):
+        gamut.contains((50, 0, 0), triangles=triangles)
+        assert 0 < gamut.levels.nbytes <= gamut.levels.capacity
+
+
+def test_repr_is_one_line(small_gamut):
+    text = repr(small_gamut)
+    assert "\n" not in text
+    assert "CIELAB" in text
+    assert small_gamut.id[:12] in text
+
+
+def test_public_names_are_imported_on_first_use():
+    assert {"Gamut", "Options", "reference"} <= set(dir(gamutcore))
+    with pytest.raises(AttributeError, match="gamuts"):
+        _ = gamutcore.gamuts

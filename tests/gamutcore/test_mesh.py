@@ -142,6 +142,9 @@ class TestConstruction:
         assert caught.value.where == {"field": field}
         assert caught.value.remedy
 
+    def test_integers_become_coordinates(self):
+        assert TriangleMesh(CORNERS.astype(int), FACES).vertices.dtype == np.float64
+
     def test_equality_is_that_of_the_arrays(self, tetrahedron):
         assert tetrahedron == TriangleMesh(CORNERS, FACES)
         assert tetrahedron != TriangleMesh(CORNERS + 1, FACES)

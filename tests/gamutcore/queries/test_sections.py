@@ -145,6 +145,15 @@ class TestHueLeaf:
         assert abs(found.points @ axes[2]).max(initial=0) < 1e-9
         assert_on_surface((vertices, faces, centre), found)
 
+    def test_need_not_contain_the_axis(self, cube):
+        vertices, faces, centre = cube
+        shift = np.array([50, 0, 9])
+        level = vertices + shift, faces, centre + shift
+        assert hue_leaf(level, 270).polygons == []
+        (polygon,) = hue_leaf(level, 90).polygons
+        assert polygon[:, 2].min() == pytest.approx(8)
+        assert area(np.hypot(*polygon.T[1:]), polygon[:, 0]) == pytest.approx(4)
+
     def test_a_dent_gives_one_polygon_along_two_parts_of_the_axis(self):
         vertices, faces, centre = ring_with_a_dent()
         # beside the axis, the dent splits the leaf; its ends lie on the axis
