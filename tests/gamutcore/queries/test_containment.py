@@ -60,6 +60,16 @@ class TestContains:
         assert contains(points, level).tolist() == expected
         assert 0 < sum(expected) < 40
 
+    def test_near_such_a_centre_on_the_planes_between_cones(self, cube, exact_inside):
+        """The points are exact: 2⁻¹² of the way to the vertices and to middles of edges."""
+        vertices, faces, _ = cube
+        centre = np.array([1 - 2.0**-20, 0.25, 0.25])
+        ends = np.vstack([vertices, (vertices[faces] + vertices[np.roll(faces, 1, 1)])[:, 0] / 2])
+        points = centre + 2.0**-12 * (ends - centre)
+        level = vertices, faces, centre
+        assert all(exact_inside(point, level) for point in points)
+        assert contains(points, level).all()
+
     def test_of_a_fine_sphere_is_a_comparison_of_radii(self, rough):
         vertices, faces, centre = rough(9, 3000, 0.0)
         random = np.random.default_rng(1)
