@@ -3,8 +3,7 @@
 import itertools
 
 import numpy as np
-import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
@@ -26,23 +25,6 @@ def brute_force(faces):
     return result
 
 
-def test_corners_of_a_face_follow_each_other():
-    for face in range(5):
-        corners = [3 * face, 3 * face + 1, 3 * face + 2]
-        assert [following(corner) for corner in corners] == [corners[1], corners[2], corners[0]]
-        assert [preceding(corner) for corner in corners] == [corners[2], corners[0], corners[1]]
-
-
-@settings(max_examples=20)
-@given(seed=st.integers(0, 10**6))
-def test_opposite_corners_of_boundaries(random_cloud, seed):
-    faces = modified_convex_hull(random_cloud(seed, 25)).mesh.faces
-    opposite = opposite_corners(faces, 25)
-    assert opposite.dtype == np.int32
-    assert opposite.tolist() == brute_force(faces.tolist())
-    assert (opposite[opposite] == np.arange(len(opposite))).all()
-
-
 @given(
     st.lists(st.permutations(range(5)).map(lambda order: tuple(order[:3])), min_size=1, max_size=8)
 )
@@ -50,13 +32,6 @@ def test_opposite_corners_of_anything(faces):
     """An edge without a counterpart, or with several, has no opposite corner."""
     opposite = opposite_corners(np.array(faces, np.int32), 5)
     assert opposite.tolist() == brute_force(faces)
-
-
-@pytest.mark.parametrize("face", range(4))
-def test_an_open_tetrahedron_has_three_corners_without_an_opposite(face):
-    tetrahedron = np.array([(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)], np.int32)
-    assert (opposite_corners(tetrahedron, 4) >= 0).all()
-    assert (opposite_corners(np.delete(tetrahedron, face, axis=0), 4) < 0).sum() == 3
 
 
 def test_swinging_goes_once_round_a_vertex(random_cloud):

@@ -4,20 +4,12 @@ import threading
 
 import pytest
 
-from gamutcore.errors import OptionError, TriangleCountError
 from gamutcore.levels import GamutLevels
 
 
 @pytest.fixture
 def levels(small_gamut):
     return GamutLevels(small_gamut.history, small_gamut.description)
-
-
-def test_a_level_of_a_limit_keeps_it_and_says_so(levels):
-    for limit in (0.5, 1.0, 3.0):
-        level = levels.indexed(max_error=limit)
-        assert level.max_error <= limit
-    assert levels.indexed(max_error=0.0).triangles == levels.indexed(max_error=0).triangles
 
 
 def test_a_count_has_its_bound_where_it_is_known(levels, small_gamut):
@@ -28,14 +20,6 @@ def test_a_count_has_its_bound_where_it_is_known(levels, small_gamut):
     by_count.indexed(triangles=count)
     assert by_count.indexed(max_error=1.0).max_error <= 1.0
     assert levels.indexed(triangles=small_gamut.history.triangles).max_error == 0.0
-
-
-def test_limits_and_counts_that_are_none(levels):
-    for limit in (-1.0, float("nan"), "0.5", True):
-        with pytest.raises(OptionError):
-            levels.indexed(max_error=limit)
-    with pytest.raises(TriangleCountError):
-        levels.indexed(triangles=2)
 
 
 def test_a_kept_level_is_the_same_object(levels):

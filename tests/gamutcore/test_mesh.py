@@ -7,20 +7,57 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.errors import MeshError
-from gamutcore.mesh import TriangleMesh
+from gamutcore.mesh import DeviceValues, TriangleMesh
 
 CORNERS = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)], float)
 FACES = np.array([(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)])
 
 
+FLAT = np.vstack([[(CORNERS[1] + CORNERS[2]) / 2], CORNERS[1:]])
+TORUS = trimesh.creation.torus(2.0, 0.5, major_sections=12, minor_sections=8)
+FAULTS = {
+    "a hole": (CORNERS, FACES[1:], {"closed": False}),
+    "a turned face": (CORNERS, np.vstack([FACES[:1, ::-1], FACES[1:]]), {"closed": False}),
+    "a torus": (
+        np.asarray(TORUS.vertices),
+        np.asarray(TORUS.faces),
+        {"closed": True, "manifold": True, "connected": True, "euler_characteristic": 0},
+    ),
+    "two pieces": (
+        np.vstack([CORNERS, CORNERS + 9]),
+        np.vstack([FACES, FACES + 4]),
+        {"closed": True, "manifold": True, "connected": False},
+    ),
+    "a shared vertex": (  # all edges are manifold, the vertex is not
+        np.vstack([CORNERS, 2 - CORNERS[1:]]),
+        np.vstack([FACES, np.where(FACES == 0, 0, FACES + 3)]),
+        {"closed": True, "manifold": False},
+    ),
+    "an unused vertex": (
+        np.vstack([CORNERS, [(9, 9, 9)]]),
+        FACES,
+        {"closed": True, "manifold": False},
+    ),
+    "a face twice": (CORNERS, np.vstack([FACES, FACES[:1]]), {"duplicate_faces": 1}),
+    "a face and its back": (
+        CORNERS[:3],
+        np.array([(0, 1, 2), (0, 2, 1)]),
+        {"closed": True, "duplicate_faces": 1},
+    ),
+    "a corner twice": (
+        CORNERS,
+        np.vstack([[(0, 0, 2)], FACES[1:]]),
+        {"degenerate_faces": 1},
+    ),
+    "no area": (FLAT, FACES, {"closed": True, "degenerate_faces": 1}),
+    "not a number": (np.where(CORNERS > 0, CORNERS, np.nan), FACES, {"finite": False}),
+    "infinite": (np.where(CORNERS > 0, CORNERS, np.inf), FACES, {"finite": False}),
+}
+
+
 @pytest.fixture
 def tetrahedron():
     return TriangleMesh(CORNERS.copy(), FACES.copy())
-
-
-def torus():
-    body = trimesh.creation.torus(2.0, 0.5, major_sections=12, minor_sections=8)
-    return TriangleMesh(np.asarray(body.vertices), np.asarray(body.faces))
 
 
 class TestMeasures:
@@ -47,23 +84,40 @@ class TestMeasures:
         away = TriangleMesh(CORNERS + 1e6, FACES)
         assert away.volume == pytest.approx(tetrahedron.volume, rel=1e-12)
 
-    def test_volume_of_a_mesh_turned_inside_out_is_negative(self, tetrahedron):
-        turned = TriangleMesh(CORNERS, FACES[:, ::-1])
-        assert turned.volume == pytest.approx(-tetrahedron.volume)
-
-    def test_float32_is_measured_in_double_precision(self, icosphere):
-        mesh = icosphere(4, 50.0, (50.0, 0.0, 0.0))
-        double = TriangleMesh(mesh.vertices.astype(float), mesh.faces)
-        assert mesh.volume == double.volume
-        assert mesh.area == double.area
-        np.testing.assert_array_equal(
-            mesh.determinants((50, 0, 0)), double.determinants((50, 0, 0))
-        )
-
     def test_nothing_has_no_volume(self):
         nothing = TriangleMesh(np.empty((0, 3)), np.empty((0, 3), int))
         assert (nothing.volume, nothing.area, nothing.triangles) == (0.0, 0.0, 0)
         assert not nothing.validity((0, 0, 0)).is_gamut
+
+
+class TestDeviceValues:
+    """One row for each vertex, with values from 0 to 1."""
+
+    def test_have_a_row_for_each_vertex(self):
+        device = DeviceValues(("C", "M"), np.zeros((4, 2)))
+        assert TriangleMesh(CORNERS, FACES, device).device is device
+        with pytest.raises(MeshError, match="3 rows for 4 vertices"):
+            TriangleMesh(CORNERS, FACES, DeviceValues(("C", "M"), np.zeros((3, 2))))
+
+    @pytest.mark.parametrize(
+        ("channels", "values"),
+        [
+            (("C",), np.zeros((4, 2))),
+            ((), np.zeros((4, 0))),
+            (("C",), np.zeros(4)),
+            (("C",), np.zeros((4, 1), int)),
+            *((("C",), np.full((4, 1), value)) for value in (1.001, -0.001, np.nan)),
+        ],
+    )
+    def test_of_other_shapes_and_ranges_are_refused(self, channels, values):
+        with pytest.raises(MeshError):
+            DeviceValues(channels, values)
+
+    def test_make_meshes_differ(self):
+        one, other = (DeviceValues(("C",), np.full((4, 1), value)) for value in (0.25, 0.5))
+        assert TriangleMesh(CORNERS, FACES, one) == TriangleMesh(CORNERS, FACES, one)
+        for device in (other, DeviceValues(("M",), one.values), None):
+            assert TriangleMesh(CORNERS, FACES, one) != TriangleMesh(CORNERS, FACES, device)
 
 
 class TestConstruction:
@@ -115,90 +169,20 @@ class TestValidity:
         assert not validity.star_shaped
         assert not validity.is_gamut
 
-    def test_of_a_centre_outside(self, tetrahedron):
-        validity = tetrahedron.validity((2, 2, 2))
+    @pytest.mark.parametrize("centre", [(2, 2, 2), CORNERS[:3].mean(axis=0) * (1 + 1e-9)])
+    def test_a_centre_outside_or_on_a_face_does_not_see_all(self, tetrahedron, centre):
+        validity = tetrahedron.validity(centre)
         assert validity.is_sphere
         assert not validity.star_shaped
 
-    def test_of_a_centre_on_a_face(self, tetrahedron):
-        assert not tetrahedron.validity(CORNERS[:3].mean(axis=0) * (1 + 1e-9)).star_shaped
-
-    def test_of_a_hole(self, icosphere):
-        mesh = icosphere(1)
-        validity = TriangleMesh(mesh.vertices, mesh.faces[1:]).validity((0, 0, 0))
-        assert not validity.closed
-        assert not validity.is_sphere
-
-    def test_of_a_flipped_face(self, icosphere):
-        mesh = icosphere(1)
-        mesh.faces[5] = mesh.faces[5, ::-1]
-        assert not mesh.validity().closed
-
-    def test_of_a_torus(self):
-        validity = torus().validity()
-        assert validity.closed
-        assert validity.manifold
-        assert validity.connected
-        assert validity.euler_characteristic == 0
-        assert not validity.is_sphere
-
-    def test_of_two_pieces(self):
-        both = TriangleMesh(np.vstack([CORNERS, CORNERS + 9]), np.vstack([FACES, FACES + 4]))
-        validity = both.validity()
-        assert validity.closed
-        assert validity.manifold
-        assert not validity.connected
-        assert not validity.is_sphere
-
-    def test_of_two_bodies_that_share_a_vertex(self):
-        """Two tetrahedra that share a vertex: all edges are manifold, the vertex is not."""
-        faces = np.vstack([FACES, np.where(FACES == 0, 0, FACES + 3)])
-        mesh = TriangleMesh(np.vstack([CORNERS, 2 - CORNERS[1:]]), faces)
-        validity = mesh.validity()
-        assert validity.closed
-        assert not validity.manifold
-        assert not validity.is_sphere
-
-    def test_of_an_unused_vertex(self):
-        validity = TriangleMesh(np.vstack([CORNERS, [(9, 9, 9)]]), FACES).validity()
-        assert validity.closed
-        assert not validity.manifold
-        assert not validity.is_sphere
-
-    def test_of_a_face_there_twice(self):
-        validity = TriangleMesh(CORNERS, np.vstack([FACES, FACES[:1]])).validity()
-        assert validity.duplicate_faces == 1
-        assert not validity.closed
-
-    def test_of_a_face_and_its_back(self):
-        """Two faces back to back are closed, but enclose no volume."""
-        validity = TriangleMesh(CORNERS[:3], np.array([(0, 1, 2), (0, 2, 1)])).validity()
-        assert validity.closed
-        assert validity.duplicate_faces == 1
-        assert not validity.is_sphere
-
-    def test_of_a_face_that_names_a_vertex_twice(self):
-        faces = FACES.copy()
-        faces[0] = (0, 0, 2)
-        validity = TriangleMesh(CORNERS, faces).validity()
-        assert validity.degenerate_faces == 1
-        assert not validity.is_sphere
-
-    def test_of_a_face_without_area(self):
-        corners = CORNERS.copy()
-        corners[0] = (corners[1] + corners[2]) / 2
-        validity = TriangleMesh(corners, FACES).validity()
-        assert validity.closed
-        assert validity.degenerate_faces == 1
-        assert not validity.is_sphere
-
-    @pytest.mark.parametrize("value", [np.nan, np.inf])
-    def test_of_numbers_that_are_not_finite(self, tetrahedron, value):
-        tetrahedron.vertices[2, 1] = value
+    @pytest.mark.parametrize("fault", FAULTS)
+    def test_faults_are_named(self, fault):
+        vertices, faces, expected = FAULTS[fault]
         with np.errstate(invalid="ignore"):
-            validity = tetrahedron.validity((0, 0, 0))
-        assert not validity.finite
+            validity = TriangleMesh(vertices, faces).validity((0, 0, 0))
+        assert not validity.is_sphere
         assert not validity.is_gamut
+        assert {name: getattr(validity, name) for name in expected} == expected
 
     @settings(max_examples=60)
     @given(
@@ -222,13 +206,6 @@ class TestValidity:
             assert other.is_volume
             assert other.euler_number == 2
         assert judged.is_sphere == np.array_equal(faces, mesh.faces)
-
-
-def test_trimesh_gets_the_same_arrays(icosphere):
-    mesh = icosphere(2)
-    converted = mesh.to_trimesh()
-    np.testing.assert_array_equal(converted.vertices, mesh.vertices)
-    np.testing.assert_array_equal(converted.faces, mesh.faces)
 
 
 def test_corners_are_relative_to_an_origin(tetrahedron):

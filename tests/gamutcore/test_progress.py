@@ -8,13 +8,6 @@ from gamutcore.building import STAGES
 from gamutcore.progress import report_progress
 
 
-def test_a_callable_gets_the_stages():
-    told = []
-    with report_progress(lambda *stage: told.append(stage)) as report:
-        report("colours", 0.5)
-    assert told == [("colours", 0.5)]
-
-
 def test_nobody_is_told_without_tqdm(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "tqdm.auto", None)
     for progress in (True, False):

@@ -6,12 +6,7 @@ import re
 import pytest
 from packaging.version import Version
 
-import gamutcore
-from gamutcore.version import ALGORITHM_VERSION, __version__
-
-
-def test_the_package_has_it():
-    assert gamutcore.__version__ == __version__
+from gamutcore.version import __version__
 
 
 def test_it_is_a_version_in_its_canonical_form():
@@ -25,8 +20,3 @@ def test_the_installed_distribution_has_it():
     except importlib.metadata.PackageNotFoundError:
         pytest.skip("the package is run from its checkout, not installed")
     assert installed == __version__
-
-
-def test_the_algorithms_version_counts_from_one():
-    assert isinstance(ALGORITHM_VERSION, int)
-    assert ALGORITHM_VERSION >= 1

@@ -122,18 +122,6 @@ def test_linear_light_with_associated_alpha(body, tmp_path):
     assert lab[0, 1:] == pytest.approx([25, 25], abs=0.3)
 
 
-def test_gray_becomes_rgb(body, tmp_path):
-    given = write(
-        tmp_path / "given.png", np.arange(256, dtype=np.uint8)[:, np.newaxis, np.newaxis], "uint8"
-    )
-    body.map_picture(given, tmp_path / "mapped.png", max_error=0)
-    mapped, _ = read(tmp_path / "mapped.png")
-    assert mapped.shape == (256, 1, 3)
-    lightness = lab_of(mapped[:, 0] / 255)[:, 0]
-    assert lightness.min() == pytest.approx(10, abs=0.3)
-    assert lightness.max() == pytest.approx(90, abs=0.3)
-
-
 @pytest.mark.parametrize("name", ["DisplayP3-v4.icc", "sRGB-v2-magic.icc"])
 def test_an_embedded_profile_is_kept_and_used(tmp_path, name):
     """A second mapping moves the colours by steps of 16 bits only."""
@@ -177,6 +165,25 @@ def test_bands_make_no_difference(body, tmp_path, monkeypatch):
     monkeypatch.setattr(raster, "BAND_BYTES", 1000)
     body.map_picture(given, tmp_path / "many.png")
     np.testing.assert_array_equal(read(tmp_path / "one.png")[0], read(tmp_path / "many.png")[0])
+
+
+@pytest.mark.parametrize(
+    ("kind", "suffix"),
+    [("uint16", ".jpg"), ("uint8", ".gif"), ("uint8", ".exr"), ("uint8", ".jpg")],
+)
+def test_what_a_format_cannot_store_is_refused_and_an_earlier_file_kept(
+    body, tmp_path, kind, suffix
+):
+    channels = 4 if (kind, suffix) == ("uint8", ".jpg") else 3
+    given = write(tmp_path / "given.png", np.zeros((8, 8, channels), kind), kind)
+    output = tmp_path / f"mapped{suffix}"
+    output.write_bytes(b"earlier")
+    with pytest.raises(UnsupportedPictureError, match=r"store|written") as told:
+        body.map_picture(given, output)
+    assert "TIFF" in told.value.remedy
+    assert output.read_bytes() == b"earlier"
+    with pytest.raises(OSError, match="nowhere"):
+        body.map_picture(given, tmp_path / "nowhere" / "mapped.png")
 
 
 def test_faults_leave_no_file(body, tmp_path):

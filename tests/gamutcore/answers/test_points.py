@@ -1,10 +1,10 @@
-"""Questions about single colours, on bodies whose answers are known."""
+"""Questions about single colours, mapping among them, on bodies whose answers are known."""
 
 import numpy as np
 import pytest
 
 from gamutcore import Gamut
-from gamutcore.errors import InvalidPointsError, OptionError, TriangleCountError
+from gamutcore.errors import InvalidPointsError, OptionError
 
 CUBE = 20 * (2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1) + (50, 0, 0)
 
@@ -31,9 +31,6 @@ class TestDistance:
         np.testing.assert_allclose(cube.distance(colours), box_distance(colours), atol=1e-3)
         assert cube.distance(colours.reshape(3, 100, 3)).shape == (3, 100)
 
-    def test_agrees_with_contains(self, cube, colours):
-        assert ((cube.distance(colours) <= 0) == cube.contains(colours)).all()
-
     def test_classes_have_a_tolerance(self, cube, colours):
         distance = box_distance(colours)
         expected = np.select([np.abs(distance) <= 3, distance < 0], ["edge", "inside"], "outside")
@@ -42,17 +39,6 @@ class TestDistance:
         assert (found[clear] == expected[clear]).all()
         with pytest.raises(OptionError, match="tolerance"):
             cube.classify(colours, tolerance=-1)
-
-
-class TestLevel:
-    def test_is_chosen_by_count_or_error(self, small_gamut):
-        coarse = small_gamut.distance([(50, 0, 0)], triangles=8)
-        fine = small_gamut.distance([(50, 0, 0)], max_error=0)
-        assert coarse != fine
-        with pytest.raises(TriangleCountError):
-            small_gamut.distance([(50, 0, 0)], triangles=2)
-        with pytest.raises(OptionError):
-            small_gamut.distance([(50, 0, 0)], triangles=8, max_error=1)
 
 
 def test_convert(cube):
@@ -70,11 +56,6 @@ class TestNearest:
         beyond = np.clip(colours, (30, -20, -20), (70, 20, 20))
         np.testing.assert_allclose(found.points[outside], beyond[outside], atol=1e-3)
         assert found.device is None
-
-    def test_points_are_in_the_space_of_the_colours(self, cube):
-        found = cube.nearest([[(50, 35, 90)]], space="LCHab")
-        np.testing.assert_allclose(found.points, [[(50, 20, 90)]], atol=1e-3)
-        np.testing.assert_allclose(found.distance, [[15]], atol=1e-3)
 
     def test_metric_is_named_as_in_colour_science(self, cube):
         near = cube.nearest((50, 30, 0), metric="cie 1976")
@@ -115,9 +96,36 @@ class TestCrossings:
         assert found.offsets.tolist() == [0, 1, 2]
         np.testing.assert_allclose(found.points[1], (50, 20, 90), atol=1e-3)
 
-    def test_errors_name_the_argument(self, cube):
-        with pytest.raises(InvalidPointsError) as caught:
-            cube.crossings((50, 0, 0), (50, 0, np.nan))
-        assert caught.value.where["field"] == "ends"
-        with pytest.raises(OptionError):
-            cube.crossings((50, 0, 0), (50, 0, 50), kind="curve")
+
+def test_colours_come_back_in_their_space(cube):
+    found = cube.map([(50, 35, 90)], "Clip Chroma", space="LCHab")
+    np.testing.assert_allclose(found.points, [(50, 20, 90)], atol=1e-3)
+    focal = cube.map([(50, 40, 0)], "clip-focal", focus=(50, 20, 180), space="LCHab")
+    np.testing.assert_allclose(focal.points, [(50, 20, 0)], atol=1e-3)
+
+
+def test_compression_needs_a_source(cube):
+    with pytest.raises(OptionError, match="source"):
+        cube.map([(50, 0, 0)], "sgck")
+    source = Gamut(1.5 * (CUBE - np.array([50, 0, 0])) + np.array([50, 0, 0]), gamma=1)
+    mapped = cube.map([(50, 28, 0), (50, 0, 0)], "sgck", source=source)
+    assert mapped.points[0, 1] < 28
+    assert cube.contains(mapped.points).all()
+    with pytest.raises(OptionError, match="CIELAB and Oklab"):
+        cube.map([(50, 0, 0)], "sgck", source=Gamut(CUBE, gamma=1, space="Oklab"))
+
+
+@pytest.mark.slow
+def test_device_values_exist_on_the_surface_and_are_linear_in_a_face(fogra39):
+    press = Gamut(fogra39, surface_samples=2000)
+    found = press.map([(50, 0, 0), (50, 110, 0)])
+    assert np.isnan(found.device[0]).all()
+    assert found.device[1, 1] > 0.9  # magenta
+    level = press.level(50)
+    middles = level.vertices.astype(np.float64)[level.faces].mean(axis=1)
+    found = press.nearest(middles, triangles=50)
+    assert (found.triangles, found.device_values) == (50, "interpolated")
+    assert found.channels == ("C", "M", "Y", "K")
+    np.testing.assert_allclose(
+        found.device, level.device.values[level.faces].mean(axis=1), atol=1e-6
+    )

@@ -15,15 +15,6 @@ ROOT = Path(__file__).parents[3]
 INKS = ["C", "M", "Y", "K"]
 
 
-@pytest.fixture(scope="module")
-def cubes(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("cubes")
-    unit = 2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1
-    for name, half in (("large", 20), ("small", 10)):
-        Gamut(half * unit + (50, 0, 0), gamma=1).save(folder / f"{name}.gamut")
-    return folder
-
-
 def rows(text):
     return list(csv.DictReader(io.StringIO(text)))
 
@@ -79,20 +70,44 @@ def test_query_of_a_body_whose_answers_are_known(command, cubes, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "arguments", "space"),
     [
-        ("L,a,b\n50,0\n", "row 1"),
-        ("L,a,b\n50,0,x\n", "row 1"),
-        ("name,use\nA,B\n", "--columns"),
-        ("", "--columns"),
-        ("L,a,b\n50,0,nan\n", "row 0"),
+        ("LAB_L\tLAB_A\tLAB_B\n50\t1\t2\n", (), "CIELAB"),
+        ("name;L*;a*;b*\nx;50,0;1,0;2,0\n", (), "CIELAB"),
+        ("L,C,H\n50,1,2\n", (), "LCHab"),
+        ("R,G,B\n50,1,2\n", ("--colours-in", "sRGB"), "sRGB"),
+        ("one,two,three\n50,1,2\n", ("--columns", "one,two,three"), "CIELAB"),
+        ("J,a,b\n50,1,2\n", ("--columns", "J,a,b", "--colours-in", "CAM16-UCS"), "CAM16-UCS"),
     ],
 )
-def test_tables_without_colours(command, cubes, tmp_path, text, told):
+def test_columns_and_spaces_of_tables(as_json, cubes, monkeypatch, text, arguments, space):
+    """Read from standard input."""
+    gamut = cubes / "large.gamut"
+    monkeypatch.setattr("sys.stdin", io.StringIO(f"# a comment\n{text}\n"))
+    found = as_json("query", "-", "--gamut", gamut, *arguments)
+    expected = Gamut.load(gamut).distance([(50, 1, 2)], space=space)
+    assert found["distance"] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("text", "arguments", "told"),
+    [
+        ("L,a,b\n50,0\n", (), "row 1"),
+        ("L,a,b\n50,0,x\n", (), "row 1"),
+        ("L,a,b\n50,0,1,4\n", (), "4 cells"),
+        ("L,a,b\n50,0,nan\n", (), "row 0"),
+        ("name,use\nA,B\n", (), "--columns"),
+        ("", (), "--columns"),
+        ("L,a,x\n1,2,3\n", ("--columns", "L,a"), "L,a"),
+        ("L,a,x\n1,2,3\n", ("--columns", "L,a,c"), "L,a,c"),
+    ],
+)
+def test_tables_without_colours(command, cubes, tmp_path, text, arguments, told):
     table = tmp_path / "colours.csv"
     table.write_text(text)
-    _, err = command("query", table, "--gamut", cubes / "large.gamut", status=1)
-    assert told in err
+    gamut = cubes / "large.gamut"
+    _, err = command("query", table, "--gamut", gamut, *arguments, status=1)
+    assert told in err.lower() or told in err
 
 
 def test_map(command, cubes, tmp_path):

@@ -1,28 +1,18 @@
 """The program: help, version, completion, exit status, and errors as one line."""
 
+import json
 import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+import typer
 
+from gamutcore.cli.app import app
 from gamutcore.version import __version__
 
-COMMANDS = (
-    "build",
-    "info",
-    "mesh",
-    "export",
-    "reference",
-    "query",
-    "map",
-    "compare",
-    "picture",
-    "plot",
-    "slice",
-    "rings",
-)
+COMMANDS = sorted(typer.main.get_command(app).commands)
 
 
 def test_help_lists_all_commands_with_whole_sentences(command):
@@ -44,6 +34,34 @@ def test_the_version_is_printed(command):
     assert command("--version")[0].strip() == __version__
 
 
+class TestForms:
+    """Results as text, JSON or CSV."""
+
+    def test_text_is_aligned(self, command):
+        lines = command("reference")[0].splitlines()
+        assert len(lines) > 10
+        assert len(set(map(len, lines))) == 1
+
+    def test_missing_numbers_are_empty_cells_and_null(self, as_json, as_rows, cubes):
+        """Beside the axis, most hues have no cusp."""
+        asked = ("export", cubes / "beside.gamut", "--table", "cusps")
+        chroma = as_json(*asked)["chroma"]
+        assert chroma[0] == pytest.approx(70)
+        assert chroma[180] is None
+        cells = [row["chroma"] for row in as_rows(*asked, "--csv")]
+        assert [cell == "" for cell in cells] == [value is None for value in chroma]
+
+    def test_the_suffix_chooses_the_form_and_two_are_refused(self, command, saved, tmp_path):
+        shown = json.loads(command("info", saved, "--json")[0])
+        command("info", saved, "-o", tmp_path / "facts.json")
+        assert json.loads((tmp_path / "facts.json").read_text()) == shown
+        command("info", saved, "-o", tmp_path / "facts.csv")
+        assert (tmp_path / "facts.csv").read_text().count("\n") == 2
+        command("reference", "-o", tmp_path / "all.csv")
+        assert (tmp_path / "all.csv").read_text().startswith("slug,")
+        command("reference", "--json", "--csv", status=2)
+
+
 @pytest.mark.parametrize(
     ("arguments", "status", "told"),
     [
@@ -54,12 +72,13 @@ def test_the_version_is_printed(command):
         (["info"], 2, "GAMUT"),
         (["inform"], 2, "info"),
         (["info", "pyproject.toml"], 1, "gamut: "),
+        (["info", "coated"], 2, "no file of this name"),
     ],
 )
 def test_errors_are_one_line_with_a_remedy(command, arguments, status, told):
     out, err = command(*arguments, status=status)
     assert out == ""
-    assert told in err
+    assert told.lower() in err.lower()
     assert len(err.strip().splitlines()[-1:]) == 1
     assert "Traceback" not in err
 

@@ -1,4 +1,4 @@
-"""Commands about one gamut: files that other programs read, and figures that agree with it."""
+"""Commands about gamuts: files that other programs read, sections, pictures and references."""
 
 import csv
 import io
@@ -65,16 +65,6 @@ def test_export_writes_meshes_by_the_suffix(command, saved, small_gamut, tmp_pat
 
 
 @pytest.mark.slow
-def test_envelopes_are_of_the_full_boundary(command, tmp_path):
-    path = tmp_path / "display.cge"
-    source = "examples/Panasonic-TV.icc"
-    _, err = command("mesh", source, "--surface-samples", 1000, "-o", path)
-    full = Gamut(source, surface_samples=1000).history.triangles
-    assert f"{full} triangles" in err
-    assert path.read_text().count("\n") == 602 + 14
-
-
-@pytest.mark.slow
 def test_export(command, as_json, saved, small_gamut, tmp_path):
     level = small_gamut.mesh(20)
     rows = list(csv.DictReader(io.StringIO(command("export", saved, "--triangles", 20)[0])))
@@ -104,3 +94,60 @@ def test_reference(command, as_json, tmp_path):
     command("reference", "display-p3", "-o", path)
     assert json.loads(path.read_text())["reference"] == "display-p3"
     command("reference", "srbg", status=2)
+
+
+def test_slice(command, as_json, as_rows, cubes, tmp_path):
+    cube = cubes / "large.gamut"
+    corners = as_rows("slice", cube, "--lightness", 50, "--csv")
+    assert {row["L*"] for row in corners} == {"50"}
+    assert max(float(row["a*"]) for row in corners) == pytest.approx(20, abs=1e-3)
+    assert set(as_json("slice", cube, "--hue", 40)["polygon"]) == {1}
+    assert as_json("slice", cube, "--plane", "1,0,0,90")["polygon"] == []
+    command("slice", cube, status=2)
+    command("slice", cube, "--plane", "1,0,x,90", status=2)
+    command("slice", cube, "--plane", "0,1,1,5", "-o", tmp_path / "slice.svg")
+    picture = (tmp_path / "slice.svg").read_bytes()
+    assert picture == Gamut.load(cube).slice_svg(plane=(0, 1, 1, 5))
+
+
+def test_rings(command, as_json, cubes, tmp_path):
+    cube = cubes / "large.gamut"
+    found = as_json("rings", cube, "--sectors", 4)
+    outer = np.array(found["radius"])[-4:]
+    assert (np.pi * outer**2).mean() == pytest.approx(40**3, rel=1e-4)
+    both = as_json("rings", cube, "--reference", cube, "--sectors", 4)
+    assert both["reference_radius"] == pytest.approx(both["radius"])
+    command("rings", cube, "--sectors", 4, "-o", tmp_path / "rings.svg")
+    assert (tmp_path / "rings.svg").read_bytes() == Gamut.load(cube).rings_svg(sectors=4)
+    command("rings", cube, "-o", tmp_path / "rings.png")
+    assert (tmp_path / "rings.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_picture_is_that_of_python(command, saved, small_gamut, tmp_path):
+    path = tmp_path / "gamut.png"
+    command("picture", saved, "-o", path, "--size", 50, "--view", "10,20", "--no-axes")
+    assert path.read_bytes() == small_gamut.picture(50, (10, 20), axes=False)
+    command("export", saved, "-o", path, "--triangles", 40)
+    assert path.read_bytes() == small_gamut.picture(triangles=40)
+    command("picture", saved, "-o", tmp_path / "gamut.jpg", status=2)
+    command("picture", saved, "-o", path, "--view", "10,north", status=2)
+    _, err = command("picture", saved, "-o", path, "--view", "side", status=2)
+    assert "standard" in err
+
+
+def test_a_file_is_built_with_the_options(as_json, tmp_path):
+    corners = "".join(f"{50 + x},{y},{z}\n" for x in (0, 9) for y in (0, 9) for z in (0, 9))
+    path = tmp_path / "cube.csv"
+    path.write_text("L,a,b\n" + corners)
+    options = as_json("info", path, "--space", "oklab", "--cost", "quadric", "--gamma", "1")[
+        "options"
+    ]
+    assert (options["space"], options["cost"], options["gamma"]) == ("Oklab", "quadric", 1.0)
+
+
+@pytest.mark.slow
+def test_a_reference_leaves_out_options_of_the_other_gamut(command, saved):
+    few = ("--surface-samples", "500")
+    out, _ = command("compare", saved, "srgb", *few, "--ink-limit", "300", "--json")
+    assert json.loads(out)["volume_b"] > 700_000
+    command("info", "srgb", *few, "--ink-limit", "300", status=2)

@@ -60,15 +60,6 @@ def test_a_damaged_file_is_replaced(cache, builder, damage):
     assert path.read_bytes() == whole
 
 
-def test_another_gamut_under_the_name_is_not_taken(cache, builder, monkeypatch):
-    cached_reference(SRGB, Options(), builder)
-    (path,) = cache.iterdir()
-    path.rename(path.with_name("0" * 64 + ".gamut"))
-    monkeypatch.setattr("gamutcore.building.gamut_id", lambda *_: "0" * 64)
-    cached_reference(SRGB, Options(), builder)
-    assert builder.builds == 2
-
-
 def test_nothing_is_kept_if_switched_off(tmp_path, monkeypatch, builder):
     monkeypatch.setenv(CACHE_VARIABLE, "")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))

@@ -8,10 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gamutcore import Gamut
 from gamutcore.characterisation.meshes.argyll import argyll_mesh
-from gamutcore.colours.spaces import ColourSpace
-from gamutcore.errors import OptionError
 from gamutcore.export import mesh_file
 from gamutcore.mesh import DeviceValues, TriangleMesh
 from gamutcore.metric import intersection_volume
@@ -93,25 +90,10 @@ def test_levels_without_a_primary_have_no_cusps(fogra39_gamut):
     assert b"CUSP" not in mesh_file(replace(level, device=device), "gam")
 
 
-@pytest.mark.parametrize("space", [ColourSpace("Oklab"), ColourSpace("CIELAB", "D65")])
-@pytest.mark.parametrize("name", ["gam", "icc", "cge"])
-def test_other_spaces_are_refused(space, name):
-    with pytest.raises(OptionError, match="D50") as caught:
-        mesh_file(TriangleMesh(CORNERS, FACES), name, {}, space)
-    assert caught.value.where == {"field": "format"}
-
-
 def test_text_cannot_leave_its_keyword(provenance):
     hostile = {**provenance, "gamut": 'a"\nBEGIN_DATA\n„é'}
     data = mesh_file(TriangleMesh(CORNERS, FACES), "gam", hostile)
     assert argyll_mesh(data.decode()).provenance["stated"]["descriptor"].startswith("a' BEGIN_DATA")
-
-
-def test_our_reader_gets_the_same_mesh(level):
-    centre = " ".join(map(str, level.vertices.mean(axis=0)))
-    mesh = argyll_mesh(mesh_file(level, "gam", {"centre": centre}).decode())
-    np.testing.assert_array_equal(mesh.vertices.astype(np.float32), level.vertices)
-    assert TriangleMesh(mesh.vertices, mesh.faces).volume == pytest.approx(level.volume, rel=1e-9)
 
 
 @pytest.mark.slow
@@ -135,9 +117,3 @@ def test_viewgam_intersects_our_surfaces_with_those_of_iccgamut(viewgam, fogra39
     assert first == pytest.approx(ours.volume, rel=1e-5)
     assert second == pytest.approx(their_mesh.volume, rel=1e-5)
     assert common == pytest.approx(intersection_volume(ours, their_mesh), rel=1e-3)
-
-
-def test_a_saved_surface_is_a_gamut_again(small_gamut, tmp_path):
-    path = tmp_path / "level.gam"
-    small_gamut.mesh(100).save(path)
-    assert Gamut(path).volume == pytest.approx(small_gamut.history.level(100).volume, rel=1e-6)

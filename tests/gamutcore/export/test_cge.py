@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from gamutcore import Gamut
 from gamutcore.errors import OptionError
 
 SRGB = np.array(  # linear sRGB to XYZ of D65, IEC 61966-2-1
@@ -92,18 +91,6 @@ def _on_face(axis, end, u, v):
     point = [0, 0, 0]
     point[axis], point[(axis + 1) % 3], point[(axis + 2) % 3] = end, u, v
     return tuple(point)
-
-
-@pytest.mark.slow
-def test_three_inks_are_the_complement():
-    cells = ["CMY_C,CMY_M,CMY_Y,LAB_L,LAB_A,LAB_B"]
-    for c, m, y in np.ndindex(3, 3, 3):
-        lab = (100 - 14 * (c + m + y), 30 * (m - c), 30 * y)
-        cells.append(",".join(map(str, (50 * c, 50 * m, 50 * y, *lab))))
-    _, columns = read(Gamut("\n".join(cells).encode()).mesh(max_error=0).to_bytes("cge"))
-    rows = {tuple(rgb): colour for rgb, colour in zip(columns["RGB"], columns["LAB"], strict=True)}
-    np.testing.assert_allclose(rows[255, 255, 255], (100, 0, 0), atol=0.5)  # no ink
-    np.testing.assert_allclose(rows[0, 255, 255], (72, -60, 0), atol=0.5)  # full cyan
 
 
 def test_other_channels_are_refused(fogra39_gamut, small_gamut):

@@ -88,17 +88,6 @@ def test_the_reference_implementation_finds_no_fault(iccdev, level):
     assert "gamutBoundaryDescription1Tag" in report
 
 
-def test_our_reader_gets_the_same_mesh(fogra39_gamut, tmp_path):
-    path = tmp_path / "level.icc"
-    level = fogra39_gamut.mesh(1000)
-    level.save(path)
-    again = Gamut(path, source="boundary")
-    assert again.volume == pytest.approx(level.volume, rel=1e-9)
-    np.testing.assert_allclose(again.history.level(1000).bounds, level.bounds, rtol=1e-6)
-    assert again.description["provenance"]["device_class"] == "abstract"
-    assert again.description["provenance"]["mesh"]["turned"] == 0
-
-
 def test_an_abstract_profile_is_no_device(fogra39_gamut):
     data = fogra39_gamut.mesh(100).to_bytes("icc")
     with pytest.raises(UnsupportedProfileError, match="abstract") as caught:

@@ -128,17 +128,6 @@ def test_a_level_in_another_space_than_is_asked_for_is_refused(options, asked, f
     assert str(stated) in caught.value.remedy or field in {"space", "scale", "luminance"}
 
 
-@pytest.mark.parametrize("space", ["CIELAB", "Oklab", "CIEXYZ"])
-@pytest.mark.slow
-def test_a_mesh_that_states_nothing_is_taken_to_be_in_the_space_that_is_asked_for(space):
-    _, level, again = posted_back({"space": space}, "stl", {"space": space})
-    assert again.history.full().volume == pytest.approx(level.volume, rel=1e-12)
-    described = again.description["provenance"]["colour_space"]
-    assert described["name"] == space
-    assert "assumed" in described["from"]
-    assert again.description["provenance"]["warnings"] == []
-
-
 def test_a_mesh_that_states_nothing_and_is_too_small_for_cielab_has_a_warning():
     _, _, again = posted_back({"space": "Oklab"}, "stl", {})
     (warning,) = again.description["provenance"]["warnings"]

@@ -71,7 +71,3 @@ def test_on_the_table_it_stands_upright_and_100_mm_high(model, space):
     np.testing.assert_allclose(placed.max(axis=0), (50, 25, 100), atol=1e-3)
     np.testing.assert_allclose(placed[1] - placed[0], (0, 0, 100), atol=1e-3)
     assert np.linalg.det(transform[:3]) > 0  # turned, not mirrored
-
-
-def test_reruns_are_bit_identical(level, provenance):
-    assert mesh_file(level, "3mf", provenance) == mesh_file(level, "3mf", provenance)

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from gamutcore import Gamut
-from gamutcore.export.viewer_page import VIEWER_FILES
 
 COLOURS = [(20, 0, 0), (90, 0, 0), (50, 60, 0), (50, -40, 50), (50, -40, -50)]
 
@@ -57,12 +56,6 @@ def test_it_has_the_history_and_the_description(page, gamut):
     assert base64.b64decode(content["history"]) == gamut.to_bytes()
     assert content["gamut"] == {**gamut.description, "name": "A press", "channels": []}
     assert content["coloured"] is None
-
-
-def test_it_is_the_viewer_of_the_service(page):
-    assert page.text("script", type="module") == (VIEWER_FILES / "viewer.js").read_text()
-    assert page.text("script", id="worker-source") == (VIEWER_FILES / "worker.js").read_text()
-    assert page.text("style") == (VIEWER_FILES / "viewer.css").read_text()
 
 
 def test_nothing_is_loaded(page):

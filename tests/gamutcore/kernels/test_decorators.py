@@ -1,4 +1,4 @@
-"""Kernels: IEEE arithmetic, calls from Python and from kernels, and plain Python on demand."""
+"""Kernels: IEEE arithmetic, calls from Python and from kernels, linking, and plain Python."""
 
 import logging
 import subprocess
@@ -7,8 +7,11 @@ import sys
 import numpy as np
 import pytest
 from numba.core import config
+from numba.core.compiler import Flags
 
 from gamutcore.kernels import decorators, inlined_kernel, kernel, leaf_kernel
+from gamutcore.kernels.bits import bit_length
+from gamutcore.kernels.linking import ComparedFlags
 
 DECORATORS = pytest.mark.parametrize("decorator", [kernel, leaf_kernel, inlined_kernel])
 
@@ -34,35 +37,6 @@ def test_sums_are_not_reordered_nor_nan_assumed_away(decorator):
 
     assert rounding(1.0, 2.0**-60) == (0.0, False)
     assert rounding(np.nan, 1.0)[1]
-
-
-@DECORATORS
-def test_the_interpreters_lock_is_released(decorator):
-    @decorator
-    def nothing():
-        return 0
-
-    assert nothing.targetoptions["nogil"]
-    assert not nothing.targetoptions.get("fastmath")
-
-
-@DECORATORS
-@pytest.mark.slow
-def test_one_function_serves_python_and_kernels(decorator):
-    @decorator
-    def square(x):
-        return x * x
-
-    @kernel
-    def squares(values):
-        result = np.empty_like(values)
-        for index in range(len(values)):
-            result[index] = square(values[index])
-        return result
-
-    assert square(3.0) == 9.0
-    np.testing.assert_array_equal(squares(np.arange(4.0)), [0.0, 1.0, 4.0, 9.0])
-    assert square(4) == 16
 
 
 @pytest.mark.slow
@@ -122,3 +96,41 @@ for decorator in (kernel, leaf_kernel, inlined_kernel):
     assert isinstance(decorator(lambda x: x), types.FunctionType)
 """
     subprocess.run([sys.executable, "-c", code], check=True, env={"NUMBA_DISABLE_JIT": "1"})
+
+
+def test_a_subroutine_has_no_machine_code_until_python_calls_it():
+    @leaf_kernel
+    def third(x):
+        return x / 3.0
+
+    @kernel
+    def thirds(x):
+        return third(x) + third(2.0 * x)
+
+    assert thirds(1.0) == 1.0
+    assert not third.overloads
+    assert third(6.0) == 2.0
+    assert third.overloads
+
+
+@pytest.mark.parametrize("changed", [{}, {"error_model": "numpy"}, {"nrt": True}])
+@pytest.mark.parametrize("stated", [{}, {"error_model": "python"}, {"error_model": "numpy"}])
+def test_options_are_compared_as_numba_compares_them(stated, changed):
+    """An option that is left out has its default."""
+    one, other = Flags(), Flags()
+    for flags, values in ((one, stated), (other, changed)):
+        for name, value in values.items():
+            setattr(flags, name, value)
+    for first, second in ((ComparedFlags(one), ComparedFlags(other)), (ComparedFlags(one), other)):
+        assert (first == second) == (second == first) == (one == other)
+        assert hash(first) == hash(second) == hash(one)
+
+
+@kernel
+def compiled_length(number):
+    return bit_length(number)
+
+
+@pytest.mark.parametrize("number", [0, 1, 2, 3, 4, 255, 256, 2**31 - 1, 2**31, 2**32, 2**63 - 1])
+def test_bit_length(number):
+    assert compiled_length(number) == bit_length(number) == len(f"{number:b}".lstrip("0"))

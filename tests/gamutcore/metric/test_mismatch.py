@@ -8,7 +8,6 @@ import trimesh
 
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.decimation import decimate
-from gamutcore.errors import MeshError
 from gamutcore.history import build_history
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import intersection_volume, mismatch, radial_difference
@@ -34,11 +33,6 @@ class TestAnalytic:
         assert mismatch(inner, outer) == pytest.approx(ratio**-3 - 1, rel=1e-6)
         assert intersection_volume(outer, inner) == pytest.approx(inner.volume, rel=1e-6)
 
-    def test_of_a_body_with_itself_is_zero(self, icosphere):
-        sphere = icosphere(3, 40.0, (50.0, 1.0, 2.0))
-        assert mismatch(sphere, sphere) == pytest.approx(0.0, abs=1e-9)
-        assert intersection_volume(sphere, sphere) == pytest.approx(sphere.volume, rel=1e-9)
-
     @pytest.mark.parametrize("shift", [0.1, 0.5, 0.9])
     def test_of_shifted_boxes(self, shift):
         one, other = box(), box(shift=(shift, 0, 0))
@@ -54,62 +48,12 @@ class TestAnalytic:
         assert mismatch(box(), box((2, 2, 2), (10, 0, 0))) == pytest.approx(1 + 8)
         assert intersection_volume(box(), box((2, 2, 2), (10, 0, 0))) == pytest.approx(0.0)
 
-    def test_disagreement_does_not_depend_on_the_order(self, random_cloud):
-        one = modified_convex_hull(random_cloud(60)).mesh
-        other = modified_convex_hull(random_cloud(61)).mesh
-        assert intersection_volume(one, other) == pytest.approx(
-            intersection_volume(other, one), rel=1e-9
-        )
-        assert mismatch(one, other) * one.volume == pytest.approx(
-            mismatch(other, one) * other.volume, rel=1e-9
-        )
-        assert 0 < intersection_volume(one, other) < min(one.volume, other.volume)
-
     @pytest.mark.parametrize("scale", [1e-6, 1e6])
     @pytest.mark.parametrize("shift", [0.0, 1000.0])
     def test_neither_scale_nor_place_matters(self, scale, shift):
         one, other = box(), box(shift=(0.25, 0, 0))
         moved = [TriangleMesh((mesh.vertices + shift) * scale, mesh.faces) for mesh in (one, other)]
         assert mismatch(*moved) == pytest.approx(0.5, rel=1e-9)
-
-
-class TestRefusals:
-    def test_of_an_open_mesh(self, icosphere):
-        sphere = icosphere(1)
-        opened = TriangleMesh(sphere.vertices, sphere.faces[1:])
-        for pair in ((opened, sphere), (sphere, opened)):
-            with pytest.raises(MeshError) as caught:
-                mismatch(*pair)
-            assert caught.value.remedy
-
-    def test_of_a_flipped_face(self, icosphere):
-        sphere = icosphere(1)
-        faces = sphere.faces.copy()
-        faces[0] = faces[0, ::-1]
-        with pytest.raises(MeshError):
-            mismatch(sphere, TriangleMesh(sphere.vertices, faces))
-
-    def test_of_a_reference_turned_inside_out(self):
-        inside_out = TriangleMesh(box().vertices, box().faces[:, ::-1])
-        with pytest.raises(MeshError):
-            mismatch(inside_out, box())
-
-    @pytest.mark.parametrize("value", [np.nan, np.inf])
-    def test_of_numbers_that_are_not_finite(self, icosphere, value):
-        sphere = icosphere(1)
-        sphere.vertices[0, 0] = value
-        for pair in ((icosphere(1), sphere), (sphere, icosphere(1))):
-            with pytest.raises(MeshError):
-                mismatch(*pair)
-
-    def test_of_nothing(self, icosphere):
-        nothing = TriangleMesh(np.empty((0, 3)), np.empty((0, 3), int))
-        point = TriangleMesh(np.ones((42, 3)), icosphere(1).faces)
-        for empty in (nothing, point):
-            with pytest.raises(MeshError):
-                mismatch(empty, icosphere(1))
-        with pytest.raises(MeshError):
-            mismatch(icosphere(1), nothing)
 
 
 @pytest.fixture(scope="module")
@@ -159,15 +103,11 @@ class TestAccuracyOfFogra39:
             percent = 100 * mismatch(history.full(), history.level(10_000))
             assert percent <= 1.1 * PUBLISHED[1000] / 10
 
+    @pytest.mark.parametrize(("cost", "triangles"), [("volume", 10), ("quadric", 100)])
     @pytest.mark.slow
-    def test_ten_triangles_of_the_volume_cost_on_the_whole(self, copies):
-        """Ten triangles are chaotic: points moved by 10⁻⁵ ΔE give 14 to 22 %."""
-        assert np.median(list(copies("volume", 10))) <= 1.1 * PUBLISHED[10]
-
-    @pytest.mark.slow
-    def test_a_hundred_triangles_of_the_published_cost_on_the_whole(self, copies):
-        """34 of 40 moved copies were within 1.01 % plus 10 %."""
-        assert np.median(list(copies("quadric", 100))) <= 1.1 * PUBLISHED[100]
+    def test_copies_moved_by_little_reach_the_figures_on_the_whole(self, copies, cost, triangles):
+        """Ten triangles are chaotic: 14 to 22 %. With a hundred, 34 of 40 copies were within."""
+        assert np.median(list(copies(cost, triangles))) <= 1.1 * PUBLISHED[triangles]
 
     @pytest.mark.parametrize("triangles", [20, 10])
     @pytest.mark.slow

@@ -10,8 +10,7 @@ import gamutcore
 from gamutcore.errors import MeshError, OptionError
 from gamutcore.mesh import TriangleMesh
 from gamutcore.metric import intersection_volume
-from gamutcore.queries import build_index
-from gamutcore.queries.comparison import compare
+from gamutcore.queries import build_index, compare
 
 
 def moved(level, shift, scale=1.0):
@@ -79,13 +78,6 @@ class TestCompare:
         lens = np.pi * (4 * 40 + 30) * (2 * 40 - 30) ** 2 / 12
         assert compare(one, two).intersection == pytest.approx(lens, rel=2e-3)
 
-    def test_a_gamut_and_itself(self, rough):
-        level = build_index(*rough(4, 400))
-        found = compare(level, level)
-        assert found.volume_a == found.volume_b == pytest.approx(volume(rough(4, 400)))
-        assert found.jaccard == pytest.approx(1, abs=1e-14)
-        assert found.symmetric_difference == pytest.approx(0, abs=1e-14 * found.volume_a)
-
     def test_gamuts_that_do_not_meet(self, rough):
         level = rough(5, 30)
         found = compare(level, moved(level, (0, 200, 0)))
@@ -124,22 +116,6 @@ class TestCompare:
             ]
             np.testing.assert_allclose(of_sector, volumes, rtol=1e-8, atol=1e-6)
 
-    @pytest.mark.parametrize("sectors", [2, 3, 8])
-    def test_sectors_of_a_prism_are_equal(self, sectors):
-        angle = np.arange(24) * np.pi / 12
-        ring = np.column_stack([np.zeros(24), np.cos(angle), np.sin(angle)])
-        up = np.array([1.0, 0, 0])
-        vertices = np.vstack([ring, ring + up, [np.zeros(3), up]])
-        here, there = np.arange(24), (np.arange(24) + 1) % 24
-        sides = [(here, there, there + 24), (here, there + 24, here + 24)]
-        ends = [(there, here, np.full(24, 48)), (here + 24, there + 24, np.full(24, 49))]
-        faces = np.concatenate([np.column_stack(corners) for corners in sides + ends])
-        level = vertices, faces, np.array([0.5, 0.1, 0.1])
-        found = compare(level, level, sectors)
-        area = 12 * np.sin(np.pi / 12)
-        np.testing.assert_allclose(found.sectors.volume_a, area / sectors)
-        np.testing.assert_allclose(found.sectors.intersection, area / sectors)
-
     def test_what_is_refused(self, cube):
         for sectors in (0, 3601, 2.5, True):
             with pytest.raises(OptionError) as caught:
@@ -169,17 +145,3 @@ def test_published_coverage_of_rgb_spaces(full):
     # Display P3 in BT.2020
     found = compare(full("display-p3")[1], full("bt2020")[1])
     assert found.a_covers_b == pytest.approx(0.6640, abs=3e-4)
-
-
-@pytest.mark.slow
-def test_large_levels_are_what_manifold_says(fogra39_gamut, full):
-    mesh, index = full("srgb")
-    press = fogra39_gamut.history.full()
-    level = press.vertices, press.faces, fogra39_gamut.history.centre
-    expected = intersection_volume(press, mesh)
-    assert compare(level, index).intersection == pytest.approx(expected, rel=1e-9)
-    coarse = fogra39_gamut.level(1000)
-    level = coarse.vertices, coarse.faces, fogra39_gamut.history.centre
-    expected = intersection_volume(coarse, press)
-    found = compare(level, (press.vertices, press.faces, fogra39_gamut.history.centre))
-    assert found.intersection == pytest.approx(expected, rel=1e-9)

@@ -1,12 +1,14 @@
-"""In gamut, compared with rational arithmetic, a cube, a sphere and winding numbers."""
+"""In gamut and its exact predicates: rational arithmetic, a cube, a sphere and winding numbers."""
+
+from fractions import Fraction
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gamutcore.errors import InvalidPointsError
 from gamutcore.queries import build_index, contains
+from gamutcore.queries.exact import TERMS, add_product, orientation, sign_of
 
 COORDINATE = st.one_of(
     st.sampled_from([-1.0, 1.0, 0.0, np.nextafter(1.0, 2.0), -np.nextafter(1.0, 2.0)]),
@@ -58,6 +60,16 @@ class TestContains:
         assert contains(points, level).tolist() == expected
         assert 0 < sum(expected) < 40
 
+    def test_near_such_a_centre_on_the_planes_between_cones(self, cube, exact_inside):
+        """The points are exact: 2⁻¹² of the way to the vertices and to middles of edges."""
+        vertices, faces, _ = cube
+        centre = np.array([1 - 2.0**-20, 0.25, 0.25])
+        ends = np.vstack([vertices, (vertices[faces] + vertices[np.roll(faces, 1, 1)])[:, 0] / 2])
+        points = centre + 2.0**-12 * (ends - centre)
+        level = vertices, faces, centre
+        assert all(exact_inside(point, level) for point in points)
+        assert contains(points, level).all()
+
     def test_of_a_fine_sphere_is_a_comparison_of_radii(self, rough):
         vertices, faces, centre = rough(9, 3000, 0.0)
         random = np.random.default_rng(1)
@@ -86,10 +98,50 @@ class TestContains:
         np.testing.assert_allclose(found, angle / (4 * np.pi), atol=1e-6)
         assert 100 < found.sum() < 900
 
-    def test_no_point_is_no_answer_and_bad_rows_are_named(self, cube):
-        assert contains(np.zeros((0, 3)), cube).tolist() == []
-        with pytest.raises(InvalidPointsError, match="Row 1"):
-            contains([(0, 0, 0), (0, np.nan, 0)], cube)
-
     def test_far_points_are_outside(self, cube):
         assert not contains(np.diag([1e60, -1e60, 1e30]), cube).any()
+
+
+def sign(value):
+    return int(value > 0) - int(value < 0)
+
+
+class TestAddProduct:
+    @settings(max_examples=50, deadline=None)
+    @given(st.lists(st.tuples(*[st.floats(-1e6, 1e6, width=32)] * 3), min_size=1, max_size=12))
+    def test_sums_of_products_have_no_error(self, products):
+        terms, count, expected = np.empty(TERMS), 0, Fraction(0)
+        for product in products:
+            if all(abs(value) > 1e-30 for value in product):
+                count = add_product(terms, count, *product)
+                expected += Fraction(product[0]) * Fraction(product[1]) * Fraction(product[2])
+        assert sum(map(Fraction, terms[:count].tolist()), Fraction(0)) == expected
+        assert sign(sign_of(terms, count)) == sign(expected)
+
+
+class TestOrientation:
+    def check(self, orientation_of, a, b, c, p):
+        terms = np.empty(TERMS)
+        found = orientation(*map(float, (*a, *b, *c, *p)), terms)
+        assert sign(found) == sign(orientation_of(a, b, c, p))
+
+    def test_of_points_in_a_plane_and_beside_it(self, orientation_of):
+        random = np.random.default_rng(1)
+        for _ in range(100):
+            a, b, c = random.normal(50, 20, (3, 3)).astype(np.float32)
+            shares = random.dirichlet(np.ones(3))
+            point = shares @ np.array([a, b, c], np.float64)
+            for beside in (point, np.nextafter(point, np.inf), np.nextafter(point, -np.inf)):
+                self.check(orientation_of, a, b, c, beside)
+
+    def test_is_zero_in_a_common_plane(self, orientation_of):
+        a, b, c = np.array([(0, 0, 0), (3, 0, 3), (0, 7, 7)], np.float64)
+        terms = np.empty(TERMS)
+        for point in (a, b, (a + b) / 2, a + b + c, 2**20 * b + c):
+            assert orientation_of(a, b, c, point) == 0
+            assert orientation(*a, *b, *c, *point, terms) == 0
+
+    def test_of_magnitudes_far_apart(self, orientation_of):
+        corners = np.array([(1e20, 0, 1), (0, 1e-20, 1), (1, 1, 1e-30)])
+        for point in ((0, 0, 0), (1e20, 1e-20, 1e-30), (1e60, 1.0, -1e60)):
+            self.check(orientation_of, *corners, point)

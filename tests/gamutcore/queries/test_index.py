@@ -1,28 +1,15 @@
-"""The index: what it holds, and which meshes it refuses."""
+"""The index: which meshes it refuses, margins of planes, directions and the order of faces."""
 
 import numpy as np
 import pytest
 
 from gamutcore.errors import InvalidPointsError, MeshError
-from gamutcore.queries.index import MARGIN, as_index, build_index
+from gamutcore.queries.curve import curve_order
+from gamutcore.queries.directions import cell_of, direction_cells
+from gamutcore.queries.index import MARGIN, build_index
 
 
 class TestBuildIndex:
-    def test_planes_are_positive_inside_their_cones(self, rough):
-        index = build_index(*rough(1, 200))
-        corners = index.vertices[index.faces] - index.centre
-        middle = corners.mean(axis=1)
-        edges = index.planes[:, :9].reshape(-1, 3, 3)
-        assert (np.einsum("fij,fj->fi", edges, middle) > 1).all()
-        for at in range(3):
-            for other in ((at + 1) % 3, (at + 2) % 3):
-                assert abs(np.einsum("fj,fj->f", edges[:, at], corners[:, other])).max() < 1
-        heights = index.planes[:, None, 12] - np.einsum(
-            "fj,fcj->fc", index.planes[:, 9:12], corners
-        )
-        assert abs(heights).max() < 1
-        assert (index.planes[:, 12] > 1).all()
-
     def test_the_margin_covers_errors_against_rational_arithmetic(self, rough, orientation_of):
         """A plane's product ÷ its scale is a determinant, up to the margin."""
         index = build_index(*rough(2, 30))
@@ -35,19 +22,6 @@ class TestBuildIndex:
             product = index.planes[face, 6:9] @ (point - index.centre)
             exact = float(orientation_of(a, b, point, index.centre))
             assert abs(product - exact / (MARGIN * reach * lengths.prod())) < 1
-
-    def test_the_ball_is_inside(self, rough, cube):
-        assert 1 - 1e-9 < build_index(*cube).inner <= 1
-        index = build_index(*rough(3, 100))
-        a, b, c = (index.vertices[index.faces[:, at]] - index.centre for at in range(3))
-        normal = np.cross(b - a, c - a)
-        distance = np.einsum("ij,ij->i", normal, a) / np.linalg.norm(normal, axis=1)
-        assert distance.min() * (1 - 1e-9) < index.inner <= distance.min()
-
-    def test_the_memory_is_that_of_the_arrays(self, cube):
-        index = build_index(*cube)
-        assert index.planes.nbytes < index.nbytes < 10_000
-        assert as_index(index) is index
 
     def test_meshes_that_are_no_level_are_refused(self, cube):
         vertices, faces, centre = cube
@@ -67,3 +41,39 @@ class TestBuildIndex:
             build_index(np.vstack([vertices[:-1], [[np.nan] * 3]]), faces, centre)
         with pytest.raises(InvalidPointsError, match="centre"):
             build_index(vertices, faces, (0.0, np.inf, 0.0))
+
+
+@pytest.mark.parametrize("resolution", [1, 2, 7, 40])
+@pytest.mark.parametrize("count", [4, 12, 400])
+def test_the_cell_of_a_direction_lists_the_face_that_it_meets(rough, count, resolution):
+    vertices, faces, centre = rough(count, max(count, 4), 0.0) if count > 4 else _tetrahedron()
+    position = vertices.astype(np.float64) - centre
+    start, listed = direction_cells(position, faces, resolution)
+    assert len(start) == 6 * resolution**2 + 1
+    assert start[-1] == len(listed)
+    random = np.random.default_rng(2)
+    inverse = np.linalg.inv(position[faces].transpose(0, 2, 1))
+    edges = np.vstack([np.eye(3), -np.eye(3), list(np.ndindex(3, 3, 3))]) - 1e-9
+    for direction in np.vstack([random.normal(size=(300, 3)), edges, position]):
+        face = np.einsum("fij,j->fi", inverse, direction).min(axis=1).argmax()
+        cell = cell_of(*direction, resolution)
+        assert face in listed[start[cell] : start[cell + 1]]
+
+
+def _tetrahedron():
+    corners = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)], np.float32)
+    return corners, np.array([(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)], np.int32), np.zeros(3)
+
+
+class TestCurveOrder:
+    def test_of_a_cube_of_cells_takes_one_step_at_a_time(self):
+        cells = np.array(list(np.ndindex(16, 16, 16)), np.float64)
+        shuffled = np.random.default_rng(0).permutation(cells)
+        steps = np.diff(shuffled[curve_order(shuffled)], axis=0)
+        assert (abs(steps).sum(axis=1) == 1).all()
+
+    def test_is_a_permutation_that_keeps_equal_points_in_order(self):
+        points = np.random.default_rng(1).normal(size=(5000, 3))
+        assert sorted(curve_order(points)) == list(range(5000))
+        assert curve_order(np.ones((7, 3))).tolist() == list(range(7))
+        assert curve_order(np.zeros((0, 3))).tolist() == []

@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gamutcore.errors import InvalidPointsError
 from gamutcore.queries import build_index, contains, nearest, signed_distance
 
 COORDINATE = st.one_of(st.sampled_from([-1.0, 1.0, 0.0, 3.0, 1e6]), st.floats(-3, 3))
@@ -117,19 +116,6 @@ class TestNearest:
             found = assert_nearest(points, (vertices, faces, (0.0, 0.0, 0.0)))
             assert found.distance[:40].max() < 1e-15
 
-    def test_does_not_depend_on_other_rows(self, rough):
-        level = build_index(*rough(23, 400))
-        points = np.concatenate([level.vertices, level.vertices[level.faces].mean(axis=1)])
-        together = nearest(points, level)
-        order = np.random.default_rng(3).permutation(len(points))
-        for found, expected in zip(nearest(points[order], level), together, strict=True):
-            np.testing.assert_array_equal(found, expected[order])
-        for row in range(0, len(points), 50):
-            for found, expected in zip(
-                nearest(points[row : row + 1], level), together, strict=True
-            ):
-                np.testing.assert_array_equal(found[0], expected[row])
-
     def test_vertices_are_given_the_first_of_their_faces(self, cube):
         """All distances are exactly 0 there."""
         vertices, faces, _ = cube
@@ -137,20 +123,6 @@ class TestNearest:
         assert found.faces.tolist() == [
             int(np.flatnonzero((faces == vertex).any(axis=1))[0]) for vertex in range(8)
         ]
-
-    @pytest.mark.slow
-    def test_of_a_press_is_what_trimesh_says(self, fogra39_gamut):
-        import trimesh
-
-        level = fogra39_gamut.level(20_000)
-        low, high = level.bounds
-        points = np.random.default_rng(4).uniform(
-            1.5 * low - 0.5 * high, 1.5 * high - 0.5 * low, (200, 3)
-        )
-        mesh = trimesh.Trimesh(level.vertices.astype(np.float64), level.faces, process=False)
-        _, expected, _ = trimesh.proximity.closest_point_naive(mesh, points)
-        found = nearest(points, (level.vertices, level.faces, fogra39_gamut.history.centre))
-        np.testing.assert_allclose(found.distance, expected, rtol=1e-9)
 
     def test_takes_levels_and_points_of_any_size(self, cube):
         vertices, faces, centre = cube[0].astype(np.float64), *cube[1:]
@@ -160,14 +132,6 @@ class TestNearest:
         np.testing.assert_allclose(
             nearest(np.diag([1e60, 1e30, -1e60]), cube).distance, [1e60, 1e30, 1e60]
         )
-
-    def test_no_point_is_no_answer_and_bad_rows_are_named(self, cube):
-        found = nearest(np.zeros((0, 3)), cube)
-        assert [len(field) for field in found] == [0, 0, 0, 0]
-        with pytest.raises(InvalidPointsError, match="Row 1"):
-            nearest([(0, 0, 0), (0, np.inf, 0)], cube)
-        with pytest.raises(InvalidPointsError, match="Row 1"):
-            signed_distance([(0, 0, 0), (0, np.nan, 0)], cube)
 
 
 class TestSignedDistance:

@@ -1,4 +1,4 @@
-"""Sections: closed polygons on the surface, with areas that are known otherwise."""
+"""Sections and rings, with areas and volumes that are known otherwise."""
 
 import manifold3d
 import numpy as np
@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gamutcore.errors import InvalidPointsError
-from gamutcore.queries.sections import hue_leaf, slice_polygons
+from gamutcore.errors import InvalidPointsError, OptionError
+from gamutcore.queries import compare, gamut_rings, hue_leaf, slice_polygons
 
 
 def area(x, y):
@@ -52,12 +52,6 @@ class TestSlicePolygons:
         assert area(polygon[:, 1], polygon[:, 2]) == pytest.approx(4)
         np.testing.assert_allclose(polygon[:, 0], lightness)
         assert_on_surface(cube, found)
-
-    @pytest.mark.parametrize("lightness", [-2, -1, 1 + 1e-9, 7])
-    def test_outside_is_nothing(self, cube, lightness):
-        found = slice_polygons(cube, (1, 0, 0), lightness)
-        assert found.polygons == []
-        assert found.points.shape == found.weights.shape == (0, 3)
 
     def test_the_hexagon_of_a_cube_and_its_corner(self, cube):
         found = slice_polygons(cube, (1, 1, 1), 0)
@@ -169,16 +163,79 @@ class TestHueLeaf:
         on_axis = [polygon[np.hypot(*polygon.T[1:]) < 1e-12, 0] for polygon in found.polygons]
         assert [len(each) for each in on_axis] == [2]
 
-    def test_what_is_refused(self, cube):
-        with pytest.raises(InvalidPointsError):
-            hue_leaf(cube, np.nan)
+
+SIDES = 720
+LIGHTNESSES = np.arange(10, 101, 10)
 
 
-def test_there_is_something_to_test(rough):
-    """Some sections of the rough spheres have several polygons."""
-    counts = [
-        len(slice_polygons(rough(seed, 60), (1, 0, 0), height).polygons)
-        for seed in range(8)
-        for height in (20, 25, 80, 85)
-    ]
-    assert max(counts) > 1
+@pytest.fixture(scope="module")
+def cylinder():
+    """Return a function that gives a cylinder of lightness 0 to 100 around the axis."""
+
+    def make(radius):
+        angle = np.arange(SIDES) * 2 * np.pi / SIDES
+        circle = radius * np.column_stack([np.zeros(SIDES), np.cos(angle), np.sin(angle)])
+        up = np.array([100.0, 0, 0])
+        vertices = np.vstack([circle, circle + up, [np.zeros(3), up]])
+        here, there = np.arange(SIDES), (np.arange(SIDES) + 1) % SIDES
+        low, high = np.full(SIDES, 2 * SIDES), np.full(SIDES, 2 * SIDES + 1)
+        faces = [
+            (here, there, there + SIDES),
+            (here, there + SIDES, here + SIDES),
+            (there, here, low),
+            (here + SIDES, there + SIDES, high),
+        ]
+        faces = np.concatenate([np.column_stack(each) for each in faces])
+        return vertices, faces, np.array([50.0, 0, 0])
+
+    return make
+
+
+class TestGamutRings:
+    def test_of_a_cylinder(self, cylinder):
+        """Chroma C up to L: r² Δh / 2 = C² Δh / 2 · L."""
+        found = gamut_rings(cylinder(40))
+        np.testing.assert_array_equal(found.lightness, np.arange(10, 101, 10))
+        np.testing.assert_array_equal(found.hues, np.arange(360) + 0.5)
+        expected = 40 * np.sqrt(found.lightness)
+        np.testing.assert_allclose(found.radius, np.tile(expected, (360, 1)).T, rtol=1e-5)
+
+    def test_the_outer_ring_encloses_the_volume_and_rings_do_not_cross(self, rough):
+        level = rough(2, 300)
+        found = gamut_rings(level, lightness=[*LIGHTNESSES, 120])
+        whole = compare(level, level, 360)
+        assert found.volume == pytest.approx(whole.volume_a)
+        areas = found.radius[-1] ** 2 * np.radians(1) / 2
+        np.testing.assert_allclose(areas, whole.sectors.volume_a, rtol=1e-9)
+        assert (np.diff(found.radius, axis=0) >= 0).all()
+        assert found.reference_radius is None is found.intersection_radius
+
+    def test_with_a_smaller_cylinder_as_reference(self, cylinder):
+        found = gamut_rings(cylinder(40), cylinder(20), sectors=36)
+        np.testing.assert_allclose(found.reference_radius[-1], 200, rtol=1e-5)
+        # a band has the area 40² · 10 per Δh / 2, of which the intersection has a quarter
+        inner = found.lightness - 10
+        expected = np.sqrt(1600 * inner + 400 * 10)
+        np.testing.assert_allclose(
+            found.intersection_radius, np.tile(expected, (36, 1)).T, rtol=1e-5
+        )
+
+    def test_the_intersection_is_that_of_the_comparison(self, rough):
+        one, (vertices, faces, centre) = rough(3, 100), rough(4, 120)
+        shift = np.array([2.0, 15, -8])
+        other = vertices + shift, faces, centre + shift
+        found = gamut_rings(one, other, sectors=24, lightness=[*LIGHTNESSES, 120])
+        bands = found.intersection_radius**2 - np.vstack([np.zeros(24), found.radius[:-1] ** 2])
+        by_hue = bands.sum(axis=0) * np.radians(15) / 2
+        np.testing.assert_allclose(by_hue, compare(one, other, 24).sectors.intersection, rtol=1e-8)
+        assert (found.intersection_radius <= found.radius + 1e-9).all()
+
+    @pytest.mark.parametrize("lightness", [[], [1, 1], [5, 4], [np.nan], [[1]]])
+    def test_lightness_must_increase(self, cube, lightness):
+        with pytest.raises(InvalidPointsError) as caught:
+            gamut_rings(cube, lightness=lightness)
+        assert caught.value.where["field"] == "lightness"
+
+    def test_sectors_are_checked(self, cube):
+        with pytest.raises(OptionError):
+            gamut_rings(cube, sectors=0)

@@ -30,14 +30,6 @@ def history(fogra39):
     return history
 
 
-@pytest.mark.parametrize("full", [4, 6, 16, 18, 1000, 10**5, 10**7])
-def test_counts_are_even_ascending_and_below_the_full_boundary(full):
-    counts = sided_counts(full)
-    assert all(one < other for one, other in itertools.pairwise(counts))
-    assert all(4 <= count < full and count % 2 == 0 for count in counts)
-    assert len(counts) <= 23
-
-
 @pytest.mark.parametrize("side", SIDES)
 @pytest.mark.slow
 def test_levels_keep_their_limits_and_looser_limits_have_no_more_triangles(history, side):
@@ -59,18 +51,6 @@ def test_levels_keep_their_limits_and_looser_limits_have_no_more_triangles(histo
 
 
 @pytest.mark.parametrize("side", SIDES)
-@pytest.mark.slow
-def test_the_order_of_the_questions_does_not_matter(small_history, side):
-    for limits in (LIMITS, LIMITS[::-1]):
-        search = SidedSearch(small_history.triangles, side)
-        answers = {each: search.find(small_history, each) for each in limits}
-        assert answers == {
-            each: SidedSearch(small_history.triangles, side).find(small_history, each)
-            for each in limits
-        }
-
-
-@pytest.mark.parametrize("side", SIDES)
 def test_the_curve_bounds_all_finer_levels(small_history, side):
     search = SidedSearch(small_history.triangles, side)
     assert search.known_curve is None
@@ -83,11 +63,6 @@ def test_the_curve_bounds_all_finer_levels(small_history, side):
         assert coarse.mismatch_bound >= max(coarse.mismatch, fine.mismatch_bound)
         assert coarse.distance_bound >= max(coarse.to_full.maximum, fine.distance_bound)
         assert coarse.distance_bound >= coarse.from_full.maximum
-
-
-def test_a_tetrahedron_is_its_own_answer():
-    search = SidedSearch(4, "inside")
-    assert search.find_known(Bounds(10.0)) == BoundedLevel(4, NO_ERROR)
 
 
 @settings(max_examples=15, deadline=None)

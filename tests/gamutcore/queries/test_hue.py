@@ -1,12 +1,64 @@
-"""The table of leaves, compared with in-gamut tests, a cube, and hue leaves."""
+"""Cusps and leaves: all edges, in-gamut tests, cubes, and hues of vertices."""
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from gamutcore.errors import InvalidPointsError
-from gamutcore.queries import build_index, contains, cusp_points
-from gamutcore.queries.leaves import leaves
-from gamutcore.queries.sections import hue_leaf
+from gamutcore.queries import build_index, contains, cusp_points, leaves
+
+
+def chroma_of_all_edges(level, hue):
+    """Return the largest chroma where any edge crosses the half-plane."""
+    vertices, faces, _ = level
+    corners = vertices.astype(np.float64)[:, 1:]
+    cosine, sine = np.cos(np.radians(hue)), np.sin(np.radians(hue))
+    across = cosine * corners[:, 1] - sine * corners[:, 0]
+    along = cosine * corners[:, 0] + sine * corners[:, 1]
+    found = []
+    for at in range(3):
+        one, two = faces[:, at], faces[:, (at + 1) % 3]
+        p, q = across[one], across[two]
+        crossed = (p * q <= 0) & (p != q)
+        share = p[crossed] / (p - q)[crossed]
+        found += [along[one][crossed] + share * (along[two] - along[one])[crossed]]
+    chroma = np.concatenate(found)
+    return chroma[chroma >= 0].max(initial=-1)
+
+
+class TestCuspPoints:
+    @pytest.mark.parametrize("shift", [(0, 0, 0), (0, 20, -10), (0, 90, 0)])
+    @pytest.mark.parametrize("count", [5, 40, 700])
+    def test_are_the_largest_chroma_of_any_edge(self, rough, count, shift):
+        vertices, faces, centre = rough(count, count, 0.5)
+        level = vertices + np.array(shift), faces, centre + shift
+        hues = np.random.default_rng(0).uniform(-400, 400, 100)
+        found = cusp_points(hues, level)
+        expected = [chroma_of_all_edges(level, hue) for hue in hues]
+        np.testing.assert_allclose(np.nan_to_num(found.chroma, nan=-1), expected, atol=1e-11)
+        seen = found.faces >= 0
+        assert seen.any()
+        np.testing.assert_array_equal(seen, ~np.isnan(found.points).any(axis=1))
+        on_face = np.einsum("nc,ncx->nx", found.weights, level[0][faces[found.faces]])
+        np.testing.assert_allclose(on_face[seen], found.points[seen], atol=1e-11)
+        assert found.weights[seen].min() >= 0
+        angles = np.degrees(np.arctan2(found.points[seen, 2], found.points[seen, 1]))
+        np.testing.assert_allclose(np.cos(np.radians(angles - hues[seen])), 1, atol=1e-15)
+
+    @settings(max_examples=200, deadline=None)
+    @given(vertex=st.integers(0, 59), end=st.integers(0, 59))
+    @pytest.mark.slow
+    def test_at_the_hue_of_a_vertex_is_at_least_its_chroma(self, rough, vertex, end):
+        vertices, faces, _ = rough(3, 60)
+        # the axis goes through a vertex
+        vertices = vertices - vertices[end] * (0, 1, 1)
+        centre = vertices.mean(axis=0)
+        index = build_index(vertices, faces, centre)
+        _, a, b = vertices[vertex]
+        # hues of vertices are rounded, and the level may end there
+        hues = np.degrees(np.arctan2(b, a)) + np.array([-1e-9, 0, 1e-9])
+        found = np.nanmax(cusp_points(hues, index).chroma)
+        assert found >= np.hypot(a, b) * (1 - 1e-9)
 
 
 def intervals(table, hue, row):
@@ -25,13 +77,6 @@ class TestLeaves:
             for row in (0, 1, 2):
                 np.testing.assert_allclose(intervals(table, hue, row), [[0, width]], rtol=1e-12)
             assert len(intervals(table, hue, 4)) == 0
-
-    def test_of_a_cube_beside_the_axis(self, cube):
-        vertices, faces, centre = cube
-        shift = np.array([0, 9, 0])
-        table = leaves((vertices + shift, faces, centre + shift), [0, 90, 180], [0])
-        np.testing.assert_allclose(table.chroma, [[8, 10]])
-        assert table.offsets.tolist() == [0, 1, 1, 1]
 
     @pytest.mark.parametrize("shift", [0.0, 25.0, 60.0])
     def test_intervals_are_where_the_level_contains_colours(self, rough, shift):
@@ -88,32 +133,3 @@ class TestLeaves:
             near = leaves(level, [hue], [lightness - 1e-9])
             widths = [np.diff(table.chroma, axis=1).sum() for table in (here, near)]
             assert widths[0] == pytest.approx(widths[1], abs=1e-5)
-
-    def test_no_chroma_is_larger_than_that_of_the_cusp(self, rough):
-        index = build_index(*rough(14, 400))
-        hues = np.arange(0, 360, 20.0)
-        table = leaves(index, hues, np.linspace(0, 100, 2001))
-        cusps = cusp_points(hues, index)
-        for hue in range(len(hues)):
-            begin, end = table.offsets[hue * 2001], table.offsets[(hue + 1) * 2001]
-            largest = table.chroma[begin:end].max()
-            assert cusps.chroma[hue] - 0.3 < largest <= cusps.chroma[hue] + 1e-9
-
-    def test_add_up_to_the_area_of_a_hue_leaf(self, rough):
-        level = rough(15, 500)
-        lightness = np.linspace(0, 100, 4000, endpoint=False) + 0.0125
-        table = leaves(level, [70], lightness)
-        total = np.diff(table.chroma, axis=1).sum() * 0.025
-        expected = 0.0
-        for polygon in hue_leaf(level, 70).polygons:
-            x, y = np.hypot(polygon[:, 1], polygon[:, 2]), polygon[:, 0]
-            expected += (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2
-        assert total == pytest.approx(expected, rel=1e-4)
-
-    def test_nothing_asked_and_what_is_refused(self, cube):
-        assert leaves(cube, [], [1, 2]).offsets.tolist() == [0]
-        assert leaves(cube, [1], []).chroma.shape == (0, 2)
-        with pytest.raises(InvalidPointsError, match="hues"):
-            leaves(cube, [np.inf], [1])
-        with pytest.raises(InvalidPointsError, match="lightness"):
-            leaves(cube, [1], [0, np.nan])
