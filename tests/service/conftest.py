@@ -1,3 +1,4 @@
+import asyncio
 import contextlib
 import hashlib
 import http.server
@@ -237,6 +238,72 @@ def assert_problem():
         return document
 
     return check
+
+
+@pytest.fixture(scope="session")
+def request_app():
+    """Send a request to an app in this process. Its lifespan does not run: it builds nothing."""
+
+    def request(app, method, path, **arguments):
+        async def send():
+            transport = httpx.ASGITransport(app, raise_app_exceptions=False)
+            fields = {"Accept-Encoding": "identity"}
+            async with httpx.AsyncClient(
+                transport=transport, base_url="http://test", headers=fields
+            ) as client:
+                return await client.request(method, path, **arguments)
+
+        return asyncio.run(send())
+
+    return request
+
+
+class _Pages(http.server.BaseHTTPRequestHandler):
+    """Serves web pages."""
+
+    def do_GET(self):
+        text = self.server.pages.get(self.path)
+        self.send_response(404 if text is None else 200)
+        self.send_header("Content-Type", "text/html; charset=utf-8")
+        self.end_headers()
+        self.wfile.write((text or "").encode())
+
+    def log_message(self, *_):
+        pass
+
+
+@pytest.fixture(scope="session")
+def page_origins():
+    """Two origins of web pages; `pages` are those of both."""
+    with contextlib.ExitStack() as stack:
+        origins, pages = [], {}
+        for _ in range(2):
+            opened = stack.enter_context(http.server.ThreadingHTTPServer(("127.0.0.1", 0), _Pages))
+            opened.pages = pages
+            opened.url = f"http://127.0.0.1:{opened.server_port}"
+            thread = threading.Thread(target=opened.serve_forever)
+            thread.start()
+            stack.callback(thread.join)
+            stack.callback(opened.shutdown)
+            origins.append(opened)
+        yield origins
+
+
+@pytest.fixture(scope="session")
+def small_server(start_server, page_origins):
+    """A server with small limits, which the first of two origins may use. Nothing is left running.
+
+    One build may wait, and one stream of events may be open.
+    """
+    started = start_server(
+        build_queue=1,
+        max_event_streams=1,
+        max_page_size=2,
+        query_rows=1000,
+        cors_origins=page_origins[0].url,
+    )
+    started.wait_ready()
+    return started
 
 
 @pytest.fixture(scope="session")

@@ -33,52 +33,6 @@ def of_a_damaged_stream(gamut):
     return bytes(content)
 
 
-def test_a_gamut_is_opened_once_for_all_who_ask(filled_store, built, monkeypatch):
-    library, reads, content = Library(filled_store, 10**9), [], filled_store.content
-    monkeypatch.setattr(filled_store, "content", lambda name: reads.append(name) or content(name))
-
-    async def scenario():
-        identity = built[0].id
-        assert library.find_open(identity) is None
-        opened = await asyncio.gather(*(library.gamut(identity) for _ in range(20)))
-        assert len({id(one) for one in opened}) == 1
-        assert library.find_open(identity) is opened[0]
-        assert reads == [identity]
-
-    run(library, scenario())
-
-
-def test_no_more_is_kept_than_fits(filled_store, built):
-    library = Library(filled_store, max(gamut.nbytes for gamut in built))
-
-    async def scenario():
-        opened = [await library.gamut(gamut.id) for gamut in built]
-        assert [library.find_open(gamut.id) for gamut in built] == opened
-        await library.unpack(opened[0], built[0].history.triangles)
-        assert [library.find_open(gamut.id) is None for gamut in built] == [False, True]
-        await library.gamut(built[1].id)
-        assert [library.find_open(gamut.id) is None for gamut in built] == [True, False]
-        # what is no longer kept can still be read by whoever holds it
-        await library.unpack(opened[0], 4)
-        assert opened[0].gamut.history.full() == built[0].history.full()
-        assert library.find_open(built[0].id) is None
-
-    run(library, scenario())
-
-
-def test_what_is_deleted_while_it_is_being_opened_is_not_kept(filled_store, built):
-    library = Library(filled_store, 10**9)
-
-    async def scenario():
-        opening = asyncio.create_task(library.gamut(built[0].id))
-        await asyncio.sleep(0)
-        library.discard(built[0].id)
-        await opening
-        assert library.find_open(built[0].id) is None
-
-    run(library, scenario())
-
-
 def test_a_file_that_is_no_history_is_set_aside(filled_store):
     record = published(filled_store, b"intact, but of another kind")
     library = Library(filled_store, 10**9)
@@ -176,23 +130,5 @@ def test_a_gamut_that_could_not_be_unpacked_is_opened_anew(filled_store, built, 
         await library.unpack(again, triangles)
         assert again.gamut.history.full() == built[0].history.full()
         assert not list(filled_store.blobs.keys("quarantine/"))
-
-    run(library, scenario())
-
-
-def test_a_mesh_says_where_it_comes_from(filled_store, built):
-    library = Library(filled_store, 10**9)
-
-    async def scenario():
-        provenance = (await library.gamut(built[0].id)).provenance
-        assert provenance["gamut"] == built[0].id
-        assert provenance["space"] == "CIELAB"
-        description = built[0].description
-        centre = [float(number) for number in provenance["centre"].split()]
-        assert centre == description["centre"]
-        stated = description["provenance"]
-        assert provenance["input_sha256"] == stated["input"]["sha256"]
-        assert provenance["algorithm_version"] == str(stated["algorithm"]["version"])
-        assert all(isinstance(value, str) for value in provenance.values())
 
     run(library, scenario())

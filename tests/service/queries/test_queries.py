@@ -1,151 +1,568 @@
-import asyncio
+"""Queries over HTTP: forms of bodies and answers, parameters, levels, limits."""
+
+import csv
 import io
 import json
-import threading
+import re
+import socket
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
-from service.meshes.library import Library
-from service.meshes.requested_levels import RequestedLevels
-from service.problems.problem import ProblemError
-from service.queries.bodies import CSV, JSON, NPY, Body
-from service.queries.operations import OPERATIONS, Operation, Result
-from service.queries.queries import INLINE_ROWS, PIECE, Admission, Queries, Question
-from service.telemetry.metrics import QueryFigures
+from gamutcore.building import gamut_id
+from gamutcore.options import Options
+from gamutcore.references import REFERENCES
+from service.application import create_app
+from service.settings import Settings
 
-VALUES = {"space": None, "distance": False, "tolerance": None}
-
-
-@pytest.fixture
-def run(filled_store):
-    """Run a coroutine function with the queries of the filled store."""
-
-    def run_scenario(scenario, most_rows=10**7):
-        library = Library(filled_store, 10**9)
-        figures = QueryFigures()
-        queries = Queries(
-            library, RequestedLevels(library), figures, index_bytes=10**8, most_rows=most_rows
-        )
-        try:
-            return asyncio.run(scenario(queries, figures))
-        finally:
-            queries.close()
-            library.close()
-
-    return run_scenario
+JSON, NPY, CSV = "application/json", "application/x-npy", "text/csv"
+EXAMPLES = {
+    "contains": {"colours": [[50, 0, 0], [50, 90, 0]], "distance": True, "tolerance": 0.5},
+    "nearest": {"colours": [[50, 90, 0]], "metric": "CIE 1976"},
+    "map": {"colours": [[50, 90, 0]], "method": "clip-chroma"},
+    "crossings": {"from": [[50, 0, 0]], "to": [[50, 100, 0]]},
+}
+ROWS = np.array([[50.0, 1.5, -2.25], [0.125, 0.0, 100.0]])
+PIECE = 65_536
+"""Many more rows than are answered at once."""
 
 
-async def whole(queries, question):
-    first, others = await queries.answer(question)
-    return first if others is None else first + b"".join([piece async for piece in others])
+def npy(array, version=None):
+    file = io.BytesIO()
+    np.lib.format.write_array(file, np.asarray(array), version, allow_pickle=True)
+    return file.getvalue()
 
 
-def points(count):
+@pytest.fixture(scope="module")
+def ask(server, cubes):
+    """Post a body to an operation of the larger cube."""
+
+    def post(content, media_type=JSON, operation="contains", query="", **fields):
+        content = json.dumps(content) if isinstance(content, dict) else content
+        content = content.encode() if isinstance(content, str) else content
+        headers = {"Content-Type": media_type, **fields}
+        address = f"{cubes[0]}/{operation}{query}"
+        return server.client.post(address, content=content, headers=headers)
+
+    return post
+
+
+def inside_cube(points):
+    return (np.abs(points - (50, 0, 0)) <= 10).all(axis=1)
+
+
+def points_about(count):
     return np.random.default_rng(0).uniform(-30, 30, (count, 3)) + np.array([50, 0, 0])
 
 
-@pytest.mark.parametrize("count", [0, 1, PIECE, 2 * PIECE + 7])
-def test_pieces_are_the_whole(run, cube, count):
-    colours = points(count)
-    contains = OPERATIONS["contains"]
-
-    async def scenario(queries, figures):
-        question = Question(contains, cube, Body([colours], {}), VALUES, NPY)
-        array = np.load(io.BytesIO(await whole(queries, question)))
-        inside = (np.abs(colours - (50, 0, 0)) <= 10).all(axis=1)
-        assert array["inside"].tolist() == inside.tolist()
-        assert figures.rows == {"contains": count}
-        assert sum(figures.seconds["contains"].counts) == max(1, -(-count // PIECE))
-
-    run(scenario)
+# --- answers --------------------------------------------------------------------------------------
 
 
-def test_entries_of_all_pieces_are_counted_first(run, repeats, cube):
-    colours = np.zeros((2 * PIECE + 5, 3))
-    colours[:: PIECE // 2, 0] = 3
-
-    async def scenario(queries, _figures):
-        question = Question(repeats, cube, Body([colours], {}), {}, NPY)
-        array = np.load(io.BytesIO(await whole(queries, question)))
-        assert (
-            array["row"].tolist() == np.repeat(np.arange(0, 2 * PIECE + 5, PIECE // 2), 3).tolist()
-        )
-
-    run(scenario)
+def test_the_document_and_the_fields_name_the_level(ask):
+    answer = ask({"colours": ROWS.tolist(), "max_error": 0})
+    assert answer.status_code == 200
+    assert answer.headers["content-type"] == JSON
+    assert answer.headers["cache-control"] == "no-store"
+    document = answer.json()
+    assert document["level"] == {"triangles": 12, "max_error": 0}
+    assert answer.headers["gamut-triangles"] == "12"
+    assert document["inside"] == [True, False]
 
 
-def test_json_has_limits_that_other_forms_do_not_have(run, cube):
-    async def scenario(queries, _figures):
-        body = Body([points(10_001)], {})
-        for media_type in (NPY, CSV):
-            asked = Question(OPERATIONS["contains"], cube, body, VALUES, media_type)
-            assert await whole(queries, asked)
-        asked = asked._replace(media_type=JSON)
-        with pytest.raises(ProblemError) as caught:
-            await queries.answer(asked)
-        assert caught.value.problem.code == "too-many-rows"
-        assert caught.value.problem.where["header"] == "Accept"
-        fewer = asked._replace(body=Body([points(10_000)], {}))
-        assert len(json.loads(await whole(queries, fewer))["inside"]) == 10_000
-
-    run(scenario)
-
-
-def test_few_rows_stay_on_the_event_loop_and_many_leave_it(run, cube):
-    threads = []
-
-    def note(_level, inputs, _values):
-        threads.append(threading.current_thread())
-        return Result({"inside": np.zeros(len(inputs[0]), bool)})
-
-    operation = Operation("note", "note", "Note", "Note.", (), (), note, {}, {})
-
-    async def scenario(queries, _figures):
-        for count in (INLINE_ROWS, INLINE_ROWS + 1):
-            body = Body([points(count)], {})
-            await whole(queries, Question(operation, cube, body, {}, JSON))
-        assert threads[0] is threading.main_thread()
-        assert threads[1] is not threading.main_thread()
-
-    run(scenario)
+@pytest.mark.parametrize("accept", [JSON, NPY, CSV])
+def test_every_form_of_an_answer_has_the_right_values(ask, accept):
+    colours = points_about(60)
+    body = {"colours": colours.tolist(), "distance": True, "triangles": 12}
+    answer = ask(body, Accept=accept)
+    assert answer.headers["content-type"].partition(";")[0] == accept
+    assert answer.headers["gamut-max-error"] == "0"
+    if accept == JSON:
+        found = answer.json()
+        inside, distance = np.array(found["inside"]), np.array(found["distance"])
+    elif accept == NPY:
+        found = np.load(io.BytesIO(answer.content))
+        inside, distance = found["inside"], found["distance"]
+    else:
+        head, *rows = csv.reader(answer.text.splitlines())
+        assert head == ["L*", "a*", "b*", "inside", "distance"]
+        assert [[float(cell) for cell in row[:3]] for row in rows] == colours.tolist()
+        inside = np.array([row[3] == "true" for row in rows])
+        distance = np.array([float(row[4]) for row in rows])
+    assert inside.tolist() == inside_cube(colours).tolist()
+    # distance from a box: https://iquilezles.org/articles/distfunctions/
+    beyond = np.abs(colours - (50, 0, 0)) - 10
+    outside = np.linalg.norm(np.maximum(beyond, 0), axis=1)
+    np.testing.assert_allclose(distance, outside + np.minimum(beyond.max(axis=1), 0), atol=1e-4)
 
 
-def test_errors_of_an_answer_come_before_its_first_byte(run, cube):
-    def fail(_level, _inputs, _values):
-        raise ZeroDivisionError
+def test_rows_with_several_entries(ask):
+    # a line through the cube, one beside it, and one that ends inside
+    body = {
+        "from": [[50, -20, 0], [50, -20, 15], [50, -20, 0]],
+        "to": [[50, 20, 0], [50, 20, 15], [50, 0, 0]],
+    }
+    document = ask(body, operation="crossings").json()
+    assert [np.round(t, 6).tolist() for t in document["t"]] == [[0.25, 0.75], [], [0.5]]
+    assert document["entering"] == [[True, False], [], [True]]
+    array = np.load(io.BytesIO(ask(body, operation="crossings", Accept=NPY).content))
+    assert array["row"].tolist() == [0, 0, 2]
+    assert array["entering"].tolist() == [True, False, True]
+    lines = ["name,from_L,from_a,from_b,to L*,to a*,to b*", '"a,b",50,-20,0,50,20,0']
+    lines += ["beside,50,-20,15,50,20,15", "in,50,-20,0,50,0,0"]
+    answer = ask("\n".join(lines), CSV, "crossings")
+    head, *rows = csv.reader(answer.text.splitlines())
+    assert head[:9] == [*next(csv.reader(lines)), "t", "entering"]
+    assert [row[0] for row in rows] == ["a,b", "a,b", "beside", "in"]
+    assert [row[8] for row in rows] == ["true", "false", "", "true"]
+    both = ask(npy(np.hstack([body["from"], body["to"]]).astype(float)), NPY, "crossings")
+    assert np.load(io.BytesIO(both.content))["t"].tolist() == array["t"].tolist()
 
-    operation = Operation("fail", "fail", "Fail", "Fail.", (), (), fail, {}, {})
 
-    async def scenario(queries, _figures):
-        with pytest.raises(ZeroDivisionError):
-            await queries.answer(Question(operation, cube, Body([points(99)], {}), {}, NPY))
+def test_a_table_keeps_its_own_columns(ask):
+    table = 'spot name,L*,a*,b*,note\n"Red, warm",50,5,4,"say ""x"""\n\nBlue,30,10,-50,\n'
+    rows = list(csv.reader(ask(table, CSV).text.splitlines()))
+    assert rows[0] == ["spot name", "L*", "a*", "b*", "note", "inside"]
+    assert rows[1] == ["Red, warm", "50", "5", "4", 'say "x"', "true"]
+    assert rows[2] == ["Blue", "30", "10", "-50", "", "false"]
 
-    run(scenario)
+
+def test_columns_of_a_table_are_those_of_the_space(ask):
+    table = "name,L,C,h\nRed,50,79,30\n"
+    answer = ask(table, CSV, "nearest", "?space=LCHab").text.splitlines()
+    assert answer[0].startswith("name,L,C,h,point_L*,point_C*,point_h,distance")
+    body = {"colours": [[1, 0, 0]], "space": "srgb"}
+    header = ask(body, operation="nearest", Accept=CSV).text
+    assert header.startswith("R,G,B,point_R,point_G,point_B,")
 
 
-class TestAdmission:
-    def test_rows_are_counted_until_the_end(self):
-        admission = Admission(100)
-        with admission.held(60) as correct, admission.held(40):
-            assert admission.rows == 100
-            with pytest.raises(ProblemError) as caught, admission.held(1):
-                pass
-            assert caught.value.problem.code == "queries-busy"
-            assert caught.value.problem.headers["Retry-After"] == "1"
-            correct(10)
-            with admission.held(50):
-                assert admission.rows == 100
-        assert admission.rows == 0
+@pytest.mark.parametrize("accept", [JSON, NPY, CSV])
+@pytest.mark.parametrize("operation", ["contains", "crossings"])
+def test_nothing_has_columns_as_well(ask, accept, operation):
+    body = {"colours": []} if operation == "contains" else {"from": [], "to": []}
+    answer = ask(body, operation=operation, Accept=accept)
+    assert answer.status_code == 200
+    column = "inside" if operation == "contains" else "t"
+    if accept == JSON:
+        assert answer.json()[column] == []
+    elif accept == NPY:
+        array = np.load(io.BytesIO(answer.content))
+        assert len(array) == 0
+        assert column in array.dtype.names
+    else:
+        (header,) = answer.text.splitlines()
+        assert column in header.split(",")
 
-    def test_a_single_query_is_always_admitted(self):
-        admission = Admission(100)
-        with admission.held(1000):
-            assert admission.rows == 1000
-        assert admission.rows == 0
 
-    def test_refused_and_failed_rows_are_not_counted(self):
-        admission = Admission(100)
-        with pytest.raises(ZeroDivisionError), admission.held(50) as correct:
-            correct(70 // 0)
-        assert admission.rows == 0
+def test_large_arrays_are_answered_in_pieces(ask):
+    colours = points_about(2 * PIECE + 7).astype(np.float32)
+    array = np.load(io.BytesIO(ask(npy(colours), NPY).content))
+    assert array["inside"].tolist() == inside_cube(colours).tolist()
+    lines = np.tile(np.array([50, -20, 0, 50, 20, 0], np.float32), (PIECE // 2 + 5, 1))
+    lines[::3, 2] = lines[::3, 5] = 15
+    array = np.load(io.BytesIO(ask(npy(lines), NPY, "crossings").content))
+    assert array["row"].tolist() == [n for n in range(len(lines)) if n % 3 for _ in range(2)]
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_documented_examples_are_answered_as_documented(server, ask, name):
+    document = server.client.get("/openapi.json").json()
+    described = document["paths"][f"/v1/gamuts/{{gamut_id}}/{name}"]["post"]
+    content = described["requestBody"]["content"]
+    assert content[JSON]["examples"]["colours"]["value"].keys() >= EXAMPLES[name].keys()
+    answer = ask(content[JSON]["examples"]["colours"]["value"], operation=name)
+    assert answer.status_code == 200, answer.text
+    documented = described["responses"]["200"]["content"][JSON]["examples"]["answer"]["value"]
+    # the data of the cube has no device values
+    assert answer.json().keys() == documented.keys() - {"device"}
+    table = ask(content[CSV]["examples"]["table"]["value"], CSV, name, Accept=JSON)
+    assert table.status_code == 200
+    colours = {key: value for key, value in EXAMPLES[name].items() if isinstance(value, list)}
+    assert table.json() == ask(colours, operation=name).json()
+    assert table.content == ask(colours, operation=name).content
+
+
+# --- bodies ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("content", "media_type"),
+    [
+        (npy(ROWS), NPY),
+        (npy(ROWS, (2, 0)), NPY),
+        (npy(np.asfortranarray(ROWS)), NPY),
+        (npy(ROWS.astype(">f8")), NPY),
+        (npy(ROWS.astype(np.float32)), NPY),
+        ("L*,a*,b*\n50,1.5,-2.25\n0.125,0,1e2\n", CSV),
+        ("\ufeffname,LAB_B,lab_a,L\r\nx,-2.25,1.5,50\r\n\r\n'y',100,0,.125", CSV),
+    ],
+)
+def test_all_forms_give_the_same_points(ask, content, media_type):
+    expected = ask({"colours": ROWS.tolist()}, operation="nearest")
+    answer = ask(content, media_type, "nearest", Accept=JSON)
+    assert answer.content == expected.content
+
+
+def test_without_a_preference_the_form_is_that_of_the_body(ask):
+    for fields in ({}, {"Accept": "text/html, */*;q=0.1"}):
+        assert ask(npy(ROWS), NPY, **fields).headers["content-type"] == NPY
+    answer = ask({"colours": []}, Accept="application/octet-stream")
+    assert answer.headers["content-type"] == NPY
+
+
+FAULTY_ROWS = [
+    ([[1, 2, 3], [1, 2]], 1),
+    ([[1, 2, 3], [1, 2, 3, 4]], 1),
+    ([[1, 2, 3], [1, None, 3]], 1),
+    ([[1, 2, "3"]], 0),
+    ([[1, 2, True]], 0),
+    ([[1, 2, 3], "abc"], 1),
+    ([1, 2, 3], 0),
+    ([[[1], [2], [3]]], 0),
+    ([[1, 2, 3], [10**400, 0, 0]], 1),
+    ([[1, 2, 3], [1e61, 0, 0]], 1),
+    ([{"L": 1}], 0),
+]
+
+
+def test_a_row_that_is_no_colour_is_named(ask, assert_problem):
+    for rows, faulty in FAULTY_ROWS:
+        document = assert_problem(ask({"colours": rows}), 422, "invalid-points")
+        assert document["where"] == {"field": "colours", "row": faulty}, rows
+    assert_problem(ask('{"colours": [[1, 2, 1e999]]}'), 422, "invalid-points")
+    for value in (np.nan, np.inf, -np.inf):
+        colours = np.zeros((60_000, 3))
+        colours[55_555, 2] = value
+        document = assert_problem(ask(npy(colours), NPY), 422, "invalid-points")
+        assert document["where"] == {"field": "colours", "row": 55_555}
+        table = f"L,a,b\n\n1,2,3\n4,5,{value}\n"
+        document = assert_problem(ask(table, CSV), 422, "invalid-points")
+        assert document["where"] == {"field": "colours", "row": 1, "line": 4}
+    document = assert_problem(ask("L,a,b\n1,2,3\n1,,3\n", CSV), 422, "invalid-points")
+    assert document["where"] == {"field": "a", "row": 1}
+
+
+@pytest.mark.parametrize(
+    ("content", "status", "code", "where"),
+    [
+        ("[]", 422, "invalid-body", {"field": "colours"}),
+        ("{}", 422, "invalid-body", {"field": "colours"}),
+        ('{"colours": 3}', 422, "invalid-body", {"field": "colours"}),
+        ('{"colours": [], "color": 1}', 422, "invalid-body", {"field": "color"}),
+        ('{"colours": [], "colours": [[1, 2, 3]]}', 422, "invalid-body", {"field": "colours"}),
+        ('{"colours": [], "\\u0063olours": []}', 422, "invalid-body", {"field": "colours"}),
+        ('{"colours": [[1, 2, NaN]]}', 400, "malformed-body", {}),
+        ('{"colours": [[1, 2,', 400, "malformed-body", None),
+        ("{", 400, "malformed-body", None),
+        ("", 400, "malformed-body", None),
+        (b'{"colours": "\xff"}', 400, "malformed-body", None),
+    ],
+)
+def test_other_json_is_a_problem(ask, assert_problem, content, status, code, where):
+    document = assert_problem(ask(content), status, code)
+    assert where is None or where.items() <= document["where"].items()
+
+
+def test_inputs_have_equal_numbers_of_rows(ask, assert_problem):
+    answer = ask({"from": [[1, 2, 3]], "to": []}, operation="crossings")
+    assert "from 1, to 0" in assert_problem(answer, 422, "invalid-body")["detail"]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"\x93NUMPY",
+        b"PK\x03\x04" + bytes(100),
+        npy(ROWS)[:-1],
+        npy(ROWS) + b"\0",
+        npy(ROWS).replace(b"(2, 3)", b"(9, 3)"),
+        npy(ROWS).replace(b"(2, 3)", b"(-2, 3)"),
+        npy(ROWS).replace(b"'<f8'", b"'<z8'"),
+        npy(ROWS[0]),
+        npy(np.hstack([ROWS, ROWS])),
+        npy(ROWS.astype(np.int32)),
+        npy(ROWS.astype(np.float16)),
+        npy(ROWS.astype(complex)),
+        npy(np.array([[{}, [], ()]], object)),
+        npy(np.zeros(2, [("L", "f8"), ("a", "f8"), ("b", "f8")])),
+        b"\x93NUMPY\x01\x00\xff\xff" + b"(" * 70_000,
+        b"\x93NUMPY\x02\x00\xff\xff\xff\xff" + bytes(200),
+        b"\x93NUMPY\x01\x00\x40\x00" + b"{'descr': __import__('os'), 'shape': (1,3)}".ljust(64),
+    ],
+    ids=range(18),
+)
+def test_other_files_are_refused(ask, assert_problem, content):
+    assert_problem(ask(content, NPY), 422, "invalid-body")
+
+
+@pytest.mark.parametrize(
+    ("table", "where"),
+    [
+        ("", {"line": 1, "field": "L*"}),
+        ("L,a\n1,2\n", {"line": 1, "field": "b*"}),
+        ("L,a,b,LAB_L\n1,2,3,4\n", {"line": 1, "field": "L*"}),
+        ("L,a,b\n1,2,3\n1,2\n", {"row": 1}),
+        ('L,a,b\n1,2,"3\n', {"line": 2}),
+        (b"L,a,b\n\xff,2,3\n", {"line": 1}),
+    ],
+)
+def test_other_tables_are_problems_with_a_place(ask, assert_problem, table, where):
+    assert assert_problem(ask(table, CSV), 422, "invalid-body")["where"] == where
+
+
+def test_too_many_rows_are_refused_before_they_are_decoded(ask, assert_problem):
+    assert len(ask({"colours": [[1, 2, 3]] * 10_000}).json()["inside"]) == 10_000
+    huge = npy(ROWS).replace(b"(2, 3), }" + b" " * 20, b"(2000000000000000000, 3), }  ")
+    for content, media_type in (
+        ({"colours": [[1, 2, 3]] * 10_001}, JSON),
+        ('{"colours": [' + "[" * 50_000, JSON),
+        (huge, NPY),
+        (npy(np.zeros((1_000_001, 3), np.float32))[:1000], NPY),
+    ):
+        assert_problem(ask(content, media_type), 422, "too-many-rows")
+    # the JSON of an answer has the same limit; other forms do not
+    many = npy(points_about(10_001))
+    document = assert_problem(ask(many, NPY, Accept=JSON), 422, "too-many-rows")
+    assert document["where"]["header"] == "Accept"
+    assert len(ask(many, NPY, Accept=CSV).text.splitlines()) == 10_002
+
+
+def test_other_media_types_and_large_bodies_are_refused(server, cubes, ask, assert_problem):
+    assert_problem(ask("<x/>", "text/xml"), 415, "unsupported-media-type")
+    encoded = ask(b"", **{"Content-Encoding": "gzip"})
+    assert_problem(encoded, 415, "unsupported-media-type")
+    document = assert_problem(ask({"colours": []}, Accept="image/png"), 406, "not-acceptable")
+    assert document["where"]["available"] == [JSON, NPY, CSV]
+    assert_problem(ask(b" " * 2_500_000), 413, "body-too-large")
+    # of a body that is declared too large nothing has to arrive
+    address = server.client.base_url.host, server.client.base_url.port
+    with socket.create_connection(address, timeout=120) as one:
+        head = f"POST {cubes[0]}/contains HTTP/1.1\r\nHost: test\r\nContent-Type: {NPY}\r\n"
+        one.sendall(f"{head}Content-Length: {10**10}\r\n\r\n".encode())
+        assert b" 413 " in one.recv(1000)
+
+
+# --- parameters -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("operation", "query", "body"),
+    [
+        ("contains", "triangles=10&tolerance=1e-2", {"triangles": 10, "tolerance": 0.01}),
+        ("contains", "distance=true", {"distance": True}),
+        ("nearest", "metric=CIEDE2000", {"metric": "ciede2000"}),
+        ("map", "method=clip-focal&focus=cusp", {"method": "clip-focal", "focus": "cusp"}),
+        (
+            "map",
+            "method=clip-focal&focus=50,-1.5,2e0",
+            {"method": "clip-focal", "focus": [50, -1.5, 2]},
+        ),
+    ],
+)
+def test_parameters_are_the_same_in_the_query_and_in_the_body(ask, operation, query, body):
+    colours = {"colours": [[50, 70, 5], [50, 1, 1]]}
+    in_query = ask(colours, operation=operation, query=f"?{query}")
+    in_body = ask({**colours, **body}, operation=operation)
+    assert in_query.status_code == in_body.status_code == 200, in_query.text
+    assert in_query.content == in_body.content
+    assert in_body.json() != ask(colours, operation=operation).json()
+
+
+@pytest.mark.parametrize(
+    ("operation", "query", "field"),
+    [
+        ("contains", "triangles=3", "triangles"),
+        ("contains", "triangles=%2B10", "triangles"),
+        ("contains", "triangles=10.0", "triangles"),
+        ("contains", "triangles=\u0661\u0660", "triangles"),
+        ("contains", "tolerance=nan", "tolerance"),
+        ("contains", "tolerance=1_0", "tolerance"),
+        ("contains", "tolerance=-1", "tolerance"),
+        ("contains", "distance=1", "distance"),
+        ("contains", "trianglez=10", "trianglez"),
+        ("contains", "side=inside", "side"),
+        ("contains", "triangles=10&triangles=10", "triangles"),
+        ("contains", "triangles=20&max_error=1", "triangles"),
+        ("nearest", "metric=cie", "metric"),
+        ("map", "focus=1,2", "focus"),
+    ],
+)
+def test_faulty_parameters_are_refused_by_name(ask, assert_problem, operation, query, field):
+    answer = ask({"colours": []}, operation=operation, query=f"?{query}")
+    document = assert_problem(answer, 422, "invalid-parameter")
+    assert document["where"]["field"] == field
+    assert document["where"]["in"] == "query"
+
+
+@pytest.mark.parametrize(
+    ("body", "query", "place"),
+    [
+        ({"triangles": 10}, "?triangles=10", "query"),
+        ({"triangles": "10"}, "", "body"),
+        ({"triangles": True}, "", "body"),
+        ({"triangles": 3}, "", "body"),
+        ({"distance": 1}, "", "body"),
+        ({"tolerance": None}, "", "body"),
+    ],
+)
+def test_a_value_of_another_type_or_in_two_places_is_refused(
+    ask, assert_problem, body, query, place
+):
+    answer = ask({"colours": [], **body}, query=query)
+    assert assert_problem(answer, 422, "invalid-parameter")["where"]["in"] == place
+
+
+def test_misspelled_choices_get_a_near_match(ask, assert_problem):
+    answer = ask({"colours": [], "metric": "ciede200"}, operation="nearest")
+    assert "Did you mean" in assert_problem(answer, 422, "invalid-parameter")["remedy"]
+
+
+def test_a_level_is_chosen_by_count_or_error(server, gamut, assert_problem):
+    def level(**body):
+        answer = server.client.post(f"{gamut['links']['self']}/contains", json=body)
+        assert answer.status_code == 200
+        return answer.json()["level"]
+
+    errors = [level(colours=[], triangles=count)["max_error"] for count in (4, 20, 302)]
+    assert errors == sorted(errors, reverse=True)
+    assert errors[-1] > 0
+    assert level(colours=[], triangles=21)["triangles"] == 20
+    assert level(colours=[], max_error=2)["max_error"] <= 2
+    assert level(colours=[])["max_error"] <= 0.1
+    full = level(colours=[], max_error=0)
+    assert full == {"triangles": gamut["counts"]["triangles"], "max_error": 0}
+    body = {"colours": [], "triangles": 99_999_998}
+    answer = server.client.post(f"{gamut['links']['self']}/contains", json=body)
+    assert_problem(answer, 422, "triangle-count")
+
+
+# --- gamuts ---------------------------------------------------------------------------------------
+
+
+def test_other_addresses_and_methods(server, cubes, assert_problem, sphere):
+    body = {"colours": []}
+    missing = server.client.post(f"/v1/gamuts/{'0' * 64}/contains", json=body)
+    assert_problem(missing, 404, "gamut-not-found")
+    wrong = server.client.post("/v1/gamuts/xyz/contains", json=body)
+    assert assert_problem(wrong, 422, "invalid-parameter")["where"]["field"] == "gamut_id"
+    wrong = server.client.get(f"{cubes[0]}/contains")
+    assert assert_problem(wrong, 405, "method-not-allowed")["where"]["allowed"] == ["POST"]
+    created = server.client.post("/v1/gamuts", json={"samples": sphere(seed=77)}).json()
+    address = f"{created['links']['self']}/contains"
+    assert server.client.post(address, json=body).status_code == 200
+    assert server.client.delete(created["links"]["self"]).status_code == 204
+    assert_problem(server.client.post(address, json=body), 404, "gamut-not-found")
+
+
+def test_reference_gamuts_answer_by_slug(server):
+    answer = server.client.post(
+        "/v1/gamuts/srgb/contains?surface_samples=2000",
+        json={"colours": [[50, 0, 0], [50, 120, 0]], "triangles": 100},
+    )
+    assert answer.json()["inside"] == [True, False]
+    assert answer.headers["content-location"].endswith("/contains")
+
+
+def test_a_source_is_named_by_id_or_slug(server, ask, assert_problem):
+    colours = {"colours": [[50, 0, 0], [50, 80, 0]], "max_error": 1, "method": "sgck"}
+    by_slug = ask(colours, operation="map", query="?source=srgb&surface_samples=2000")
+    assert by_slug.status_code == 200, by_slug.text
+    located = by_slug.headers["content-location"].partition("source=")[2]
+    by_id = ask({**colours, "source": located[:64]}, operation="map")
+    assert by_id.content == by_slug.content
+    # options in the address of a slug apply to the source in the body as well
+    address = "/v1/gamuts/display-p3/map?surface_samples=2000"
+    in_query = server.client.post(f"{address}&source=srgb", json=colours)
+    in_body = server.client.post(address, json={**colours, "source": "srgb"})
+    assert in_body.status_code == 200, in_body.text
+    assert in_body.content == in_query.content
+    misspelled = ask({**colours, "source": "srbg"}, operation="map")
+    problem = assert_problem(misspelled, 422, "invalid-parameter")
+    assert problem["where"] == {"in": "body", "field": "source"}
+    assert "srgb" in problem["remedy"]
+    assert_problem(ask(colours, operation="map"), 422, "invalid-option")
+
+
+def test_a_source_that_is_not_built_is_built(server, ask):
+    body = {"colours": [[50, 0, 0]], "method": "sgck", "source": "h-273-generic-film"}
+    answer = ask(body, operation="map", Prefer="respond-async")
+    assert answer.status_code == 202
+    assert answer.json()["id"] == gamut_id(Options(), REFERENCES[body["source"]].sha256)
+    server.client.delete(answer.headers["location"])
+
+
+def test_who_may_read_may_query_and_post_nothing_else(tmp_path, request_app, assert_problem):
+    app = create_app(Settings(store=str(tmp_path), allow_anonymous="read"))
+    for below in EXAMPLES:
+        answer = request_app(app, "POST", f"/v1/gamuts/{'0' * 64}/{below}", content=b"{}")
+        assert answer.status_code != 401, below
+    for path in ("", f"/{'0' * 64}", f"/{'0' * 64}/contains/x", "/srgb/b"):
+        answer = request_app(app, "POST", f"/v1/gamuts{path}", content=b"{}")
+        assert_problem(answer, 401, "api-key-required")
+
+
+# --- load -----------------------------------------------------------------------------------------
+
+
+def test_metrics_count_rows_and_seconds(server, ask):
+    def figures():
+        lines = server.client.get("/metrics").text.splitlines()
+        return {
+            name: float(value)
+            for name, _, value in (line.rpartition(" ") for line in lines)
+            if name.startswith("gamut_query")
+        }
+
+    before = figures()
+    ask({"colours": [[50, 0, 0]] * 7})
+    after = figures()
+    rows = 'gamut_query_rows_total{operation="contains"}'
+    seconds = 'gamut_query_seconds_count{operation="contains"}'
+    assert after[rows] == before.get(rows, 0) + 7
+    assert after[seconds] == before.get(seconds, 0) + 1
+    assert after["gamut_query_rows_in_progress"] == 0
+
+
+def test_too_many_rows_at_once_are_refused_for_a_moment(small_server, sphere, assert_problem):
+    server = small_server
+    created = server.client.post("/v1/gamuts", json={"samples": sphere(seed=78)}).json()
+    address = f"{created['links']['self']}/contains"
+    body = npy(np.zeros((900, 3), np.float32))
+    host, port = server.url.removeprefix("http://").split(":")
+    head = f"POST {address} HTTP/1.1\r\nHost: x\r\nContent-Type: {NPY}\r\n"
+    with socket.create_connection((host, int(port)), timeout=120) as slow:
+        # its rows count from the arrival of the header fields
+        slow.sendall(f"{head}Content-Length: {len(body)}\r\n\r\n".encode())
+
+        def counted():
+            text = server.client.get("/metrics").text
+            return int(re.search(r"(?m)^gamut_query_rows_in_progress (\d+)", text)[1]) > 800
+
+        # a request before that would take the rows itself
+        server.wait_for(counted)
+        refused = server.client.post(address, content=body, headers={"Content-Type": NPY})
+        assert_problem(refused, 429, "queries-busy")
+        assert int(refused.headers["retry-after"]) > 0
+        few = server.client.post(address, json={"colours": [[50, 0, 0]]})
+        assert few.status_code == 200
+        slow.sendall(body)
+        assert slow.recv(1000).startswith(b"HTTP/1.1 200")
+    # a query of more rows than that is admitted when no other runs
+    many = npy(np.zeros((2000, 3), np.float32))
+    for content in (body, many):
+        answer = server.client.post(address, content=content, headers={"Content-Type": NPY})
+        assert answer.status_code == 200
+
+
+def test_the_service_answers_while_queries_use_all_cores(server, ask):
+    body = npy(points_about(150_000).astype(np.float32))
+    answered = 0
+    with ThreadPoolExecutor(4) as threads:
+        asked = [threads.submit(ask, body, NPY) for _ in range(12)]
+        while not all(each.done() for each in asked):
+            assert server.client.get("/livez").status_code == 200
+            answered += 1
+    assert {each.result().status_code for each in asked} <= {200, 429}
+    # `make soak` measures the percentile of the target on a quiet machine
+    assert answered > 0

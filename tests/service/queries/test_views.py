@@ -1,54 +1,53 @@
+"""Views and comparisons over HTTP: figures of cubes, forms, caching, pictures."""
+
+import io
+
 import numpy as np
 import pytest
 
-from gamutcore import Gamut
-from service.problems.problem import ProblemError
-from service.queries.levels import QueryLevel
-from service.queries.operations import LEVEL_PARAMETERS
-from service.queries.views import COMPARISON, VIEWS
-
-ALL = [*VIEWS.values(), COMPARISON]
+IMMUTABLE = "public, max-age=31536000, immutable"
+JSON, NPY, CSV = "application/json", "application/x-npy", "text/csv"
+NAMES = ["cusps", "leaves", "slice", "rings", "comparisons"]
 
 
 @pytest.fixture(scope="module")
-def levels(cube):
-    """The level of the cube, and that of a cube with half of its edge."""
-    corners = np.array(list(np.ndindex(2, 2, 2)), np.float64) * 10 - 5
-    gamut = Gamut(corners + np.array([50, 0, 0]))
-    gamut.levels.indexed(12)
-    return [cube, QueryLevel(gamut, 12, 0.0)]
+def view(server, cubes):
+    """Ask for a view of the larger cube; of both cubes for a comparison."""
+    ids = [address.rpartition("/")[2] for address in cubes]
+
+    def ask(name, accept=JSON, **query):
+        if name == "slice" and not query:
+            query = {"lightness": 50}
+        if name == "comparisons":
+            query = {"a": ids[0], "b": ids[1], **query}
+        path = "/v1/comparisons" if name == "comparisons" else f"{cubes[0]}/{name}"
+        return server.client.get(path, params=query, headers={"Accept": accept})
+
+    return ask
 
 
-def asked(view, levels, **given):
-    values = {each.name: each.default for each in view.all_parameters} | given
-    return view.answer(levels[: 2 if view is COMPARISON else 1], values)
+def test_every_view_of_the_document_is_here(server):
+    paths = server.client.get("/openapi.json").json()["paths"]
+    for name in NAMES[:-1]:
+        assert "get" in paths[f"/v1/gamuts/{{gamut_id}}/{name}"]
 
 
-@pytest.mark.parametrize("view", ALL, ids=lambda view: view.name)
-def test_entries_are_consistent(view, levels):
-    assert view.all_parameters[: len(LEVEL_PARAMETERS)] == LEVEL_PARAMETERS
-    assert view.example.keys() <= view.members.keys()
-    answered = asked(
-        view, levels, triangles=12, **({"lightness": 50.0} if view.name == "slice" else {})
+# --- figures --------------------------------------------------------------------------------------
+
+
+def test_cusps_of_a_cube(view):
+    answer = view("cusps", hues=8).json()
+    assert answer["hue"] == list(range(0, 360, 45))
+    np.testing.assert_allclose(answer["chroma"], [10, 10 * 2**0.5] * 4, rtol=1e-6)
+    np.testing.assert_allclose(
+        np.hypot(*np.array(answer["point"]).T[1:]), answer["chroma"], rtol=1e-6
     )
-    assert answered.document.keys() <= view.members.keys()
-    lengths = {len(column) for column in answered.table.values()}
-    assert len(lengths) == 1
-    for name, column in answered.table.items():
-        if column.ndim > 1:
-            assert len(answered.parts[name]) == column.shape[1]
+    assert answer["channels"] == []
+    assert "device" not in answer
 
 
-def test_cusps_of_a_cube(levels):
-    table = asked(VIEWS["cusps"], levels, hues=8).table
-    assert table["hue"].tolist() == list(range(0, 360, 45))
-    assert np.allclose(table["chroma"], [10, 10 * 2**0.5] * 4)
-    assert np.allclose(np.hypot(table["point"][:, 1], table["point"][:, 2]), table["chroma"])
-
-
-def test_comparison_of_a_cube_with_half_of_it(levels):
-    answered = asked(COMPARISON, levels, triangles=12, sectors=4)
-    document = answered.document
+def test_comparison_of_a_cube_with_half_of_it(view):
+    answer = view("comparisons", sectors=4).json()
     expected = {
         "volume_a": 8000,
         "volume_b": 1000,
@@ -60,51 +59,144 @@ def test_comparison_of_a_cube_with_half_of_it(levels):
         "symmetric_difference": 7000,
     }
     for name, value in expected.items():
-        assert document[name] == pytest.approx(value, rel=1e-6)
-    assert answered.table["hue_from"].tolist() == [0, 90, 180, 270]
-    assert np.allclose(answered.table["volume_b"], 250)
-    assert document["white_a"][0] == 60
-    assert document["black_b"][0] == 45
+        assert answer[name] == pytest.approx(value, rel=1e-6)
+    assert answer["sectors"]["hue_from"] == [0, 90, 180, 270]
+    assert answer["sectors"]["volume_b"] == pytest.approx([250] * 4, rel=1e-6)
+    assert answer["white_a"][0] == 60
+    assert answer["black_b"][0] == 45
+    assert [answer["levels"][name]["triangles"] for name in "ab"] == [12, 12]
 
 
-def test_sections_of_a_cube(levels):
-    for given, area in (
-        ({"lightness": 50.0}, 400),
-        ({"plane": (0.0, 1.0, 0.0, 5.0)}, 400),
-        ({"hue": 0.0}, 200),
-    ):
-        answered = asked(VIEWS["slice"], levels, **given)
-        (polygon,) = answered.document["polygons"]
-        spread = np.ptp(polygon, axis=0)
-        assert np.prod(spread[spread > 0]) == pytest.approx(area)
-        assert answered.table["polygon"].tolist() == [0] * len(polygon)
-    assert asked(VIEWS["slice"], levels, lightness=70.0).document["polygons"] == []
+@pytest.mark.parametrize(
+    ("query", "area"),
+    [({"lightness": 50}, 400), ({"plane": "0,1,0,5"}, 400), ({"hue": 0}, 200)],
+)
+def test_sections_of_a_cube(view, query, area):
+    (polygon,) = view("slice", **query).json()["polygons"]
+    spread = np.ptp(polygon, axis=0)
+    assert np.prod(spread[spread > 1e-6]) == pytest.approx(area)
 
 
-@pytest.mark.parametrize("given", [{}, {"lightness": 50.0, "hue": 3.0}])
-def test_a_section_needs_one_plane(levels, given):
-    with pytest.raises(ProblemError) as caught:
-        asked(VIEWS["slice"], levels, **given)
-    assert caught.value.problem.code == "invalid-parameter"
+def test_a_section_needs_one_plane(view, assert_problem):
+    assert view("slice", lightness=70).json()["polygons"] == []
+    for query in ({"triangles": 12}, {"lightness": 50, "hue": 3}):
+        assert_problem(view("slice", **query), 422, "invalid-parameter")
 
 
-def test_intervals_of_a_cube(levels):
-    answered = asked(VIEWS["leaves"], levels, hues=2, lightness=3)
-    assert answered.document["lightness"].tolist() == [0, 50, 100]
-    assert answered.document["intervals"] == [[[], [[0, 10]], []]] * 2
-    assert answered.table["hue"].tolist() == [0, 180]
-    assert answered.table["chroma_to"].tolist() == [10, 10]
+def test_intervals_of_a_cube(view):
+    answer = view("leaves", hues=2, lightness=3).json()
+    assert answer["lightness"] == [0, 50, 100]
+    found = [[np.round(each, 6).tolist() for each in leaf] for leaf in answer["intervals"]]
+    assert found == [[[], [[0, 10]], []]] * 2
 
 
-def test_rings_of_a_cube_with_half_of_it(levels):
-    alone = asked(VIEWS["rings"], levels[:1], sectors=4, triangles=12)
-    assert alone.document["volume"] == pytest.approx(8000)
+def test_rings_of_a_cube_with_half_of_it(view, cubes):
+    alone = view("rings", sectors=4).json()
+    assert alone["volume"] == pytest.approx(8000)
     # the area within the outer ring is the volume
-    outer = alone.document["radius"][-1]
+    outer = np.array(alone["radius"][-1])
     assert (outer**2).sum() * np.pi / 4 == pytest.approx(8000)
-    view = VIEWS["rings"]
-    values = {each.name: each.default for each in view.all_parameters}
-    both = view.answer(levels, values | {"sectors": 4, "triangles": 12})
-    inner = both.document["reference_radius"][-1]
+    both = view("rings", sectors=4, reference=cubes[1].rpartition("/")[2]).json()
+    inner = np.array(both["reference_radius"][-1])
     assert (inner**2).sum() * np.pi / 4 == pytest.approx(1000)
-    assert len(both.table["hue"]) == 4 * len(both.document["lightness"])
+    assert both["reference_level"]["triangles"] == 12
+
+
+# --- forms ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_answers_are_immutable_and_have_one_table_in_all_forms(server, view, name, assert_problem):
+    answer = view(name)
+    assert answer.status_code == 200, answer.text
+    assert answer.headers["cache-control"] == IMMUTABLE
+    assert answer.headers["gamut-triangles"].startswith("12")
+    assert view(name).content == answer.content
+    known = {"If-None-Match": answer.headers["etag"]}
+    assert server.client.get(answer.url, headers=known).status_code == 304
+    packed = server.client.get(answer.url, headers={"Accept-Encoding": "gzip"})
+    assert packed.json() == answer.json()
+    if "content-encoding" in packed.headers:
+        assert packed.headers["etag"] != answer.headers["etag"]
+    array = np.load(io.BytesIO(view(name, NPY).content))
+    lines = [line.split(",") for line in view(name, CSV).text.splitlines()]
+    assert len(lines) == len(array) + 1
+    numbers = np.array([[float(cell or "nan") for cell in line] for line in lines[1:]])
+    flat = np.concatenate([array[each].reshape(len(array), -1) for each in array.dtype.names], 1)
+    assert np.array_equal(numbers, flat, equal_nan=True)
+    columns = answer.json().get("sectors", answer.json())
+    for each in array.dtype.names:
+        if each in columns and len(columns[each]) == len(array):
+            assert columns[each] == array[each].tolist()
+    refused = assert_problem(view(name, "image/png"), 406, "not-acceptable")
+    assert refused["where"]["available"] == [JSON, NPY, CSV]
+
+
+@pytest.mark.parametrize(
+    ("query", "code", "field"),
+    [
+        ("hues=0", "invalid-parameter", "hues"),
+        ("hues=1e2", "invalid-parameter", "hues"),
+        ("triangles=3", "invalid-parameter", "triangles"),
+        ("triangles=20&max_error=1", "invalid-parameter", "triangles"),
+        ("hue=3", "invalid-parameter", "hue"),
+        ("triangles=99999998", "triangle-count", "triangles"),
+    ],
+)
+def test_faults_are_problems(server, cubes, assert_problem, query, code, field):
+    answer = server.client.get(f"{cubes[0]}/cusps?{query}")
+    assert assert_problem(answer, 422, code)["where"]["field"] == field
+
+
+def test_comparisons_need_two_gamuts_in_one_space(server, gamut, sphere, assert_problem):
+    own = gamut["id"]
+    for query in (f"a={own}", f"a={own}&a={own}&b={own}", f"a={own}&b=nothing"):
+        answer = server.client.get(f"/v1/comparisons?{query}")
+        assert assert_problem(answer, 422, "invalid-parameter")["where"]["in"] == "query"
+    missing = server.client.get(f"/v1/comparisons?a={own}&b={'0' * 64}")
+    assert_problem(missing, 404, "gamut-not-found")
+    body = {"samples": sphere(seed=2), "options": {"space": "CIELUV"}}
+    other = server.client.post("/v1/gamuts", json=body).json()["id"]
+    answer = server.client.get(f"/v1/comparisons?a={own}&b={other}")
+    assert_problem(answer, 422, "invalid-option")
+
+
+def test_reference_gamuts_are_compared_by_slug(server, gamut, assert_problem):
+    address = "/v1/comparisons?a=srgb&b=display-p3&surface_samples=2000&triangles=500"
+    answer = server.client.get(address)
+    assert answer.status_code == 200, answer.text
+    assert answer.headers["cache-control"] == "public, max-age=300"
+    # the primaries of Display P3 are those of sRGB or beyond them
+    assert answer.json()["b_covers_a"] > 0.98
+    assert answer.json()["a_covers_b"] < 0.8
+    by_id = server.client.get(answer.headers["content-location"])
+    assert by_id.headers["cache-control"] == IMMUTABLE
+    assert by_id.content == answer.content
+    own = gamut["links"]["self"]
+    rings = f"{own}/rings?reference=srgb&surface_samples=2000&triangles=100"
+    assert len(server.client.get(f"{rings}&sectors=12").json()["reference_radius"][0]) == 12
+    faulty = server.client.get(f"{own}/rings?reference=nothing")
+    assert assert_problem(faulty, 422, "invalid-parameter")["where"]["field"] == "reference"
+
+
+@pytest.mark.parametrize("query", ["slice.svg?lightness=50", "slice.svg?hue=40", "rings.svg"])
+def test_pictures_are_immutable_svg(server, gamut, query):
+    address = f"{gamut['links']['self']}/{query}"
+    answer = server.client.get(address)
+    assert answer.status_code == 200, answer.text
+    assert answer.headers["content-type"].startswith("image/svg+xml")
+    assert answer.headers["cache-control"] == IMMUTABLE
+    assert answer.text.startswith("<?xml ")
+    assert answer.text.endswith("</svg>\n")
+    assert server.client.get(address).content == answer.content
+    known = {"If-None-Match": answer.headers["etag"]}
+    assert server.client.get(address, headers=known).status_code == 304
+
+
+def test_pictures_check_their_parameters(server, gamut, assert_problem):
+    own = gamut["links"]["self"]
+    few, many = (server.client.get(f"{own}/rings.svg?sectors={n}") for n in (4, 72))
+    assert few.content != many.content
+    for address in ("rings.svg?sectors=0", "rings.svg?hues=3", "slice.svg"):
+        assert_problem(server.client.get(f"{own}/{address}"), 422, "invalid-parameter")
+    assert_problem(server.client.get(f"{own}/cusps.svg"), 404, "not-found")

@@ -17,17 +17,6 @@ def test_it_is_downloaded_under_the_name_of_the_gamut(page, gamut):
     assert page.headers["x-content-type-options"] == "nosniff"
 
 
-def test_it_is_not_sent_twice(server, gamut, page):
-    fields = {"if-none-match": page.headers["etag"]}
-    again = server.client.get(f"/v1/gamuts/{gamut['id']}/viewer.html", headers=fields)
-    assert again.status_code == 304
-    small = server.client.get(
-        f"/v1/gamuts/{gamut['id']}/viewer.html", headers={"accept-encoding": "zstd"}
-    )
-    assert small.headers["content-encoding"] == "zstd"
-    assert small.headers["etag"] != page.headers["etag"]
-
-
 def test_a_new_name_is_another_page(server, sphere):
     made = server.client.post("/v1/gamuts", json={"samples": sphere(seed=791, count=40)}).json()
     address = f"/v1/gamuts/{made['id']}"
@@ -41,10 +30,3 @@ def test_a_new_name_is_another_page(server, sphere):
         in after.headers["content-disposition"]
     )
     assert b"<b>" not in after.content.split(b"<script type", 1)[0]
-
-
-def test_no_gamut_no_page(server, assert_problem):
-    answer = server.client.get(f"/v1/gamuts/{'0' * 64}/viewer.html")
-    assert_problem(answer, 404, "gamut-not-found")
-    unknown = server.client.get(f"/v1/gamuts/{'0' * 64}/viewer.html?triangles=5")
-    assert_problem(unknown, 422, "invalid-parameter")

@@ -1,10 +1,8 @@
 """Gamuts are built from whatever is posted, once each, and while their clients come and go."""
 
-import concurrent.futures
 import io
 import json
 import socket
-import time
 import zlib
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -17,6 +15,7 @@ from PIL import Image
 from gamutcore.colours.spaces import SPACES, ColourSpace
 from gamutcore.colours.spaces.srgb import srgb
 
+ASYNC = {"Prefer": "respond-async"}
 EXAMPLE = Path(__file__).parents[3] / "examples" / "FOGRA39L.ti3"
 
 
@@ -75,39 +74,6 @@ def test_pictures_that_cannot_be_used_are_refused_by_name(server):
         answer = server.client.post("/v1/gamuts", files={"file": content})
         assert (answer.status_code, answer.json()["code"]) == (422, code)
         assert answer.json()["remedy"]
-
-
-def test_the_same_question_has_the_same_address(server, sphere):
-    points = sphere(seed=3)
-    text = json.dumps({"columns": ["LAB_L", "LAB_A", "LAB_B"], "samples": points})
-    shuffled = json.dumps(
-        {"samples": points, "options": {"gamma": "auto"}, "columns": ["LAB_L", "LAB_A", "LAB_B"]},
-        indent=3,
-    )
-    headers = {"Content-Type": "application/json; charset=utf-8"}
-    answers = [
-        server.client.post("/v1/gamuts", content=body, headers=headers) for body in (text, shuffled)
-    ]
-    assert [answer.status_code for answer in answers] == [201, 200]
-    other = server.client.post("/v1/gamuts", json={"samples": points, "options": {"gamma": 0.3}})
-    assert other.json()["id"] != answers[0].json()["id"]
-
-
-@pytest.mark.parametrize(
-    ("options", "field"),
-    [
-        ({"ink_limit": 300}, "ink_limit"),
-        ({"black_limit": 90}, "black_limit"),
-        ({"source": "measurements"}, "source"),
-        ({"device_model": "fit"}, "device_model"),
-    ],
-)
-def test_options_that_the_data_does_not_have_are_refused(
-    server, sphere, assert_problem, options, field
-):
-    body = {"samples": sphere(seed=5), "options": options}
-    answer = server.client.post("/v1/gamuts", json=body)
-    assert assert_problem(answer, 422, "invalid-option")["where"] == {"field": field}
 
 
 def test_a_file_is_recognised_by_its_content(server, sphere):
@@ -174,27 +140,6 @@ def test_every_colour_space_is_built_and_exported(server, sphere, name):
     assert lightest >= np.sort(placed.vertices[:, 1])[-len(lab) // 20]
 
 
-@pytest.mark.parametrize(
-    ("options", "field"),
-    [
-        ({"space": "CIELAB", "luminance": 100}, "luminance"),
-        ({"space": "ICtCp", "luminance": 1e5}, "luminance"),
-        ({"space": "ICtCp", "luminance": "measured"}, "luminance"),  # of bare colours
-        ({"space": "Oklab", "background": 20}, "background"),
-        ({"space": "CAM16-UCS", "surround": "bright"}, "surround"),
-        ({"space": "CIEXYZ", "reference_white": [0, 1, 1]}, "reference_white"),
-        ({"adaptation": "best"}, "adaptation"),
-        ({"space": "HSV"}, "space"),
-    ],
-)
-def test_options_that_a_space_does_not_have_are_refused(
-    server, sphere, assert_problem, options, field
-):
-    body = {"samples": sphere(seed=92), "options": options}
-    answer = server.client.post("/v1/gamuts", json=body)
-    assert assert_problem(answer, 422, "invalid-option")["where"] == {"field": field}
-
-
 def test_segments_that_do_not_surround_the_centre_are_a_problem(server, assert_problem):
     """Of a cube's corners the farthest in the four segments of a tetrahedron, all on one side."""
     corners = [[50 + x, y, z] for x in (-30, 30) for y in (-30, 30) for z in (-39, 51)]
@@ -252,39 +197,6 @@ def test_a_mesh_that_is_no_boundary_is_a_problem(server, gamut, assert_problem):
     assert assert_problem(answer, 422, "invalid-option")["where"] == {"field": "gamma"}
 
 
-@pytest.mark.parametrize("prefer", ["respond-async", "wait=0"])
-def test_a_client_that_does_not_wait_gets_a_job(server, sphere, prefer):
-    body = {"samples": sphere(seed={"wait=0": 5}.get(prefer, 6))}
-    answer = server.client.post("/v1/gamuts", json=body, headers={"Prefer": prefer})
-    assert answer.status_code == 202
-    assert answer.headers["preference-applied"] == prefer
-    assert int(answer.headers["retry-after"]) >= 0
-    address = answer.headers["location"]
-    job = server.finished_job(address)
-    assert server.client.get(job["links"]["gamut"]).status_code == 200
-    found = server.client.post("/v1/gamuts", json=body, headers={"Prefer": "wait=3"})
-    assert found.status_code == 200
-
-
-def test_a_wait_that_is_honoured_is_confirmed(server, sphere):
-    answer = server.client.post(
-        "/v1/gamuts", json={"samples": sphere(seed=7)}, headers={"Prefer": "respond-async, wait=60"}
-    )
-    assert answer.status_code == 201
-    assert answer.headers["preference-applied"] == "wait=60"
-
-
-def test_identical_requests_at_the_same_time_are_built_once(server, sphere):
-    body = {"samples": sphere(seed=8, count=20000)}
-    with concurrent.futures.ThreadPoolExecutor(20) as threads:
-        answers = list(
-            threads.map(lambda _: server.client.post("/v1/gamuts", json=body), range(40))
-        )
-    assert {answer.status_code for answer in answers} <= {200, 201}
-    assert len({answer.content for answer in answers}) == 1
-    assert server.builds_started(answers[0].json()["id"]) == 1
-
-
 def test_a_build_goes_on_when_its_client_leaves(server, sphere):
     body = json.dumps({"samples": sphere(seed=9, count=20000)}).encode()
     address = urlsplit(server.url)
@@ -303,28 +215,74 @@ def test_a_build_goes_on_when_its_client_leaves(server, sphere):
     assert server.builds_started(answer.json()["id"]) == 1
 
 
-def test_a_client_that_leaves_in_its_upload_does_no_harm(server):
-    address = urlsplit(server.url)
-    for kind in ("application/json", "multipart/form-data; boundary=x"):
-        head = (
-            f"POST /v1/gamuts HTTP/1.1\r\nHost: {address.netloc}\r\nContent-Type: {kind}\r\n"
-            "Content-Length: 1000\r\n\r\n--x\r\n"
-        )
-        with socket.create_connection((address.hostname, address.port)) as connection:
-            connection.sendall(head.encode())
-            time.sleep(0.05)
-    assert server.client.get("/livez").status_code == 200
-    assert "Traceback" not in server.log()
-
-
 def test_meshes_and_liveness_are_answered_during_a_build(server, slow_build, gamut):
-    arguments = slow_build(40_000)
-    job = server.client.post("/v1/gamuts", **arguments, headers={"Prefer": "respond-async"})
+    job = server.client.post("/v1/gamuts", **slow_build(40_000), headers=ASYNC)
     assert job.status_code == 202
+    address = job.headers["location"]
     answered = 0
-    while server.client.get(job.headers["location"]).json()["state"] in {"queued", "running"}:
+    while server.client.get(address).json()["finished"] is None:
         assert server.client.get("/livez").status_code == 200
         assert server.client.get(gamut["links"]["mesh"]).status_code == 200
         answered += 1
-    assert answered > 10
-    assert server.client.get(job.headers["location"]).json()["state"] == "succeeded"
+    assert answered > 0
+    assert server.client.get(address).json()["state"] == "succeeded"
+
+
+# --- reading and deleting -------------------------------------------------------------------------
+
+
+def test_a_gamut_has_its_levels_and_a_history_that_never_change(server, gamut):
+    levels = server.client.get(gamut["links"]["levels"])
+    assert levels.json() == {"id": gamut["id"], "levels": gamut["levels"]}
+    history = server.client.get(gamut["links"]["history"])
+    assert len(history.content) == gamut["history_bytes"]
+    for answer in (levels, history):
+        assert answer.headers["cache-control"] == "public, max-age=31536000, immutable"
+
+
+def test_pages_lead_through_all_gamuts_and_jobs_once_and_in_order(small_server, sphere):
+    server = small_server
+    ids = {
+        server.client.post("/v1/gamuts", json={"samples": sphere(seed, count=40)}).json()["id"]
+        for seed in range(300, 305)
+    }
+    for kind in ("gamuts", "jobs"):
+        found, address = [], f"/v1/{kind}?limit=100"
+        while address:
+            answer = server.client.get(address)
+            page = answer.json()
+            assert 1 <= len(page[kind]) <= 2
+            found += [each["id"] for each in page[kind]]
+            address = page["next"]
+            assert answer.links.get("next", {}).get("url") == address
+        assert found == sorted(set(found))
+        assert ids <= set(found)
+    nothing = {"gamuts": [], "next": None}
+    assert server.client.get("/v1/gamuts", params={"name": "nobody"}).json() == nothing
+
+
+@pytest.mark.parametrize("below", ["", "/levels", "/history", "/mesh", "/mesh.ply", "/viewer.html"])
+def test_unknown_gamuts_are_not_found(server, assert_problem, below):
+    answer = server.client.get(f"/v1/gamuts/{'0' * 64}{below}")
+    assert_problem(answer, 404, "gamut-not-found")
+
+
+def test_nothing_of_a_deleted_gamut_is_left(server, assert_problem, sphere):
+    body = {"samples": sphere(seed=20), "name": "Gone"}
+    gamut = server.client.post("/v1/gamuts", json=body).json()
+    own = gamut["links"]["self"]
+    for link in gamut["links"].values():
+        assert server.client.get(link).status_code == 200
+    for named in ('"x"', server.client.get(gamut["links"]["history"]).headers["etag"]):
+        kept = server.client.delete(own, headers={"If-Match": named})
+        assert_problem(kept, 412, "precondition-failed")
+    etag = server.client.get(own, headers={"Accept-Encoding": "gzip"}).headers["etag"]
+    answer = server.client.delete(own, headers={"If-Match": etag})
+    assert (answer.status_code, answer.content) == (204, b"")
+    for link in gamut["links"].values():
+        assert_problem(server.client.get(link), 404, "gamut-not-found")
+    assert_problem(server.client.get(f"/v1/jobs/{gamut['id']}"), 404, "job-not-found")
+    assert_problem(server.client.delete(own), 404, "gamut-not-found")
+    again = server.client.post("/v1/gamuts", json={"samples": body["samples"]})
+    assert (again.status_code, again.json()["id"]) == (201, gamut["id"])
+    assert again.json()["name"] != "Gone"

@@ -5,15 +5,11 @@ import sys
 import time
 from pathlib import Path
 
-import httpx
-import pytest
-
 # The tests' folders are no packages.
 sys.path.insert(0, str(Path(__file__).parents[2] / "faults"))
 from job_faults import (
     accepted_jobs_finish,
     identical_requests_are_one_build,
-    killed_workers_cost_time_only,
 )
 
 UNKNOWN = "0" * 64
@@ -21,12 +17,6 @@ UNKNOWN = "0" * 64
 
 def test_unknown_jobs_are_not_found(server, assert_problem):
     assert_problem(server.client.get(f"/v1/jobs/{UNKNOWN}"), 404, "job-not-found")
-
-
-@pytest.mark.parametrize("name", ["x", "A" * 64])
-def test_names_that_are_no_ids_are_refused(server, assert_problem, name):
-    document = assert_problem(server.client.get(f"/v1/jobs/{name}"), 422, "invalid-parameter")
-    assert document["where"] == {"in": "path", "field": "job_id"}
 
 
 def test_a_job_leads_to_its_gamut(server, gamut):
@@ -69,25 +59,6 @@ def test_a_running_job_tells_its_stage(server, slow_build):
 
     server.wait_for(finished)
     assert {"colours", "boundary"} <= stages
-
-
-def test_a_list_leads_through_all_jobs(server, gamut):
-    found, address = [], "/v1/jobs?limit=1"
-    while address:
-        page = server.client.get(address)
-        assert page.headers["cache-control"] == "no-store"
-        document = page.json()
-        assert len(document["jobs"]) <= 1
-        found += [job["id"] for job in document["jobs"]]
-        address = document["next"]
-        assert (f"<{address}>" in page.headers.get("link", "")) == bool(address)
-    assert found == sorted(set(found))
-    assert gamut["id"] in found
-
-
-@pytest.mark.parametrize("query", ["limit=0", "limit=x", "after=x", "state=queued"])
-def test_wrong_pages_are_refused(server, assert_problem, query):
-    assert_problem(server.client.get(f"/v1/jobs?{query}"), 422, "invalid-parameter")
 
 
 # --- events ---------------------------------------------------------------------------------------
@@ -142,9 +113,9 @@ def test_a_finished_job_has_one_event(server, gamut, assert_problem):
 
 
 def test_streams_are_bounded_and_those_of_clients_that_leave_are_closed(
-    start_server, slow_build, assert_problem
+    small_server, slow_build, assert_problem
 ):
-    server = start_server(max_event_streams=1)
+    server = small_server
     address = posted(server, slow_build())
     with server.client.stream("GET", f"{address}/events") as answer:
         chunks = answer.iter_raw()  # without a name it would be closed, and the connection with it
@@ -162,7 +133,6 @@ def test_streams_are_bounded_and_those_of_clients_that_leave_are_closed(
 
     assert server.wait_for(admitted)
     assert server.client.delete(address).status_code == 200
-    server.stop()
 
 
 # --- cancel ---------------------------------------------------------------------------------------
@@ -200,9 +170,9 @@ def test_what_is_over_cannot_be_cancelled(server, gamut, assert_problem):
 
 
 def test_a_full_queue_refuses_before_the_body_and_lets_in_what_needs_no_place(
-    start_server, slow_build, sphere, assert_problem
+    small_server, slow_build, sphere, assert_problem
 ):
-    server = start_server(build_queue=1)
+    server = small_server
     built = {"samples": sphere(seed=70)}
     assert server.client.post("/v1/gamuts", json=built).status_code == 201
     running, waiting = slow_build(80_000), slow_build(79_000)
@@ -218,7 +188,7 @@ def test_a_full_queue_refuses_before_the_body_and_lets_in_what_needs_no_place(
 
     # of a large body nothing has to arrive
     host, port = server.url.removeprefix("http://").split(":")
-    with socket.create_connection((host, int(port)), timeout=30) as connection:
+    with socket.create_connection((host, int(port)), timeout=120) as connection:
         connection.sendall(
             b"POST /v1/gamuts HTTP/1.1\r\nHost: x\r\nContent-Type: multipart/form-data; "
             b"boundary=b\r\nContent-Length: 100000000\r\n\r\n"
@@ -226,7 +196,6 @@ def test_a_full_queue_refuses_before_the_body_and_lets_in_what_needs_no_place(
         assert connection.recv(1000).startswith(b"HTTP/1.1 429 ")
     for address in addresses:
         server.client.delete(address)
-    server.stop()
 
 
 # --- deaths ---------------------------------------------------------------------------------------
@@ -236,18 +205,5 @@ def test_every_accepted_job_outlives_kills_and_stops_of_the_service(start_server
     accepted_jobs_finish(start_server, slow_build, kills=1, stops=1)
 
 
-def test_a_build_outlives_its_workers(start_server, slow_build):
-    killed_workers_cost_time_only(start_server, slow_build, kills=2)
-
-
 def test_200_identical_requests_are_one_build_and_one_answer(server, slow_build):
     identical_requests_are_one_build(server, slow_build(50_000), clients=200)
-
-
-def test_a_build_goes_on_when_the_first_client_disconnects(server, slow_build):
-    arguments = slow_build(45_000)
-    with pytest.raises(httpx.ReadTimeout), httpx.Client(base_url=server.url) as first:
-        first.post("/v1/gamuts", **arguments, headers={"Prefer": "wait=60"}, timeout=0.5)
-    answer = server.client.post("/v1/gamuts", **arguments, headers={"Prefer": "wait=60"})
-    assert answer.status_code in {200, 201}
-    assert server.builds_started(answer.json()["id"]) == 1

@@ -80,7 +80,7 @@ def test_openmetrics_is_sent_to_who_asks_for_it(server):
 
 def test_what_the_worker_did_arrives(start_server, sphere, slow_build):
     """Builds are done by another process; a second worker's are added to the first one's."""
-    server = start_server(build_workers=2, build_timeout=60)
+    server = start_server(build_workers=2)
     server.wait_ready()
     gamuts = [
         server.client.post("/v1/gamuts", json={"samples": sphere(seed=seed)}) for seed in (51, 52)
@@ -128,7 +128,7 @@ def test_figures_are_told_while_all_shared_threads_wait_for_the_store(tmp_path):
         transport = httpx.ASGITransport(create_app(Settings(store=str(tmp_path))))
         try:
             async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
-                answer = await asyncio.wait_for(client.get("/metrics"), 10)
+                answer = await asyncio.wait_for(client.get("/metrics"), 120)
         finally:
             answers.set()
         await waiting

@@ -7,6 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from service.application import create_app
+from service.settings import Settings
+
 EXAMPLES = Path(__file__).parents[3] / "examples"
 CSV = b"LAB_L,LAB_A,LAB_B\n0,0,0\n100,0,0\n50,60,0\n50,-30,52\n50,-30,-%d"
 
@@ -153,18 +156,10 @@ def test_a_deleted_gamut_leaves_no_name(server):
     assert server.client.post("/v1/gamuts", files=file).json()["name"] == "first.csv"
 
 
-def test_names_survive_a_restart(start_server):
-    server = start_server()
-    gamut = server.client.post("/v1/gamuts", files={"file": csv(62)}).json()
-    assert put(server, gamut, "Kept").is_success
-    server.kill()
-    again = start_server(server.data)
-    assert again.client.get(gamut["links"]["self"]).json()["name"] == "Kept"
-
-
-def test_a_name_needs_the_scope_to_write(start_server, assert_problem):
-    reader = start_server(allow_anonymous="read")
-    assert_problem(put(reader, {"id": "0" * 64}, "x"), 401, "api-key-required")
+def test_a_name_needs_the_scope_to_write(tmp_path, request_app, assert_problem):
+    app = create_app(Settings(store=str(tmp_path), allow_anonymous="read"))
+    answer = request_app(app, "PUT", f"/v1/gamuts/{'0' * 64}/name", json={"name": "x"})
+    assert_problem(answer, 401, "api-key-required")
 
 
 def test_of_two_replicas_the_last_writer_wins(start_server, s3, monkeypatch):

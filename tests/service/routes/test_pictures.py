@@ -1,8 +1,6 @@
 """Pictures over HTTP: options, caching, limits."""
 
 import io
-import shutil
-import subprocess
 
 import pytest
 from PIL import Image
@@ -112,12 +110,3 @@ def test_the_background_beside_a_slug_is_that_of_the_picture(server, assert_prob
     answer = server.client.get(address, params={**query, "background": "black"})
     problem = assert_problem(answer, 422, "invalid-parameter")
     assert "transparent" in problem["remedy"]
-
-
-def test_curl_saves_a_picture_under_its_name(server, gamut, address, tmp_path):
-    if shutil.which("curl") is None:
-        pytest.skip("curl is not installed")
-    subprocess.run(["curl", "-sSOJ", f"{server.url}{address}?size=32"], cwd=tmp_path, check=True)
-    (saved,) = tmp_path.iterdir()
-    assert saved.name == f"{gamut['name']}.png"
-    assert saved.read_bytes()[1:4] == b"PNG"

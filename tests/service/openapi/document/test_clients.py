@@ -4,6 +4,7 @@ import json
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -38,19 +39,21 @@ def generated(tmp_path_factory):
     folder = tmp_path_factory.mktemp("clients")
     # hooks need a formatter on the path
     (folder / "settings.yaml").write_text(f"post_hooks: []\n{CONTENT_TYPES}")
-    run(
-        *(sys.executable, "-m", "openapi_python_client", "generate", "--path", DOCUMENT),
-        *("--config", "settings.yaml", "--meta", "none", "--output-path", "gamut_client"),
-        "--fail-on-warning",
-        folder=folder,
+    generators = (
+        (
+            *("openapi_python_client", "generate", "--path", DOCUMENT),
+            *("--config", "settings.yaml", "--meta", "none", "--output-path", "gamut_client"),
+            "--fail-on-warning",
+        ),
+        (
+            *("datamodel_code_generator", "--input", DOCUMENT),
+            *("--input-file-type", "openapi", "--output-model-type", "pydantic_v2.BaseModel"),
+            *("--use-annotated", "--enum-field-as-literal", "all", "--formatters", "builtin"),
+            *("--output", "gamut_models.py"),
+        ),
     )
-    run(
-        *(sys.executable, "-m", "datamodel_code_generator", "--input", DOCUMENT),
-        *("--input-file-type", "openapi", "--output-model-type", "pydantic_v2.BaseModel"),
-        *("--use-annotated", "--enum-field-as-literal", "all", "--formatters", "builtin"),
-        *("--output", "gamut_models.py"),
-        folder=folder,
-    )
+    with ThreadPoolExecutor() as threads:
+        list(threads.map(lambda each: run(sys.executable, "-m", *each, folder=folder), generators))
     shutil.copy(CLIENTS / "usage.py", folder)
     return folder
 
