@@ -5,7 +5,6 @@ be killed with all that it has started, as a machine that is lost.
 """
 
 import contextlib
-import itertools
 import os
 import re
 import shutil
@@ -18,12 +17,11 @@ from pathlib import Path
 
 import httpx
 
-START_SECONDS = 120
-"""Generous: on a first run the kernels are compiled."""
+PATIENCE = 600
+"""Seconds that end a test that hangs."""
 
 COMMAND = "import sys; from service.__main__ import main; sys.exit(main())"
 RABBITMQ = Path("/usr/lib/rabbitmq/bin/rabbitmq-server")
-SPHERES = itertools.count()
 
 
 def free_port():
@@ -35,13 +33,13 @@ def free_port():
 def listens(port):
     """Whether somebody listens on a port of this machine."""
     try:
-        socket.create_connection(("127.0.0.1", port), 1).close()
+        socket.create_connection(("127.0.0.1", port), PATIENCE).close()
     except OSError:
         return False
     return True
 
 
-def until(condition, seconds=START_SECONDS, pause=0.02):
+def until(condition, seconds=PATIENCE, pause=0.02):
     """Wait until a condition holds, and return its value."""
     deadline = time.monotonic() + seconds
     while not (value := condition()):
@@ -92,12 +90,12 @@ class Process:
         if self.client is not None:
             self.client.close()
         self.signal(signal.SIGKILL)
-        self.popen.wait(60)
+        self.popen.wait(PATIENCE)
 
     def stop(self):
         """End it as an operator does, and return its exit status."""
         self.popen.terminate()
-        return self.popen.wait(60)
+        return self.popen.wait(PATIENCE)
 
 
 class Cluster:
@@ -168,7 +166,7 @@ class Cluster:
         """Start an API replica, and return it when it answers."""
         replica = self._gamut("api", "serve", "--port", "0")
         replica.url = replica.logged(r"Uvicorn running on (http://127\.0\.0\.1:\d+)")
-        replica.client = httpx.Client(base_url=replica.url, timeout=120)
+        replica.client = httpx.Client(base_url=replica.url, timeout=PATIENCE)
         return replica
 
     def worker(self, code=COMMAND, **settings):
