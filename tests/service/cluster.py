@@ -20,7 +20,34 @@ import httpx
 PATIENCE = 600
 """Seconds that end a test that hangs."""
 
-COMMAND = "import sys; from service.__main__ import main; sys.exit(main())"
+COMMAND = f"""
+import sys
+import service.broker.celery_app as transport
+import service.storage.cloud as cloud
+transport._CONNECT_SECONDS = transport._ANSWER_SECONDS = {PATIENCE}
+cloud._CONNECT_SECONDS = cloud._SILENT_SECONDS = cloud._REQUEST_SECONDS = {PATIENCE}
+from service.__main__ import main
+sys.exit(main())
+"""
+"""Wait for a broker or a bucket that is there, however slow the machine is."""
+
+GATED = f"""
+import sys
+import service.building.process as process
+process.WORKER_COMMAND = (sys.executable, "-c", '''
+import os, time
+from service.building import worker
+build = worker.build
+def build_at_the_gate(*arguments):
+    while os.path.exists(os.environ["GATE"]):
+        time.sleep(0.02)
+    build(*arguments)
+worker.build = build_at_the_gate
+worker.main()
+''')
+{COMMAND}"""
+"""A worker whose builds begin, and wait as long as the gate of the cluster is closed."""
+
 RABBITMQ = Path("/usr/lib/rabbitmq/bin/rabbitmq-server")
 
 
@@ -119,6 +146,7 @@ class Cluster:
             **s3,
             **{f"GAMUT_{name.upper()}": str(value) for name, value in values.items()},
             "TMPDIR": str(folder),
+            "GATE": str(folder / "closed"),
         }
         self.processes = []
         self.broker = None
@@ -177,10 +205,15 @@ class Cluster:
         process.figures = f"http://127.0.0.1:{port}/metrics"
         return process
 
-    def healthy(self):
-        """Whether the check of the workers' health finds nothing wrong."""
-        command = [sys.executable, "-m", "service.broker.health"]
-        return subprocess.run(command, env=self.environment, check=False).returncode == 0
+    @contextlib.contextmanager
+    def closed_gate(self):
+        """Keep the builds of workers with `GATED` from ending."""
+        gate = Path(self.environment["GATE"])
+        gate.touch()
+        try:
+            yield
+        finally:
+            gate.unlink()
 
     def close(self):
         for process in self.processes:
