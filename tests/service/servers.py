@@ -31,6 +31,12 @@ UNHURRIED = {
 """Settings of servers whose test is not about time: a slow machine cannot reach them."""
 
 
+PATIENT_WITH_BUCKETS = (
+    "from service.storage import cloud;"
+    f"cloud._CONNECT_SECONDS = cloud._SILENT_SECONDS = cloud._REQUEST_SECONDS = {PATIENCE}"
+)
+
+
 class Server:
     """A service in a process of its own, as `gamut serve` starts it."""
 
@@ -45,6 +51,8 @@ class Server:
             },
         }
         command = "import sys; from service.__main__ import main; sys.exit(main())"
+        if "://" in str(data):
+            command = f"{PATIENT_WITH_BUCKETS}; {command}"
         with log.open("wb") as output:
             self.process = subprocess.Popen(
                 [sys.executable, "-c", command, "serve", "--port", "0", "--store", str(data)],
@@ -143,7 +151,7 @@ def start_server(tmp_path_factory):
         def start(data=None, **settings):
             folder = tmp_path_factory.mktemp("server")
             server = Server(data or folder / "data", folder / "log", **settings)
-            stack.callback(server.end)
+            stack.callback(lambda: server.process.poll() is None and server.kill())
             return server
 
         yield start
