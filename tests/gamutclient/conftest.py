@@ -6,7 +6,9 @@ import threading
 from pathlib import Path
 
 import gamutclient
+import httpx
 import pytest
+from gamutclient import clients
 
 import gamutcore
 
@@ -20,9 +22,15 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "FOGRA39L.ti3"
 SAMPLES = 1000
 
 
+@pytest.fixture(autouse=True)
+def _unhurried(monkeypatch):
+    """A slow machine reaches no time limit of a client."""
+    monkeypatch.setattr(clients, "TIMEOUT", httpx.Timeout(600.0))
+
+
 @pytest.fixture(scope="session")
 def client(server):
-    with gamutclient.Client(server.url) as opened:
+    with gamutclient.Client(server.url, timeout=600) as opened:
         yield opened
 
 
