@@ -462,3 +462,31 @@ def test_what_no_record_names_goes_and_all_else_stays(local):
 def test_it_ends_when_it_is_told_to(local):
     put(local, "c", "01")
     assert remove_uncommitted(local, lambda _: False, lambda: False) == 0
+
+
+@ANY
+@given(st.data())
+@pytest.mark.slow
+def test_no_damage_goes_unnoticed_and_keeping_mends_it(store, identity, unfinished, data):
+    gamut_id = identity("damaged")
+    store.drop_input(gamut_id)
+    store.keep_input(gamut_id, b"the data of an input", {"gamma": 0.2})
+    path = store.blobs.path(input_key(gamut_id))
+    content = bytearray(path.read_bytes())
+    position = data.draw(st.integers(0, len(content) - 1))
+    if data.draw(st.booleans()):
+        content[position] ^= 1 << data.draw(st.integers(0, 7))
+    else:
+        del content[position:]
+    path.write_bytes(content)
+    before = store.corruptions
+    if data.draw(st.booleans()):
+        with pytest.raises(BlobNotFoundError):
+            store.input_path(gamut_id)
+        assert not store.input_kept(gamut_id)
+    store.keep_input(gamut_id, b"the data of an input", {"gamma": 0.2})
+    assert store.corruptions == before + 1
+    path = store.input_path(gamut_id)
+    assert path.read_bytes() == b"the data of an input"
+    path.unlink()
+    assert unfinished(store) == []

@@ -8,6 +8,7 @@ import sys
 
 import pytest
 
+from service.http.request_id import _current
 from service.telemetry.logs import JsonLines, TextLines, without_secrets
 
 GAMUT = "4f1d9c07b2a85e63" * 4
@@ -44,6 +45,20 @@ class TestJson:
             "logger": "service.builds",
             "message": "3 builds were given up",
         }
+
+    def test_it_names_the_gamut_and_the_request(self):
+        token = _current.set("request-7")
+        try:
+            members = parsed(record("build of %s started, attempt %d", GAMUT, 1))
+        finally:
+            _current.reset(token)
+        assert members["gamut_id"] == GAMUT
+        assert members["request_id"] == "request-7"
+
+    def test_what_is_given_besides_is_there(self):
+        members = parsed(record("GET", status=200, seconds=0.5, request_id="own", color_message=""))
+        assert (members["status"], members["seconds"], members["request_id"]) == (200, 0.5, "own")
+        assert "color_message" not in members
 
     def test_an_exception_is_one_member_of_the_line(self):
         members = parsed(record("failed", exception=raised("because")))
@@ -134,6 +149,7 @@ def test_what_is_no_secret_stays(text):
 def test_a_process_logs_everything_through_one_handler(log_format):
     code = f"""
 import logging, threading, warnings
+from service.http.request_id import _current
 from service.telemetry.logs import configure_logging
 configure_logging({log_format!r}, "info")
 logging.getLogger("uvicorn.error").info("from uvicorn")

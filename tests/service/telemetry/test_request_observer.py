@@ -82,6 +82,20 @@ class TestFigures:
         assert figures.counts == {("GET", UNMATCHED, 500): 1}
         assert figures.in_progress == 0
 
+    def test_what_is_no_request_passes(self, figures):
+        seen = []
+
+        async def app(scope, _receive, _send):
+            seen.append(scope["type"])
+
+        asyncio.run(
+            RequestObserver(app, figures, access_log=True, traces=None)(
+                {"type": "lifespan"}, None, None
+            )
+        )
+        assert seen == ["lifespan"]
+        assert figures.counts == {}
+
     def test_a_client_that_left_is_no_defect(self, figures):
         async def app(_scope, _receive, _send):
             pass
@@ -162,6 +176,13 @@ class TestRefusals:
         assert figures.refusals == {"head-too-large": 2}
         assert (figures.counts, figures.sent_bytes, lines()) == ({}, 400, [])
 
+    def test_each_has_a_line(self, figures, lines):
+        Refusals(figures, access_log=True)(REFUSAL)
+        (line,) = lines()
+        assert line["message"] == "- - 431 head-too-large, 200 bytes, 250.0 ms"
+        assert (line["status"], line["bytes"], line["problem"]) == (431, 200, "head-too-large")
+        assert (line["client"], line["request_id"]) == ("192.0.2.1", "0" * 32)
+
     def test_a_real_server_tells_them(self, observed_server):
         address = urlsplit(observed_server.url)
         with socket.create_connection((address.hostname, address.port)) as connection:
@@ -231,7 +252,7 @@ def times_of(work):
     async def request():
         transport = httpx.ASGITransport(ServerTiming(app))
         async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
-            return await [await client.get("/") for _ in range(2)]
+            return [await client.get("/") for _ in range(2)]
 
     return [times(response) for response in asyncio.run(request())]
 
