@@ -139,14 +139,6 @@ def test_every_object_is_one_that_kubernetes_takes(rendered, case):
     assert {"Deployment", "Service", "ConfigMap", "ServiceAccount", "PodDisruptionBudget"} <= kinds
 
 
-def test_what_kubernetes_does_not_take_would_be_noticed(rendered):
-    schemas = package("kubernetes_validate")
-    deployment = rendered(CASES["redis"])["Deployment", "api"]
-    deployment["spec"]["template"]["spec"]["containers"][0]["comand"] = ["gamut"]
-    with pytest.raises(schemas.ValidationError):
-        schemas.validate(deployment, KUBERNETES[-1], strict=True)
-
-
 @pytest.mark.parametrize(
     ("values", "named"),
     [
@@ -240,11 +232,6 @@ class TestMonitoring:
             assert annotations["prometheus.io/port"] == str(port["containerPort"])
             assert annotations["prometheus.io/path"] == "/metrics"
 
-    def test_a_worker_without_a_port_is_not_annotated(self, rendered):
-        values = {"monitoring": {"annotations": True}, "worker": {"metricsPort": 0}}
-        template = rendered(merged(CASES["redis"], values))["Deployment", "worker"]["spec"]
-        assert "prometheus.io/scrape" not in template["template"]["metadata"]["annotations"]
-
     def test_monitors_select_what_they_are_for_by_ports_that_exist(self, rendered):
         objects = rendered(CASES["everything"])
         service, pod = (
@@ -265,12 +252,6 @@ class TestMonitoring:
             assert monitor["spec"]["selector"]["matchLabels"].items() <= labels.items()
             assert monitor["spec"]["namespaceSelector"] == {"matchNames": ["somewhere"]}
             assert monitor["metadata"]["labels"]["release"] == "prometheus"
-
-    def test_without_a_key_none_is_sent(self, rendered):
-        values = {"monitoring": {"serviceMonitor": {"enabled": True}}}
-        objects = rendered(merged(CASES["redis"], values))
-        (endpoint,) = objects["ServiceMonitor", "api"]["spec"]["endpoints"]
-        assert "authorization" not in endpoint
 
 
 def test_the_variables_are_settings_of_the_service(rendered):

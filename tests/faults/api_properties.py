@@ -17,7 +17,7 @@ from pathlib import Path
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
-from serving import serving  # noqa: E402 - a program beside this one
+from serving import PATIENCE, serving  # noqa: E402 - a program beside this one
 
 
 def main() -> int:
@@ -27,17 +27,24 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--phases", default="examples,coverage,fuzzing,stateful")
     parser.add_argument("--examples", type=int, default=0, help="per operation; else by the time")
+    parser.add_argument(
+        "--stateful-examples", type=int, default=0, help="links, apart from the time"
+    )
     parsed = parser.parse_args()
-    # The queue is never full, because answers 503 and 429 test nothing.
-    with serving(build_queue=1000, cors_origins="*") as server:
+    # The queue is never full, because answers 503 and 429 test nothing. Nothing is too slow.
+    patient = dict.fromkeys(("head_timeout", "body_timeout", "write_timeout"), PATIENCE)
+    with serving(build_queue=1000, cors_origins="*", **patient) as server:
+        bounds = ["--max-time", str(parsed.seconds)]
+        bounds += ["--max-examples", str(parsed.examples)] if parsed.examples else []
+        runs = [["--phases", parsed.phases, *bounds]]
+        if parsed.stateful_examples:
+            runs += [["--phases", "stateful", "--max-examples", str(parsed.stateful_examples)]]
         command = [
             *(sys.executable, "-m", "schemathesis.cli"),
             *("--config-file", str(HERE / "schemathesis.toml")),
             *("run", f"{server.url}/openapi.json"),
-            *("--phases", parsed.phases),
-            *("--max-time", str(parsed.seconds)),
+            *("--request-timeout", str(PATIENCE)),
             *("--seed", str(parsed.seed)),
-            *(("--max-examples", str(parsed.examples)) if parsed.examples else ()),
             *("--generation-database", "none"),
             *("--suppress-health-check", "all"),
             *("--warnings", "off"),
@@ -45,9 +52,12 @@ def main() -> int:
             "--no-color",
         ]
         environment = {**os.environ, "PYTHONWARNINGS": "ignore"}
-        status = subprocess.run(
-            command, check=False, cwd=server.log.parent, env=environment
-        ).returncode
+        status = max(
+            subprocess.run(
+                [*command, *run], check=False, cwd=server.log.parent, env=environment
+            ).returncode
+            for run in runs
+        )
         if "Traceback" in (log := server.log.read_text()):
             sys.stderr.write(log[-5000:])
             return 1

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 ROOT = Path(__file__).parents[2]
-START_SECONDS = 120.0
+PATIENCE = 600.0
 COMMAND = "import sys; from service.__main__ import main; sys.exit(main())"
 
 
@@ -41,9 +41,9 @@ class Serving(NamedTuple):
     def built(self, samples: list[list[float]]) -> dict[str, object]:
         """Build a gamut of inline colours and return its description."""
         body = json.dumps({"samples": samples}).encode()
-        headers = {"Content-Type": "application/json", "Prefer": "wait=60"}
+        headers = {"Content-Type": "application/json", "Prefer": "wait=300"}
         request = urllib.request.Request(f"{self.url}/v1/gamuts", body, headers)
-        with urllib.request.urlopen(request, timeout=100) as answer:
+        with urllib.request.urlopen(request, timeout=PATIENCE) as answer:
             return json.load(answer)
 
 
@@ -69,17 +69,19 @@ def serving(**settings: object) -> Iterator[Serving]:
             yield Serving(ready_port(process, log), process.pid, log)
         finally:
             process.terminate()
-            process.wait(60)
+            process.wait(PATIENCE)
 
 
 def ready_port(process: subprocess.Popen[bytes], log: Path) -> int:
     """Wait until the server is ready and return its port, which the log names."""
-    deadline = time.monotonic() + START_SECONDS
+    deadline = time.monotonic() + PATIENCE
     while time.monotonic() < deadline and process.poll() is None:
         found = re.search(r"Uvicorn running on http://127\.0\.0\.1:(\d+)", log.read_text())
         if found:
             with contextlib.suppress(OSError):
-                urllib.request.urlopen(f"http://127.0.0.1:{found[1]}/readyz", timeout=5).close()
+                urllib.request.urlopen(
+                    f"http://127.0.0.1:{found[1]}/readyz", timeout=PATIENCE
+                ).close()
                 return int(found[1])
         time.sleep(0.05)
     raise RuntimeError(log.read_text())

@@ -1,30 +1,36 @@
 """Gamuts here and on the service, and servers that answer as a busy service does."""
 
 import http.server
-import importlib.util
+import sys
 import threading
 from pathlib import Path
 
 import gamutclient
+import httpx
 import pytest
+from gamutclient import clients
 
 import gamutcore
 
-TESTS = Path(__file__).parents[1]
-
 # The tests' folders are no packages.
-_spec = importlib.util.spec_from_file_location("servers", TESTS / "service" / "conftest.py")
-_servers = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(_servers)
-server, start_server, sphere = _servers.server, _servers.start_server, _servers.sphere
+sys.path.insert(0, str(Path(__file__).parents[1] / "service"))
+from servers import guarded_server, server, sphere, start_server
 
-EXAMPLE = TESTS.parent / "examples" / "FOGRA39L.ti3"
+__all__ = ["guarded_server", "server", "sphere", "start_server"]
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "FOGRA39L.ti3"
 SAMPLES = 1000
+
+
+@pytest.fixture(autouse=True)
+def _unhurried(monkeypatch):
+    """A slow machine reaches no time limit of a client."""
+    monkeypatch.setattr(clients, "TIMEOUT", httpx.Timeout(600.0))
 
 
 @pytest.fixture(scope="session")
 def client(server):
-    with gamutclient.Client(server.url) as opened:
+    with gamutclient.Client(server.url, timeout=600) as opened:
         yield opened
 
 

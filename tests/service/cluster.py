@@ -5,7 +5,6 @@ be killed with all that it has started, as a machine that is lost.
 """
 
 import contextlib
-import itertools
 import os
 import re
 import shutil
@@ -18,12 +17,38 @@ from pathlib import Path
 
 import httpx
 
-START_SECONDS = 120
-"""Generous: on a first run the kernels are compiled."""
+PATIENCE = 600
+"""Seconds that end a test that hangs."""
 
-COMMAND = "import sys; from service.__main__ import main; sys.exit(main())"
+COMMAND = f"""
+import sys
+import service.broker.celery_app as transport
+import service.storage.cloud as cloud
+transport._CONNECT_SECONDS = transport._ANSWER_SECONDS = {PATIENCE}
+cloud._CONNECT_SECONDS = cloud._SILENT_SECONDS = cloud._REQUEST_SECONDS = {PATIENCE}
+from service.__main__ import main
+sys.exit(main())
+"""
+"""Wait for a broker or a bucket that is there, however slow the machine is."""
+
+GATED = f"""
+import sys
+import service.building.process as process
+process.WORKER_COMMAND = (sys.executable, "-c", '''
+import os, time
+from service.building import worker
+build = worker.build
+def build_at_the_gate(*arguments):
+    while os.path.exists(os.environ["GATE"]):
+        time.sleep(0.02)
+    build(*arguments)
+worker.build = build_at_the_gate
+worker.main()
+''')
+{COMMAND}"""
+"""A worker whose builds begin, and wait as long as the gate of the cluster is closed."""
+
 RABBITMQ = Path("/usr/lib/rabbitmq/bin/rabbitmq-server")
-SPHERES = itertools.count()
 
 
 def free_port():
@@ -35,13 +60,13 @@ def free_port():
 def listens(port):
     """Whether somebody listens on a port of this machine."""
     try:
-        socket.create_connection(("127.0.0.1", port), 1).close()
+        socket.create_connection(("127.0.0.1", port), PATIENCE).close()
     except OSError:
         return False
     return True
 
 
-def until(condition, seconds=START_SECONDS, pause=0.02):
+def until(condition, seconds=PATIENCE, pause=0.02):
     """Wait until a condition holds, and return its value."""
     deadline = time.monotonic() + seconds
     while not (value := condition()):
@@ -92,12 +117,12 @@ class Process:
         if self.client is not None:
             self.client.close()
         self.signal(signal.SIGKILL)
-        self.popen.wait(60)
+        self.popen.wait(PATIENCE)
 
     def stop(self):
         """End it as an operator does, and return its exit status."""
         self.popen.terminate()
-        return self.popen.wait(60)
+        return self.popen.wait(PATIENCE)
 
 
 class Cluster:
@@ -121,6 +146,7 @@ class Cluster:
             **s3,
             **{f"GAMUT_{name.upper()}": str(value) for name, value in values.items()},
             "TMPDIR": str(folder),
+            "GATE": str(folder / "closed"),
         }
         self.processes = []
         self.broker = None
@@ -168,7 +194,7 @@ class Cluster:
         """Start an API replica, and return it when it answers."""
         replica = self._gamut("api", "serve", "--port", "0")
         replica.url = replica.logged(r"Uvicorn running on (http://127\.0\.0\.1:\d+)")
-        replica.client = httpx.Client(base_url=replica.url, timeout=120)
+        replica.client = httpx.Client(base_url=replica.url, timeout=PATIENCE)
         return replica
 
     def worker(self, code=COMMAND, **settings):
@@ -179,10 +205,15 @@ class Cluster:
         process.figures = f"http://127.0.0.1:{port}/metrics"
         return process
 
-    def healthy(self):
-        """Whether the check of the workers' health finds nothing wrong."""
-        command = [sys.executable, "-m", "service.broker.health"]
-        return subprocess.run(command, env=self.environment, check=False).returncode == 0
+    @contextlib.contextmanager
+    def closed_gate(self):
+        """Keep the builds of workers with `GATED` from ending."""
+        gate = Path(self.environment["GATE"])
+        gate.touch()
+        try:
+            yield
+        finally:
+            gate.unlink()
 
     def close(self):
         for process in self.processes:

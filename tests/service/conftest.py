@@ -6,16 +6,11 @@ import itertools
 import json
 import logging
 import os
-import re
-import signal
-import subprocess
 import sys
 import threading
-import time
 from pathlib import Path
 
 import httpx
-import numpy as np
 import pytest
 from opentelemetry.proto.collector.trace.v1.trace_service_pb2 import ExportTraceServiceRequest
 
@@ -29,87 +24,9 @@ sys.path.insert(0, str(Path(__file__).parent))
 import browser as chromium
 import emulators
 import google_storage
+from servers import Server, guarded_server, server, shared_server, sphere, start_server
 
-START_SECONDS = 120
-"""Generous: on a first run the kernels are compiled."""
-
-READY = re.compile(r"Uvicorn running on (http://127\.0\.0\.1:\d+)")
-WARM = re.compile(r"build worker (\d+) is warm")
-
-
-class Server:
-    """A service in a process of its own, as `gamut serve` starts it."""
-
-    def __init__(self, data: Path, log: Path, **settings) -> None:
-        self.data = data
-        self.log_path = log
-        environment = {
-            **{name: value for name, value in os.environ.items() if not name.startswith("GAMUT_")},
-            **{f"GAMUT_{name.upper()}": str(value) for name, value in settings.items()},
-        }
-        command = "import sys; from service.__main__ import main; sys.exit(main())"
-        with log.open("wb") as output:
-            self.process = subprocess.Popen(
-                [sys.executable, "-c", command, "serve", "--port", "0", "--store", str(data)],
-                env=environment,
-                stdout=output,
-                stderr=subprocess.STDOUT,
-            )
-        self.url = self.logged(READY)
-        # Without a content coding, so that digests are those of what a test sees.
-        fields = {"Accept-Encoding": "identity"}
-        self.client = httpx.Client(base_url=self.url, timeout=120, headers=fields)
-
-    def log(self):
-        return self.log_path.read_text()
-
-    def logged(self, pattern, count=1):
-        """The first group of the count-th match of a pattern in the log, waited for."""
-        deadline = time.monotonic() + START_SECONDS
-        while time.monotonic() < deadline:
-            found = pattern.findall(self.log())
-            if len(found) >= count:
-                return found[count - 1]
-            if self.process.poll() is not None:
-                break
-            time.sleep(0.02)
-        pytest.fail(f"no {pattern.pattern!r} in the log:\n{self.log()}")
-
-    def wait_ready(self):
-        return self.wait_for(lambda: self.client.get("/readyz").status_code == 200)
-
-    def wait_for(self, condition):
-        deadline = time.monotonic() + START_SECONDS
-        while not (value := condition()):
-            assert time.monotonic() < deadline, self.log()
-            time.sleep(0.02)
-        return value
-
-    def finished_job(self, address):
-        """The document of a job, when it is done."""
-        return self.wait_for(lambda: (job := self.client.get(address).json())["finished"] and job)
-
-    def worker(self, count=1):
-        """The process id of the count-th worker that became warm."""
-        return int(self.logged(WARM, count))
-
-    def builds_started(self, gamut_id):
-        return self.log().count(f"build of {gamut_id} started")
-
-    def stop(self):
-        """End it as an operator does; it has to go in good order."""
-        self.client.close()
-        self.process.send_signal(signal.SIGTERM)
-        # uvicorn shuts everything down and then lets the signal have its usual effect.
-        assert self.process.wait(60) == -signal.SIGTERM
-        assert "Application shutdown complete" in self.log()
-        assert "Traceback" not in self.log()
-
-    def kill(self):
-        """End it as a power cut does."""
-        self.client.close()
-        self.process.kill()
-        self.process.wait(60)
+__all__ = ["Server", "guarded_server", "server", "sphere", "start_server"]
 
 
 @pytest.fixture(autouse=True)
@@ -124,20 +41,6 @@ def _log_of_its_own():
             root.removeHandler(handler)
     logging.captureWarnings(capture=False)
     sys.excepthook, threading.excepthook = sys.__excepthook__, threading.__excepthook__
-
-
-@pytest.fixture(scope="session")
-def start_server(tmp_path_factory):
-    """Start a server with settings; it is stopped at the end of the session if it still runs."""
-    with contextlib.ExitStack() as stack:
-
-        def start(data=None, **settings):
-            folder = tmp_path_factory.mktemp("server")
-            server = Server(data or folder / "data", folder / "log", **settings)
-            stack.callback(lambda: server.process.poll() is None and server.kill())
-            return server
-
-        yield start
 
 
 @pytest.fixture
@@ -174,28 +77,6 @@ def gcs():
     """The environment of a server that behaves as Google's documentation says."""
     with google_storage.server() as environment:
         yield environment
-
-
-@pytest.fixture(scope="session")
-def server(start_server):
-    """The server that most tests share; every test brings gamuts of its own."""
-    started = start_server(
-        max_body_bytes=2_000_000, max_inline_bytes=2_000_000, max_batch_triangles=1_000_000
-    )
-    started.wait_ready()
-    return started
-
-
-@pytest.fixture(scope="session")
-def sphere():
-    """Points on a sphere in CIELAB; another seed gives other colours, and so another gamut."""
-
-    def points(seed=0, count=300, radius=40.0):
-        directions = np.random.default_rng(seed).normal(size=(count, 3))
-        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-        return [[50 + row[0], row[1], row[2]] for row in (radius * directions).tolist()]
-
-    return points
 
 
 @pytest.fixture(scope="session")
@@ -373,14 +254,12 @@ def collector():
 
 
 @pytest.fixture(scope="session")
-def observed_server(start_server, collector):
+def observed_server(collector):
     """A server that logs every request as JSON and traces it."""
     with pytest.MonkeyPatch.context() as environment:
         environment.setenv("OTEL_EXPORTER_OTLP_ENDPOINT", collector.url)
         environment.setenv("OTEL_BSP_SCHEDULE_DELAY", "100")
-        started = start_server(log_format="json", access_log="true")
-    started.wait_ready()
-    return started
+        return shared_server(log_format="json", access_log="true")
 
 
 SCRIPTED_WORKER = """
@@ -391,14 +270,14 @@ def send(**event):
 send(event="ready")
 for line in sys.stdin:
     request = json.loads(line)
-    word, *rest = Path(request["input"]).read_text().split()
+    word = Path(request["input"]).read_text()
     begun = Path(sys.argv[1]) / "begun"
     with begun.open("a") as log:
         log.write(f"{os.getpid()} {word}\\n")
     send(event="progress", stage=f"pid {os.getpid()}", fraction=0.5)
     if word == "hang":
         time.sleep(1000)
-    elif word == "die" or (word == "die-until" and begun.read_text().count(word) < int(rest[0])):
+    elif word == "die":
         os._exit(3)
     elif word == "garble":
         print("no JSON", flush=True)
@@ -418,7 +297,8 @@ for line in sys.stdin:
     elif word == "defect":
         send(event="failed", errno=None)
     else:
-        time.sleep(float(word) if word[0].isdigit() else 0)
+        while word == "gate" and not (Path(sys.argv[1]) / "open").exists():
+            time.sleep(0.01)
         content = json.dumps(request["options"]).encode()
         Path(request["output"]).write_bytes(content)
         digest = hashlib.sha256(content).hexdigest()
@@ -440,5 +320,10 @@ def scripted_worker(tmp_path):
         def begun(self, word=""):
             log = tmp_path / "begun"
             return log.read_text().count(f" {word}") if log.exists() else 0
+
+        @staticmethod
+        def open():
+            """Let the builds of ``gate`` end."""
+            (tmp_path / "open").touch()
 
     return Command((sys.executable, "-S", str(path), str(tmp_path)))

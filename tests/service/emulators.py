@@ -14,7 +14,7 @@ from pathlib import Path
 
 import httpx
 
-START_SECONDS = 60
+START_SECONDS = 600
 
 AMAZON = Path(__file__).with_name("amazon_storage.py")
 
@@ -40,7 +40,7 @@ def running(command, log, pattern):
         yield found[1]
     finally:
         process.terminate()
-        process.wait(30)
+        process.wait(START_SECONDS)
 
 
 @contextlib.contextmanager
@@ -48,7 +48,7 @@ def s3_server(folder):
     """Moto's server on a free port; yields the environment that obstore finds it with."""
     command = [sys.executable, "-W", "ignore", str(AMAZON), "-H", "127.0.0.1", "-p", "0"]
     with running(command, folder / "log", r"Running on (http://127\.0\.0\.1:\d+)") as url:
-        httpx.put(f"{url}/bucket").raise_for_status()
+        httpx.put(f"{url}/bucket", timeout=START_SECONDS).raise_for_status()
         yield {
             "AWS_ENDPOINT": url,
             "AWS_ALLOW_HTTP": "true",
@@ -88,4 +88,6 @@ def create_container(endpoint, name):
     digest = hmac.new(base64.b64decode(AZURE_KEY), signed.encode(), hashlib.sha256).digest()
     headers["Authorization"] = f"SharedKey {AZURE_ACCOUNT}:{base64.b64encode(digest).decode()}"
     headers["Content-Length"] = "0"
-    httpx.put(f"{endpoint}/{name}?restype=container", headers=headers).raise_for_status()
+    httpx.put(
+        f"{endpoint}/{name}?restype=container", headers=headers, timeout=START_SECONDS
+    ).raise_for_status()

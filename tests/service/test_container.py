@@ -2,18 +2,23 @@
 
 import asyncio
 import builtins
+import os
+import socket
 import subprocess
 import sys
 import threading
-from types import SimpleNamespace
+from pathlib import Path
 
+import httpx
 import pytest
+from pydantic import ValidationError
 
 from service import broker
-from service.building.embedded import EmbeddedEngine
-from service.container import EngineMissingError, ServiceContainer, _build_engine, service_of
+from service.application import create_app
+from service.container import EngineMissingError, ServiceContainer, _build_engine
 from service.jobs.book import JobBook
-from service.settings import Settings
+from service.server import AddressUnavailableError, bind_sockets, server_config
+from service.settings import Settings, settings_table
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
 
@@ -39,34 +44,19 @@ def test_the_signal_to_stop_reaches_the_builds_from_any_thread(service, monkeypa
                 await asyncio.sleep(0.01)
             thread.join()
 
-    asyncio.run(asyncio.wait_for(scenario(), 60))
+    asyncio.run(asyncio.wait_for(scenario(), 600))
 
 
 def test_many_calls_of_a_bucket_wait_at_the_same_time(service, monkeypatch):
     monkeypatch.setattr(service.builds, "start", nothing)
     monkeypatch.setattr(service.store.blobs, "remote", True)
-    all_of_them = threading.Barrier(32, timeout=30)
+    all_of_them = threading.Barrier(32, timeout=600)
 
     async def scenario():
         async with service.running():
             await asyncio.gather(*[asyncio.to_thread(all_of_them.wait) for _ in range(32)])
 
-    asyncio.run(asyncio.wait_for(scenario(), 60))
-
-
-def test_it_is_made_of_its_settings(service, tmp_path):
-    assert service.store.blobs.directory == tmp_path / "data"
-    assert not (tmp_path / "data").exists()  # nothing is opened before it runs
-
-
-def test_a_deleted_gamut_is_forgotten_by_all_who_keep_it(service, monkeypatch):
-    forgotten = []
-    monkeypatch.setattr(service.library, "discard", lambda name: forgotten.append(("gamut", name)))
-    monkeypatch.setattr(
-        service.meshes, "discard_gamut", lambda name: forgotten.append(("meshes", name))
-    )
-    service.forget("ab" * 32)
-    assert forgotten == [("gamut", "ab" * 32), ("meshes", "ab" * 32)]
+    asyncio.run(asyncio.wait_for(scenario(), 600))
 
 
 def test_it_runs_warms_up_and_closes(service, monkeypatch):
@@ -86,7 +76,7 @@ def test_it_runs_warms_up_and_closes(service, monkeypatch):
             assert service.kernels.states["default"] == "compiled"
         assert stopped == [True]
 
-    asyncio.run(asyncio.wait_for(scenario(), 300))
+    asyncio.run(asyncio.wait_for(scenario(), 600))
 
 
 def test_a_second_service_can_have_the_store_when_the_first_is_gone(service, monkeypatch):
@@ -99,12 +89,7 @@ def test_a_second_service_can_have_the_store_when_the_first_is_gone(service, mon
             async with each.running():
                 pass
 
-    asyncio.run(asyncio.wait_for(scenario(), 300))
-
-
-def test_a_request_finds_it_at_its_app(service):
-    request = SimpleNamespace(app=SimpleNamespace(state=SimpleNamespace(service=service)))
-    assert service_of(request) is service
+    asyncio.run(asyncio.wait_for(scenario(), 600))
 
 
 REMOTE = {"store": "s3://bucket/prefix", "broker": "redis://127.0.0.1:1/0"}
@@ -132,30 +117,108 @@ def _nothing_installed(monkeypatch):
     monkeypatch.setattr(builtins, "__import__", without)
 
 
-def test_without_a_broker_builds_are_done_here(parts):
-    assert isinstance(_build_engine(Settings(), *parts, None), EmbeddedEngine)
-
-
-def test_with_a_broker_they_are_done_elsewhere(parts):
-    engine = _build_engine(Settings(**REMOTE), *parts, None)
-    assert type(engine).__name__ == "CeleryEngine"
-    assert engine.facts().workers == 0
-
-
 @pytest.mark.usefixtures("_nothing_installed")
 def test_what_is_not_installed_is_named(parts):
     with pytest.raises(EngineMissingError, match=r"\[celery,cloud\]"):
         _build_engine(Settings(**REMOTE), *parts, None)
 
 
+def test_a_bound_port_does_not_accept_connections_yet():
+    (bound,) = bind_sockets("127.0.0.1", 0)
+    with bound, pytest.raises(ConnectionRefusedError):
+        socket.create_connection(bound.getsockname(), timeout=600)
+
+
+@pytest.mark.parametrize(
+    ("host", "remedy"), [("127.0.0.1", "--port"), ("192.0.2.1", "--host"), ("no.invalid", "--host")]
+)
+def test_an_address_that_cannot_be_bound_is_named_with_a_remedy(host, remedy):
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+        with pytest.raises(AddressUnavailableError, match=f"{host} port {port}") as caught:
+            bind_sockets(host, port)
+    assert remedy in str(caught.value)
+
+
+def test_idle_connections_stay_longer_than_clients_reuse_them():
+    """Otherwise a request may meet the end of its connection: httpx gives up at its own limit."""
+    settings = Settings()
+    config = server_config(create_app(settings), settings)
+    assert config.timeout_keep_alive > 2 * httpx.Limits().keepalive_expiry
+
+
+DOCUMENT = Path(__file__).parents[2] / "docs" / "settings.md"
+
+
+def test_every_setting_is_documented_as_it_is():
+    assert settings_table() in DOCUMENT.read_text()
+
+
+@pytest.mark.parametrize("value", ["inf", "nan", "1e999"])
+@pytest.mark.parametrize(
+    "name", [name for name, field in Settings.model_fields.items() if field.annotation is float]
+)
+def test_seconds_and_rates_have_an_end(monkeypatch, name, value):
+    monkeypatch.setenv(f"GAMUT_{name.upper()}", value)
+    with pytest.raises(ValidationError):
+        Settings()
+
+
+def test_a_build_may_have_no_limit_of_memory():
+    assert Settings(build_memory_bytes=0).build_memory_bytes == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("port", 65536),
+        ("build_workers", 0),
+        ("build_timeout", 0),
+        ("build_memory_bytes", 5),
+        ("build_memory_bytes", (256 << 20) - 1),
+        ("log_level", "loud"),
+        ("api_keys", "name:read:secret"),
+        ("cors_origins", "example.org"),
+        ("trusted_proxies", "proxy.example.org"),
+        ("trusted_proxies", "10.0.0.1,10.0.0.0/33"),
+    ],
+)
+def test_values_out_of_range_are_refused(name, value):
+    with pytest.raises(ValidationError, match=name):
+        Settings(**{name: value})
+
+
+@pytest.mark.parametrize("proxies", ["", "*", "10.0.0.1, 10.1.0.0/16,::1", "2001:db8::/32"])
+def test_proxies_are_addresses_networks_or_all(proxies):
+    assert Settings(trusted_proxies=proxies).trusted_proxies == proxies
+
+
+@pytest.mark.parametrize("broker", ["localhost", "http://broker", "sqs://", "memory://"])
+def test_a_broker_of_another_kind_is_refused(broker):
+    with pytest.raises(ValidationError, match="redis://"):
+        Settings(store="s3://bucket", broker=broker)
+
+
+def test_a_broker_needs_a_store_that_is_shared():
+    with pytest.raises(ValidationError, match="GAMUT_STORE must be a bucket"):
+        Settings(store="var/gamuts", broker="redis://broker/0")
+
+
+def test_the_password_of_a_broker_is_not_told():
+    assert "secret" not in repr(Settings(store="s3://bucket", broker="redis://:secret@broker/0"))
+
+
+THREADS = """
+import service.server, threadpoolctl
+print({each["num_threads"] for each in threadpoolctl.threadpool_info()})
+"""
+
+
 @pytest.mark.slow
-def test_a_service_without_a_broker_loads_none_of_it():
-    code = (
-        "import sys, service.application;"
-        "print([name for name in sys.modules if name.partition('.')[0] in"
-        " {'celery', 'kombu', 'redis', 'amqp', 'obstore'}])"
-    )
-    answer = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    )
-    assert answer.stdout.strip() == "[]"
+@pytest.mark.parametrize(("given", "threads"), [(None, "{1}"), ("2", "{2}")])
+def test_linear_algebra_has_one_thread_unless_the_operator_gives_more(given, threads):
+    environment = {name: text for name, text in os.environ.items() if "NUM_THREADS" not in name}
+    if given is not None:
+        environment["OPENBLAS_NUM_THREADS"] = given
+    printed = subprocess.check_output([sys.executable, "-c", THREADS], env=environment, text=True)
+    assert printed.strip() == threads

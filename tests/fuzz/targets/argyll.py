@@ -1,15 +1,9 @@
 """Argyll's gamut surfaces, and OBJ and STL, the other meshes that are texts."""
 
-from importlib.util import module_from_spec, spec_from_file_location
-from pathlib import Path
-
+import fuzz
 import numpy as np
 
-_spec = spec_from_file_location("fuzz_target_ply_shared", Path(__file__).with_name("ply.py"))
-assert _spec is not None
-assert _spec.loader is not None
-_ply = module_from_spec(_spec)
-_spec.loader.exec_module(_ply)
+_ply = fuzz.target("ply")
 check = _ply.check
 
 _ROWS = _ply.OCTAHEDRON.tolist()

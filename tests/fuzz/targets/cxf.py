@@ -1,14 +1,10 @@
 """CxF3 files: targets and measurements apart, under two conditions, with spectra and Lab."""
 
 import re
-from importlib.util import module_from_spec, spec_from_file_location
-from pathlib import Path
 
-_spec = spec_from_file_location("fuzz_target_cgats_shared", Path(__file__).with_name("cgats.py"))
-assert _spec is not None
-assert _spec.loader is not None
-_cgats = module_from_spec(_spec)
-_spec.loader.exec_module(_cgats)
+import fuzz
+
+_cgats = fuzz.target("cgats")
 check = _cgats.check
 
 _CORNERS = [(0, 0, 0), (255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 255)]

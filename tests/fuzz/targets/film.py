@@ -5,17 +5,13 @@ from __future__ import annotations
 import re
 import struct
 import tempfile
-from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
+import fuzz
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813
 
-_spec = spec_from_file_location("fuzz_target_png_film", Path(__file__).with_name("png.py"))
-assert _spec is not None
-assert _spec.loader is not None
-_png = module_from_spec(_spec)
-_spec.loader.exec_module(_png)
+_png = fuzz.target("png")
 check = _png.check_picture
 
 

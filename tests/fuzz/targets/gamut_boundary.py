@@ -1,8 +1,6 @@
 """ICC profiles that describe their gamut's boundary: tags gbd0 to gbd3, in Lab and XYZ."""
 
-from importlib.util import module_from_spec, spec_from_file_location
-from pathlib import Path
-
+import fuzz
 import numpy as np
 
 from gamutcore.boundary import mesh_boundary
@@ -10,11 +8,7 @@ from gamutcore.characterisation import characterisation, described_boundary
 from gamutcore.characterisation.meshes import GAMUT_BOUNDARY_TAGS
 from gamutcore.errors import GamutError
 
-_spec = spec_from_file_location("fuzz_target_ply_shared", Path(__file__).with_name("ply.py"))
-assert _spec is not None
-assert _spec.loader is not None
-_ply = module_from_spec(_spec)
-_spec.loader.exec_module(_ply)
+_ply = fuzz.target("ply")
 
 
 def element(vertices: np.ndarray, faces: np.ndarray, inks: int = 0) -> bytes:

@@ -7,6 +7,7 @@ result that is not finite; what the parser refuses it must refuse with one of ga
 
 from __future__ import annotations
 
+import functools
 import random
 import struct
 import zlib
@@ -134,9 +135,19 @@ TOKENS = [
 ]
 
 
-def mutated(chance: random.Random, seeds: list[bytes] | None = None) -> bytes:
+@functools.cache
+def _real(*, large: bool) -> list[bytes]:
+    """Return real profiles, where they are there; large tables are slow to copy."""
+    names = ["press/ISOcoated_v2_300_bas.icc", "display/Acer_XB271HU.icc"]
+    display = sorted((SHARED / "display").glob("[CM]*.icc"))
+    paths = [SHARED / name for name in names] if large else display
+    return [path.read_bytes() for path in paths if path.is_file()]
+
+
+def mutated(chance: random.Random) -> bytes:
     """Return a profile with a few changes, most of them where the structure stands."""
-    data = bytearray(chance.choice(seeds or SEEDS))
+    large = chance.random() < 0.025
+    data = bytearray(chance.choice(_real(large=large) + SEEDS))
     for _ in range(min(int(chance.paretovariate(0.8)), 12)):
         kind = chance.randrange(8)
         count = int.from_bytes(data[128:132], "big")

@@ -4,25 +4,12 @@ from __future__ import annotations
 
 import io
 import re
-from importlib.util import module_from_spec, spec_from_file_location
-from pathlib import Path
-from types import ModuleType
 
+import fuzz
 import numpy as np
 from PIL import Image
 
-
-def _target(name: str) -> ModuleType:
-    path = Path(__file__).with_name(f"{name}.py")
-    spec = spec_from_file_location(f"fuzz_target_{name}_shared", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-_png, _icc = _target("png"), _target("icc")
+_png, _icc = fuzz.target("png"), fuzz.target("icc")
 check = _png.check_picture
 
 

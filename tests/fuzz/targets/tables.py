@@ -1,16 +1,11 @@
 """Delimited text, JSON and NumPy arrays with named columns."""
 
 import io
-from importlib.util import module_from_spec, spec_from_file_location
-from pathlib import Path
 
+import fuzz
 import numpy as np
 
-_spec = spec_from_file_location("fuzz_target_cgats_shared", Path(__file__).with_name("cgats.py"))
-assert _spec is not None
-assert _spec.loader is not None
-_cgats = module_from_spec(_spec)
-_spec.loader.exec_module(_cgats)
+_cgats = fuzz.target("cgats")
 check = _cgats.check
 
 _DEVICE = [(0, 0, 0), (255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 255)]

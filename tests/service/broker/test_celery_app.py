@@ -4,10 +4,11 @@ import base64
 import json
 import signal
 import subprocess
-import time
 
 import pytest
 from cluster import Cluster, until
+from kombu import Connection, Consumer, Queue
+from kombu.transport.redis import Channel
 
 from service.broker.celery_app import (
     QUEUE,
@@ -17,6 +18,7 @@ from service.broker.celery_app import (
     build_limit,
     celery_app,
 )
+from service.broker.redis_delivery import count_deliveries_patiently
 from service.settings import Settings
 
 JOB = "a" * 64
@@ -26,18 +28,8 @@ def settings(url, **values):
     return Settings(store="s3://bucket/prefix", broker=url, **values)
 
 
-@pytest.fixture(scope="module")
-def cluster(tmp_path_factory):
-    """A Redis of its own."""
-    if reason := Cluster.missing():
-        pytest.skip(reason)
-    started = Cluster(tmp_path_factory.mktemp("redis"), {})
-    yield started
-    started.close()
-
-
 @pytest.fixture
-def broker(cluster):
+def broker(cluster, patient):  # noqa: ARG001
     cluster.flush()
     opened = Broker(celery_app(settings(cluster.environment["GAMUT_BROKER"])))
     yield opened
@@ -49,15 +41,12 @@ def redis(cluster, *words):
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
 
-def test_what_is_sent_waits(broker):
+def test_a_message_is_the_id_of_a_job_in_a_queue_that_autoscalers_find(cluster, broker):
     assert broker.waiting() == 0
-    for _ in range(3):
+    for number in range(3):
         broker.send(JOB)
-    assert broker.waiting() == 3
-
-
-def test_a_message_is_the_id_of_a_job_and_nothing_else(cluster, broker):
-    broker.send(JOB)
+        assert broker.waiting() == number + 1
+    assert redis(cluster, "llen", QUEUE).strip() == "3"
     message = json.loads(redis(cluster, "lrange", QUEUE, "0", "0"))
     args, kwargs, _ = json.loads(base64.b64decode(message["body"]))
     assert (args, kwargs) == ([JOB], {})
@@ -65,50 +54,75 @@ def test_a_message_is_the_id_of_a_job_and_nothing_else(cluster, broker):
     assert message["content-type"] == "application/json"
 
 
-def test_an_autoscaler_sees_the_queue_under_its_name(cluster, broker):
-    broker.send(JOB)
-    assert redis(cluster, "llen", QUEUE).strip() == "1"
+def test_a_broker_that_was_flushed_or_started_again_takes_messages_as_before(cluster, broker):
+    def restart():
+        cluster.broker.kill()
+        cluster.start_broker()
 
-
-def test_a_broker_that_was_flushed_takes_messages_as_before(cluster, broker):
-    broker.send(JOB)
-    cluster.flush()
-    assert broker.waiting() == 0
-    broker.send(JOB)
-    assert broker.waiting() == 1
-
-
-def test_a_broker_that_was_started_again_takes_messages_as_before(cluster, broker):
-    broker.send(JOB)
-    cluster.broker.kill()
-    cluster.start_broker()
-    assert broker.waiting() == 0
-    broker.send(JOB)
-    assert broker.waiting() == 1
+    for loss in (cluster.flush, restart):
+        broker.send(JOB)
+        loss()
+        assert broker.waiting() == 0
+        broker.send(JOB)
+        assert broker.waiting() == 1
 
 
 @pytest.mark.parametrize("url", ["redis://127.0.0.1:1/0", "amqp://127.0.0.1:1//"])
-def test_a_broker_that_is_not_there_is_told_within_seconds(url):
+def test_a_broker_that_is_not_there_is_told(url):
     broker = Broker(celery_app(settings(url)))
     for call in (broker.waiting, lambda: broker.send(JOB)):
-        started = time.monotonic()
         with pytest.raises(BrokerUnavailableError):
             call()
-        assert time.monotonic() - started < 5
     broker.close()
 
 
-def test_a_broker_that_hangs_is_told_within_seconds(cluster, broker):
-    broker.send(JOB)
+def test_a_broker_that_hangs_is_told_and_asked_again(cluster):
+    cluster.flush()
+    broker = Broker(celery_app(settings(cluster.environment["GAMUT_BROKER"])))
+    until(lambda: sent(broker))
     cluster.broker.signal(signal.SIGSTOP)
     try:
-        started = time.monotonic()
         with pytest.raises(BrokerUnavailableError):
             broker.waiting()
-        assert time.monotonic() - started < 10
     finally:
         cluster.broker.signal(signal.SIGCONT)
-    until(lambda: broker.waiting() >= 1, 10)
+    until(lambda: sent(broker))
+    broker.close()
+
+
+def sent(broker):
+    """Whether a message arrived; a slow machine may take longer than the broker is given."""
+    try:
+        broker.send(JOB)
+        return broker.waiting() >= 1
+    except BrokerUnavailableError:
+        return False
+
+
+@pytest.mark.parametrize("end", ["ack", "reject", "requeue"])
+def test_a_redis_that_stalls_at_the_end_of_a_message_costs_no_slot(cluster, monkeypatch, end):
+    """Kombu's own counting would wait for ever."""
+    monkeypatch.setattr(Channel, "QoS", Channel.QoS)
+    count_deliveries_patiently()
+    cluster.flush()
+    queue = Queue("queue")
+    url = cluster.environment["GAMUT_BROKER"]
+    with Connection(url, transport_options={"socket_timeout": 2}) as connection:
+        with connection.Producer() as producer:
+            for number in range(2):
+                producer.publish(number, routing_key="queue", declare=[queue])
+        taken = []
+        with Consumer(connection, queue, on_message=taken.append, prefetch_count=1):
+            connection.drain_events(timeout=600)
+            cluster.broker.signal(signal.SIGSTOP)
+            try:
+                with pytest.raises(connection.connection_errors):
+                    getattr(taken[0], end)()
+            finally:
+                cluster.broker.signal(signal.SIGCONT)
+            connection.drain_events(timeout=600)
+            taken[1].ack()
+        assert [message.payload for message in taken] == [0, 1]
 
 
 @pytest.mark.parametrize("scheme", ["redis", "rediss", "amqp", "amqps"])
@@ -137,6 +151,7 @@ def test_rabbitmq_keeps_messages_in_a_quorum_queue_and_confirms_them():
     assert conf.broker_transport_options["confirm_publish"] is True
 
 
+@pytest.mark.usefixtures("patient")
 def test_rabbitmq_itself_takes_all_that(tmp_path):
     if reason := Cluster.missing("rabbitmq"):
         pytest.skip(f"{reason}; tests/faults/cluster.py --broker rabbitmq does more")
@@ -145,7 +160,7 @@ def test_rabbitmq_itself_takes_all_that(tmp_path):
         broker = Broker(celery_app(settings(cluster.environment["GAMUT_BROKER"])))
         assert broker.waiting() == 0
         broker.send(JOB)
-        assert until(broker.waiting, 10) == 1
+        assert until(broker.waiting) == 1
         broker.close()
     finally:
         cluster.close()

@@ -18,6 +18,8 @@ from service.jobs.book import (
 )
 from service.problems.problem import Problem
 from service.storage.blobs import Blob, BlobNotFoundError, StoreUnavailableError
+from service.storage.local import LocalBlobs
+from service.storage.location import blobs_at
 
 JOB = "a" * 64
 LEASE = 10.0
@@ -416,9 +418,10 @@ def test_a_job_that_is_asked_for_while_it_is_forgotten_is_begun_after_that(
         return delete(key)
 
     monkeypatch.setattr(blobs, "delete", slow_delete)
+    monkeypatch.setattr(jobs, "_REMOVAL_WAIT", 600.0)
     with threads:
         assert book.forget_finished(50) == [JOB]
-        assert asked[0].result(10)[1] is True
+        assert asked[0].result(600)[1] is True
     assert book.read(JOB).state == "queued"
 
 
@@ -466,7 +469,7 @@ def test_a_damage_is_told_once_however_many_read_it(blobs, clock):
     told, others = [], threading.Barrier(5)
 
     def options(job_id):
-        others.wait(30)  # all of them have read the damaged one by then
+        others.wait(600)  # all of them have read the damaged one by then
         return {JOB: {"gamma": 2}}[job_id]
 
     book = JobBook(blobs, clock=clock, lost_options=options, on_damaged=told.append)
@@ -497,3 +500,45 @@ def test_a_damaged_document_of_a_build_with_an_input_is_queued_anew_and_its_clai
     assert book.claim(JOB, "b", LEASE).document.attempts == 1
     with pytest.raises(LeaseLostError):
         book.finish(claim, "succeeded")
+
+
+@pytest.fixture(params=["a directory", "a bucket"])
+def shared_blobs(request, tmp_path, monkeypatch):
+    """Storage in which several processes compare and swap."""
+    if request.param == "a directory":
+        opened = LocalBlobs(tmp_path / "store")
+    else:
+        cloud = pytest.importorskip("service.storage.cloud")
+        for name in ("_CONNECT_SECONDS", "_SILENT_SECONDS", "_REQUEST_SECONDS", "_RETRY_SECONDS"):
+            monkeypatch.setattr(cloud, name, 600)
+        for name, value in request.getfixturevalue("s3").items():
+            monkeypatch.setenv(name, value)
+        opened = blobs_at(f"s3://bucket/{tmp_path.name}")
+    opened.open()
+    yield opened
+    opened.close()
+
+
+@pytest.mark.slow
+def test_of_many_who_ask_at_the_same_time_one_wins(shared_blobs, clock):
+    books = [JobBook(shared_blobs, clock=clock) for _ in range(8)]
+
+    with concurrent.futures.ThreadPoolExecutor(len(books)) as threads:
+        accepted = list(threads.map(lambda book: book.accept(JOB, {}), books))
+        assert sum(new for _, new in accepted) == 1
+        for attempt in (1, 2):
+            claims = list(threads.map(lambda book: book.claim(JOB, "x", LEASE), books))
+            (claim,) = [claim for claim in claims if claim is not None]
+            assert claim.document.token == claim.document.attempts == attempt
+            claim = books[0].heartbeat(claim, "metric", 0.5)
+            books[1].record_crash(claim, PROBLEM)
+        claim = books[0].claim(JOB, "x", LEASE)
+        ends = [
+            lambda: books[0].finish(claim, "succeeded"),
+            lambda: books[1].request_cancel(JOB),
+            lambda: books[2].finish(claim, "failed", PROBLEM),
+        ]
+        outcomes = [threads.submit(end) for end in ends]
+        won = [outcome.result() for outcome in outcomes if outcome.exception() is None]
+        assert {document.state for document in won} == {books[3].read(JOB).state}
+        assert [document.id for document in books[0].page("", 9)] == [JOB]

@@ -3,6 +3,7 @@ from itertools import count
 
 import pytest
 
+from service.storage import cloud
 from service.storage.cloud import CloudBlobs
 from service.storage.gamuts import GamutStore
 from service.storage.local import LocalBlobs
@@ -13,7 +14,12 @@ PREFIXES = count()
 
 @pytest.fixture
 def address(request, monkeypatch):
-    """Return an unused address in the bucket of an emulator: ``s3``, ``gcs`` or ``azure``."""
+    """Return an unused address in the bucket of an emulator: ``s3``, ``gcs`` or ``azure``.
+
+    It is waited for, however slow the machine is.
+    """
+    for name in ("_CONNECT_SECONDS", "_SILENT_SECONDS", "_REQUEST_SECONDS", "_RETRY_SECONDS"):
+        monkeypatch.setattr(cloud, name, 600)
 
     def unused(kind):
         for name, value in request.getfixturevalue(kind).items():

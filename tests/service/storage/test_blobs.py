@@ -92,21 +92,6 @@ def test_of_simultaneous_replacements_of_a_version_one_succeeds(blobs):
         assert blobs.read(KEY) == (b"%d of turn %d" % (winner, turn), version)
 
 
-@pytest.mark.slow
-def test_no_increment_is_lost_among_threads(blobs):
-    blobs.create(KEY, b"0")
-
-    def increment(_):
-        for _ in range(5):
-            while True:
-                data, version = blobs.read(KEY)
-                if blobs.replace(KEY, b"%d" % (int(data) + 1), version) is not None:
-                    break
-
-    find_ready(4, increment)
-    assert blobs.read(KEY).data == b"20"
-
-
 def test_an_outdated_version_replaces_nothing(blobs):
     old = blobs.create(KEY, b"first")
     new = blobs.replace(KEY, b"second", old)

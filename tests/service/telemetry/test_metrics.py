@@ -1,12 +1,218 @@
-"""Counting: every value once, whatever it is, and no series that a client makes up."""
+"""Figures in Prometheus' formats: as its own parsers read them, and as they were counted."""
 
+import asyncio
+import hashlib
 import math
+import subprocess
+import sys
+import time
+import urllib.request
+from collections import Counter
 
+import httpx
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from prometheus_client.openmetrics.parser import (
+    text_string_to_metric_families as openmetrics_families,
+)
+from prometheus_client.parser import text_string_to_metric_families as text_families
 
+from service.application import create_app
+from service.meshes.requested_levels import LevelRequest
+from service.routes.metrics import service_families
+from service.settings import Settings
+from service.storage.records import Record
 from service.telemetry.metrics import BuildFigures, Distribution, RequestFigures
+from service.telemetry.metrics_endpoint import exposition, serve_build_figures
+from service.telemetry.processes import descendants_usage
+
+OPENMETRICS = (  # what Prometheus sends
+    "application/openmetrics-text;version=1.0.0;escaping=allow-utf-8;q=0.6,"
+    "application/openmetrics-text;version=0.0.1;q=0.5,text/plain;version=1.0.0;q=0.4,*/*;q=0.1"
+)
+
+
+@pytest.fixture
+def app(tmp_path):
+    made = create_app(Settings(store=str(tmp_path / "store")))
+    made.state.service.store.open()
+    yield made
+    made.state.service.store.close()
+
+
+@pytest.fixture
+def service(app):
+    return app.state.service
+
+
+def values(families):
+    """Return the value of every sample by its name and labels, none twice."""
+    samples = [sample for family in families for sample in family.samples]
+    keys = [(sample.name, tuple(sorted(sample.labels.items()))) for sample in samples]
+    assert max(Counter(keys).values()) == 1
+    return dict(zip(keys, (sample.value for sample in samples), strict=True))
+
+
+def read(service, accept=""):
+    body, _ = exposition(lambda: service_families(service), accept)
+    parse = openmetrics_families if accept else text_families
+    return values(parse(body.decode()))
+
+
+@pytest.mark.parametrize("accept", ["", OPENMETRICS])
+def test_the_parsers_read_every_sample(service, accept):
+    service.metrics.requests.count_answer("GET", '/a"b\\{c}', 200, 0.01)
+    service.metrics.builds.count_build("succeeded", {"boundary": 0.5, "total": 1.0})
+    asyncio.run(service.readiness.report())
+    found = read(service, accept)
+    labels = (("method", "GET"), ("route", '/a"b\\{c}'), ("status", "200"))
+    assert found["gamut_http_requests_total", labels] == 1
+    assert found["gamut_builds_total", (("outcome", "succeeded"),)] == 1
+    assert found["gamut_build_stage_seconds_sum", (("stage", "boundary"),)] == 0.5
+    assert found["gamut_build_seconds_bucket", (("le", "1.0"),)] == 1
+    assert found["gamut_ready", ()] == 0
+    assert found["gamut_probe_ok", (("probe", "store"),)] == 1
+    assert found["process_resident_memory_bytes", ()] > 10**7
+    assert found["process_open_fds", ()] > 3
+    names = {name for name, _ in found}
+    assert all(name.startswith(("gamut_", "process_")) for name in names)
+
+
+def test_both_formats_say_the_same(service):
+    service.metrics.builds.count_build("build-timeout", {"total": 120.0})
+    service.metrics.requests.count_answer("GET", "/", 200, 0.01)
+    changing = ("process_", "gamut_worker_")
+
+    def steady(found):
+        return {key: value for key, value in found.items() if not key[0].startswith(changing)}
+
+    assert steady(read(service)) == steady(read(service, OPENMETRICS))
+
+
+@pytest.mark.parametrize(
+    ("accept", "media_type"),
+    [
+        ("", "text/plain"),
+        ("*/*", "text/plain"),
+        ("text/html,nonsense;;q=x", "text/plain"),
+        (OPENMETRICS, "application/openmetrics-text"),
+    ],
+)
+def test_the_format_is_the_one_that_is_asked_for(service, accept, media_type):
+    assert exposition(lambda: service_families(service), accept)[1].startswith(f"{media_type};")
+
+
+def test_requests_are_counted_as_they_are_answered(app):
+    async def asked():
+        transport = httpx.ASGITransport(app=app)
+        async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
+            for _ in range(3):
+                await client.get("/livez")
+            return await client.get("/metrics")
+
+    answer = asyncio.run(asked())
+    assert answer.headers["cache-control"] == "no-store"
+    found = values(text_families(answer.text))
+    labels = (("method", "GET"), ("route", "/livez"), ("status", "200"))
+    assert found["gamut_http_requests_total", labels] == 3
+    assert found["gamut_http_requests_in_progress", ()] == 1  # the one that asks
+    assert found["gamut_http_sent_bytes_total", ()] == 3 * len("live\n")
+
+
+def publish(service, built):
+    for gamut in built:
+        content = gamut.to_bytes()
+        digest = hashlib.sha256(content).hexdigest()
+        record = Record(gamut.id, digest, len(content), "2026-01-01T00:00:00Z", gamut.description)
+        path = service.store.scratch(".gamut")
+        path.write_bytes(content)
+        service.store.publish(record, path)
+
+
+def test_the_caches_and_the_store_tell_what_happened(service, built):
+    publish(service, built)
+    one, other = (gamut.id for gamut in built)
+
+    async def asked():
+        wanted = LevelRequest(100)
+        for name in (one, one, one, other):
+            await service.meshes.mesh(name, wanted, "ply")
+
+    asyncio.run(asked())
+    found = read(service)
+    meshes, gamuts = (("cache", "meshes"),), (("cache", "gamuts"),)
+    assert found["gamut_cache_misses_total", meshes] == 2
+    assert found["gamut_cache_hits_total", meshes] == 2
+    assert found["gamut_cache_misses_total", gamuts] == 2
+    assert found["gamut_cache_bytes", meshes] > 1000
+    assert found["gamut_store_hits_total", ()] >= 2
+    assert found["gamut_store_bytes", ()] > sum(len(gamut.to_bytes()) for gamut in built)
+    assert found["gamut_store_corruptions_total", ()] == 0
+
+
+def test_searches_for_levels_that_keep_limits_are_told_of(service, built):
+    publish(service, built)
+
+    async def asked():
+        wanted = [LevelRequest(max_error=error, max_mismatch=0.02) for error in (0.7, 0.6, 0.5)]
+        name = built[0].id
+        await service.meshes.mesh(name, LevelRequest(100), "ply")
+        meshes = [asyncio.create_task(service.meshes.mesh(name, one, "ply")) for one in wanted]
+        most = 0
+        while not all(mesh.done() for mesh in meshes):
+            most = max(most, read(service)["gamut_level_searches", ()])
+            await asyncio.sleep(0)
+        await asyncio.gather(*meshes)
+        assert most == len(wanted)
+        for one in wanted:
+            await service.meshes.mesh(name, one, "ply")
+
+    asyncio.run(asked())
+    found = read(service)
+    assert found["gamut_level_searches", ()] == 0
+    tables, limits = (("cache", "tables"),), (("cache", "limits"),)
+    assert found["gamut_cache_bytes", tables] > 1000
+    assert found["gamut_cache_misses_total", limits] >= 3
+    assert found["gamut_cache_bytes", limits] == 3 * 500
+
+
+def test_counting_and_reading_at_the_same_time(service):
+    """Series appear while they are read, in another thread."""
+
+    async def scenario():
+        reading = asyncio.get_running_loop().run_in_executor(
+            None, lambda: [exposition(lambda: service_families(service), "") for _ in range(2)]
+        )
+        number = 0
+        while not reading.done():
+            for _ in range(200):
+                service.metrics.requests.count_answer("GET", f"/{number % 100}", 200, 0.01)
+                number += 1
+            await asyncio.sleep(0)
+        await reading
+
+    asyncio.run(scenario())
+
+
+@pytest.mark.slow
+def test_a_worker_elsewhere_serves_its_builds():
+    figures = BuildFigures()
+    figures.count_build("succeeded", {"boundary": 0.5, "total": 1.0})
+    port, stop = serve_build_figures(figures, "127.0.0.1", 0)
+    try:
+        address = f"http://127.0.0.1:{port}/metrics"
+        found = []
+        for _ in range(2):
+            with urllib.request.urlopen(address, timeout=600) as answer:
+                found.append(values(text_families(answer.read().decode())))
+            figures.count_build("cancelled", {"total": 2.0})
+    finally:
+        stop()
+    assert found[0]["gamut_builds_total", (("outcome", "succeeded"),)] == 1
+    assert found[1]["gamut_builds_total", (("outcome", "cancelled"),)] == 1
+    assert found[1]["gamut_build_seconds_sum", ()] == 3.0
+    assert found[1]["process_resident_memory_bytes", ()] > 0
 
 
 @given(values=st.lists(st.floats(0, 1e6)), bounds=st.sets(st.floats(0.001, 1e3), min_size=1))
@@ -18,18 +224,6 @@ def test_a_distribution_counts_up_to_each_bound(values, bounds):
         (bound, sum(value <= bound for value in values)) for bound in [*sorted(bounds), math.inf]
     ]
     assert distribution.sum == pytest.approx(sum(values))
-
-
-def test_requests_are_counted_by_method_route_and_status():
-    figures = RequestFigures()
-    for method, status in [("GET", 200), ("GET", 200), ("GET", 404), ("HEAD", 200)]:
-        figures.count_answer(method, "/v1/gamuts", status, 0.002)
-    assert figures.counts == {
-        ("GET", "/v1/gamuts", 200): 2,
-        ("GET", "/v1/gamuts", 404): 1,
-        ("HEAD", "/v1/gamuts", 200): 1,
-    }
-    assert figures.seconds["/v1/gamuts"].cumulative()[-1] == (math.inf, 4)
 
 
 def test_made_up_methods_are_one_series():
@@ -50,3 +244,57 @@ def test_builds_are_counted_by_outcome_and_timed_by_stage():
     assert figures.seconds.sum == 5.5
     # a build that never told how long it took is no build of no time
     assert figures.seconds.cumulative()[-1] == (math.inf, 2)
+
+
+WORK = """
+import sys
+block = bytearray(50_000_000)
+for place in range(0, len(block), 4096):
+    block[place] = 1
+import time
+end = time.process_time() + 0.3
+while time.process_time() < end:
+    pass
+print("done", flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has /proc")
+@pytest.mark.slow
+def test_memory_and_time_of_children_are_told_and_time_is_kept():
+    before = descendants_usage()
+    with subprocess.Popen(
+        [sys.executable, "-c", WORK], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as child:
+        assert child.stdout.readline() == b"done\n"
+        during = descendants_usage()
+        child.stdin.close()
+        child.wait()
+    assert during.processes == before.processes + 1
+    assert during.resident_bytes - before.resident_bytes > 50_000_000
+    assert during.cpu_seconds - before.cpu_seconds >= 0.28
+    deadline = time.monotonic() + 600
+    while descendants_usage().processes > before.processes and time.monotonic() < deadline:
+        time.sleep(0.01)
+    after = descendants_usage()
+    assert after.processes == before.processes
+    # as a counter has to: a process that ends takes nothing with it
+    assert after.cpu_seconds >= during.cpu_seconds - 0.02
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has /proc")
+def test_those_that_they_have_started_are_among_them():
+    code = (
+        "import subprocess, sys;"
+        "child = subprocess.Popen([sys.executable, '-c', 'import sys; sys.stdin.read()'],"
+        " stdin=subprocess.PIPE); print('started', flush=True); sys.stdin.read();"
+        "child.stdin.close(); child.wait()"
+    )
+    before = descendants_usage()
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as child:
+        assert child.stdout.readline() == b"started\n"
+        assert descendants_usage().processes == before.processes + 2
+        child.stdin.close()

@@ -1,17 +1,19 @@
 import asyncio
+import hashlib
 import re
 
 import httpx
 import pytest
+import servers
 
-from service.access.api_keys import new_key
+from service.access.api_keys import ApiKeys, new_key
 from service.access.middleware import Access, OpenToAllError, is_loopback
+from service.access.rate_limits import TokenBuckets
 from service.application import access_rules
 from service.http.conditional import IMMUTABLE
 from service.settings import Settings
 
-READER, READER_KNOWN = new_key("reader", frozenset({"read"}))
-WRITER, WRITER_KNOWN = new_key("writer", frozenset({"write"}))
+(READER, READER_KNOWN), (WRITER, WRITER_KNOWN) = servers.READER, servers.WRITER
 KEYS = f"{READER_KNOWN.entry},{WRITER_KNOWN.entry}"
 GAMUTS = "/v1/gamuts"
 
@@ -137,11 +139,6 @@ def test_reading_may_be_free_and_writing_not(guarded, assert_problem):
 
 
 class TestWhoIsLetInBySettings:
-    def test_everybody_on_a_loopback_address(self):
-        rules = access_rules(Settings())
-        assert rules.anonymous == {"read", "write"}
-        assert not rules.limiting
-
     def test_nobody_where_there_are_keys(self):
         assert access_rules(Settings(api_keys=KEYS)).anonymous == set()
         assert access_rules(Settings(api_keys=KEYS, host="::")).anonymous == set()
@@ -159,11 +156,6 @@ class TestWhoIsLetInBySettings:
     @pytest.mark.parametrize("host", ["0.0.0.0", "::", "", "10.0.0.1", "localhost.org"])  # noqa: S104
     def test_not_loopback(self, host):
         assert not is_loopback(host)
-
-
-@pytest.mark.parametrize("limit", ["rate_limit", "build_rate_limit"])
-def test_a_rate_limit_alone_limits(limit):
-    assert access_rules(Settings(**{limit: 1.0})).limiting
 
 
 class TestRateLimits:
@@ -269,23 +261,21 @@ def test_by_default_nobody_is_believed(start_server, assert_problem):
     server.stop()
 
 
-def test_a_server_with_keys(start_server, assert_problem):
-    server = start_server(api_keys=KEYS, cors_origins="https://example.org")
-    client = server.client
+def test_a_server_with_keys(guarded_server, assert_problem):
+    client, (reader, writer) = guarded_server.client, (READER, WRITER)
     assert_problem(client.get(GAMUTS), 401, "api-key-required")
-    answer = client.get(GAMUTS, headers={"Authorization": f"Bearer {READER}"})
+    answer = client.get(GAMUTS, headers={"Authorization": f"Bearer {reader}"})
     assert answer.json() == {"gamuts": [], "next": None}
-    assert_problem(client.post(GAMUTS, headers={"X-Api-Key": READER}), 403, "scope-missing")
+    assert_problem(client.post(GAMUTS, headers={"X-Api-Key": reader}), 403, "scope-missing")
     assert_problem(
-        client.post(GAMUTS, headers={"X-Api-Key": WRITER}), 415, "unsupported-media-type"
+        client.post(GAMUTS, headers={"X-Api-Key": writer}), 415, "unsupported-media-type"
     )
     assert client.get("/livez").status_code == client.head("/livez").status_code == 200
     refused = client.get(GAMUTS, headers={"Origin": "https://example.org"})
     assert refused.headers["access-control-allow-origin"] == "https://example.org"
-    log = server.log()
-    server.stop()
-    assert READER not in log
-    assert WRITER not in log
+    log = guarded_server.log()
+    assert reader not in log
+    assert writer not in log
 
 
 def test_a_post_that_reads_needs_the_scope_of_reading_only(ask, assert_problem):
@@ -303,3 +293,128 @@ def test_a_post_that_reads_does_not_count_as_a_build(guarded):
         assert answer.status_code == 200
         assert "builds" not in answer.headers["ratelimit-policy"]
     assert "builds" in send("POST").headers["ratelimit-policy"]
+
+
+@pytest.fixture(scope="module")
+def made():
+    return new_key("ci", frozenset({"read"})), new_key("press", frozenset({"read", "write"}))
+
+
+@pytest.fixture(scope="module")
+def keys(made):
+    return ApiKeys(", ".join(known.entry for _, known in made))
+
+
+def test_a_key_is_found_with_its_scopes(keys, made):
+    for key, known in made:
+        assert keys.find(key.encode()) == known
+
+
+def test_the_digest_is_that_of_the_key(made):
+    (key, known), _ = made
+    assert known.entry == f"ci:read:{hashlib.sha256(key.encode()).hexdigest()}"
+
+
+def test_two_keys_of_one_name_differ():
+    assert new_key("ci", frozenset({"read"}))[0] != new_key("ci", frozenset({"read"}))[0]
+
+
+def test_anything_else_is_not_found(keys, made):
+    (first, known), (second, _) = made
+    secret = first.rpartition("_")[2]
+    for other in (
+        "",
+        "gamut_ci_",
+        known.digest,
+        first[:-1],
+        first + "A",
+        first.upper(),
+        f"gamut_press_{secret}",
+        f"gamut_nobody_{secret}",
+        second.replace("press", "ci"),
+        new_key("ci", frozenset({"read"}))[0],
+        first + "\n",
+    ):
+        assert keys.find(other.encode()) is None
+    assert keys.find(b"\xff" * 60) is None
+
+
+def test_without_keys_nobody_is_found(made):
+    assert len(ApiKeys("")) == 0
+    assert ApiKeys("").find(made[0][0].encode()) is None
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "ci",
+        "ci:read",
+        "ci:read:" + "0" * 63,
+        "ci:read:" + "G" * 64,
+        "ci::" + "0" * 64,
+        "ci:admin:" + "0" * 64,
+        "CI:read:" + "0" * 64,
+        f"ci:read:{'0' * 64},ci:write:{'1' * 64}",
+    ],
+)
+def test_malformed_entries_are_refused(text):
+    with pytest.raises(ValueError, match=r"NAME:SCOPES:SHA256|the name ci"):
+        ApiKeys(text)
+
+
+def test_a_pasted_key_is_not_repeated_in_the_message(made):
+    key = made[0][0]
+    with pytest.raises(ValueError, match="entry 1") as caught:
+        ApiKeys(key)
+    assert key[-20:] not in str(caught.value)
+
+
+class Clock:
+    now = 0.0
+
+    def __call__(self):
+        return self.now
+
+
+@pytest.fixture
+def clock():
+    return Clock()
+
+
+@pytest.fixture
+def buckets(clock):
+    return TokenBuckets(2.0, 3, clock)
+
+
+def test_a_burst_is_granted_and_no_more(buckets):
+    assert [buckets.take("a").granted for _ in range(5)] == [True] * 3 + [False] * 2
+
+
+def test_tokens_come_back_at_the_rate(buckets, clock):
+    for _ in range(3):
+        buckets.take("a")
+    clock.now = 0.49
+    refused = buckets.take("a")
+    assert not refused.granted
+    assert refused.seconds == pytest.approx(0.01)
+    clock.now = 0.51
+    assert buckets.take("a").granted
+    clock.now = 100.0
+    assert [buckets.take("a").granted for _ in range(4)] == [True] * 3 + [False]
+
+
+def test_asking_too_early_costs_nothing(buckets, clock):
+    for _ in range(3):
+        buckets.take("a")
+    for step in range(100):
+        clock.now = step / 1000
+        assert not buckets.take("a").granted
+    clock.now = 0.5
+    assert buckets.take("a").granted
+
+
+def test_any_number_of_clients_takes_a_bounded_memory(buckets):
+    for number in range(60_000):
+        buckets.take(str(number))
+    assert len(buckets) == 50_000
+    assert buckets.take("59999").remaining == 1

@@ -1,0 +1,83 @@
+"""Short runs of the programs of this folder; `make faults` runs them for longer."""
+
+import importlib.util
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+LONG = os.environ.get("GAMUT_TEST_LONG") == "1"
+
+specification = importlib.util.spec_from_file_location("store_kills", HERE / "store_kills.py")
+store_kills = importlib.util.module_from_spec(specification)
+sys.modules["store_kills"] = store_kills
+specification.loader.exec_module(store_kills)
+
+
+def run(program, *arguments):
+    """Run a program of this folder, and return its end."""
+    command = [sys.executable, HERE / program, *arguments]
+    return subprocess.run(command, check=False, capture_output=True, text=True)
+
+
+def test_the_service_answers_as_its_document_says():
+    seconds = "120" if LONG else "4"
+    arguments = ["--seconds", seconds, "--seed", "1", "--phases", "examples,coverage"]
+    ended = run("api_properties.py", *arguments, "--stateful-examples", "12" if LONG else "3")
+    assert ended.returncode == 0, ended.stdout[-10_000:] + ended.stderr[-5000:]
+    assert "API Links:" in ended.stdout
+
+
+def test_hostile_clients_do_not_affect_others():
+    ended = run("hostile_clients.py")
+    assert ended.stdout, ended.stderr[-5000:]
+    figures = json.loads(ended.stdout)
+    assert [row for row in figures["attacks"] if not row["as_deserved"]] == []
+    assert figures["growth_mb"] * 1e6 <= 64 << 20
+    assert figures["good_failures"] == []
+    assert figures["good_requests"] > 100
+    assert figures["tracebacks"] == 0
+    assert ended.returncode == 0
+
+
+def no_tracing():
+    """Return why processes cannot be traced here; empty if they can."""
+    if shutil.which("strace") is None:
+        return "strace is not installed"
+    probe = subprocess.run(["strace", "-qq", "-o", "/dev/null", "true"], check=False)
+    return "" if probe.returncode == 0 else "tracing is not permitted here"
+
+
+@pytest.mark.skipif(bool(no_tracing()), reason=no_tracing())
+def test_no_kill_loses_or_damages_anything(tmp_path):
+    kills = 200 if LONG else 20
+    figures = store_kills.survived(tmp_path, kills)
+    assert figures["losses"] == []
+    assert figures["kills"] == kills
+    assert figures["points"] > 50
+    assert {"write", "fsync", "link", "rename", "unlink"} & set(figures["calls"])
+
+
+def test_losses_are_found(tmp_path):
+    """A loss that the check must find, or the test above would prove nothing."""
+    expected = store_kills.Expected()
+    output = subprocess.run(
+        [sys.executable, HERE / "store_kills.py", "--work", tmp_path / "store"],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={"PYTHONPATH": str(HERE.parents[1])},
+    ).stdout
+    assert expected.learn(output)
+    assert store_kills.losses(tmp_path / "store", expected) == []
+    for suffix in ("gamut", "input", "job"):
+        for path in (tmp_path / "store").rglob(f"*.{suffix}"):
+            path.write_bytes(path.read_bytes()[:-1] if suffix != "job" else store_kills.seal(b"0"))
+    found = " ".join(store_kills.losses(tmp_path / "store", expected))
+    for word in ("damaged", "lost input", "fell back", "quarantined"):
+        assert word in found

@@ -1,0 +1,241 @@
+"""The process that builds, and the kernels that a service compiles in processes of their own."""
+
+import asyncio
+import hashlib
+import io
+import json
+import logging
+import resource
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from gamutcore import Gamut, Options, reference
+from gamutcore.building import gamut_id
+from service.building import kernels, worker
+from service.building.kernels import Kernels
+from service.building.process import private_bytes
+
+
+@pytest.fixture
+def result(tmp_path):
+    """Build from these bytes and options, and return all events."""
+
+    def run(data, options, output="history", memory=0, job=None):
+        (tmp_path / "input").write_bytes(data)
+        stream = io.BytesIO()
+        request = {
+            "id": job or expected_id(data, options),
+            "input": str(tmp_path / "input"),
+            "output": str(tmp_path / output),
+            "options": options,
+            "memory": memory,
+        }
+        worker.build(request, worker.Events(stream))
+        return [json.loads(line) for line in stream.getvalue().splitlines()]
+
+    return run
+
+
+def expected_id(data, options):
+    known = Options.from_mapping(options if "unknown" not in options else {})
+    return gamut_id(known, hashlib.sha256(data).hexdigest())
+
+
+def document(samples):
+    return json.dumps({"samples": samples}).encode()
+
+
+def test_the_history_file_is_written_and_described(result, sphere, tmp_path):
+    options = Options.from_mapping({"gamma": 0.5})
+    *progress, built = result(document(sphere()), options.to_mapping())
+    content = (tmp_path / "history").read_bytes()
+    assert built["event"] == "built"
+    assert built["sha256"] == hashlib.sha256(content).hexdigest()
+    assert built["nbytes"] == len(content)
+    assert built["description"] == json.loads(json.dumps(Gamut.from_bytes(content).description))
+    assert built["description"]["options"] == options.to_mapping()
+    assert {"characterisation", "boundary", "decimation", "metric"} <= set(built["seconds"])
+    assert all(seconds >= 0 for seconds in built["seconds"].values())
+    assert progress
+    for event in progress:
+        assert event["event"] == "progress"
+        assert event["stage"]
+        assert 0 <= event["fraction"] <= 1
+
+
+def test_an_error_of_gamutcore_is_passed_on_whole(result):
+    (*_, refused) = result(b"LAB_L,LAB_A,LAB_X\n1,2,3\n", {})
+    assert refused["event"] == "refused"
+    assert refused["code"] == "missing-column"
+    assert refused["message"]
+
+
+def test_a_job_of_another_version_is_not_published_under_its_id(result, sphere, tmp_path):
+    *_, outdated = result(document(sphere()), {}, job="0" * 64)
+    assert outdated["event"] == "outdated"
+    assert not (tmp_path / "history").exists()
+
+
+def test_an_option_of_another_version_is_refused(result, sphere):
+    (refused,) = result(document(sphere()), {"unknown": 1})
+    assert refused["seconds"] == {}
+    assert (refused["code"], refused["where"]) == ("invalid-option", {"field": "unknown"})
+
+
+def test_a_disk_error_has_its_number(result, sphere):
+    *_, failed = result(document(sphere()), {}, output="no/such/folder/history")
+    assert failed.items() >= {"event": "failed", "errno": 2}.items()
+
+
+def test_a_defect_costs_one_build(result, monkeypatch):
+    def defect(*_arguments, **_options):
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(worker, "Gamut", defect)
+    assert result(b"", {}) == [{"event": "failed", "errno": None, "seconds": {}}]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits what was mapped")
+def test_an_allocation_beyond_the_memory_fails_and_the_next_build_works(
+    result, sphere, monkeypatch
+):
+    def greedy(*_arguments, **_options):
+        return np.ones(100_000_000)
+
+    limits = resource.getrlimit(resource.RLIMIT_DATA)
+    usual = worker.Gamut
+    in_use = private_bytes("self")
+    monkeypatch.setattr(worker, "Gamut", greedy)
+    (exhausted,) = result(document(sphere()), {}, memory=in_use + 400_000_000)
+    assert exhausted["event"] == "exhausted"
+    assert resource.getrlimit(resource.RLIMIT_DATA) == limits
+    monkeypatch.setattr(worker, "Gamut", usual)
+    *_, built = result(document(sphere()), {}, memory=in_use + 2_000_000_000)
+    assert built["event"] == "built"
+
+
+@pytest.mark.slow
+def test_the_process_is_ready_once_and_ends_with_its_input():
+    command = [sys.executable, "-m", "service.building.worker"]
+    answer = subprocess.run(
+        command, stdin=subprocess.DEVNULL, capture_output=True, timeout=600, check=False
+    )
+    assert answer.returncode == 0
+    assert answer.stdout in {b"", b'{"event": "ready"}\n'}
+
+
+SLEEP = [sys.executable, "-c", "import sys; sys.stdin.read()"]
+
+
+@pytest.fixture
+def nothing_compiled(monkeypatch):
+    """Have no group compiled; the returned dictionary has each group's command."""
+    commands = {group: [sys.executable, "-c", ""] for group in kernels.GROUPS}
+    monkeypatch.setattr(kernels, "is_compiled", lambda _: False)
+    monkeypatch.setattr(kernels, "stamps_can_be_kept", lambda: True)
+    monkeypatch.setattr(kernels, "compile_command", commands.__getitem__)
+    return commands
+
+
+def prepare(made):
+    asyncio.run(asyncio.wait_for(made.prepare(), 600))
+
+
+def test_an_installation_that_is_compiled_is_loaded():
+    made = Kernels()
+    prepare(made)
+    assert made.loaded
+    assert dict(made.states) == dict.fromkeys(kernels.GROUPS, "compiled")
+
+
+@pytest.mark.usefixtures("nothing_compiled")
+def test_what_is_missing_is_compiled_first():
+    made = Kernels()
+    prepare(made)
+    assert made.loaded
+    assert dict(made.states) == dict.fromkeys(kernels.GROUPS, "compiled")
+
+
+def test_it_is_ready_while_the_optional_group_compiles(nothing_compiled):
+    nothing_compiled["optional"] = SLEEP
+    made = Kernels()
+
+    async def scenario():
+        task = asyncio.create_task(made.prepare())
+        deadline = time.monotonic() + 600
+        while made.states["optional"] != "compiling" and time.monotonic() < deadline:  # noqa: ASYNC110
+            await asyncio.sleep(0.01)
+        assert made.loaded
+        assert made.states["default"] == "compiled"
+        # requests wait for what they need
+        assert await made.wait("default", 0)
+        assert not await made.wait("optional", 0.01)
+        # a service that stops ends the compiler
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+
+    asyncio.run(asyncio.wait_for(scenario(), 600))
+
+
+def test_a_compiler_that_fails_costs_time_and_not_the_service(nothing_compiled, caplog):
+    nothing_compiled["default"] = [sys.executable, "-c", "raise SystemExit(3)"]
+    made = Kernels()
+    prepare(made)
+    assert made.loaded
+    assert made.states["default"] == "on first use"
+    assert "exit status 3" in caplog.text
+
+
+@pytest.mark.usefixtures("nothing_compiled")
+def test_where_nothing_can_be_kept_the_log_says_what_to_do(monkeypatch, caplog):
+    monkeypatch.setattr(kernels, "stamps_can_be_kept", lambda: False)
+    made = Kernels()
+    with caplog.at_level(logging.WARNING):
+        prepare(made)
+    assert made.loaded
+    assert "NUMBA_CACHE_DIR" in caplog.text
+
+
+READ_LEVELS = """
+import asyncio, sys
+from pathlib import Path
+from gamutcore.export import FORMATS, mesh_file
+from gamutcore import Gamut
+from gamutcore.kernels.decorators import KERNELS
+from gamutcore.metric.level_search import Bounds, LevelSearch
+from service.building.kernels import Kernels
+
+async def prepare():
+    kernels = Kernels()
+    task = asyncio.create_task(kernels.prepare())
+    while not kernels.loaded:
+        await asyncio.sleep(0.01)
+    task.cancel()
+
+def signatures():
+    return {kernel.__name__: len(kernel.signatures) for kernel in KERNELS}
+
+asyncio.run(prepare())
+before = signatures()
+gamut = Gamut.from_bytes(Path(sys.argv[1]).read_bytes())
+search = LevelSearch(gamut.description["levels"])
+search.find(gamut.history, Bounds(distance=0.5))
+for name in FORMATS:
+    mesh_file(gamut.level(100), name)
+late = [name for name, count in signatures().items() if count > before[name]]
+sys.exit(f"used before they were loaded: {late}" if late or not sum(before.values()) else None)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not kernels.is_compiled("default"), reason="the kernels are not compiled")
+def test_a_ready_service_has_loaded_all_kernels_that_levels_need(tmp_path):
+    path = tmp_path / "gamut"
+    # all formats can hold a display's gamut
+    path.write_bytes(reference("sRGB", surface_samples=1000).to_bytes())
+    subprocess.run([sys.executable, "-c", READ_LEVELS, str(path)], check=True)
