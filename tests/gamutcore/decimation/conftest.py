@@ -119,12 +119,6 @@ def _workspace(surface):
 
 
 @pytest.fixture(scope="session")
-def workspace_for():
-    """Return a function from a surface to a workspace whose edges are queued by their ids."""
-    return _workspace
-
-
-@pytest.fixture(scope="session")
 def random_collapses():
     """Return a generator that collapses random edges to positions near their midpoints.
 

@@ -98,13 +98,6 @@ class TestLevels:
             np.testing.assert_array_equal(found, level)
         np.testing.assert_array_equal(coarsest[:4], level)
 
-    @given(forests())
-    def test_no_level_leaves_the_range_of_the_full_boundary(self, forest):
-        values, edges, nearest = forest
-        for level in levels_of(values, edges._replace(corrected=0), nearest):
-            assert (level >= values.min(axis=0)).all()
-            assert (level <= values.max(axis=0)).all()
-
 
 class TestCode:
     @given(forests(), st.data())

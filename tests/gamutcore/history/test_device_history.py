@@ -11,9 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore import Gamut
-from gamutcore.boundary import modified_convex_hull, vertex_device_values
+from gamutcore.boundary import modified_convex_hull
 from gamutcore.characterisation import characterisation
-from gamutcore.colours import surface_colours
 from gamutcore.colours.profile_colours import profile_colours
 from gamutcore.decimation import decimate
 from gamutcore.errors import HistoryFileError, MeshError, TriangleCountError
@@ -103,27 +102,6 @@ class TestFullBoundary:
             step = 0.5 / FULL_SCALE + 1e-7
             np.testing.assert_allclose(value, expected[position.tobytes()], rtol=0, atol=step)
 
-    def test_whole_percents_and_codes_are_exact(self):
-        for whole in (100, 255):
-            assert FULL_SCALE % whole == 0
-
-    @pytest.mark.slow
-    def test_device_values_of_a_press(self, fogra39):
-        colours = surface_colours(characterisation(fogra39), surface_samples=20_000)
-        assert colours.channels == ("C", "M", "Y", "K")
-        gamut = Gamut(fogra39, gamma=0.2, surface_samples=20_000)
-        full = gamut.level(gamut.history.triangles)
-        boundary = modified_convex_hull(colours.points, gamma=0.2)
-        sources = vertex_device_values(boundary, colours.points, colours.device, colours.channels)
-        order = np.lexsort(full.vertices.T), np.lexsort(boundary.mesh.vertices.T)
-        np.testing.assert_array_equal(full.vertices[order[0]], boundary.mesh.vertices[order[1]])
-        np.testing.assert_allclose(
-            full.device.values[order[0]],
-            sources.values[order[1]],
-            rtol=0,
-            atol=0.5 / FULL_SCALE + 1e-7,
-        )
-
     def test_one_row_for_each_vertex(self, random_cloud):
         boundary = modified_convex_hull(random_cloud(1))
         decimation = decimate(boundary.mesh, boundary.centre)
@@ -196,22 +174,6 @@ class TestLevels:
         error = np.linalg.norm(predicted - level.vertices, axis=1)
         assert error.mean() < 0.1
         assert np.percentile(error, 95) < 0.3
-
-    def test_random_access_gives_the_values_of_stepping(self, fogra39_gamut):
-        history = fogra39_gamut.history
-        device = history.device
-        values = np.empty((history.vertices, 4), np.int16)
-        values[:4] = device.base
-        wanted = {4, 5, 6, 8, 9, 502, 5000, 8192, 8193, history.vertices}
-        assert not len(history.splits.shifted)  # moved neighbours would need steps of their own
-        for slot in range(4, history.vertices + 1):
-            if slot in wanted:
-                found = history.device_values(2 * slot - 4).values
-                expected = (values[:slot] / FULL_SCALE).astype(np.float32)
-                np.testing.assert_array_equal(found, expected)
-            if slot < history.vertices:
-                values[history.splits.parent[slot - 4]] = device.splits.fine[slot - 4]
-                values[slot] = device.splits.added[slot - 4]
 
     @pytest.mark.parametrize("triangles", [4, 12, 100, 1000, 10_000])
     @pytest.mark.slow
