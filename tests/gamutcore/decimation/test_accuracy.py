@@ -80,16 +80,17 @@ class TestSphereAgainstTheory:
         assert 40 * mismatch(mesh, history.level(40)) <= 3.07
 
 
+@pytest.fixture(scope="module")
+def large(icosphere):
+    """Return the sphere, its decimation and its history."""
+    mesh = icosphere(6, 40.0, CENTRE)
+    assert len(mesh.vertices) == 40_962 > SWEPT_DOWN_TO + 20_000
+    run = decimate(mesh, CENTRE)
+    return mesh, run, build_history(run)
+
+
 class TestLargeSphere:
     """A sphere of 40,962 vertices. Most of its collapses are made in sweeps."""
-
-    @pytest.fixture(scope="class")
-    def large(self, icosphere):
-        """Return the sphere, its decimation and its history."""
-        mesh = icosphere(6, 40.0, CENTRE)
-        assert len(mesh.vertices) == 40_962 > SWEPT_DOWN_TO + 20_000
-        run = decimate(mesh, CENTRE)
-        return mesh, run, build_history(run)
 
     @pytest.mark.slow
     def test_levels_are_gamuts_of_the_same_volume(self, large, assert_every_invariant):
@@ -126,14 +127,14 @@ def waves(seed, count, amplitude, stretch):
 
 
 @pytest.mark.slow
-def test_every_level_has_the_volume_of_the_boundary():
+def test_levels_of_a_larger_boundary_have_its_volume():
     """More vertices than the levels that are compared with samples, of which there are 2000."""
     boundary = waves(0, 3300, 2.0, (1.0, 1.0, 1.0))
     assert len(boundary.mesh.vertices) > 2400
     history = build_history(decimate(boundary.mesh, boundary.centre, "volume"))
-    for level in history.levels():
+    for triangles in range(4, history.triangles + 1, 12):
+        level = history.level(triangles)
         assert level.volume == pytest.approx(boundary.mesh.volume, rel=1e-5)
-    assert level.triangles == boundary.mesh.triangles
 
 
 COMPARED = (200, 100, 50)
@@ -143,8 +144,7 @@ COMPARED = (200, 100, 50)
 def test_levels_of_finest_are_closer_than_those_of_the_default_cost():
     found = []
     for seed in range(3):
-        boundary = waves(seed, 1500, 4.0, (1.2, 1.0, 0.8))
-        assert 1250 < len(boundary.mesh.vertices) < 1501
+        boundary = waves(seed, 600, 4.0, (1.2, 1.0, 0.8))
         for cost in ("finest", "volume"):
             history = build_history(decimate(boundary.mesh, boundary.centre, cost))
             found.append([mismatch(boundary.mesh, history.level(n)) for n in COMPARED])
@@ -160,7 +160,7 @@ def test_levels_do_not_grow_about_a_centre_near_the_surface(fogra39, centre):
     An earlier version had five times the volume of the press about the first centre, and twice the
     mismatch of `volume` about the second.
     """
-    points = surface_colours(characterisation(fogra39), surface_samples=5000).points
+    points = surface_colours(characterisation(fogra39), surface_samples=3000).points
     boundary = modified_convex_hull(points, 0.2, centre)
     closer, default = (
         build_history(decimate(boundary.mesh, boundary.centre, cost))

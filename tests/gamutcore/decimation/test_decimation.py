@@ -134,10 +134,10 @@ class TestEveryLevel:
 
     @pytest.mark.parametrize("cost", COSTS)
     @pytest.mark.parametrize("kind", [bumpy, sphere, slivers])
-    @settings(max_examples=5)
+    @settings(max_examples=4)
     @given(
         seed=st.integers(0, 2**32),
-        count=st.integers(30, 300),
+        count=st.integers(30, 150),
         part=st.sampled_from([0.5, 0.9, 0.97]),
     )
     @pytest.mark.slow
@@ -157,8 +157,8 @@ class TestEveryLevel:
 
     @pytest.mark.parametrize("cost", COSTS)
     @pytest.mark.parametrize("radii", [two_decades, four_decades, hundredfold, thousandfold, dents])
-    @settings(max_examples=4)
-    @given(seed=st.integers(0, 2**32), count=st.integers(30, 300))
+    @settings(max_examples=3)
+    @given(seed=st.integers(0, 2**32), count=st.integers(30, 150))
     # on each of these `finest` once stopped at 6 to 12 triangles, with some of the radii
     @example(seed=15, count=150)
     @example(seed=46, count=150)
@@ -194,7 +194,7 @@ class TestStructure:
     @pytest.mark.parametrize("cost", COSTS)
     @pytest.mark.slow
     def test_of_a_box_with_flat_faces(self, assert_every_invariant, cost):
-        axis = np.linspace(-1.0, 1.0, 24)
+        axis = np.linspace(-1.0, 1.0, 16)
         points = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
         points = points[(np.abs(points) == 1.0).any(axis=1)]
         boundary = modified_convex_hull(points * (40.0, 60.0, 50.0))
@@ -308,11 +308,6 @@ class TestRefusals:
     def test_of_nothing(self):
         with pytest.raises(MeshError):
             decimate(TriangleMesh(np.empty((0, 3)), np.empty((0, 3), int)), (0, 0, 0))
-
-    def test_of_a_face_that_is_there_twice(self):
-        faces = np.array([[0, 1, 2], [0, 2, 1]])
-        with pytest.raises(MeshError):
-            decimate(TriangleMesh(np.eye(3), faces), (0, 0, 0))
 
     @pytest.mark.parametrize("cost", ["area", "", "Volume", "../quadric"])
     def test_of_a_cost_that_is_not_there(self, icosphere, cost):
