@@ -15,7 +15,7 @@ from gamutcore.boundary import modified_convex_hull
 from gamutcore.characterisation import characterisation
 from gamutcore.colours.profile_colours import profile_colours
 from gamutcore.decimation import decimate
-from gamutcore.errors import HistoryFileError, MeshError, TriangleCountError
+from gamutcore.errors import HistoryFileError, MeshError
 from gamutcore.history import History, build_history, history_bytes, history_from_bytes
 from gamutcore.history.device_history import CORRECTED, FULL_SCALE, build_device_history
 from gamutcore.mesh import DeviceValues
@@ -183,13 +183,6 @@ class TestLevels:
         assert values.max() <= 1
         assert values.astype(np.float64).sum(axis=1).max() <= 2.5 + 4 / FULL_SCALE
 
-    def test_odd_counts_and_others(self, inked):
-        history = inked[0]
-        assert history.device_values(31) == history.device_values(30)
-        for triangles in (3, history.triangles + 1, 10.0, True):
-            with pytest.raises(TriangleCountError):
-                history.device_values(triangles)
-
     def test_bare_colours_have_none(self, small_gamut):
         assert small_gamut.history.device is None
         assert small_gamut.history.device_values(10) is None
@@ -205,14 +198,6 @@ class TestFile:
         for triangles in range(4, history.triangles + 1, 2):
             assert history.device_values(triangles) == inked[0].device_values(triangles)
         assert history_bytes(history, metadata) == file
-
-    def test_tetrahedron_with_device_values(self):
-        corners = [(50, 0, 40), (50, 40, -20), (50, -40, -20), (90, 0, 0)]
-        boundary = modified_convex_hull(corners, centre=(60, 0, 0))
-        device = DeviceValues(("W",), np.array([[0.0], [0.25], [0.5], [1.0]]))
-        built = build_history(decimate(boundary.mesh, boundary.centre), device)
-        history, _ = history_from_bytes(history_bytes(built))
-        np.testing.assert_array_equal(history.device_values(4).values, device.values)
 
     def test_geometry_does_not_depend_on_device_values(self, inked, file):
         """A reader without support for device values finds the geometry unchanged."""
@@ -237,21 +222,6 @@ class TestFile:
             assert history.device is None
         history, _ = history_from_bytes(file, partial=True)
         assert history.device_values(30) == inked[0].device_values(30)
-
-    def test_groups_are_unpacked_as_far_as_a_level_needs(self, file):
-        history, _ = history_from_bytes(file)
-        history.level(30)
-        assert not history.is_unpacked(30)
-        before = history.nbytes
-        values = history.device_values(30)
-        assert history.is_unpacked(30)
-        assert not history.is_unpacked(history.triangles)
-        assert before < history.nbytes
-        history.unpack()
-        assert history.is_unpacked(history.triangles)
-        assert history.device_values(30) == values
-        geometry = History(history.splits, history.centre, history.step)
-        assert history.nbytes == geometry.nbytes + history.device.nbytes
 
     def test_a_press_takes_less_than_24_bits_for_each_vertex(self, fogra39_gamut):
         header, _ = header_of(fogra39_gamut.to_bytes())
@@ -290,14 +260,6 @@ class TestReaderInJavaScript:
             expected = history.device_values(triangles)
             np.testing.assert_array_equal(found, expected.values)
             assert read.device_values(triangles) == expected
-
-    @pytest.mark.slow
-    def test_large_history(self, javascript_levels, fogra39_gamut):
-        history = fogra39_gamut.history
-        counts = [4, 100, 1000, 30_000, history.triangles]
-        levels = javascript_levels(history_bytes(history), counts, 4)
-        for (_, _, values), triangles in zip(levels, counts, strict=True):
-            np.testing.assert_array_equal(values, history.device_values(triangles).values)
 
 
 class TestDamage:
@@ -393,21 +355,3 @@ class TestDamage:
         for values in found:
             assert (values.values >= 0).all()
             assert (values.values <= 1).all()
-
-    @pytest.mark.slow
-    def test_damage_is_found_when_a_level_is_read(self, fogra39):
-        built = Gamut(fogra39, surface_samples=1000)
-        data = built.to_bytes()
-        read = Gamut.from_bytes(data)
-        assert read.level(100) == built.level(100)
-        arrays = safetensors.numpy.load(data)
-        last = max(name for name in arrays if name.startswith("device.") and name[-1].isdecimal())
-        stream = arrays[last]
-        damaged = Gamut.from_bytes(tampered(data, **{last.replace(".", "__"): stream[:-8]}))
-        assert damaged.level(100) == built.level(100)
-        for _ in range(2):
-            with pytest.raises(HistoryFileError) as caught:
-                damaged.level(damaged.history.triangles)
-            assert caught.value.where["field"] == last
-        assert damaged.history.full() == built.history.full()
-        assert damaged.level(100) == built.level(100)

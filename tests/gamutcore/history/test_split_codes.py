@@ -23,11 +23,10 @@ from gamutcore.history.bit_codes import (
     write_below,
 )
 from gamutcore.history.prediction import KEPT, first_contexts
-from gamutcore.history.prefix_order import Splits, empty_splits, extended_copy, group_ranges
+from gamutcore.history.prefix_order import Splits, empty_splits, extended_copy
 from gamutcore.history.rings import (
     LONGEST_LIST,
     MOST_WORK,
-    MOVED,
     VISITED,
     WORK_PER_VERTEX,
     first_replay,
@@ -250,23 +249,6 @@ def test_what_readers_would_refuse_is_not_written(small_history, monkeypatch):
     monkeypatch.setattr(packed_splits, "MOVED_PER_VERTEX", 0)
     with pytest.raises(NeighbourLimitError):
         history_bytes(small_history)
-
-
-@pytest.mark.parametrize("name", ["small_history", "shifting_history", "double_pyramid"])
-def test_writers_count_the_work_of_readers(name, request, monkeypatch):
-    made = request.getfixturevalue(name)
-    if name == "double_pyramid":
-        made = build_history(decimate(made(600), np.zeros(3), "finest"))
-    work = []
-    monkeypatch.setattr(
-        packed_splits, "_refuse_much_work", lambda replay, _: work.append(replay.used[:])
-    )
-    data = history_bytes(made)
-    packed = history_from_bytes(data)[0]._packed
-    for _ in group_ranges(made.vertices):
-        packed.unpack()
-    assert packed._replay.used[VISITED] == work[-1][VISITED] > 0
-    assert packed._replay.used[MOVED] == work[-1][MOVED] == made.splits.moved_end[-1]
 
 
 def test_work_grows_with_the_slots_not_with_their_neighbours(double_pyramid):

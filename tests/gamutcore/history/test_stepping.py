@@ -86,10 +86,3 @@ class TestCursor:
         for array, copy in zip(small_history.splits, before, strict=True):
             np.testing.assert_array_equal(array, copy)
         assert levels == [small_history.level(n) for n in (4, 20, small_history.triangles)]
-
-    def test_cursors_do_not_disturb_each_other(self, small_history):
-        one, other = small_history.cursor(40), small_history.cursor(40)
-        one.finer(20)
-        other.coarser(5)
-        assert_at(one, small_history, 80)
-        assert_at(other, small_history, 30)
