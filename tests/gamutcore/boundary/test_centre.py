@@ -115,15 +115,6 @@ def test_a_fold_hides_as_little_as_possible():
     assert found.depth > 1
 
 
-def test_it_is_the_same_each_time():
-    ball = trimesh.creation.icosphere(4, 10.0)
-    points, faces = surface(ball)
-    points[::7] *= 0.3
-    first, second = (device_centre(points, faces) for _ in range(2))
-    np.testing.assert_array_equal(first.point, second.point)
-    assert first[1:] == second[1:]
-
-
 def test_flat_surfaces_have_no_centre():
     plane = np.random.default_rng(1).normal(size=(30, 3)) * (1, 1, 0)
     faces = np.arange(30, dtype=np.int32).reshape(-1, 3)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore import Gamut
-from gamutcore.boundary import compute_boundary, device_surface_boundary, vertex_device_values
+from gamutcore.boundary import device_surface_boundary, vertex_device_values
 from gamutcore.colours.device.ink_cube import InkCube
 from gamutcore.colours.device.surface import device_surface, outward_faces
 from gamutcore.decimation import decimate
@@ -66,7 +66,7 @@ def volume_error(boundary, points, corners):
 PHASES = st.tuples(*[st.floats(0, 6)] * 3)
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(st.integers(3, 5), st.floats(0, 1.2), PHASES, st.one_of(st.just(np.inf), st.floats(60, 90)))
 @pytest.mark.slow
 def test_bent_cubes_have_the_radii_of_their_outermost_faces(channels, strength, phase, top):
@@ -88,18 +88,6 @@ def test_bent_cubes_have_the_radii_of_their_outermost_faces(channels, strength, 
 
 
 @settings(max_examples=30)
-@given(st.integers(3, 5), st.floats(1, 3), PHASES, st.floats(45, 90))
-@pytest.mark.slow
-def test_boundaries_of_wild_maps_are_valid(channels, strength, phase, top):
-    points, _, faces = sampled(channels, lambda values: bent(values, strength, phase, top), 1500)
-    try:
-        boundary = device_surface_boundary(points, faces)
-    except CentreError:  # some of these maps surround no point
-        return
-    assert boundary.mesh.validity(boundary.centre).is_gamut
-
-
-@settings(max_examples=30)
 @given(st.floats(0, 0.1), PHASES)
 @pytest.mark.slow
 def test_smooth_cubes_are_taken_as_they_are(strength, phase):
@@ -112,7 +100,7 @@ def test_smooth_cubes_are_taken_as_they_are(strength, phase):
     assert boundary.mesh.volume == pytest.approx(exact, rel=1e-4)
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(st.floats(1.8, 3.9), PHASES)
 @pytest.mark.slow
 def test_inks_with_a_limit_have_the_limit_as_a_face(total, phase):
@@ -127,7 +115,7 @@ def test_inks_with_a_limit_have_the_limit_as_a_face(total, phase):
     assert volume_error(boundary, points, faces.corners) < 0.01
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(st.integers(3, 4), st.floats(0, 1.2), PHASES)
 @pytest.mark.slow
 def test_all_levels_are_valid_down_to_four_triangles(channels, strength, phase):
@@ -161,13 +149,6 @@ def test_flat_colours_are_refused():
     points, _, faces = sampled(3, lambda values: values @ [[1.0, 2, 0], [3, -1, 0], [2, 5, 0]], 200)
     with pytest.raises(FlatPointsError):
         device_surface_boundary(points, faces)
-
-
-def test_data_without_a_device_is_refused():
-    with pytest.raises(OptionError) as error:
-        compute_boundary(np.random.default_rng(1).normal(size=(50, 3)), "device-surface")
-    assert error.value.where == {"field": "boundary"}
-    assert "device values" in error.value.remedy
 
 
 @pytest.mark.parametrize(

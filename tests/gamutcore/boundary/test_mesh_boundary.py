@@ -44,12 +44,6 @@ def test_a_ball_is_a_boundary_that_is_decimated(ball):
     assert result.step == mesh_grid_step(boundary.mesh.vertices)
 
 
-def test_positions_on_a_grid_already_are_kept_as_they_are(ball):
-    rounded = np.rint(ball.vertices * 64) / 64
-    boundary, _ = mesh_boundary(replace(ball, vertices=rounded))
-    np.testing.assert_array_equal(boundary.mesh.vertices, rounded)
-
-
 @settings(max_examples=20, deadline=None)
 @given(st.tuples(*[st.floats(-10, 10)] * 3))
 def test_the_centre_that_is_asked_for_is_taken(ball, offset):

@@ -325,10 +325,11 @@ class TestDamage:
         with pytest.raises(HistoryFileError, match="bits over"):
             _ = history.device
 
-    def test_a_stream_that_ends_early(self, file):
+    @pytest.mark.parametrize(("left", "message"), [(-2, "adds slot"), (10, "too few")])
+    def test_a_stream_that_ends_early(self, file, left, message):
         stream = safetensors.numpy.load(file)["device.03"]
-        history, _ = history_from_bytes(tampered(file, device__03=stream[:-2]))
-        with pytest.raises(HistoryFileError, match="adds slot") as caught:
+        history, _ = history_from_bytes(tampered(file, device__03=stream[:left]))
+        with pytest.raises(HistoryFileError, match=message) as caught:
             _ = history.device
         assert caught.value.where["field"] == "device.03"
 
