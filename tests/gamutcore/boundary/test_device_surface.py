@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore import Gamut
-from gamutcore.boundary import device_surface_boundary, vertex_device_values
+from gamutcore.boundary import compute_boundary, device_surface_boundary, vertex_device_values
 from gamutcore.colours.device.ink_cube import InkCube
 from gamutcore.colours.device.surface import device_surface, outward_faces
 from gamutcore.decimation import decimate
@@ -149,6 +149,13 @@ def test_flat_colours_are_refused():
     points, _, faces = sampled(3, lambda values: values @ [[1.0, 2, 0], [3, -1, 0], [2, 5, 0]], 200)
     with pytest.raises(FlatPointsError):
         device_surface_boundary(points, faces)
+
+
+def test_data_without_a_device_is_refused():
+    with pytest.raises(OptionError) as error:
+        compute_boundary(np.random.default_rng(1).normal(size=(50, 3)), "device-surface")
+    assert error.value.where == {"field": "boundary"}
+    assert "device values" in error.value.remedy
 
 
 @pytest.mark.parametrize(
