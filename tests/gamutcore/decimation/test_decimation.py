@@ -290,12 +290,6 @@ class TestRefusals:
         face = caught.value.where["face"]
         assert icosphere(1).determinants(centre)[face] <= 1e-6
 
-    def test_of_a_flat_face(self):
-        # a face through the centre has a determinant of zero
-        mesh = modified_convex_hull(np.vstack([np.zeros(3), np.eye(3)])).mesh
-        with pytest.raises(MeshError, match="star-shaped"):
-            decimate(mesh, (0.25, 0.25, 0.0))
-
     @pytest.mark.parametrize("value", [np.nan, np.inf])
     def test_of_numbers_that_are_not_finite(self, icosphere, value):
         mesh = icosphere(1)
