@@ -66,7 +66,7 @@ def volume_error(boundary, points, corners):
 PHASES = st.tuples(*[st.floats(0, 6)] * 3)
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(st.integers(3, 5), st.floats(0, 1.2), PHASES, st.one_of(st.just(np.inf), st.floats(60, 90)))
 @pytest.mark.slow
 def test_bent_cubes_have_the_radii_of_their_outermost_faces(channels, strength, phase, top):
@@ -88,18 +88,6 @@ def test_bent_cubes_have_the_radii_of_their_outermost_faces(channels, strength, 
 
 
 @settings(max_examples=30)
-@given(st.integers(3, 5), st.floats(1, 3), PHASES, st.floats(45, 90))
-@pytest.mark.slow
-def test_boundaries_of_wild_maps_are_valid(channels, strength, phase, top):
-    points, _, faces = sampled(channels, lambda values: bent(values, strength, phase, top), 1500)
-    try:
-        boundary = device_surface_boundary(points, faces)
-    except CentreError:  # some of these maps surround no point
-        return
-    assert boundary.mesh.validity(boundary.centre).is_gamut
-
-
-@settings(max_examples=30)
 @given(st.floats(0, 0.1), PHASES)
 @pytest.mark.slow
 def test_smooth_cubes_are_taken_as_they_are(strength, phase):
@@ -112,7 +100,7 @@ def test_smooth_cubes_are_taken_as_they_are(strength, phase):
     assert boundary.mesh.volume == pytest.approx(exact, rel=1e-4)
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(st.floats(1.8, 3.9), PHASES)
 @pytest.mark.slow
 def test_inks_with_a_limit_have_the_limit_as_a_face(total, phase):
@@ -127,7 +115,7 @@ def test_inks_with_a_limit_have_the_limit_as_a_face(total, phase):
     assert volume_error(boundary, points, faces.corners) < 0.01
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(st.integers(3, 4), st.floats(0, 1.2), PHASES)
 @pytest.mark.slow
 def test_all_levels_are_valid_down_to_four_triangles(channels, strength, phase):

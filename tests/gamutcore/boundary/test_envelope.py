@@ -1,14 +1,17 @@
-"""The envelope against exact unions of solids, and against radii by brute force."""
+"""Parts of device surfaces: exact unions of solids, recovered edges, volumes by rays."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gamutcore.boundary.edge_recovery import recover_edges
 from gamutcore.boundary.envelope import radial_envelope
+from gamutcore.boundary.radial_hull import radial_hull
+from gamutcore.boundary.radial_volume import radial_volume
 from gamutcore.grid import grid_step, nearest_grid_points
 from gamutcore.mesh import TriangleMesh
 
@@ -60,30 +63,56 @@ def test_crossing_vertices_are_on_the_lines_between_points():
     assert np.abs(between - envelope.position).max() <= step / 2
 
 
-def test_what_is_inside_does_not_matter():
-    outer = trimesh.creation.icosphere(4, 10.0)
-    alone, _, _ = envelope_of(outer)
-    inner = trimesh.creation.icosphere(3, 5.0)
-    both, _, _ = envelope_of(outer, inner)
-    np.testing.assert_array_equal(used(alone).faces, used(both).faces)
-    assert used(both).volume == pytest.approx(outer.volume, rel=1e-6)
+def sphere(seed, count):
+    points = np.random.default_rng(seed).normal(size=(count, 3))
+    points /= np.linalg.norm(points, axis=1)[:, np.newaxis]
+    return points, radial_hull(points)
 
 
-def test_equal_surfaces_count_once():
-    outer = trimesh.creation.icosphere(4, 10.0)
-    twice, _, _ = envelope_of(outer, outer)
-    assert used(twice).triangles == len(outer.faces)
+def edges_of(faces):
+    return {frozenset(pair) for a, b, c in faces.tolist() for pair in ((a, b), (b, c), (c, a))}
 
 
-def test_a_centre_outside_gives_no_faces():
-    sphere = trimesh.creation.icosphere(3, 1.0)
-    sphere.apply_translation((5, 0, 0))
-    envelope, _, _ = envelope_of(sphere)
-    assert len(envelope.faces) == 0
+@settings(max_examples=30)
+@given(st.integers(0, 10_000), st.integers(20, 300), st.integers(1, 100))
+def test_the_mesh_stays_valid_and_pairs_become_edges(seed, count, wanted):
+    points, faces = sphere(seed, count)
+    pairs = np.random.default_rng(seed + 1).integers(count, size=(wanted, 2)).astype(np.int32)
+    found, given_up = recover_edges(points, faces, pairs)
+    assert TriangleMesh(points, found).validity(np.zeros(3)).is_gamut
+    edges = edges_of(found)
+    missing = sum(frozenset(pair) not in edges for pair in pairs.tolist())
+    assert missing == given_up
 
 
-def test_reruns_are_identical():
-    meshes = divided_box((2, 2, 2), 3), divided_box((3, 1.5, 1.6), 3, (0.3, 0.5, 0.7))
-    (one, _, _), (two, _, _) = envelope_of(*meshes), envelope_of(*meshes)
-    for first, second in zip(one, two, strict=True):
-        np.testing.assert_array_equal(first, second)
+def test_the_first_of_two_crossing_pairs_wins():
+    points = np.array([(1, 1, 1), (1, -1, 1), (-1, -1, 1), (-1, 1, 1), (0, 0, -1)], float)
+    faces = radial_hull(points)
+    for pairs in ([(0, 2), (1, 3)], [(1, 3), (0, 2)]):
+        found, given_up = recover_edges(points, faces, np.array(pairs, np.int32))
+        assert frozenset(pairs[0]) in edges_of(found)
+        assert given_up == 1
+
+
+@given(st.integers(0, 1000), st.integers(1, 200), st.floats(0.01, 3))
+@settings(max_examples=20)
+def test_rays_meet_what_a_test_of_all_pairs_finds(seed, count, size):
+    rng = np.random.default_rng(seed)
+    corners = rng.normal(size=(count, 1, 3)) * 3 + rng.normal(size=(count, 3, 3)) * size
+    pixels = 8
+    middles = (np.arange(pixels) + 0.5) * 2 / pixels - 1
+    u, v = (grid.ravel() for grid in np.meshgrid(middles, middles, indexing="ij"))
+    ahead = np.stack([np.ones_like(u), u, v], axis=1)
+    rays = np.concatenate(
+        [np.roll(ahead * (sign, 1, 1), axis, axis=1) for axis in range(3) for sign in (-1, 1)]
+    )
+    # p = weights · corners with weights of one sign, by the inverse of each triangle
+    weights = np.linalg.solve(corners.transpose(0, 2, 1)[:, np.newaxis], rays[..., np.newaxis])
+    weights = weights[..., 0]
+    hit = (weights >= 0).all(axis=2)
+    along = np.where(hit, 1 / np.where(hit, weights.sum(axis=2), 1.0), 0.0).max(axis=0)
+    faces = np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
+    found = radial_volume(corners.reshape(-1, 3), faces, np.zeros(3), pixels)
+    assert found.uncovered == pytest.approx((along == 0).mean())
+    assert found.volume == pytest.approx((along**3).sum() / 3 * (2 / pixels) ** 2, rel=1e-6)
+    assert found.depth == pytest.approx((along * np.linalg.norm(rays, axis=1)).min(), rel=1e-6)

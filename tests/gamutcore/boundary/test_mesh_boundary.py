@@ -44,12 +44,6 @@ def test_a_ball_is_a_boundary_that_is_decimated(ball):
     assert result.step == mesh_grid_step(boundary.mesh.vertices)
 
 
-def test_positions_on_a_grid_already_are_kept_as_they_are(ball):
-    rounded = np.rint(ball.vertices * 64) / 64
-    boundary, _ = mesh_boundary(replace(ball, vertices=rounded))
-    np.testing.assert_array_equal(boundary.mesh.vertices, rounded)
-
-
 @settings(max_examples=20, deadline=None)
 @given(st.tuples(*[st.floats(-10, 10)] * 3))
 def test_the_centre_that_is_asked_for_is_taken(ball, offset):
@@ -164,3 +158,109 @@ def test_any_rough_ball_is_a_valid_boundary_or_refused(ball, seed, roughness):
     except MeshError as error:
         pytest.fail(f"the middle sees all faces: {error}")
     assert boundary.mesh.validity(boundary.centre).is_gamut
+
+
+CUBE = trimesh.creation.box((2.0, 4.0, 6.0))
+VERTICES, FACES = np.asarray(CUBE.vertices, float), np.asarray(CUBE.faces, np.int64)
+
+
+def bounded(vertices, faces):
+    """Return the boundary of a mesh about the origin, and what was changed in it."""
+    mesh = GamutMesh("ply", np.asarray(vertices, float), np.asarray(faces, np.int64))
+    boundary, provenance = mesh_boundary(mesh, (0, 0, 0))
+    assert boundary.mesh.validity(boundary.centre).is_gamut
+    return boundary, provenance["mesh"]
+
+
+def cycles(mesh):
+    """Faces by their positions, each from its smallest corner on."""
+    corners = mesh.vertices[mesh.faces].tolist()
+    return sorted(min(face[i:] + face[:i] for i in range(3)) for face in corners)
+
+
+class TestRepairs:
+    """Of a box with defects: all give the box again."""
+
+    def assert_box(self, boundary):
+        expected, _ = bounded(VERTICES, FACES)
+        assert expected.mesh.volume == pytest.approx(48)
+        assert cycles(boundary.mesh) == cycles(expected.mesh)
+
+    @given(st.permutations(range(12)), st.lists(st.booleans(), min_size=12, max_size=12))
+    @settings(max_examples=30)
+    def test_loose_triangles_in_any_order_and_orientation(self, order, turned):
+        """Three vertices for each triangle, as in STL."""
+        mixed = np.where(np.array(turned)[:, np.newaxis], FACES[:, ::-1], FACES)
+        loose = VERTICES[mixed[list(order)]].reshape(-1, 3)
+        boundary, changes = bounded(loose, np.arange(36).reshape(-1, 3))
+        assert changes["welded"] == 36 - 8
+        assert changes["turned"] == sum(turned)
+        np.testing.assert_array_equal(loose[boundary.sources], boundary.mesh.vertices)
+        self.assert_box(boundary)
+
+    def test_faces_without_area_and_unused_vertices_are_dropped(self):
+        """An edge split at a vertex beside its end, with the sliver's corners welded."""
+        vertices = np.vstack([VERTICES, VERTICES[0], [9.0, 9.0, 9.0]])
+        boundary, changes = bounded(vertices, np.vstack([FACES, [0, 8, 3], [5, 5, 2]]))
+        assert (changes["welded"], changes["unused"], changes["dropped"]) == (1, 1, 2)
+        self.assert_box(boundary)
+
+    def test_a_fin_of_two_faces_that_cover_each_other_is_dropped(self):
+        boundary, changes = bounded(VERTICES, np.vstack([FACES, [0, 3, 6], [6, 3, 0]]))
+        assert changes["dropped"] == 2
+        self.assert_box(boundary)
+
+
+def klein_bottle(size=6):
+    """A grid on a square with opposite sides glued, one pair of them reversed."""
+
+    def at(row, column):
+        if row == size:
+            row, column = 0, -column
+        return row * size + column % size
+
+    faces = [
+        face
+        for row in range(size)
+        for column in range(size)
+        for face in (
+            (at(row, column), at(row + 1, column), at(row + 1, column + 1)),
+            (at(row, column), at(row + 1, column + 1), at(row, column + 1)),
+        )
+    ]
+    return np.random.default_rng(1).random((size * size, 3)), faces
+
+
+TORUS = trimesh.creation.torus(3, 1)
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "message"),
+    [
+        (VERTICES, FACES[1:], "3 edges"),
+        (VERTICES, np.vstack([FACES, [0, 3, 6]]), "more than two"),
+        (
+            np.vstack([VERTICES, VERTICES + 10]),
+            np.vstack([FACES, FACES + 8]),
+            "2 pieces; the largest has 12 of 24",
+        ),
+        (
+            np.vstack([VERTICES, VERTICES + np.ptp(VERTICES, axis=0)]),
+            np.vstack([FACES, FACES + 8]),
+            "pieces|touches",
+        ),
+        (TORUS.vertices, TORUS.faces, "handle"),
+        (*klein_bottle(), "side"),
+        (np.zeros((4, 3)), [(0, 1, 2), (1, 2, 3)], "area"),
+    ],
+    ids=["hole", "inner wall", "two pieces", "shared vertex", "torus", "one side", "points"],
+)
+def test_what_is_no_closed_surface_of_genus_0_is_refused_with_the_reason(vertices, faces, message):
+    with pytest.raises(MeshError, match=message) as caught:
+        bounded(vertices, faces)
+    assert caught.value.remedy
+    if message == "3 edges":
+        # the vertex is one of the missing face's
+        assert caught.value.where["vertex"] in FACES[0]
+    if message == "handle":
+        assert caught.value.where["handles"] == 1

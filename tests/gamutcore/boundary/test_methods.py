@@ -11,8 +11,8 @@ from gamutcore.boundary import (
     modified_convex_hull,
     segment_maxima,
     usv,
+    vertex_device_values,
 )
-from gamutcore.errors import OptionError
 
 OF_POINTS = [name for name, method in BOUNDARIES.items() if not method.needs_faces]
 """Methods that need nothing but points; the tests of the others make faces."""
@@ -28,13 +28,6 @@ class TestTable:
         if name != "convex-hull":  # whose function is the modified one's
             for option, default in method.defaults.items():
                 assert default == signature[option].default
-
-    @pytest.mark.parametrize("value", [0, 1.5, "1", None, True, float("nan"), 10**400, []])
-    @pytest.mark.parametrize("name", ["modified-convex-hull", "usv"])
-    def test_an_invalid_power(self, name, value, random_cloud):
-        with pytest.raises(OptionError) as caught:
-            compute_boundary(random_cloud(49), name, gamma=value)
-        assert caught.value.where == {"field": "gamma"}
 
 
 class TestComputeBoundary:
@@ -61,3 +54,32 @@ class TestComputeBoundary:
     def test_takes_a_centre(self, random_cloud, name):
         boundary = compute_boundary(random_cloud(52), name, (52.0, 1.0, -1.0))
         np.testing.assert_array_equal(boundary.centre, (52.0, 1.0, -1.0))
+
+
+@pytest.mark.parametrize("method", OF_POINTS)
+def test_device_values_are_those_of_the_point_that_a_vertex_is_or_of_the_nearest(
+    random_cloud, method
+):
+    points = random_cloud(3, 400)
+    # values that tell where their point is
+    device = (points - points.min(axis=0)) / np.ptp(points, axis=0)
+    boundary = compute_boundary(points, method)
+    values = vertex_device_values(boundary, points, device, ("R", "G", "B"))
+    assert values.channels == ("R", "G", "B")
+    constructed = boundary.sources < 0
+    assert constructed.any() == (method == "segment-maxima")
+    known = boundary.sources[~constructed]
+    np.testing.assert_array_equal(values.values[~constructed], device[known])
+    for vertex, row in zip(
+        boundary.mesh.vertices[constructed], values.values[constructed], strict=True
+    ):
+        nearest = np.linalg.norm(points - vertex, axis=1).argmin()
+        np.testing.assert_array_equal(row, device[nearest])
+
+
+def test_device_values_off_the_cube_by_a_rounding_are_put_on_it(random_cloud):
+    points = random_cloud(3)
+    boundary = compute_boundary(points, "convex-hull")
+    device = np.full((len(points), 2), [np.nextafter(1.0, 2.0), -1e-17])
+    values = vertex_device_values(boundary, points, device, ("C", "M")).values
+    assert (values == [1.0, 0.0]).all()

@@ -89,20 +89,17 @@ class TestPublishedVolumes:
         assert boundary.mesh.volume == pytest.approx(WORKING_SPACES[name][-1], rel=0.0015)
 
     @pytest.mark.parametrize(
-        ("name", "overshoot"), [("sRGB", 0.09), ("Adobe RGB", 0.10), ("ProPhoto", 0.96)]
+        ("name", "fifth", "convex"),
+        [("sRGB", 0.09, 8.8), ("Adobe RGB", 0.10, 6.1), ("ProPhoto", 0.96, 7.4)],
     )
-    def test_overshoot_with_gamma_a_fifth(self, working_space, name, overshoot):
+    def test_overshoot_with_gamma_a_fifth_and_of_the_convex_hull(
+        self, working_space, name, fifth, convex
+    ):
         lab, volume = working_space(name)
-        boundary = modified_convex_hull(lab, 0.2, (50.0, 0.0, 0.0))
-        assert 100 * (boundary.mesh.volume / volume - 1) == pytest.approx(overshoot, abs=0.03)
-
-    @pytest.mark.parametrize(
-        ("name", "overshoot"), [("sRGB", 8.8), ("Adobe RGB", 6.1), ("ProPhoto", 7.4)]
-    )
-    def test_overshoot_of_the_convex_hull(self, working_space, name, overshoot):
-        lab, volume = working_space(name)
-        boundary = modified_convex_hull(lab, 1.0)
-        assert 100 * (boundary.mesh.volume / volume - 1) == pytest.approx(overshoot, abs=0.1)
+        for gamma, overshoot, tolerance in ((0.2, fifth, 0.03), (1.0, convex, 0.1)):
+            boundary = modified_convex_hull(lab, gamma, (50.0, 0.0, 0.0))
+            found = 100 * (boundary.mesh.volume / volume - 1)
+            assert found == pytest.approx(overshoot, abs=tolerance)
 
 
 def fibonacci_sphere(count):
@@ -167,22 +164,6 @@ class TestDefinition:
         for more, fewer in itertools.pairwise(kept):
             assert fewer < more
 
-    def test_the_result_says_what_it_was_made_with(self):
-        boundary = modified_convex_hull(cube_surface(3), 0.3, (0.4, 0.5, 0.6))
-        assert boundary.gamma == 0.3
-        step = grid_step(cube_surface(3))
-        np.testing.assert_array_equal(
-            boundary.centre, np.rint(np.divide((0.4, 0.5, 0.6), step)) * step
-        )
-
-    def test_the_automatic_centre_of_a_symmetric_body_is_its_middle(self):
-        np.testing.assert_allclose(modified_convex_hull(grid(4)).centre, 0.5, atol=1e-7)
-
-    def test_the_automatic_centre_is_inside_where_the_middle_of_the_bounds_is_not(self):
-        # a tetrahedron at a corner of the cube: (½, ½, ½) lies beyond its slanted face
-        tetrahedron = np.vstack([np.zeros(3), np.eye(3)])
-        np.testing.assert_allclose(modified_convex_hull(tetrahedron).centre, 0.25, atol=1e-7)
-
     def test_near_in_space_is_near_in_memory(self, random_cloud):
         mesh = modified_convex_hull(random_cloud(13, 3000), 0.05).mesh
         faces = mesh.faces
@@ -209,22 +190,6 @@ class TestKnownBodies:
         assert_every_invariant(boundary.mesh, boundary.centre, boundary.mesh.triangles)
         assert boundary.mesh.volume == pytest.approx(1.0, rel=1e-6)
         assert boundary.mesh.area == pytest.approx(6.0, rel=1e-6)
-
-    def test_points_inside_change_nothing(self):
-        shell = cube_surface(5)
-        inside = 0.2 + 0.6 * np.random.default_rng(0).random((500, 3))
-        with_inside = modified_convex_hull(np.vstack([shell, inside]), centre=(0.5, 0.5, 0.5))
-        assert with_inside.mesh == modified_convex_hull(shell, centre=(0.5, 0.5, 0.5)).mesh
-
-    def test_an_octahedron(self):
-        corners = np.vstack([np.eye(3), -np.eye(3)])
-        mesh = modified_convex_hull(corners).mesh
-        assert (mesh.triangles, mesh.volume) == (8, pytest.approx(4 / 3))
-
-    def test_four_points_are_a_tetrahedron(self, assert_every_invariant):
-        boundary = modified_convex_hull(np.vstack([np.zeros(3), np.eye(3)]))
-        assert_every_invariant(boundary.mesh, boundary.centre, 4)
-        assert boundary.mesh.volume == pytest.approx(1 / 6)
 
     def test_a_dent_is_followed(self):
         # a cube with one face's middle pushed half way in: 1 − ⅙ of its volume
@@ -256,34 +221,6 @@ class TestInvariance:
         )
         scaled = modified_convex_hull(0.37 * points, 0.2, centre).mesh
         assert scaled.volume == pytest.approx(0.37**3 * volume, rel=1e-5)
-
-    @pytest.mark.parametrize("scale", [2.0**-60, 2.0**-20, 2.0**30])
-    def test_scale_by_a_power_of_two_changes_no_bit(self, random_cloud, scale):
-        points = random_cloud(7) - (50.0, 0.0, 0.0)
-        mesh = modified_convex_hull(points, 0.2).mesh
-        scaled = modified_convex_hull(points * scale, 0.2).mesh
-        np.testing.assert_array_equal(scaled.faces, mesh.faces)
-        np.testing.assert_array_equal(scaled.vertices, mesh.vertices * np.float32(scale))
-
-    def test_reruns_are_bit_identical(self, random_cloud):
-        points = np.vstack([random_cloud(8, 2000), grid(6) * 20 + 40])
-        first, second = modified_convex_hull(points), modified_convex_hull(points.copy())
-        assert first.mesh == second.mesh
-        np.testing.assert_array_equal(first.sources, second.sources)
-        np.testing.assert_array_equal(first.centre, second.centre)
-
-    def test_duplicates_change_nothing(self, random_cloud):
-        points = random_cloud(9)
-        doubled = modified_convex_hull(np.vstack([points, points, points[::-1]]), centre=(50, 0, 0))
-        assert doubled.mesh.volume == pytest.approx(
-            modified_convex_hull(points, centre=(50, 0, 0)).mesh.volume, rel=1e-9
-        )
-
-    def test_the_points_are_not_written_to(self, random_cloud):
-        points = random_cloud(10)
-        before = points.copy()
-        modified_convex_hull(points)
-        np.testing.assert_array_equal(points, before)
 
 
 def boundary_or_error(points, gamma, centre):
@@ -345,33 +282,6 @@ class TestAnything:
     def test_of_any_floats(self, assert_every_invariant, points):
         assert_valid_or_named(points, 0.2, "auto", assert_every_invariant)
 
-    @pytest.mark.parametrize("scale", [1e-30, 1e-12, 1e-3, 1e3, 1e9])
-    def test_scales(self, assert_every_invariant, random_cloud, scale):
-        points = (random_cloud(11, 2000) - (50, 0, 0)) * scale
-        boundary = modified_convex_hull(points)
-        assert_every_invariant(boundary.mesh, boundary.centre, boundary.mesh.triangles)
-        assert boundary.mesh.volume / scale**3 == pytest.approx(
-            modified_convex_hull(points / scale).mesh.volume, rel=1e-4
-        )
-
-    @pytest.mark.parametrize("shift", [1e2, 1e4, 1e6])
-    def test_far_from_the_origin(self, assert_every_invariant, random_cloud, shift):
-        boundary = modified_convex_hull(random_cloud(12, 2000) + shift)
-        assert_every_invariant(boundary.mesh, boundary.centre, boundary.mesh.triangles)
-
-    def test_points_at_the_centre(self, assert_every_invariant):
-        points = np.vstack([cube_surface(4), np.full((50, 3), 0.5)])
-        boundary = modified_convex_hull(points, centre=(0.5, 0.5, 0.5))
-        assert_every_invariant(boundary.mesh, boundary.centre, boundary.mesh.triangles)
-        assert boundary.mesh.volume == pytest.approx(1.0, rel=1e-6)
-
-    def test_many_points_on_few_rays(self, assert_every_invariant):
-        shell = cube_surface(4) - 0.5
-        points = np.vstack([shell * radius for radius in (1.0, 0.75, 0.5, 0.25, 0.125)])
-        boundary = modified_convex_hull(points, centre=(0, 0, 0))
-        assert_every_invariant(boundary.mesh, boundary.centre, boundary.mesh.triangles)
-        assert boundary.mesh.volume == pytest.approx(1.0, rel=1e-6)
-
 
 class TestRefusals:
     @pytest.mark.parametrize(
@@ -385,6 +295,7 @@ class TestRefusals:
             ([["a", "b", "c"]] * 4, InvalidPointsError),
             ([[1, 2, 3], [4, 5]], InvalidPointsError),
             (None, InvalidPointsError),
+            (np.eye(4, 3) * 1j, InvalidPointsError),
             ({}, InvalidPointsError),
             (np.eye(3), TooFewPointsError),
             (np.empty((0, 3)), TooFewPointsError),
@@ -433,18 +344,11 @@ class TestRefusals:
             modified_convex_hull(cube_surface(4), 0.2, centre)
         assert caught.value.where["field"] == "centre"
 
-    @pytest.mark.parametrize("gamma", [0, -0.2, 1.0001, np.nan, np.inf])
+    @pytest.mark.parametrize("gamma", [0, -0.2, 1.0001, np.nan, np.inf, "0.2", None, [0.2], True])
     def test_of_a_gamma_out_of_range(self, gamma):
         with pytest.raises(OptionError) as caught:
             modified_convex_hull(cube_surface(4), gamma)
         assert caught.value.where["field"] == "gamma"
-
-
-@pytest.mark.parametrize("gamma", ["0.2", None, [0.2], True, float("nan"), 0, -1, 1.5])
-def test_a_power_that_is_none_is_an_option_error(gamma):
-    with pytest.raises(OptionError) as caught:
-        modified_convex_hull(np.eye(4, 3), gamma)
-    assert caught.value.where == {"field": "gamma"}
 
 
 def test_plates_as_thin_as_their_grid_are_wrapped_or_flat(assert_every_invariant):
@@ -467,8 +371,3 @@ def test_a_hull_that_does_not_see_the_centre_would_not_get_through(monkeypatch):
     )
     with pytest.raises(BoundaryError):
         modified_convex_hull(cube_surface(3))
-
-
-def test_complex_points_are_refused():
-    with pytest.raises(InvalidPointsError):
-        modified_convex_hull(np.eye(4, 3) * 1j)

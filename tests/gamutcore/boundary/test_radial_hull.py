@@ -8,8 +8,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.spatial import ConvexHull
 
 from gamutcore.boundary.insertion_order import curve_positions, insertion_order
-from gamutcore.boundary.radial_hull import CLEARANCE, Hull, _face_in_direction, radial_hull
-from gamutcore.corner_table import opposite_corners
+from gamutcore.boundary.radial_hull import CLEARANCE, radial_hull
 from gamutcore.mesh import TriangleMesh
 from gamutcore.star_shape import faces_not_seeing_centre
 
@@ -164,10 +163,6 @@ class TestTheOrderOfPoints:
         )
         assert radial_hull(more).shape == radial_hull(points).shape
 
-    def test_reruns_are_identical(self):
-        points = raised(shell(12))
-        np.testing.assert_array_equal(radial_hull(points), radial_hull(points.copy()))
-
     def test_a_power_of_two_changes_nothing(self):
         points = raised(shell(6) * (1, 2, 3))
         np.testing.assert_array_equal(radial_hull(points * 2.0**-70), radial_hull(points))
@@ -195,42 +190,6 @@ class TestTheCentre:
         points = shell(5) + np.multiply(point, 1 - 4 * CLEARANCE)
         assert_valid(points, radial_hull(points))
         assert len(radial_hull(shell(5) + np.multiply(point, 1 - CLEARANCE / 8))) == 0
-
-
-class TestTheWalk:
-    def table(self):
-        points = directions(200)
-        faces = radial_hull(points)
-        position = np.column_stack([points, np.linalg.norm(points, axis=1)])
-        return points, faces, position
-
-    def holders(self, points, faces, direction):
-        """Return the faces that a direction passes, by the definition."""
-        weights = np.linalg.solve(points[faces].transpose(0, 2, 1), direction[:, np.newaxis])
-        return np.flatnonzero((weights >= -1e-12).all(axis=(1, 2)))
-
-    def test_finds_the_face_from_every_other(self):
-        points, faces, position = self.table()
-        targets = directions(30, 1)
-        position = np.vstack([position, np.column_stack([targets, np.ones(30)])])
-        opposite = opposite_corners(faces, len(points))
-        surface = Hull(position, faces.ravel(), opposite, np.zeros(len(faces), np.int32))
-        for target in range(30):
-            expected = self.holders(points, faces, targets[target])
-            for start in range(0, len(faces), 7):
-                assert _face_in_direction(surface, 200 + target, start, len(faces)) in expected
-
-    def test_looks_at_all_faces_where_it_goes_in_circles(self):
-        points, faces, position = self.table()
-        position = np.vstack([position, np.append(directions(1, 2), 1.0)])
-        # every edge leads to one of two faces, so that no walk arrives
-        start = int((points[faces].sum(axis=1) @ position[-1, :3]).argmin())
-        opposite = np.where(np.arange(3 * len(faces)) // 3 == start, 3 * start + 3, 3 * start)
-        surface = Hull(
-            position, faces.ravel(), opposite.astype(np.int32), np.zeros(len(faces), np.int32)
-        )
-        found = _face_in_direction(surface, 200, start, len(faces))
-        assert found in self.holders(points, faces, position[-1, :3])
 
 
 @pytest.mark.parametrize("name", ["circle", "two circles", "moment curve"])

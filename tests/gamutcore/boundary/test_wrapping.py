@@ -132,10 +132,3 @@ def test_scattered_points_get_the_gamma_of_the_paper():
     assert found.choices["centre"]["from"] == "middle of the bounding box"
     assert found.choices["centre"]["depth"] > 0
     assert found.device_volume is None
-
-
-def test_it_is_the_same_each_time():
-    one, two = (wrapped(smooth(7, 0.5)) for _ in range(2))
-    np.testing.assert_array_equal(one.boundary.mesh.faces, two.boundary.mesh.faces)
-    np.testing.assert_array_equal(one.boundary.mesh.vertices, two.boundary.mesh.vertices)
-    assert one.choices == two.choices

@@ -6,8 +6,7 @@ import pytest
 from gamutcore.boundary import modified_convex_hull
 from gamutcore.corner_table import opposite_corners
 from gamutcore.decimation.costs import cost_named
-from gamutcore.decimation.costs.sample_assignment import assign_samples
-from gamutcore.decimation.costs.samples import LARGEST_SHARE, SAMPLES, empty_deviation, take_samples
+from gamutcore.decimation.costs.samples import LARGEST_SHARE, SAMPLES
 from gamutcore.decimation.edge_collapse import collapse_edge, empty_workspace
 from gamutcore.decimation.edge_queue import fill_queue
 from gamutcore.decimation.record import empty_record
@@ -116,12 +115,6 @@ def _workspace(surface):
     work.queue.priority[:] = np.arange(edges)
     fill_queue(work.queue, edges)
     return work
-
-
-@pytest.fixture(scope="session")
-def workspace_for():
-    """Return a function from a surface to a workspace whose edges are queued by their ids."""
-    return _workspace
 
 
 @pytest.fixture(scope="session")
@@ -234,20 +227,3 @@ def assert_in_their_faces(faces_left, by_hand, samples_in, points_of):
         return samples
 
     return check
-
-
-@pytest.fixture(scope="session")
-def deviating(bumpy_mesh, stage_of, random_collapses):
-    """Return a function from a seed to a deviation and a decimated surface."""
-
-    def make(seed, count=50, collapses=15):
-        positions, faces = bumpy_mesh(seed, count)
-        deviation = empty_deviation(len(positions) + len(faces), len(faces))
-        stage = stage_of(FINEST, positions, faces)._replace(deviation=deviation)
-        take_samples(deviation, stage.surface, 1)
-        assign_samples(deviation, stage.surface)
-        for _ in random_collapses(stage, seed, collapses):
-            pass
-        return deviation, stage.surface
-
-    return make

@@ -1,6 +1,5 @@
 """Decimation to four triangles: every level keeps all invariants, for every cost."""
 
-import functools
 import re
 
 import numpy as np
@@ -97,32 +96,48 @@ class TestEveryLevel:
     @settings(max_examples=6)
     @given(
         seed=st.integers(0, 2**32),
-        count=st.integers(8, 150),
-        scale=st.sampled_from([1e-20, 1e-10, 1e-3, 1.0, 50.0, 1e5, 1e9]),
+        count=st.integers(8, 120),
+        scale=st.sampled_from([1e-20, 1e-10, 1e-3, 1.0, 50.0, 1e5]),
+        shift=st.sampled_from([0.0, 0.0, 1.0, 10.0, 30.0, 1000.0]),
         gamma=st.sampled_from([0.05, 0.2, 1.0]),
     )
     @pytest.mark.slow
     def test_is_a_gamut_down_to_four_triangles_without_a_gap(
-        self, assert_every_level, cost, kind, seed, count, scale, gamma
+        self, assert_every_level, cost, kind, seed, count, scale, shift, gamma
     ):
-        """The volume is preserved as far as the grid resolves a flat body; see the next test."""
-        boundary = modified_convex_hull(cloud(kind, seed, count) * scale, gamma)
-        history = build_history(decimate(boundary.mesh, boundary.centre, cost))
-        volume = boundary.mesh.volume
+        """Of any shape, of which float32 keeps few digits far from the origin.
+
+        The volume cannot be kept better there than the grid allows. Each place is chosen so that
+        the volume is exact, what the collapses before it lost included; rounding then moves it by
+        half a step along each axis at most, √3 ÷ 2 steps in all, and a vertex that moves by δ
+        changes the volume by δ times a third of the area around it, which is less than the whole.
+        """
+        points = (cloud(kind, seed, count) + shift) * scale
+        try:
+            boundary = modified_convex_hull(points, gamma)
+        except FlatPointsError:
+            reject()  # the grid is too coarse for the flat body
+        decimation = decimate(boundary.mesh, boundary.centre, cost)
+        history = build_history(decimation)
         levels = list(history.levels())
         counts = assert_every_level(levels, boundary.centre)
         assert counts == list(range(4, boundary.mesh.triangles + 1, 2))
         if cost == "volume":
-            rounding = np.sqrt(3) / 2 * history.step
-            for level in levels:
-                assert abs(level.volume - volume) <= max(1e-5 * volume, level.area * rounding)
+            volume, rounding = boundary.mesh.volume, np.sqrt(3) / 2 * history.step
+            changes = [abs(level.volume - volume) for level in levels]
+            for level, change in zip(levels, changes, strict=True):
+                assert change <= max(1e-5 * volume, level.area * rounding)
+            worst = pytest.approx(max(changes), rel=1e-6, abs=1e-11 * volume)
+            assert decimation.volume_error == worst
+        else:
+            assert decimation.volume_error is None
 
     @pytest.mark.parametrize("cost", COSTS)
     @pytest.mark.parametrize("kind", [bumpy, sphere, slivers])
-    @settings(max_examples=5)
+    @settings(max_examples=4)
     @given(
         seed=st.integers(0, 2**32),
-        count=st.integers(30, 300),
+        count=st.integers(30, 150),
         part=st.sampled_from([0.5, 0.9, 0.97]),
     )
     @pytest.mark.slow
@@ -142,8 +157,8 @@ class TestEveryLevel:
 
     @pytest.mark.parametrize("cost", COSTS)
     @pytest.mark.parametrize("radii", [two_decades, four_decades, hundredfold, thousandfold, dents])
-    @settings(max_examples=4)
-    @given(seed=st.integers(0, 2**32), count=st.integers(30, 300))
+    @settings(max_examples=3)
+    @given(seed=st.integers(0, 2**32), count=st.integers(30, 150))
     # on each of these `finest` once stopped at 6 to 12 triangles, with some of the radii
     @example(seed=15, count=150)
     @example(seed=46, count=150)
@@ -162,172 +177,11 @@ class TestEveryLevel:
         assert counts == list(range(4, mesh.triangles + 1, 2))
 
     @pytest.mark.parametrize("cost", COSTS)
-    @pytest.mark.parametrize("kind", CLOUDS)
-    @settings(max_examples=6)
-    @given(
-        seed=st.integers(0, 2**32),
-        count=st.integers(8, 100),
-        scale=st.sampled_from([1e-10, 1.0, 50.0]),
-        shift=st.sampled_from([1.0, 10.0, 30.0, 1000.0]),
-    )
-    @pytest.mark.slow
-    def test_is_a_gamut_far_from_the_origin(
-        self, assert_every_level, cost, kind, seed, count, scale, shift
-    ):
-        """A shape far from the origin, of which float32 keeps few digits, is decimated validly.
-
-        The volume cannot be kept better there than the grid allows. Each place is chosen so that
-        the volume is exact, what the collapses before it lost included; rounding then moves it by
-        half a step along each axis at most, √3 ÷ 2 steps in all, and a vertex that moves by δ
-        changes the volume by δ times a third of the area around it, which is less than the whole.
-        """
-        points = (cloud(kind, seed, count) + shift) * scale
-        try:
-            boundary = modified_convex_hull(points)
-        except FlatPointsError:
-            reject()  # the grid is too coarse for the flat body
-        history = build_history(decimate(boundary.mesh, boundary.centre, cost))
-        rounding = np.sqrt(3) / 2 * history.step
-        levels = list(history.levels())
-        assert assert_every_level(levels, boundary.centre)[-1] == boundary.mesh.triangles
-        if cost == "volume":
-            volume = boundary.mesh.volume
-            for level in levels:
-                change = abs(level.volume - volume)
-                assert change <= max(1e-5 * volume, level.area * rounding)
-
-    @settings(max_examples=20)
-    @given(
-        seed=st.integers(0, 2**32),
-        count=st.integers(8, 200),
-        thickness=st.sampled_from([1.0, 1e-2, 1e-3, 1e-4]),
-        shift=st.sampled_from([0.0, 100.0]),
-    )
-    @pytest.mark.slow
-    def test_the_volume_error_is_correct(self, seed, count, thickness, shift):
-        """For thin bodies and bodies far from the origin, whose volume the grid cannot preserve."""
-        points = directions(np.random.default_rng(seed), count) * (50, 50, 50 * thickness) + shift
-        try:
-            boundary = modified_convex_hull(points)
-        except FlatPointsError:
-            reject()
-        decimation = decimate(boundary.mesh, boundary.centre)
-        history = build_history(decimation)
-        whole = history.full().volume
-        worst = max(abs(level.volume - whole) for level in history.levels())
-        assert decimation.volume_error == pytest.approx(worst, rel=1e-6, abs=1e-11 * whole)
-
-    @pytest.mark.parametrize("cost", ["quadric", "finest"])
-    def test_other_costs_have_no_volume_error(self, cost):
-        boundary = modified_convex_hull(directions(np.random.default_rng(0), 50))
-        assert decimate(boundary.mesh, boundary.centre, cost).volume_error is None
-
-    @pytest.mark.parametrize("cost", COSTS)
-    @pytest.mark.slow
-    def test_of_a_sphere_of_20480_triangles(self, assert_every_level, icosphere, cost):
-        mesh = icosphere(5, 40.0, (50.0, 0.0, 0.0))
-        history = build_history(decimate(mesh, (50, 0, 0), cost))
-        asked = [*range(4, 400, 2), 1000, 5000, 10_000, mesh.triangles]
-        levels = [history.level(triangles) for triangles in asked]
-        assert assert_every_level(levels, (50, 0, 0)) == asked
-        if cost == "volume":
-            volumes = [level.volume for level in levels]
-            assert volumes == pytest.approx([mesh.volume] * len(asked), rel=1e-5)
-
-    @pytest.mark.parametrize("cost", COSTS)
-    @pytest.mark.slow
-    def test_of_a_random_sphere(self, assert_every_level, cost):
-        boundary = modified_convex_hull(directions(np.random.default_rng(0), 500), 1.0, (0, 0, 0))
-        history = build_history(decimate(boundary.mesh, boundary.centre, cost))
-        assert_every_level(history.levels(), boundary.centre)
-
-    @pytest.mark.parametrize("cost", COSTS)
-    def test_the_full_level_is_the_boundary(self, random_cloud, cost):
-        """Only the numbering of faces and vertices differs."""
-        boundary = modified_convex_hull(random_cloud(2))
-        full = build_history(decimate(boundary.mesh, boundary.centre, cost)).full()
-
-        def triangles(mesh):
-            corners = mesh.vertices[mesh.faces].tolist()
-            return sorted(min(c[i:] + c[:i] for i in range(3)) for c in corners)
-
-        assert triangles(full) == triangles(boundary.mesh)
-
-    @pytest.mark.parametrize("cost", COSTS)
     def test_a_tetrahedron_has_nothing_to_collapse(self, cost):
         boundary = modified_convex_hull(np.vstack([np.zeros(3), np.eye(3)]))
         decimation = decimate(boundary.mesh, boundary.centre, cost)
         assert len(decimation.record.kept) == 0
         assert build_history(decimation).triangles == 4
-
-
-@pytest.fixture(scope="module")
-def constant(icosphere):
-    """Return a function from a cost to its mismatch × triangles at 1000 triangles."""
-    mesh = icosphere(5)
-
-    @functools.cache
-    def product(cost):
-        level = build_history(decimate(mesh, (0, 0, 0), cost)).level(1000)
-        return 1000 * mismatch(mesh, level)
-
-    return product
-
-
-class TestSphereAgainstTheory:
-    """Mismatch × triangles of a sphere: 5.13 for accumulated plane quadrics, 2.127 at best.
-
-    The first constant was measured for the published method. The second is the limit of Böröczky
-    and Ludwig.
-    """
-
-    # the best possible with n triangles: 12 π (1 ÷ (6 √3) − 1 ÷ (8 π))
-    OPTIMUM = 12 * np.pi * (1 / (6 * np.sqrt(3)) - 1 / (8 * np.pi))
-
-    def test_the_published_cost_reaches_its_constant(self, constant):
-        assert constant("quadric") <= 5.13 * 1.1
-
-    @pytest.mark.slow
-    def test_volume_preservation_stays_well_below_it_and_above_the_optimum(self, constant):
-        assert self.OPTIMUM * 0.97 < constant("volume") <= 3.0
-
-    @pytest.mark.slow
-    def test_the_most_accurate_cost_is_between_it_and_the_optimum(self, constant):
-        assert self.OPTIMUM * 0.97 < constant("finest") < constant("volume")
-
-    @pytest.mark.slow
-    def test_the_most_accurate_cost_comes_near_the_optimum(self, constant):
-        assert constant("finest") <= 2.4
-
-
-class TestDeterminism:
-    @pytest.mark.parametrize("cost", COSTS)
-    @pytest.mark.parametrize("kind", [bumpy, lattice, sphere])
-    @pytest.mark.slow
-    def test_reruns_are_bit_identical(self, cost, kind):
-        boundary = modified_convex_hull(cloud(kind, 5, 400))
-        first, second = (decimate(boundary.mesh, boundary.centre, cost) for _ in range(2))
-        for one, other in zip(
-            (*first.record, first.vertex, first.positions),
-            (*second.record, second.vertex, second.positions),
-            strict=True,
-        ):
-            assert one.tobytes() == other.tobytes()
-
-    @pytest.mark.parametrize("cost", COSTS)
-    @pytest.mark.slow
-    def test_the_mesh_is_left_as_it_was(self, icosphere, cost):
-        mesh, before = icosphere(2), icosphere(2)
-        decimate(mesh, (0, 0, 0), cost)
-        assert mesh == before
-
-    def test_integer_types_make_no_difference(self, icosphere):
-        mesh = icosphere(2)
-        wide = TriangleMesh(mesh.vertices.astype(np.float64), mesh.faces.astype(np.int64))
-        assert (
-            build_history(decimate(wide, (0, 0, 0))).level(50)
-            == build_history(decimate(mesh, (0, 0, 0))).level(50)
-        )  # fmt: skip
 
 
 def highest_degree(mesh):
@@ -340,7 +194,7 @@ class TestStructure:
     @pytest.mark.parametrize("cost", COSTS)
     @pytest.mark.slow
     def test_of_a_box_with_flat_faces(self, assert_every_invariant, cost):
-        axis = np.linspace(-1.0, 1.0, 24)
+        axis = np.linspace(-1.0, 1.0, 16)
         points = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
         points = points[(np.abs(points) == 1.0).any(axis=1)]
         boundary = modified_convex_hull(points * (40.0, 60.0, 50.0))
@@ -436,12 +290,6 @@ class TestRefusals:
         face = caught.value.where["face"]
         assert icosphere(1).determinants(centre)[face] <= 1e-6
 
-    def test_of_a_flat_face(self):
-        # a face through the centre has a determinant of zero
-        mesh = modified_convex_hull(np.vstack([np.zeros(3), np.eye(3)])).mesh
-        with pytest.raises(MeshError, match="star-shaped"):
-            decimate(mesh, (0.25, 0.25, 0.0))
-
     @pytest.mark.parametrize("value", [np.nan, np.inf])
     def test_of_numbers_that_are_not_finite(self, icosphere, value):
         mesh = icosphere(1)
@@ -454,11 +302,6 @@ class TestRefusals:
     def test_of_nothing(self):
         with pytest.raises(MeshError):
             decimate(TriangleMesh(np.empty((0, 3)), np.empty((0, 3), int)), (0, 0, 0))
-
-    def test_of_a_face_that_is_there_twice(self):
-        faces = np.array([[0, 1, 2], [0, 2, 1]])
-        with pytest.raises(MeshError):
-            decimate(TriangleMesh(np.eye(3), faces), (0, 0, 0))
 
     @pytest.mark.parametrize("cost", ["area", "", "Volume", "../quadric"])
     def test_of_a_cost_that_is_not_there(self, icosphere, cost):

@@ -1,18 +1,23 @@
-"""The record of a decimation, replayed by renaming vertices in plain Python lists."""
+"""Records: replayed by renaming vertices, the same in stages, in trials and in every run."""
+
+import threading
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from gamutcore.boundary import modified_convex_hull
-from gamutcore.decimation import COSTS, decimate
-from gamutcore.decimation.record import (
-    empty_record,
-    extend_record,
-    has_room,
-    record_collapse,
-    record_shift,
-    trim_record,
-)
+from gamutcore.decimation import COSTS, decimate, decimation, stages, trials
+from gamutcore.decimation import progress as decimation_progress
+from gamutcore.decimation.costs import Trials, cost_named
+from gamutcore.decimation.record import empty_record
+from gamutcore.errors import DecimationError
+from gamutcore.history import build_history
+from gamutcore.mesh import TriangleMesh
+from gamutcore.metric import mismatch
+
+CENTRE = (0.0, 0.0, 0.0)
 
 
 @pytest.fixture(scope="module", params=COSTS)
@@ -20,6 +25,23 @@ def run(request, random_cloud):
     """Return a boundary and its decimation."""
     boundary = modified_convex_hull(random_cloud(20, 150))
     return boundary.mesh, decimate(boundary.mesh, boundary.centre, request.param)
+
+
+def counter_clockwise(faces, vertex, start, end):
+    """Return the corners at a vertex between two neighbours, counter-clockwise.
+
+    Seen from outside, without the two faces that contain both vertices of the edge.
+    """
+    follower = {}
+    for number, face in faces.items():
+        if vertex in face:
+            place = face.index(vertex)
+            follower[face[(place + 1) % 3]] = (3 * number + place, face[(place + 2) % 3])
+    corners, neighbour = [], start
+    while neighbour != end:
+        corner, neighbour = follower[neighbour]
+        corners.append(corner)
+    return corners
 
 
 def degree(faces, vertex):
@@ -65,8 +87,11 @@ class TestRecord:
                 np.testing.assert_array_equal(record.shift[index, 0], positions[vertex])
                 positions[vertex] = record.shift[index, 1]
             start, shift_start = end, shift_end
+        # the record has no unused entries, and all positions are on the grid
         assert start == len(record.moved)
-        assert shift_start == len(record.shifted)
+        assert shift_start == len(record.shifted) == len(record.shift)
+        for places in (record.position, record.shift, decimation.positions):
+            np.testing.assert_array_equal(places.astype(np.float64) % decimation.step, 0.0)
         assert len(faces) == 4
         for number, face in faces.items():
             assert decimation.vertex[3 * number : 3 * number + 3].tolist() == face
@@ -80,82 +105,139 @@ class TestRecord:
         assert len(set(gone.ravel().tolist())) == mesh.triangles - 4
 
 
-def counter_clockwise(faces, vertex, start, end):
-    """Return the corners at a vertex between two neighbours, counter-clockwise.
-
-    Seen from outside, without the two faces that contain both vertices of the edge.
-    """
-    follower = {}
-    for number, face in faces.items():
-        if vertex in face:
-            place = face.index(vertex)
-            follower[face[(place + 1) % 3]] = (3 * number + place, face[(place + 2) % 3])
-    corners, neighbour = [], start
-    while neighbour != end:
-        corner, neighbour = follower[neighbour]
-        corners.append(corner)
-    return corners
+def assert_same(one, other):
+    """Compare decimations bit for bit."""
+    for first, second in zip(
+        (*one.record, one.vertex, one.positions),
+        (*other.record, other.vertex, other.positions),
+        strict=True,
+    ):
+        assert first.tobytes() == second.tobytes()
 
 
-def test_moved_corners_are_those_of_the_dead_vertex(surface_from, bumpy_mesh):
-    positions, faces = bumpy_mesh(3)
-    surface, record = surface_from(positions, faces), empty_record(len(positions))
-    kept, dead = (int(vertex) for vertex in faces[0][[1, 0]])
-    expected = {
-        3 * number + face.index(dead)
-        for number, face in enumerate(faces.tolist())
-        if dead in face and kept not in face
-    }
-    # an earlier collapse has one moved corner; corner 2 faces the edge
-    record.moved[0], record.moved_end[0], record.shifted_end[0] = 77, 1, 0
-    delivered = positions.astype(np.float32)
-    record_collapse(record, 1, surface, delivered, delivered[kept], 2, kept, dead)
-    filled = int(record.moved_end[1])
-    assert record.moved[0] == 77
-    assert set(record.moved[1:filled].tolist()) == expected
-    assert filled == 1 + len(expected)
-    assert record.shifted_end[1] == 0
+class TestDeterminism:
+    def test_reruns_are_bit_identical(self, request, run):
+        mesh, first = run
+        again = decimate(mesh, first.centre, request.node.callspec.params["run"])
+        assert_same(first, again)
+
+    @pytest.mark.parametrize("cost", COSTS)
+    def test_the_mesh_is_left_as_it_was_and_its_types_make_no_difference(self, icosphere, cost):
+        mesh, before = icosphere(2), icosphere(2)
+        wide = TriangleMesh(mesh.vertices.astype(np.float64), mesh.faces.astype(np.int64))
+        assert_same(decimate(mesh, CENTRE, cost), decimate(wide, CENTRE, cost))
+        assert mesh == before
+
+    @pytest.mark.parametrize("cost", ["volume", "finest"])
+    def test_a_record_that_is_full_is_extended(
+        self, monkeypatch, assert_every_level, icosphere, cost
+    ):
+        def scarce(vertices, moved_vertices=0):
+            record = empty_record(vertices, moved_vertices)
+            return record._replace(moved=record.moved[:9], shifted=record.shifted[:9])
+
+        monkeypatch.setattr(stages, "empty_record", scarce)
+        history = build_history(decimate(icosphere(2), CENTRE, cost))
+        assert assert_every_level(history.levels(), CENTRE) == list(range(4, 321, 2))
 
 
 @pytest.fixture
-def partly_filled():
-    """Return a record of three collapses of ten vertices: 7 moved corners, 5 shifts."""
-    record = empty_record(10)
-    record.moved_end[:3], record.shifted_end[:3] = (2, 4, 7), (0, 2, 5)
-    record.moved[:7] = np.arange(7)
-    delivered = np.arange(30, dtype=np.float32).reshape(10, 3)
-    record.shifted_end[2] = 0
-    for number, vertex in enumerate((3, 1, 4, 0, 5)):
-        record_shift(record, 2, vertex, -delivered, 9 - number, delivered)
-    assert record.shifted_end[2] == 5
-    return record
+def with_schedule(monkeypatch):
+    """Return a function that replaces the stages and the trials of all costs."""
+
+    def change(**replaced):
+        monkeypatch.setattr(
+            decimation, "cost_named", lambda name: cost_named(name)._replace(**replaced)
+        )
+
+    return change
 
 
-def test_has_room_compares_with_the_length(partly_filled):
-    assert len(partly_filled.moved) == 40
-    few = partly_filled._replace(shifted=partly_filled.shifted[:16])
-    assert [has_room(few, 3, changes) for changes in (1, 11, 12)] == [True, True, False]
-    assert [has_room(few, 0, changes) for changes in (16, 17)] == [True, False]
-    scarce = partly_filled._replace(moved=partly_filled.moved[:9])
-    assert [has_room(scarce, 3, changes) for changes in (2, 3)] == [True, False]
+class TestSchedule:
+    @settings(max_examples=15)
+    @given(seed=st.integers(0, 10**6), stops=st.sets(st.integers(5, 60), max_size=4))
+    def test_a_decimation_in_stages_is_the_same_as_in_one(self, bumpy_mesh, seed, stops):
+        """`quadric` stores its state in vertices only, so nothing is lost between stages."""
+        mesh = TriangleMesh(*bumpy_mesh(seed, 80))
+        whole = build_history(decimate(mesh, CENTRE, "quadric"))
+        in_stages = cost_named("quadric")._replace(compacted=tuple(sorted(stops)[::-1]))
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(decimation, "cost_named", lambda _: in_stages)
+            parts = build_history(decimate(mesh, CENTRE, "quadric"))
+        for one, other in zip(whole.levels(), parts.levels(), strict=True):
+            assert one.triangles == other.triangles
+            assert sorted(one.vertices.tolist()) == sorted(other.vertices.tolist())
+            assert one.volume == pytest.approx(other.volume, rel=1e-12)
+
+    @pytest.mark.parametrize("cost", ["volume", "finest"])
+    @pytest.mark.slow
+    def test_the_best_of_many_trials_is_better_on_average(self, with_schedule, random_cloud, cost):
+        boundaries = [modified_convex_hull(random_cloud(seed, 200)) for seed in range(6)]
+        means = []
+        for count in (1, 8):
+            with_schedule(trials=Trials(100, count, 27))
+            levels = [
+                build_history(decimate(boundary.mesh, boundary.centre, cost)).level(50)
+                for boundary in boundaries
+            ]
+            pairs = zip(boundaries, levels, strict=True)
+            means.append(np.mean([mismatch(boundary.mesh, level) for boundary, level in pairs]))
+        assert means[1] < means[0]
+
+    @pytest.mark.parametrize("cost", ["volume", "finest"])
+    def test_levels_finer_than_the_trials_do_not_depend_on_them(
+        self, with_schedule, icosphere, cost
+    ):
+        mesh, levels = icosphere(2), []
+        for replacement in (None, Trials(60, 3, 27)):
+            with_schedule(trials=replacement)
+            history = build_history(decimate(mesh, CENTRE, cost))
+            levels.append(sorted(history.level(2 * 60 - 4).vertices.tolist()))
+        assert levels[0] == levels[1]
+
+    def test_a_trial_that_ends_too_early_is_not_chosen(self, monkeypatch, with_schedule, icosphere):
+        run_stage = trials.run_stage
+
+        def ends_early(stage, until, counter, **options):
+            perturbed = len(options.get("perturbation", ())) > 0
+            early = "perturbation" in options and perturbed == blocks_perturbed
+            return run_stage(stage, until + 1 if early else until, counter, **options)
+
+        monkeypatch.setattr(trials, "run_stage", ends_early)
+        with_schedule(trials=Trials(60, 3, 27))
+        mesh, blocks_perturbed = icosphere(2), True
+        only = decimate(mesh, CENTRE)
+        blocks_perturbed = False
+        with_schedule(trials=Trials(60, 1, 27))
+        with pytest.raises(DecimationError, match="triangles left"):
+            decimate(mesh, CENTRE)
+        monkeypatch.setattr(trials, "run_stage", run_stage)
+        assert_same(only, decimate(mesh, CENTRE))
 
 
-@pytest.mark.parametrize("changes", [1, 12, 34, 1000])
-def test_an_extended_record_has_room(partly_filled, changes):
-    longer = extend_record(partly_filled, 3, changes)
-    assert has_room(longer, 3, changes)
-    assert_same_in_use(trim_record(longer, 3))
+@pytest.mark.slow
+def test_progress_is_reported_in_order_until_the_callback_fails(monkeypatch, icosphere):
+    """The callback runs in another thread while the work runs; its exception is raised."""
+    monkeypatch.setattr(decimation_progress, "_INTERVAL", 0.01)
+    told = []
+
+    def report(part):
+        told.append(part)
+        assert threading.current_thread() is not threading.main_thread()
+        if part > 0.5:
+            raise OSError("nobody listens")
+
+    with pytest.raises(OSError, match="nobody listens"):
+        decimate(icosphere(4), CENTRE, "finest", progress=report)
+    assert told == sorted(told)
+    assert told[0] >= 0
+    assert told[-1] <= 1
+    assert not any(thread.name == "progress" for thread in threading.enumerate())
 
 
-def assert_same_in_use(record):
-    assert record.moved.tolist() == list(range(7))
-    assert record.shifted.tolist() == [3, 1, 4, 0, 5]
-    delivered = np.arange(30, dtype=np.float32).reshape(10, 3)
-    np.testing.assert_array_equal(record.shift[:, 0], -delivered[[9, 8, 7, 6, 5]])
-    np.testing.assert_array_equal(record.shift[:, 1], delivered[record.shifted])
-
-
-def test_a_trimmed_record_has_no_unused_entries(partly_filled):
-    assert_same_in_use(trim_record(partly_filled, 3))
-    nothing = trim_record(partly_filled, 0)
-    assert len(nothing.moved) == len(nothing.shifted) == len(nothing.shift) == 0
+def test_progress_changes_nothing(monkeypatch, icosphere):
+    monkeypatch.setattr(decimation_progress, "_INTERVAL", 0.001)
+    told = []
+    decimated = decimate(icosphere(3), CENTRE, progress=told.append)
+    assert_same(decimated, decimate(icosphere(3), CENTRE))
+    assert told == sorted(told)

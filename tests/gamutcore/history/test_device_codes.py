@@ -1,7 +1,6 @@
 """Kernels of device values: collapses can be undone, and what is written is read back."""
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -98,13 +97,6 @@ class TestLevels:
             np.testing.assert_array_equal(found, level)
         np.testing.assert_array_equal(coarsest[:4], level)
 
-    @given(forests())
-    def test_no_level_leaves_the_range_of_the_full_boundary(self, forest):
-        values, edges, nearest = forest
-        for level in levels_of(values, edges._replace(corrected=0), nearest):
-            assert (level >= values.min(axis=0)).all()
-            assert (level <= values.max(axis=0)).all()
-
 
 class TestCode:
     @given(forests(), st.data())
@@ -125,27 +117,3 @@ class TestCode:
         np.testing.assert_array_equal(read, values)
         for one, other in zip(found, splits, strict=True):
             np.testing.assert_array_equal(one, other)
-
-    @pytest.mark.parametrize("data", [b"", b"\0\0\0\0\0\0\0\0", b"\0\0\0\xff\xff\xff\xff\xff"])
-    @pytest.mark.parametrize("corrected", [0, 1])
-    def test_a_value_that_is_missing_or_out_of_range_is_reported(self, data, corrected):
-        """A stream that ends early, and one whose differences lead beyond full scale."""
-        edges = SplitEdges(
-            np.zeros(1, np.int32),
-            np.full(1, 0.5),
-            np.zeros(1, np.uint8),
-            np.full(1, corrected, np.int32),
-            np.ones(1, np.int32),
-            corrected,
-        )
-        faulty = read_values(
-            bit_reader(np.frombuffer(data, np.uint8)),
-            first_value_contexts(2),
-            edges,
-            LARGEST,
-            np.full((5, 2), 7, np.int16),
-            columns(edges, 2),
-            4,
-            5,
-        )
-        assert faulty == 4

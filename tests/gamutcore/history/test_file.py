@@ -19,7 +19,6 @@ from gamutcore.history import (
     history_from_bytes,
     history_metadata,
 )
-from gamutcore.mesh import TriangleMesh
 
 
 def parts(data):
@@ -106,12 +105,6 @@ class TestRoundTrip:
         assert_same_history(history, small_history)
         assert metadata == history_from_bytes(file)[1]
 
-    def test_arrays_of_other_names_in_a_prefix_are_ignored(self, small_history, file):
-        data = with_other_arrays(file)
-        history, _ = history_from_bytes(data[: stream_of(data, 2)[1]], partial=True)
-        assert history.vertices == 32
-        assert history.full() == small_history.level(60)
-
     @settings(max_examples=40)
     @given(
         seed=st.integers(0, 2**32 - 1),
@@ -135,19 +128,9 @@ class TestRoundTrip:
 
     @pytest.mark.parametrize("count", [50, 1000])
     @pytest.mark.parametrize("cost", ["volume", "quadric"])
-    def test_slots_with_many_neighbours(self, count, cost):
+    def test_slots_with_many_neighbours(self, double_pyramid, count, cost):
         """Two poles are neighbours of all other vertices."""
-        turn = np.linspace(0, 2 * np.pi, count, endpoint=False)
-        rim = np.stack([np.cos(turn), np.sin(turn), np.zeros(count)], axis=1)
-        vertices = np.vstack([rim, [(0, 0, 1), (0, 0, -1)]])
-        around = np.arange(count)
-        after = np.roll(around, -1)
-        north, south = np.full(count, count), np.full(count, count + 1)
-        faces = np.vstack(
-            [np.stack([around, after, north], axis=1), np.stack([after, around, south], axis=1)]
-        )
-        mesh = TriangleMesh(np.rint(vertices * 4096).astype(np.float32), faces.astype(np.int32))
-        history = build_history(decimate(mesh, np.zeros(3), cost))
+        history = build_history(decimate(double_pyramid(count), np.zeros(3), cost))
         read, _ = history_from_bytes(history_bytes(history))
         assert_same_history(read, history)
 
@@ -177,10 +160,6 @@ class TestRoundTrip:
         path.write_bytes(file)
         assert history_metadata(path) == history_from_bytes(file)[1]
 
-    def test_metadata_of_the_caller_cannot_replace_those_of_the_format(self, small_history):
-        _, metadata = history_from_bytes(history_bytes(small_history, {"vertices": "5"}))
-        assert int(metadata["vertices"]) == small_history.vertices
-
 
 class TestLayout:
     def test_the_safetensors_library_reads_it(self, file, note, tmp_path, small_history):
@@ -203,19 +182,6 @@ class TestLayout:
             "base.faces",
             *(f"splits.{number:02d}" for number in range(groups)),
         }
-
-    def test_arrays_follow_each_other_from_coarse_to_fine(self, file):
-        header, body = parts(file)
-        del header["__metadata__"]
-        end = 0
-        for name, entry in header.items():
-            start, stop = entry["data_offsets"]
-            assert start == end, name
-            assert stop - start == np.prod(entry["shape"]) * int(entry["dtype"][1:]) // 8
-            end = stop
-        assert end == len(body)
-        streams = [name for name in header if name.startswith("splits.")]
-        assert streams == sorted(streams) == list(header)[4:]
 
     @settings(max_examples=50)
     @given(part=st.floats(0, 1))
@@ -246,10 +212,6 @@ class TestLayout:
         except HistoryFileError:
             return
         assert_readable(history)
-
-    def test_no_pickle(self, file):
-        assert b"pickle" not in file
-        assert not file.startswith(b"\x80")
 
 
 class TestWriting:
@@ -316,20 +278,6 @@ class TestDamage:
         except HistoryFileError:
             return
         check(history)
-
-    def test_some_changed_bytes_pass(self, file, assert_readable):
-        """The properties above include valid files: a vertex may move a little."""
-        for bit in range(8):
-            data = bytearray(file)
-            data[stream_of(file, 3)[1] - 2] ^= 1 << bit
-            try:
-                history, _ = history_from_bytes(bytes(data))
-                history.unpack()
-            except HistoryFileError:
-                continue
-            assert_readable(history)
-            return
-        pytest.fail("each changed bit was refused")
 
 
 class TestReaderInJavaScript:

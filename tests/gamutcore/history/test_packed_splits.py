@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.errors import HistoryFileError
-from gamutcore.history import history_bytes, history_from_bytes, packed_splits
+from gamutcore.history import history_bytes, history_from_bytes
 from gamutcore.history.prefix_order import group_ranges
 
 
@@ -32,13 +32,6 @@ def large(fogra39_gamut):
 
 
 class TestUnpacking:
-    def test_opening_a_file_unpacks_no_group(self, large):
-        built, data = large
-        history = opened(data)
-        assert history.level(4) == built.level(4)
-        assert groups_unpacked(history) == 0
-        assert history.nbytes < 1.1 * len(data)
-
     def test_groups_are_unpacked_as_far_as_a_level_needs(self, large):
         built, data = large
         history = opened(data)
@@ -98,23 +91,6 @@ class TestDamage:
             with pytest.raises(HistoryFileError):
                 history.level(good + 2)
             assert groups_unpacked(history) == group
-
-    def test_an_interrupted_group_is_not_continued(self, file, monkeypatch):
-        history = opened(file)
-        coarse = history.level(12)
-        real = packed_splits.read_group
-
-        def interrupted(*args):
-            real(*args)
-            raise MemoryError
-
-        monkeypatch.setattr(packed_splits, "read_group", interrupted)
-        with pytest.raises(MemoryError):
-            history.full()
-        monkeypatch.undo()
-        with pytest.raises(MemoryError):
-            history.full()
-        assert history.level(12) == coarse
 
 
 @pytest.fixture

@@ -1,16 +1,13 @@
-"""Rings agree with the faces of their level after any splits, as lists and as linked rings."""
+"""Rings agree with the faces of their level after any splits, and see the centre as these do."""
 
 import numpy as np
 import pytest
 
-from gamutcore.decimation import decimate
-from gamutcore.history import build_history
 from gamutcore.history.prediction import star_sees_centre
 from gamutcore.history.rings import (
     LINKED,
     LONGEST,
     LONGEST_LIST,
-    VISITED,
     Cut,
     copy_ring,
     first_replay,
@@ -76,70 +73,10 @@ def split_in(replay, parent, slot, start, kept):
     return replay, ring
 
 
-def replayed(replay, splits, until, since=4):
-    """Apply splits up to a number of vertices; yield the level after each of them."""
-    for split in range(since - 4, until - 4):
-        slot, parent = split + 4, int(splits.parent[split])
-        neighbours = [neighbour for _, neighbour in ring_in(replay, parent)]
-        begin = int(splits.moved_end[split - 1]) if split else 0
-        kept = len(neighbours) - (int(splits.moved_end[split]) - begin)
-        start = neighbours.index(splits.faces[split, 0, 2])
-        replay, _ = split_in(replay, parent, slot, start, kept)
-        yield replay
-
-
-def test_the_coarsest_level():
-    replay = first_replay(np.zeros((4, 3), np.int32), TETRAHEDRON, 9)
-    assert_rings(replay, TETRAHEDRON)
-    assert len(replay.position) == 9
-
-
-def test_room_for_more_is_made_between_splits(small_history):
-    splits = small_history.splits
-    replay = first_replay(np.zeros((4, 3), np.int32), splits.base_faces)
-    for slot in range(4, splits.vertices):
-        if slot == len(replay.position):
-            replay = larger_replay(replay, min(2 * slot, splits.vertices))
-        for replay in replayed(replay, splits, slot + 1, slot):  # noqa: B020
-            assert_rings(replay, small_history.level(2 * slot - 2).faces)
-
-
-def test_rings_agree_with_the_faces_of_every_level(small_history):
-    splits = small_history.splits
-    replay = first_replay(np.zeros((4, 3), np.int32), splits.base_faces, splits.vertices)
-    for replay in replayed(replay, splits, splits.vertices):  # noqa: B020
-        assert ring_in(replay, 0)
-    assert_rings(replay, small_history.full().faces)
-
-
-@pytest.mark.parametrize("vertices", [5, 6, 10, 50])
-def test_rings_agree_with_the_faces_of_a_level(small_history, vertices):
-    splits = small_history.splits
-    replay = first_replay(np.zeros((4, 3), np.int32), splits.base_faces, splits.vertices)
-    for replay in replayed(replay, splits, vertices):  # noqa: B007, B020
-        pass
-    assert_rings(replay, small_history.level(2 * vertices - 4).faces)
-
-
 def with_slot_0_split(replay, slot):
     """Split slot 0, which keeps all but one of its faces; also return its ring before the split."""
     degree, lowest = ring_start(replay, 0)
     return split_in(replay, 0, slot, lowest, int(degree) - 1)
-
-
-def test_rings_that_outgrow_their_room():
-    """Slot 0 keeps all but one of its faces, again and again."""
-    replay = first_replay(np.zeros((4, 3), np.int32), TETRAHEDRON, 400)
-    replay = replay._replace(entries=replay.entries[:80].copy())
-    faces = [list(face) for face in TETRAHEDRON.tolist()]
-    for slot in range(4, 400):
-        replay, ring = with_slot_0_split(replay, slot)
-        corner = ring[-1, 0]
-        faces[corner // 3][corner % 3] = slot
-        faces += [[0, slot, ring[0, 1]], [slot, 0, ring[-1, 1]]]
-    assert ring_start(replay, 0)[0] == 399
-    assert replay.used[0] <= len(replay.entries)
-    assert_rings(replay, np.array(faces))
 
 
 def random_splits(random, until):
@@ -203,17 +140,3 @@ def test_a_long_ring_sees_the_centre_as_a_list_of_it_would():
         replay.position[slot, :2] //= -1000
         assert not star_sees_centre(replay, 0, np.zeros(3))
         replay.position[slot] = where
-
-
-def test_work_grows_with_the_slots_not_with_their_neighbours(double_pyramid):
-    """Two vertices are neighbours of all others. Their degree does not add work per vertex."""
-    visited = []
-    for rim in (1000, 4000):
-        splits = build_history(decimate(double_pyramid(rim), np.zeros(3), "volume")).splits
-        replay = first_replay(np.zeros((4, 3), np.int32), splits.base_faces, splits.vertices)
-        for replay in replayed(replay, splits, splits.vertices):  # noqa: B007, B020
-            pass
-        assert replay.span[: splits.vertices, 1].max() >= rim
-        visited.append(replay.used[VISITED] / splits.vertices)
-    assert visited[1] < 1.1 * visited[0]
-    assert visited[1] < 2 * LONGEST_LIST

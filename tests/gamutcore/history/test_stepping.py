@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gamutcore.errors import TriangleCountError
-from gamutcore.history.stepping import refine
 
 
 def assert_at(cursor, history, triangles):
@@ -28,13 +27,6 @@ class TestOneStep:
             assert_at(cursor, small_history, count)
             if count > 4:
                 cursor.coarser()
-
-    def test_across_a_large_gamut(self, fogra39_gamut):
-        history = fogra39_gamut.history
-        cursor = history.cursor(4)
-        for count in range(4, 1000, 2):
-            assert cursor.mesh == history.level(count)
-            cursor.finer()
 
 
 class TestManySteps:
@@ -58,12 +50,6 @@ class TestManySteps:
             steps = (count - cursor.triangles) // 2
             (cursor.finer if steps > 0 else cursor.coarser)(abs(steps))
             assert_at(cursor, history, count)
-
-    def test_no_steps_change_nothing(self, small_history):
-        cursor = small_history.cursor(60)
-        cursor.finer(0)
-        cursor.coarser(0)
-        assert_at(cursor, small_history, 60)
 
 
 class TestEnds:
@@ -100,29 +86,3 @@ class TestCursor:
         for array, copy in zip(small_history.splits, before, strict=True):
             np.testing.assert_array_equal(array, copy)
         assert levels == [small_history.level(n) for n in (4, 20, small_history.triangles)]
-
-    def test_cursors_do_not_disturb_each_other(self, small_history):
-        one, other = small_history.cursor(40), small_history.cursor(40)
-        one.finer(20)
-        other.coarser(5)
-        assert_at(one, small_history, 80)
-        assert_at(other, small_history, 30)
-
-    def test_the_mesh_follows_its_cursor(self, small_history):
-        cursor = small_history.cursor(40)
-        mesh = cursor.mesh
-        assert np.shares_memory(mesh.vertices, cursor.mesh.vertices)
-        cursor.finer(10)
-        cursor.coarser(10)
-        assert mesh == small_history.level(40)
-
-
-def test_refining_plain_arrays(small_history):
-    full = small_history.full()
-    positions = np.full((small_history.vertices, 3), np.nan, np.float32)
-    corners = np.full(3 * small_history.triangles, -1, np.int32)
-    level = small_history.level(4)
-    positions[:4], corners[:12] = level.vertices, level.faces.ravel()
-    refine(small_history.splits, positions, corners, 4, small_history.vertices)
-    np.testing.assert_array_equal(positions, full.vertices)
-    np.testing.assert_array_equal(corners.reshape(-1, 3), full.faces)
