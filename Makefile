@@ -115,7 +115,7 @@ fuzz: install ## feed mutated files to the parsers for FUZZ_SECONDS (600)
 	$(python) tests/fuzz/fuzz.py --seconds $(or $(FUZZ_SECONDS),600)
 
 .PHONY: bench
-bench: install ## measure builds, levels and the service; updates docs/benchmarks.md
+bench: install .venv/.installed-test ## measure builds, levels and the service; updates docs/benchmarks.md
 	$(python) -m benchmarks.bench
 
 .PHONY: bench-builds
@@ -127,7 +127,7 @@ bench-boundaries: install ## compare the volumes of boundaries with independent 
 	$(python) -m benchmarks.boundaries
 
 .PHONY: bench-startup
-bench-startup: .venv/.installed ## measure a fresh clone up to its first gamut; writes docs/benchmarks.md
+bench-startup: .venv/.installed-test ## measure a fresh clone up to its first gamut; writes docs/benchmarks.md
 	$(python) -m benchmarks.startup
 
 .PHONY: bench-before
@@ -139,16 +139,16 @@ bench-queries: install .venv/.installed-figures ## measure queries beside trimes
 	$(python) -m benchmarks.queries
 
 .PHONY: bench-viewer
-bench-viewer: install web/node_modules/.package-lock.json ## measure the viewer in Chromium; writes docs/benchmarks.md
+bench-viewer: install .venv/.installed-test web/node_modules/.package-lock.json ## measure the viewer in Chromium; writes docs/benchmarks.md
 	$(python) -m benchmarks.viewer
 
 .PHONY: soak
 soak: install .venv/.installed-test ## load the service for minutes; updates docs/reliability.md
-	$(python) -m benchmarks.soak
+	$(python) -m benchmarks.reliability --only soak
 
 .PHONY: faults
 faults: install .venv/.installed-test $(node_packages) ## inject faults for an hour; updates docs/reliability.md
-	$(python) -m benchmarks.faults
+	$(python) -m benchmarks.reliability --only faults hostile
 
 .PHONY: figures
 figures: install .venv/.installed-figures ## measure accuracy beside other libraries; updates docs/decimation.md
@@ -212,7 +212,7 @@ concepts: install .venv/.installed-docs ## redraw the pictures of docs/concepts.
 	$(python) docs/pictures/concepts.py
 
 .PHONY: viewer-pictures
-viewer-pictures: install web/node_modules/.package-lock.json ## take the pictures of the viewer for README and docs/tour.md
+viewer-pictures: install .venv/.installed-test web/node_modules/.package-lock.json ## take the pictures of the viewer for README and docs/tour.md
 	$(python) -m benchmarks.viewer --pictures
 
 .PHONY: image-lint

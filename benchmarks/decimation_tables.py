@@ -11,22 +11,9 @@ from pathlib import Path
 from statistics import mean
 from typing import Any
 
-import numpy as np
-
 from benchmarks.common import ROOT
-from benchmarks.markdown import percent, table
+from benchmarks.markdown import percent, rows_table, table
 from benchmarks.peers import COUNTS
-
-__all__ = [
-    "COSTS",
-    "DOCUMENT",
-    "RESULTS",
-    "SPHERE_LIMIT",
-    "Results",
-    "document_blocks",
-    "mean_errors",
-    "method_means",
-]
 
 RESULTS = Path(__file__).with_name("decimation.json")
 DOCUMENT = ROOT / "docs" / "decimation.md"
@@ -39,18 +26,17 @@ COSTS = ("finest", "volume", "quadric")
 
 DEVICE_COUNTS = (1000, 100)
 LIBRARY_COUNTS = (1000, 100, 20)
-SPHERE_COUNTS = (1000, 500, 100)
-METHOD_SIZES = (100, 1000, 10_000)
-"""Triangle counts near which the other boundary methods are tabulated; the plot has all sizes."""
-
-SPHERE_LIMIT = 12 * np.pi * (1 / (6 * 3**0.5) - 1 / (8 * np.pi))
-"""Least mismatch × triangles on a sphere for many triangles: constants of Ludwig and Böröczky."""
 
 
 def document_blocks(results: Results) -> dict[str, str]:
     """Return the generated blocks of docs/decimation.md."""
-    makers = (mean_mismatch, device_mismatch, times, limits, libraries, sphere, methods, machine)
-    return {make.__name__.replace("_", "-"): make(results) for make in makers}
+    return {
+        "mean-mismatch": mean_mismatch(results),
+        "device-mismatch": device_mismatch(results),
+        "libraries": libraries(results),
+        "machine": machine(results),
+        **{name: rows_table(results[name]) for name in ("times", "limits", "sphere")},
+    }
 
 
 def level_errors(results: Results, method: str, count: int) -> dict[str, float]:
@@ -73,32 +59,9 @@ def mean_errors(results: Results, method: str, counts: Iterable[int]) -> list[fl
 
 def best_peer(results: Results, device: str, count: int) -> tuple[float, str]:
     """Return error and name of the most accurate other library for a device and count."""
-    return min(
-        (row["mismatch"], row["method"])
-        for row in results["peers"]
-        if (row["device"], row["asked"]) == (device, count)
-        and row["reached"]
-        and row["mismatch"] is not None
-    )
-
-
-def method_means(results: Results) -> dict[str, Results]:
-    """Return means over the devices of the other boundary methods, by method and size.
-
-    Sizes that fail on a device are left out.
-    """
-    groups: dict[str, list[Results]] = {}
-    for row in results["others"]:
-        groups.setdefault(f"{row['method']}, {row['size']}", []).append(row)
-    return {
-        name: {
-            "method": rows[0]["method"],
-            **{key: mean(row[key] for row in rows) for key in ("triangles", "mismatch", "volume")},
-            "decimated": [mean(row["decimated"][cost] for row in rows) for cost in COSTS],
-        }
-        for name, rows in groups.items()
-        if len(rows) == len(results["devices"])
-    }
+    peers = dict.fromkeys(row["method"] for row in results["peers"])
+    errors = {name: level_errors(results, name, count) for name in peers}
+    return min((found[device], name) for name, found in errors.items() if device in found)
 
 
 def machine(results: Results) -> str:
@@ -140,114 +103,30 @@ def device_mismatch(results: Results) -> str:
     return table(["device", "full boundary", *head], rows)
 
 
-def times(results: Results) -> str:
-    """Time, memory and size of the file by cost and size."""
-    rows = [
-        [
-            f"`{row['cost']}`",
-            f"{row['triangles']:,}",
-            f"{row['seconds']:.2f}",
-            f"{1e6 * row['seconds'] / row['triangles']:.2f}",
-            f"{row['bytes_per_triangle']:.0f}",
-            f"{row['curve_s']:.2f}",
-            f"{row['bits_per_vertex']:.1f}",
-        ]
-        for row in results["times"]
-    ]
-    head = ["cost", "triangles", "decimation, s", "µs per triangle"]
-    head += ["memory, bytes per triangle", "error curve, s", "file, bits per vertex"]
-    return table(head, rows)
-
-
-def limits(results: Results) -> str:
-    """Excess and time of levels that are found by their error."""
-    groups: dict[tuple[str, str], list[Results]] = {}
-    for row in results["limits"]:
-        groups.setdefault((row["cost"], row["limit"]), []).append(row)
-    rows = []
-    for (cost, limit), group in groups.items():
-        coarse = sum(row["coarse"] for row in group)
-        excess = sum(row["coarse"] * row["excess"] for row in group) / coarse
-        usual = 1e3 * mean(row["median_s"] for row in group)
-        longest = 1e3 * max(row["longest_s"] for row in group)
-        rows.append(
-            [
-                f"`{cost}`",
-                f"`{limit}`",
-                f"{excess:.3f} / {max(row['most_excess'] for row in group):.2f}",
-                f"{usual:.0f} / {longest:.0f}",
-            ]
-        )
-    return table(["cost", "limit", "excess, mean / largest", "time, median / longest, ms"], rows)
-
-
 def libraries(results: Results) -> str:
     """Errors, counts reached, valid meshes and time by method."""
     total = len(results["devices"]) * len(COUNTS)
     rows = []
     for method in dict.fromkeys([*COSTS, *(row["method"] for row in results["peers"])]):
-        reached = [
+        found = [
             row
             for row in (*results["levels"], *results["peers"])
-            if row["method"] == method and row["asked"] in COUNTS and row["reached"]
+            if row["method"] == method and row["asked"] in COUNTS
         ]
-        valid = sum(not row["faults"] for row in reached)
-        crossing = sum("crossings" in " ".join(row["faults"]) for row in reached)
+        reached = [row for row in found if row["reached"]]
         if method in COSTS:
-            seconds = mean(device["seconds"][method] for device in results["devices"])
+            seconds = [device["seconds"][method] for device in results["devices"]]
         else:
-            seconds = mean(
-                row["seconds"]
-                for row in results["peers"]
-                if row["method"] == method and row["asked"] == 1000
-            )
+            seconds = [row["seconds"] for row in found if row["asked"] == 1000]
         rows.append(
             [
                 f"`{method}`" if method in COSTS else method,
                 *map(percent, mean_errors(results, method, LIBRARY_COUNTS)),
                 f"{len(reached)} of {total}",
-                str(valid),
-                str(crossing),
-                f"{seconds:.2f}",
+                str(sum(not row["faults"] for row in reached)),
+                str(sum("crossings" in " ".join(row["faults"]) for row in reached)),
+                f"{mean(seconds):.2f}",
             ]
         )
     errors = [f"{count:,}, %" for count in LIBRARY_COUNTS]
     return table(["method", *errors, "reached", "valid", "self-intersecting", "time, s"], rows)
-
-
-def sphere(results: Results) -> str:
-    """Mismatch × triangles on spheres, the larger of two distributions."""
-    rows = []
-    for cost in COSTS:
-        products = [
-            max(
-                row["product"]
-                for row in results["sphere"]
-                if (row["cost"], row["asked"]) == (cost, count)
-            )
-            for count in SPHERE_COUNTS
-        ]
-        rows.append([f"`{cost}`", *(f"{product:.2f}" for product in products)])
-    rows.append(["least possible", *[f"{SPHERE_LIMIT:.2f}"] * len(SPHERE_COUNTS)])
-    return table(["triangles", *(f"{count:,}" for count in SPHERE_COUNTS)], rows)
-
-
-def methods(results: Results) -> str:
-    """Other boundary methods, and decimation at their triangle counts."""
-    means = list(method_means(results).values())
-    rows = []
-    for row in means:
-        same = [each for each in means if each["method"] == row["method"]]
-        nearest = [min(same, key=lambda each: abs(each["triangles"] / n - 1)) for n in METHOD_SIZES]
-        if row in nearest:
-            rows.append(
-                [
-                    row["method"],
-                    f"{row['triangles']:,.0f}",
-                    percent(row["mismatch"]),
-                    f"{100 * row['volume']:+.2f}",
-                    *map(percent, row["decimated"]),
-                ]
-            )
-    head = [f"`{cost}`, %" for cost in COSTS]
-    return table(["method", "triangles", "mismatch, %", "volume, %", *head], rows)

@@ -6,17 +6,15 @@ Needs the optional group ``plot`` (matplotlib).
 
 from __future__ import annotations
 
+from statistics import mean
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from benchmarks.common import ROOT
-from benchmarks.decimation_tables import COSTS, SPHERE_LIMIT, Results, mean_errors, method_means
-from benchmarks.devices import Device, devices, exact_mismatch
-from gamutcore.boundary import modified_convex_hull
-from gamutcore.boundary.segment_maxima import segment_maxima
-from gamutcore.boundary.usv import usv
+from benchmarks.decimation_tables import COSTS, Results, mean_errors
+from benchmarks.devices import devices
 from gamutcore.colours.spaces import CIELAB
 from gamutcore.export.rendering import VIEWS
 from gamutcore.export.rendering.raster import rasterise
@@ -26,12 +24,13 @@ from gamutcore.mesh import TriangleMesh
 if TYPE_CHECKING:
     from matplotlib.typing import RcKeyType
 
-__all__ = ["CURVE_COUNTS", "PICTURES", "draw"]
-
 PICTURES = ROOT / "docs" / "pictures"
 
 CURVE_COUNTS = (10_000, 5000, 2000, 1000, 500, 200, 100, 50, 20, 10)
 """Triangle counts of the curves."""
+
+SPHERE_LIMIT = 12 * np.pi * (1 / (6 * 3**0.5) - 1 / (8 * np.pi))
+"""Least mismatch × triangles on a sphere for many triangles: constants of Ludwig and Böröczky."""
 
 LEVELS = (10_000, 1000, 500, 100, 50, 10)
 """Triangle counts of Figure 7 of the publication."""
@@ -65,22 +64,7 @@ def draw(results: Results) -> None:
 
     with mpl.rc_context(SETTINGS):
         plot_mismatch(results).savefig(PICTURES / "mismatch.svg", metadata={"Date": None})
-    device = devices()[0]
-    points, centre, full = device.points, device.boundary.centre, device.boundary.mesh
-    history = device.histories["volume"]
-    save_panels(device, [("", history.level(count)) for count in LEVELS], 3, "levels-fogra39l")
-    by_usv = usv(points, "icosahedron", 1, 0.05, centre).mesh
-    meshes = [
-        ("reference", full),
-        ("convex hull", modified_convex_hull(points, 1.0, centre).mesh),
-        ("segment maxima", segment_maxima(points, (6, 13), centre).mesh),
-        ("USV, icosahedron", by_usv),
-    ]
-    meshes += [
-        (f"decimation, {cost}", device.histories[cost].level(by_usv.triangles))
-        for cost in COSTS[::-1]
-    ]
-    save_panels(device, meshes, 4, "methods-fogra39l")
+    draw_levels()
 
 
 def plot_mismatch(results: Results) -> Any:  # noqa: ANN401  # a matplotlib figure
@@ -89,16 +73,16 @@ def plot_mismatch(results: Results) -> Any:  # noqa: ANN401  # a matplotlib figu
 
     figure = Figure(figsize=(9.6, 5.4), facecolor="white", layout="constrained")
     axes = figure.add_subplot()
-    means = method_means(results).values()
+    means = method_means(results)
     for name, (colour, marker) in STYLES.items():
         style: dict[str, Any] = {"color": colour, "marker": marker}
         if name in COSTS:
             errors = [100 * (error or 0) for error in mean_errors(results, name, CURVE_COUNTS)]
             axes.plot(CURVE_COUNTS, errors, **style, label=f"decimation, {name}")
         else:
-            rows = [row for row in means if row["method"] == name]
-            counts, errors = [r["triangles"] for r in rows], [100 * r["mismatch"] for r in rows]
-            axes.plot(counts, errors, **style, linestyle="--", linewidth=1.1, label=name)
+            axes.plot(
+                *zip(*means[name], strict=True), **style, linestyle="--", linewidth=1.1, label=name
+            )
     least = [100 * SPHERE_LIMIT / count for count in CURVE_COUNTS]
     axes.plot(CURVE_COUNTS, least, color="#999999", lw=1, ls=":", label="optimum for a sphere")
     axes.set(xscale="log", yscale="log", xlabel="triangles", ylabel="mean mismatch, %")
@@ -112,21 +96,35 @@ def plot_mismatch(results: Results) -> Any:  # noqa: ANN401  # a matplotlib figu
     return figure
 
 
-def save_panels(
-    device: Device, meshes: list[tuple[str, TriangleMesh]], columns: int, name: str
-) -> None:
-    """Draw meshes of one gamut side by side, with titles, into a PNG file with 256 colours."""
-    rows = -(-len(meshes) // columns)
+def method_means(results: Results) -> dict[str, list[tuple[float, float]]]:
+    """Return mean triangle counts and mismatches in per cent of the other boundary methods.
+
+    Sizes that fail on a device are left out.
+    """
+    groups: dict[tuple[str, int], list[Results]] = {}
+    for row in results["others"]:
+        groups.setdefault((row["method"], row["size"]), []).append(row)
+    means: dict[str, list[tuple[float, float]]] = {}
+    for (method, _), rows in groups.items():
+        if len(rows) == len(results["devices"]):
+            error = 100 * mean(row["mismatch"] for row in rows)
+            means.setdefault(method, []).append((mean(row["triangles"] for row in rows), error))
+    return means
+
+
+def draw_levels() -> None:
+    """Draw levels of a press side by side into a PNG file with 256 colours."""
+    device, columns = devices()[0], 3
+    rows = -(-len(LEVELS) // columns)
     sheet = Image.new("RGB", (columns * PANEL, rows * (PANEL + TEXT)), "white")
     brush = ImageDraw.Draw(sheet)
-    for number, (title, mesh) in enumerate(meshes):
+    for number, count in enumerate(LEVELS):
+        mesh = device.histories["volume"].level(count)
         row, column = divmod(number, columns)
         left, top = column * PANEL, row * (PANEL + TEXT)
         sheet.paste(Image.fromarray(drawn(mesh)), (left, top + TEXT))
-        error = exact_mismatch(device.boundary.mesh, mesh, device.boundary.centre) or 0.0
-        lines = [f"{mesh.triangles:,} triangles", f"mismatch {100 * error:.2g} %"]
-        if title:
-            lines = [title, lines[0] if mesh is device.boundary.mesh else ", ".join(lines)]
+        error = 100 * (device.mismatch(mesh) or 0.0)
+        lines = [f"{mesh.triangles:,} triangles", f"mismatch {error:.2g} %"]
         for text, height, size in zip(lines, (8, 29), (16, 13), strict=True):
             font = ImageFont.load_default(size)
             brush.text((left + PANEL / 2, top + height), text, "#333333", font, "ma")
@@ -135,7 +133,7 @@ def save_panels(
     colours = np.array(small.getpalette()).reshape(-1, 3)
     colours[np.asarray(small)[0, 0]] = 255  # pure white paper
     small.putpalette(colours.ravel().tolist())
-    small.save(PICTURES / f"{name}.png", optimize=True)
+    small.save(PICTURES / "levels-fogra39l.png", optimize=True)
 
 
 def drawn(mesh: TriangleMesh) -> np.ndarray:

@@ -1,6 +1,6 @@
 """Measure the way to the first gamut in a fresh clone: ``make bench-startup``.
 
-Clones a revision of this repository, serves it with ``make serve``, posts the example, restarts it,
+Clones this repository, serves it with ``make serve``, posts the example, restarts it,
 and compiles all kernels from nothing. Packages come from pip's cache, if they were
 installed before. ``--quick`` restarts this installation only, and writes nothing.
 """
@@ -18,9 +18,7 @@ from pathlib import Path
 
 from benchmarks import markdown
 from benchmarks.common import ROOT
-from benchmarks.http import SERVE, Server, posted, request, server
-
-__all__ = ["main"]
+from benchmarks.http import SERVE, Server, server
 
 GOALS = {
     "`make serve` in a fresh clone to ready, s": "≤ 60",
@@ -36,33 +34,33 @@ GOALS = {
 
 
 def main() -> None:
-    """Measure a revision and write the table."""
+    """Measure the last commit and write the table."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.startup", description=__doc__)
-    parser.add_argument("--revision", default="HEAD", help="what to measure; HEAD by default")
     parser.add_argument("--quick", action="store_true", help="only restart, and write nothing")
-    arguments = parser.parse_args()
-    figures = restarts(ROOT, SERVE) if arguments.quick else measure(arguments.revision)
-    order = [*filter(figures.__contains__, GOALS)]
-    rows = [{"figure": n, "measured": figures[n], "goal": GOALS[n]} for n in order]
-    if arguments.quick:
+    quick = parser.parse_args().quick
+    figures = restarts(ROOT, SERVE) if quick else measure()
+    rows = [
+        {"figure": name, "measured": figures[name], "goal": goal}
+        for name, goal in GOALS.items()
+        if name in figures
+    ]
+    if quick:
         print(markdown.rows_table(rows))
     else:
         markdown.record({"startup": rows})
 
 
-def measure(revision: str) -> dict[str, float]:
-    """Return the figures of a revision by the names of `GOALS`."""
+def measure() -> dict[str, float]:
+    """Return the figures of the last commit by the names of `GOALS`."""
     with tempfile.TemporaryDirectory() as folder:
         clone = Path(folder) / "clone"
         subprocess.run(["git", "clone", "-q", str(ROOT), str(clone)], check=True)
-        commit = subprocess.check_output(["git", "rev-parse", revision], cwd=ROOT, text=True)
-        subprocess.run(["git", "checkout", "-q", commit.strip()], cwd=clone, check=True)
         start = time.monotonic()
         with server(pin=False, command=["make", "serve"], folder=clone) as fresh:
             figures = {"`make serve` in a fresh clone to ready, s": fresh.ready}
-            posting = posted(fresh.port, {})[1]
+            posting = fresh.post({}).elapsed.total_seconds()
             figures["`POST examples/FOGRA39L.ti3` at once after that, s"] = posting
-            while b"optional: compiled" not in request(fresh.port, "/readyz")[1]:
+            while "optional: compiled" not in fresh.client.get("/readyz").text:
                 time.sleep(0.05)
             compiled = time.monotonic() - start
             figures["`make serve` to all optional kernels compiled, s"] = compiled

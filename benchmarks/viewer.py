@@ -20,9 +20,7 @@ from PIL import Image
 
 from benchmarks import markdown
 from benchmarks.common import ROOT
-from benchmarks.http import posted, server
-
-__all__ = ["main"]
+from benchmarks.http import server
 
 GOALS = {
     "bundle_kilobytes": ("page, script, worker and style with brotli, kB", "≤ 180"),
@@ -42,7 +40,6 @@ GOALS = {
 """What the script measures: title and goal."""
 
 TARGET = ROOT / "docs" / "pictures" / "viewer"
-LARGEST, LARGEST_MOVING = 150_000, 1_000_000
 WIDTH = 720
 FRAME_MILLISECONDS, HELD_MILLISECONDS = 110, 1500
 
@@ -57,7 +54,7 @@ def main() -> None:
         take_pictures()
         return
     with server(pin=False) as running:
-        gamut = posted(running.port, {})[2]["id"]
+        gamut = running.build()["id"]
         measured = json.loads(drive("tests/measure.mjs", running.port, GAMUT=gamut))
     rows: list[dict[str, Any]] = [
         {"figure": title, "measured": measured[name], "goal": goal}
@@ -87,7 +84,7 @@ def take_pictures() -> None:
     TARGET.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder, server(pin=False) as running:
         press, other = (
-            str(posted(running.port, {}, (ROOT / "examples" / name).read_bytes())[2]["id"])
+            running.build((ROOT / "examples" / name).read_bytes())["id"]
             for name in ("FOGRA39L.ti3", "FOGRA29L.ti3")
         )
         drive("pictures.mjs", running.port, FOLDER=folder, PRESS=press, OTHER=other)
@@ -95,7 +92,6 @@ def take_pictures() -> None:
         for path in sorted(set(Path(folder).glob("*.png")) - set(frames)):
             picture = TARGET / f"{path.stem}.webp"
             Image.open(path).convert("RGB").save(picture, quality=82, method=6)
-            check(picture, LARGEST)
         save_moving(frames, TARGET / "slider.webp")
 
 
@@ -109,15 +105,6 @@ def save_moving(paths: list[Path], target: Path) -> None:
     small[0].save(
         target, save_all=True, append_images=small[1:], duration=times, loop=0, quality=70, method=6
     )
-    check(target, LARGEST_MOVING)
-
-
-def check(path: Path, largest: int) -> None:
-    """Fail if a picture is too large for the repository."""
-    size = path.stat().st_size
-    print(f"{path.name}: {size / 1000:.0f} kB")
-    if size > largest:
-        raise SystemExit(f"{path} has {size} bytes; at most {largest} are accepted.")
 
 
 if __name__ == "__main__":

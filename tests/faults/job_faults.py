@@ -10,6 +10,7 @@ import argparse
 import concurrent.futures
 import contextlib
 import json
+import math
 import os
 import random
 import re
@@ -20,6 +21,7 @@ import time
 from pathlib import Path
 
 import httpx
+from stored_damage import every_damage_is_noticed
 
 _WARM = re.compile(r"build worker (\d+) is warm")
 
@@ -127,12 +129,28 @@ def identical_requests_are_one_build(server, arguments, *, clients):
     assert server.builds_started(gamut["id"]) == 1
 
 
+def sphere(seed):
+    """Return a small body of a POST: colours of a sphere, which differ by seed."""
+    chance = random.Random(seed)  # noqa: S311  # reproducible
+    rays = [[chance.gauss() for _ in range(3)] for _ in range(300)]
+    return {
+        "samples": [
+            [
+                middle + 40 * part / math.hypot(*ray)
+                for middle, part in zip((50, 0, 0), ray, strict=True)
+            ]
+            for ray in rays
+        ]
+    }
+
+
 def main():
     """Run all checks and print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--worker-kills", type=int, default=100)
     parser.add_argument("--service-kills", type=int, default=5)
     parser.add_argument("--clients", type=int, default=200)
+    parser.add_argument("--damaged", type=int, default=25, help="gamuts; 4 files of each")
     parser.add_argument("--seed", type=int, default=0)
     wanted = parser.parse_args()
     sys.path.insert(0, str(Path(__file__).parents[1] / "service"))
@@ -171,6 +189,9 @@ def main():
         identical_requests_are_one_build(server, slow_build(50_000), clients=wanted.clients)
         server.stop()
         print(f"{wanted.clients} identical requests at the same time: one build, identical bytes")
+        bodies = [sphere(seed) for seed in range(wanted.damaged)]
+        files = every_damage_is_noticed(start, bodies, seed=wanted.seed)
+        print(f"{files} damaged files: all detected, counted and built again to the same bytes")
 
 
 if __name__ == "__main__":
